@@ -1,0 +1,62 @@
+"""Rows: what every physical thing (cable, effector, contact) contributes to a step."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+
+from tauten.model.arrays import Array, Ints
+
+
+@dataclass(frozen=True, slots=True)
+class Rows:
+    """Constraint rows δ(q) and their Jacobian H = ∂δ/∂q.
+
+    Attributes:
+        H: sparse (m, n), row values per configuration change.
+        delta: (m,) row values [m].
+    """
+
+    H: sp.csr_array
+    delta: Array
+
+    def __len__(self) -> int:
+        return int(self.delta.shape[0])
+
+
+@dataclass(frozen=True, slots=True)
+class ContactRows:
+    """Rows of the contact candidates within the alarm distance.
+
+    A candidate keeps its slot in λ_c ∈ R^(n_c) for life; only the ones in range have a row here.
+
+    Attributes:
+        rows: H (m, n) and signed gaps delta (m,) [m]; positive = apart.
+        slots: (m,) int, slot in λ_c of each row, ascending.
+        pair: (m,) int, index of the contact pair each row belongs to.
+        n_slots: n_c, number of slots in λ_c.
+    """
+
+    rows: Rows
+    slots: Ints
+    pair: Ints
+    n_slots: int
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    def gaps(self) -> Array:
+        """Signed gap of every slot, +inf where out of range: (n_c,) [m]."""
+        gaps = np.full(self.n_slots, np.inf)
+        gaps[self.slots] = self.rows.delta
+        return gaps
+
+
+def stack(parts: list[Rows]) -> Rows:
+    """One Rows with the given ones below each other: H (Σm, n), delta (Σm,)."""
+    return Rows(
+        H=sp.vstack([part.H for part in parts], format="csr"),
+        delta=np.concatenate([part.delta for part in parts]),
+    )
