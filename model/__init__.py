@@ -1,0 +1,1 @@
+"""What the robot is: finite elements, cables, contacts, and the forward simulator."""

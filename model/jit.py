@@ -12,6 +12,6 @@ R = TypeVar("R")
 
 
 def kernel(function: Callable[P, R]) -> Callable[P, R]:
-    """Compile a hot loop: machine code cached on disk, GIL released so that loops run beside I/O."""
+    """Compile a hot loop: machine code cached on disk, GIL released beside I/O."""
     compiled: Callable[P, R] = numba.njit(cache=True, nogil=True)(function)
     return compiled

@@ -1,0 +1,1 @@
+"""The shipped robots: files, meshes, contact bases and the scripts that make them."""

@@ -1,0 +1,56 @@
+"""Compliance between rows: what a unit force on one does to another within a step.
+
+W = h² H A⁻¹ Hᵀ,   δ_free = δ + h H v_free,   δ = δ_free + W λ               (11)-(12)
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from tauten.model.arrays import Array
+from tauten.model.system import System
+
+
+@dataclass(frozen=True, slots=True)
+class Compliance:
+    """Rows condensed through the system of one step.
+
+    Attributes:
+        H: (m, n) dense rows.
+        X: (m, n) = (A⁻¹ Hᵀ)ᵀ, velocity change per constraint impulse.
+        W: (m, m) compliance [m/N].
+        delta_free: (m,) row values after a step without constraint forces [m].
+    """
+
+    H: Array
+    X: Array
+    W: Array
+    delta_free: Array
+
+    def __len__(self) -> int:
+        return len(self.delta_free)
+
+    def velocity_change(self, system: System, lam: Array) -> Array:
+        """Dv of a step under constraint forces lam (m,): (n,) [m/s]."""
+        change: Array = system.v_free - system.v + system.h * (lam @ self.X)
+        return change
+
+
+def compliance(system: System, H: Array, delta: Array) -> Compliance:
+    """Condense dense rows H (m, n) with values delta (m,) through one factorised system."""
+    X = np.ascontiguousarray(system.solve(H.T).T)  # (m, n)
+    W = system.h**2 * (H @ X.T)  # (m, m)
+    return Compliance(H, X, 0.5 * (W + W.T), delta + system.h * (H @ system.v_free))
+
+
+def extended(system: System, known: Compliance, H: Array, delta: Array) -> Compliance:
+    """`known` with the rows H (r, n), delta (r,) below; only the new columns are solved for."""
+    new = compliance(system, H, delta)
+    cross = system.h**2 * (known.H @ new.X.T)  # (m, r)
+    return Compliance(
+        H=np.vstack([known.H, new.H]),
+        X=np.vstack([known.X, new.X]),
+        W=np.block([[known.W, cross], [cross.T, new.W]]),
+        delta_free=np.concatenate([known.delta_free, new.delta_free]),
+    )

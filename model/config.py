@@ -1,0 +1,198 @@
+"""The robot file: what a TOML file may say about a robot, validated field by field."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+
+Vector = tuple[float, float, float]
+Positive = Annotated[float, Field(gt=0.0)]
+NonNegative = Annotated[float, Field(ge=0.0)]
+Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")]
+
+
+class RobotFileError(ValueError):
+    """A robot file that cannot be used; the text names file, field, what was found and allowed."""
+
+
+class Section(BaseModel):
+    """A table of the robot file: unknown keys and non-finite numbers are errors."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+class MeshSettings(Section):
+    """The body's mesh; `length_unit` is that of the mesh file alone, this file is in SI."""
+
+    file: str
+    length_unit: Literal["m", "cm", "mm"] = "m"
+
+
+class MaterialSettings(Section):
+    """Isotropic material."""
+
+    young_modulus: Annotated[float, Field(ge=1e2, le=1e12)]
+    poisson_ratio: Annotated[float, Field(ge=0.0, lt=0.5)]
+    density: Annotated[float, Field(ge=1.0, le=3e4)]
+
+
+class Box(Section):
+    """Nodes or triangles between two corners [m]."""
+
+    lower: Vector
+    upper: Vector
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Box:
+        if any(low > high for low, high in zip(self.lower, self.upper, strict=True)):
+            raise ValueError(f"lower {self.lower} must not exceed upper {self.upper}")
+        return self
+
+
+class CableSettings(Section):
+    """A cable and what its winch can do; it starts at `pull_point` when there is one."""
+
+    name: Name
+    points: Annotated[list[Vector], Field(min_length=1)]
+    pull_point: Vector | None = None
+    min_tension: NonNegative = 0.0
+    max_tension: Positive
+    min_pull: float = 0.0
+    max_pull: Positive
+    max_rate: Positive
+    max_outside: NonNegative = 0.0
+
+    @model_validator(mode="after")
+    def _consistent(self) -> CableSettings:
+        if len(self.points) + (self.pull_point is not None) < 2:
+            raise ValueError("a cable needs a pull_point or a second point")
+        if self.min_tension > self.max_tension:
+            raise ValueError(f"min_tension {self.min_tension} exceeds max_tension")
+        if self.min_pull > 0.0 or self.min_pull >= self.max_pull:
+            raise ValueError(f"min_pull {self.min_pull} must be at most 0, where the robot rests")
+        return self
+
+
+class EffectorSettings(Section):
+    """A point of the body that is to reach targets."""
+
+    name: Name
+    point: Vector
+    max_outside: NonNegative = 0.0
+
+
+class SurfaceSettings(Section):
+    """Boundary triangles whose centre lies in the box and whose normal points along `normal`."""
+
+    name: Name
+    box: Box
+    normal: Vector | None = None
+    max_angle_deg: Annotated[float, Field(gt=0.0, le=180.0)] = 45.0
+
+
+class ContactSettings(Section):
+    """Candidate points spread over one surface against the triangles of another."""
+
+    candidates: Name
+    against: Name
+    points: Annotated[int, Field(ge=1, le=100_000)]
+
+
+class ContactRange(Section):
+    """Distances of contact handling [m]."""
+
+    alarm_distance: Positive = 2e-3
+    tolerance: Positive = 1e-4
+
+
+class IntegrationSettings(Section):
+    """Time integration; the step is 1 / controller.rate."""
+
+    scheme: Literal["implicit-euler", "quasi-static"] = "implicit-euler"
+    rayleigh_mass: NonNegative = 0.0
+    rayleigh_stiffness: NonNegative = 0.0
+    factorisation: Literal["auto", "pardiso", "cholmod", "superlu"] = "auto"
+
+
+class ControllerSettings(Section):
+    """Inverse control: rate [Hz], the QP back end, the weight ε of (T1), the contact basis."""
+
+    rate: Annotated[float, Field(gt=0.0, le=10_000.0)] = 50.0
+    qp_solver: Name = "proxqp"
+    regularisation: NonNegative = 1e-3
+    basis: str | None = None
+    max_pivots: Annotated[int, Field(ge=1)] = 100
+
+
+class ServiceSettings(Section):
+    """The node: hold after `target_timeout`, release within `release_time` at least [s]."""
+
+    target_timeout: Positive = 0.5
+    release_time: Positive = 1.0
+
+
+class RobotConfig(Section):
+    """A robot file."""
+
+    name: Name
+    frame: Name = "base"
+    gravity: Vector = (0.0, 0.0, -9.81)
+    mesh: MeshSettings
+    material: MaterialSettings
+    fixed: Annotated[list[Box], Field(min_length=1)]
+    cables: Annotated[list[CableSettings], Field(min_length=1)]
+    effectors: Annotated[list[EffectorSettings], Field(min_length=1)]
+    surfaces: list[SurfaceSettings] = []
+    contacts: list[ContactSettings] = []
+    contact: ContactRange = ContactRange()
+    integration: IntegrationSettings = IntegrationSettings()
+    controller: ControllerSettings = ControllerSettings()
+    service: ServiceSettings = ServiceSettings()
+
+    @model_validator(mode="after")
+    def _names(self) -> RobotConfig:
+        groups = {
+            "cables": [cable.name for cable in self.cables],
+            "effectors": [effector.name for effector in self.effectors],
+            "surfaces": [surface.name for surface in self.surfaces],
+        }
+        for what, names in groups.items():
+            twice = sorted({name for name in names if names.count(name) > 1})
+            if twice:
+                raise ValueError(f"{what}: name {twice[0]!r} is used twice")
+        known = {surface.name for surface in self.surfaces}
+        for index, contact in enumerate(self.contacts):
+            for name in (contact.candidates, contact.against):
+                if name not in known:
+                    raise ValueError(
+                        f"contacts.{index}: surface {name!r} is not defined, "
+                        f"known are {', '.join(sorted(known)) or 'none'}"
+                    )
+        return self
+
+
+def read_config(path: Path) -> RobotConfig:
+    """Read and validate a robot file.
+
+    Raises:
+        RobotFileError: missing, not TOML, or a field that is not allowed.
+    """
+    try:
+        raw = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError) as error:
+        raise RobotFileError(f"{path}: cannot be read ({error})") from error
+    except tomllib.TOMLDecodeError as error:
+        raise RobotFileError(f"{path}: not TOML: {error}") from error
+    try:
+        return RobotConfig.model_validate(raw)
+    except ValidationError as error:
+        first = error.errors()[0]
+        field = ".".join(str(part) for part in first["loc"])
+        found = "" if isinstance(first["input"], dict) else f", found {first['input']!r}"
+        more = f" (and {error.error_count() - 1} more)" if error.error_count() > 1 else ""
+        message = first["msg"].removeprefix("Value error, ")
+        prefix = f"{field}: " if field else ""
+        raise RobotFileError(f"{path}: {prefix}{message}{found}{more}") from error

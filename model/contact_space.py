@@ -1,0 +1,95 @@
+"""Spaces of contact forces: λ_c = Ψ β, from none over reduced to full.
+
+A space turns the pointwise contact rows in range into as many rows as it has columns in play. The
+bases of `tauten.reduction` are one kind; here are the protocol and the two trivial kinds.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from tauten.model.arrays import Array, Ints
+from tauten.model.rows import ContactRows
+
+
+@dataclass(frozen=True, slots=True)
+class ReducedContacts:
+    """Contact rows seen through a space of contact forces (18)-(19).
+
+    Attributes:
+        H: (k', n) dense, Ψᵀ H_c.
+        delta: (k',) Ψᵀ δ_c [m].
+        modes: (k',) which columns of the space these are.
+    """
+
+    H: Array
+    delta: Array
+    modes: Ints
+
+    def __len__(self) -> int:
+        return len(self.delta)
+
+
+class ContactSpace(Protocol):
+    """Non-negative columns that contact forces are combined from."""
+
+    @property
+    def k(self) -> int:
+        """Number of columns."""
+
+    def reduce(self, contacts: ContactRows) -> ReducedContacts:
+        """Rows of the columns that have a candidate in range."""
+
+    def lift(self, beta: Array) -> Array:
+        """Pointwise forces λ_c (n_c,) of coefficients beta (k,) [N]."""
+
+
+@dataclass(frozen=True, slots=True)
+class EmptySpace:
+    """No columns: no contact, or contact carried by unit columns alone.
+
+    Attributes:
+        n_slots: n_c.
+    """
+
+    n_slots: int
+
+    @property
+    def k(self) -> int:
+        """Number of columns, none."""
+        return 0
+
+    def reduce(self, contacts: ContactRows) -> ReducedContacts:
+        """No rows."""
+        n = contacts.rows.H.shape[1]
+        return ReducedContacts(np.zeros((0, n)), np.zeros(0), np.zeros(0, dtype=np.int64))
+
+    def lift(self, beta: Array) -> Array:
+        """No forces: zeros (n_c,)."""
+        return np.zeros(self.n_slots)
+
+
+@dataclass(frozen=True, slots=True)
+class FullSpace:
+    """Every candidate its own column: pointwise contact.
+
+    Attributes:
+        n_slots: n_c.
+    """
+
+    n_slots: int
+
+    @property
+    def k(self) -> int:
+        """Number of columns, one a candidate."""
+        return self.n_slots
+
+    def reduce(self, contacts: ContactRows) -> ReducedContacts:
+        """The rows as they are, dense."""
+        return ReducedContacts(contacts.rows.H.toarray(), contacts.rows.delta, contacts.slots)
+
+    def lift(self, beta: Array) -> Array:
+        """The coefficients are the forces."""
+        return beta

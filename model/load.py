@@ -1,0 +1,237 @@
+"""From a robot file to a `Robot`: read, check against the mesh, build once."""
+
+from __future__ import annotations
+
+import hashlib
+from importlib import resources
+from pathlib import Path
+
+import numpy as np
+from tauten.model.arrays import Array, Bools, Ints
+from tauten.model.attachment import Points, attach
+from tauten.model.cable import Cable, CableSet, make_cables
+from tauten.model.config import Box, RobotConfig, RobotFileError, SurfaceSettings, read_config
+from tauten.model.contact import ContactPair, ContactSet
+from tauten.model.effector import effector_matrix
+from tauten.model.factorisation import make_factorisation
+from tauten.model.limits import Limits
+from tauten.model.material import Material
+from tauten.model.mesh import TetMesh, read_mesh
+from tauten.model.robot import Elements, Robot
+from tauten.model.surface import boundary_triangles, spread_points
+from tauten.model.system import Integration, make_pattern
+from tauten.model.tetrahedra import lumped_mass, rest_gradients
+
+
+def robot_path(name_or_path: str | Path) -> Path:
+    """The robot file: a path as it is, a bare name looked up among the shipped robots.
+
+    Raises:
+        RobotFileError: neither exists.
+    """
+    path = Path(name_or_path)
+    if path.suffix == ".toml":
+        return path
+    folder = Path(str(resources.files("tauten.model.robots")))
+    shipped = folder / f"{name_or_path}.toml"
+    if not shipped.is_file():
+        names = ", ".join(sorted(item.stem for item in folder.glob("*.toml")))
+        raise RobotFileError(
+            f"no robot {str(name_or_path)!r}: give a path to a .toml file or one of {names}"
+        )
+    return shipped
+
+
+def load_robot(name_or_path: str | Path, rate: float | None = None, refinements: int = 0) -> Robot:
+    """Load a robot by name ("finger") or from a robot file.
+
+    Args:
+        name_or_path: name of a shipped robot, or a path that ends in .toml.
+        rate: another control rate than the file's [Hz]; the time step is 1 / rate.
+        refinements: how often every tetrahedron is cut into eight.
+
+    Raises:
+        RobotFileError: the file, or what it says about the mesh, cannot be used.
+        MeshError: the mesh cannot be used.
+    """
+    path = robot_path(name_or_path)
+    config = read_config(path)
+    if rate is not None:
+        controller = config.controller.model_copy(update={"rate": rate})
+        config = config.model_copy(update={"controller": controller})
+    mesh = read_mesh(path.parent / config.mesh.file, config.mesh.length_unit)
+    for _ in range(refinements):
+        mesh = mesh.refine()
+    return build_robot(config, mesh, str(path))
+
+
+def build_robot(config: RobotConfig, mesh: TetMesh, source: str) -> Robot:
+    """Build a robot from a validated configuration and a checked mesh.
+
+    Raises:
+        RobotFileError: a region is empty or a point lies outside the mesh; names `source`.
+    """
+    material = Material(**config.material.model_dump())
+    fixed = fixed_nodes(config, mesh, source)
+    cables = build_cables(config, mesh, source)
+    effectors = build_effectors(config, mesh, source)
+    pattern = make_pattern(fixed, [mesh.tets, cables.nodes])
+    slot, column_length = pattern.blocks(mesh.tets)
+    elements = Elements(rest_gradients(mesh), mesh.volumes, slot, column_length)
+    contacts = build_contacts(config, mesh, source)
+    mass = lumped_mass(mesh, material.density)[~fixed]  # (n / 3,)
+    scheme = config.integration
+    return Robot(
+        config=config,
+        digest=digest(mesh, material, fixed, cables, contacts),
+        mesh=mesh,
+        material=material,
+        integration=Integration(
+            h=1.0 / config.controller.rate,
+            static=scheme.scheme == "quasi-static",
+            rayleigh_mass=scheme.rayleigh_mass,
+            rayleigh_stiffness=scheme.rayleigh_stiffness,
+        ),
+        pattern=pattern,
+        elements=elements,
+        mass=np.repeat(mass, 3),
+        weight=np.outer(mass, config.gravity).ravel(),
+        cables=cables,
+        cable_slot=pattern.blocks(cables.nodes),
+        limits=build_limits(config),
+        effectors=effectors,
+        H_e=effector_matrix(effectors, pattern.dof, pattern.n),
+        contacts=contacts,
+        factorisation=make_factorisation(pattern.indptr, pattern.indices, scheme.factorisation),
+    )
+
+
+def in_box(points: Array, box: Box, slack: float) -> Bools:
+    """Which points (m, 3) lie in the box, widened by slack [m]: (m,) bool."""
+    lower, upper = np.array(box.lower) - slack, np.array(box.upper) + slack
+    inside: Bools = np.all((points >= lower) & (points <= upper), axis=1)
+    return inside
+
+
+def fixed_nodes(config: RobotConfig, mesh: TetMesh, source: str) -> Bools:
+    """Nodes in any of the `fixed` boxes: (n_nodes,) bool."""
+    fixed = np.zeros(len(mesh.nodes), dtype=bool)
+    for index, box in enumerate(config.fixed):
+        chosen = in_box(mesh.nodes, box, 1e-6 * mesh.size)
+        if not chosen.any():
+            low, high = mesh.nodes.min(axis=0).round(4), mesh.nodes.max(axis=0).round(4)
+            raise RobotFileError(
+                f"{source}: fixed.{index}: no node in {box.lower} to {box.upper}, "
+                f"the mesh spans {low.tolist()} to {high.tolist()} m"
+            )
+        fixed |= chosen
+    if np.linalg.matrix_rank(mesh.nodes[fixed] - mesh.nodes[fixed][0], tol=1e-6 * mesh.size) < 2:
+        raise RobotFileError(f"{source}: fixed: needs three nodes not on a line to hold the robot")
+    if fixed.all():
+        raise RobotFileError(f"{source}: fixed: holds every node, nothing is left to move")
+    return fixed
+
+
+def build_cables(config: RobotConfig, mesh: TetMesh, source: str) -> CableSet:
+    """Cables attached to the mesh."""
+    cables = []
+    for index, cable in enumerate(config.cables):
+        what = f"{source}: cables.{index}.points"
+        points = place(mesh, cable.points, what, cable.max_outside)
+        pull_point = None if cable.pull_point is None else np.array(cable.pull_point)
+        route = np.array(cable.points if pull_point is None else [pull_point, *cable.points])
+        short = np.flatnonzero(np.linalg.norm(np.diff(route, axis=0), axis=1) < 1e-9)
+        if len(short):
+            raise RobotFileError(f"{what}: points {short[0]} and {short[0] + 1} coincide")
+        cables.append(Cable(cable.name, points, pull_point))
+    return make_cables(cables, mesh.nodes)
+
+
+def build_effectors(config: RobotConfig, mesh: TetMesh, source: str) -> Points:
+    """Effectors attached to the mesh."""
+    parts = [
+        place(mesh, [item.point], f"{source}: effectors.{index}.point", item.max_outside)
+        for index, item in enumerate(config.effectors)
+    ]
+    return Points(
+        np.concatenate([part.nodes for part in parts]),
+        np.concatenate([part.weights for part in parts]),
+    )
+
+
+def place(
+    mesh: TetMesh, points: list[tuple[float, float, float]], what: str, slack: float
+) -> Points:
+    """`attach`, its error as a RobotFileError."""
+    try:
+        return attach(mesh, np.array(points), what, slack)
+    except ValueError as error:
+        raise RobotFileError(str(error)) from error
+
+
+def build_limits(config: RobotConfig) -> Limits:
+    """Limits of the cables."""
+    return Limits(
+        tension_min=np.array([c.min_tension for c in config.cables]),
+        tension_max=np.array([c.max_tension for c in config.cables]),
+        pull_min=np.array([c.min_pull for c in config.cables]),
+        pull_max=np.array([c.max_pull for c in config.cables]),
+        rate=np.array([c.max_rate for c in config.cables]),
+    )
+
+
+def select_surface(settings: SurfaceSettings, mesh: TetMesh, boundary: Ints, source: str) -> Ints:
+    """Boundary triangles a surface selects: (t, 3).
+
+    Raises:
+        RobotFileError: none.
+    """
+    corners = mesh.nodes[boundary]  # (t, 3, 3)
+    chosen = in_box(corners.mean(axis=1), settings.box, 1e-6 * mesh.size)
+    if settings.normal is not None:
+        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+        wanted = np.array(settings.normal) / np.linalg.norm(settings.normal)
+        chosen &= normals @ wanted >= np.cos(np.radians(settings.max_angle_deg))
+    if not chosen.any():
+        raise RobotFileError(
+            f"{source}: surfaces.{settings.name}: no boundary triangle has its centre in "
+            f"{settings.box.lower} to {settings.box.upper}"
+            + (f" and points along {settings.normal}" if settings.normal else "")
+        )
+    return boundary[chosen]
+
+
+def build_contacts(config: RobotConfig, mesh: TetMesh, source: str) -> ContactSet:
+    """Candidates and target surfaces of every contact."""
+    boundary = boundary_triangles(mesh.tets)
+    surfaces = {s.name: select_surface(s, mesh, boundary, source) for s in config.surfaces}
+    pairs = []
+    for contact in config.contacts:
+        nodes, weights = spread_points(mesh.nodes, surfaces[contact.candidates], contact.points)
+        name = f"{contact.candidates} on {contact.against}"
+        pairs.append(ContactPair(name, nodes, weights, surfaces[contact.against]))
+    return ContactSet(pairs, len(mesh.nodes), config.contact.alarm_distance)
+
+
+def digest(
+    mesh: TetMesh, material: Material, fixed: Bools, cables: CableSet, contacts: ContactSet
+) -> str:
+    """SHA-256 of what decides the contact forces of a robot; loads and control are left out."""
+    hasher = hashlib.sha256()
+    arrays = [
+        mesh.nodes,
+        mesh.tets,
+        fixed,
+        cables.owner,
+        cables.nodes,
+        cables.weights,
+        cables.offset,
+    ]
+    for pair in contacts.pairs:
+        arrays += [pair.nodes, pair.weights, pair.triangles]
+    for array in arrays:
+        rounded = np.round(array, 12) if array.dtype.kind == "f" else array
+        hasher.update(np.ascontiguousarray(rounded).tobytes())
+    hasher.update(repr(material).encode())
+    return hasher.hexdigest()

@@ -1,0 +1,214 @@
+"""The forward simulator: a robot under tensions or pulled lengths, step by step or settled."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from tauten.model.arrays import Array
+from tauten.model.compliance import compliance
+from tauten.model.contact_space import ContactSpace, EmptySpace
+from tauten.model.forward import Command, Enrichment, Forces, ForwardStep, forward_step
+from tauten.model.lcp import solve_lcp
+from tauten.model.robot import Robot, State
+from tauten.model.system import Integration
+
+# Pointwise contact: columns are added until no candidate is deeper than this [m].
+FULL = Enrichment(tolerance=1e-8, rounds=60, per_pair=8)
+OFF = Enrichment(tolerance=np.inf, rounds=0, per_pair=0)
+
+
+@dataclass(frozen=True, slots=True)
+class Report:
+    """How a step or a settling went.
+
+    Attributes:
+        converged: whether contact, and for settling the equilibrium, met its tolerance.
+        iterations: linearised steps taken.
+        movement: largest displacement of a node in the last one [m].
+        residual: complementarity of the contacts [m].
+        deepest_gap: smallest predicted gap [m], +inf without any candidate in range.
+        extra_columns: unit columns that were in play.
+    """
+
+    converged: bool
+    iterations: int
+    movement: float
+    residual: float
+    deepest_gap: float
+    extra_columns: int
+
+
+class Simulator:
+    """Forward simulation of a robot.
+
+    Attributes:
+        robot: the robot, with a factorisation of its own.
+        state: configuration and velocity.
+        forces: constraint forces of the last step.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        contact: Literal["none", "full"] | ContactSpace = "full",
+        enrichment: Enrichment | None = None,
+    ) -> None:
+        """Start at rest.
+
+        Args:
+            robot: what to simulate; the caller's workspace is left alone.
+            contact: "none"; "full", pointwise to 1e-8 m; or a basis of contact forces.
+            enrichment: when unit columns join; default: as tight as "full" needs, off for a basis.
+
+        Raises:
+            ValueError: `contact` is none of these.
+        """
+        if isinstance(contact, str) and contact not in ("none", "full"):
+            raise ValueError(f'contact is {contact!r}, allowed are "none", "full" or a basis')
+        self.robot = robot.fork()
+        self._space: ContactSpace = EmptySpace(robot.n_c) if isinstance(contact, str) else contact
+        self._enrichment = enrichment or (FULL if contact == "full" else OFF)
+        self._static = replace(robot.integration, static=True)
+        self.reset()
+
+    def reset(self) -> None:
+        """Back to rest, no forces."""
+        none = np.zeros(0, dtype=np.int64)
+        self.state = self.robot.rest()
+        self.forces = Forces(np.zeros(self.robot.n_a), np.zeros(self._space.k), none, np.zeros(0))
+        self._pull = np.zeros(self.robot.n_a)
+
+    @property
+    def effector(self) -> Array:
+        """Positions of the effectors: (p, 3) [m]."""
+        return self.robot.effector(self.state)
+
+    @property
+    def pull(self) -> Array:
+        """Pulled lengths: (n_a,) [m]."""
+        return self.robot.rows(self.state, contacts=False).actuators.delta
+
+    @property
+    def tension(self) -> Array:
+        """Cable tensions of the last step: (n_a,) [N]."""
+        return self.forces.tension
+
+    @property
+    def gaps(self) -> Array:
+        """Signed gap of every candidate, +inf where out of range: (n_c,) [m]."""
+        return self.robot.contact_rows(self.robot.nodes(self.state)).gaps()
+
+    @property
+    def lam_c(self) -> Array:
+        """Contact force of every candidate in the last step: (n_c,) [N]."""
+        lam = self._space.lift(self.forces.beta).copy()
+        lam[self.forces.extra] += self.forces.extra_beta
+        return lam
+
+    def step(
+        self,
+        pull: Sequence[float] | Array | None = None,
+        tension: Sequence[float] | Array | None = None,
+    ) -> Report:
+        """One time step h under pulled lengths [m] or tensions [N], (n_a,) each.
+
+        Raises:
+            ValueError: not exactly one of the two, or a wrong shape, or not finite.
+        """
+        result, movement = self._advance(self._command(pull, tension), None)
+        return _report(result, 1, movement, result.converged)
+
+    def settle(
+        self,
+        pull: Sequence[float] | Array | None = None,
+        tension: Sequence[float] | Array | None = None,
+        tolerance: float = 1e-7,
+        max_iterations: int = 200,
+    ) -> Report:
+        """Move to equilibrium under pulled lengths [m] or tensions [N].
+
+        Newton steps of the quasi-static system, each at most a twentieth of the body long.
+
+        Args:
+            pull: (n_a,) pulled lengths [m].
+            tension: (n_a,) tensions [N].
+            tolerance: largest displacement of a node in the last step [m].
+            max_iterations: linearised steps at most; then `converged` is False.
+
+        Raises:
+            ValueError: not exactly one of pull and tension, or a wrong shape, or not finite.
+        """
+        command = self._command(pull, tension)
+        iteration, movement = 0, np.inf
+        while iteration < max_iterations:
+            iteration += 1
+            result, movement = self._advance(command, self._static)
+            if movement < tolerance or not np.isfinite(movement):
+                break
+        self.state = State(self.state.q, np.zeros_like(self.state.v))
+        return _report(result, iteration, movement, movement < tolerance and result.converged)
+
+    def smooth_contact_forces(self, regularisation: float = 1e-6) -> Array:
+        """The equilibrium's contact forces of nearly least norm: (n_c,) [N].
+
+        Pointwise forces are not unique where candidates are finer than the mesh; snapshots want the
+        smooth ones. The state is left as it is.
+
+        Args:
+            regularisation: added to the compliance, relative to its mean diagonal.
+        """
+        rows = self.robot.rows(self.state)
+        lam_c = np.zeros(self.robot.n_c)
+        if len(rows.contacts) == 0:
+            return lam_c
+        system = self.robot.linearise(self.state, self.forces.tension, self._static)
+        H = np.vstack([rows.actuators.H.toarray(), rows.contacts.rows.H.toarray()])
+        response = compliance(
+            system, H, np.concatenate([rows.actuators.delta, rows.contacts.rows.delta])
+        )
+        n_a = self.robot.n_a
+        W = response.W[n_a:, n_a:]
+        rho = regularisation * float(np.trace(W)) / len(W)
+        delta = response.delta_free[n_a:] + response.W[n_a:, :n_a] @ self.forces.tension
+        lam_c[rows.contacts.slots] = solve_lcp(W + rho * np.eye(len(W)), delta).lam
+        return lam_c
+
+    def _advance(
+        self, command: Command, integration: Integration | None
+    ) -> tuple[ForwardStep, float]:
+        system, result = forward_step(
+            self.robot, self.state, self._space, command, self._enrichment, self.forces, integration
+        )
+        limit = 0.05 * self.robot.mesh.size if integration is not None else np.inf
+        movement = float(np.abs(system.h * (system.v + result.dv)).max(initial=0.0))
+        dv = result.dv * min(1.0, limit / movement) if movement > 0.0 else result.dv
+        self.state = self.robot.advance(self.state, system, dv)
+        self.forces = result.forces
+        return result, movement
+
+    def _command(
+        self, pull: Sequence[float] | Array | None, tension: Sequence[float] | Array | None
+    ) -> Command:
+        if (pull is None) == (tension is None):
+            raise ValueError("give either pull [m] or tension [N], one value a cable")
+        value = np.asarray(pull if tension is None else tension, dtype=float)
+        if value.shape != (self.robot.n_a,) or not np.isfinite(value).all():
+            raise ValueError(
+                f"{'pull' if tension is None else 'tension'}: found {value.tolist()}, "
+                f"expected {self.robot.n_a} finite values"
+            )
+        return Command(pull=value) if tension is None else Command(tension=value)
+
+
+def _report(result: ForwardStep, iterations: int, movement: float, converged: bool) -> Report:
+    return Report(
+        converged=converged,
+        iterations=iterations,
+        movement=movement,
+        residual=result.residual,
+        deepest_gap=result.deepest_gap,
+        extra_columns=len(result.forces.extra),
+    )

@@ -1,0 +1,170 @@
+"""The linear system of one step: a sparse pattern built once, values filled every step.
+
+Implicit Euler with one linearisation, equations (3)-(8) of the paper:
+
+    A dv = b + h Hᵀ λ,   A = (1 + h a) M + (h b_K + h²) K,   b = h (f − C v − h K v)
+    v_free = v + A⁻¹ b                                                            (10)
+
+and its quasi-static limit, a Newton step for equilibrium: M, C and v vanish, A = h² K, b = h f.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+from tauten.model.arrays import Array, Ints
+from tauten.model.factorisation import Factorisation
+
+
+@dataclass(frozen=True, slots=True)
+class Integration:
+    """How a step is taken.
+
+    Attributes:
+        h: time step [s].
+        static: whether inertia and damping are left out (quasi-static).
+        rayleigh_mass: a in C = a M + b_K K [1/s].
+        rayleigh_stiffness: b_K [s].
+    """
+
+    h: float
+    static: bool
+    rayleigh_mass: float = 0.0
+    rayleigh_stiffness: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Pattern:
+    """Sparsity of matrices over the free degrees of freedom.
+
+    Attributes:
+        dof: (n_nodes,) first degree of freedom of a node, −1 where it is fixed.
+        indptr: (n + 1,) CSC column pointers.
+        indices: (nnz,) row indices.
+        diagonal: (n,) places of the diagonal in the values.
+    """
+
+    dof: Ints
+    indptr: Ints
+    indices: Ints
+    diagonal: Ints
+
+    @property
+    def n(self) -> int:
+        """Number of free degrees of freedom."""
+        return len(self.indptr) - 1
+
+    def blocks(self, groups: Ints) -> tuple[Ints, Ints]:
+        """Places of the 3x3 blocks that couple the nodes of each group.
+
+        Args:
+            groups: (g, s) node ids.
+
+        Returns:
+            slot (g, s, s), place of entry (0, 0) of block (a, b), −1 where a node is fixed, and
+            column_length (g, s), distance from one column of node b to the next.
+        """
+        g, s = groups.shape
+        lookup = sp.csc_array(
+            (np.arange(1, len(self.indices) + 1), self.indices, self.indptr), shape=(self.n,) * 2
+        )
+        dof = self.dof[groups]  # (g, s)
+        rows = np.repeat(dof, s, axis=1).ravel()
+        columns = np.tile(dof, (1, s)).ravel()
+        free = (rows >= 0) & (columns >= 0)
+        slot = np.full(g * s * s, -1, dtype=np.int64)
+        slot[free] = np.asarray(lookup[rows[free], columns[free]]).ravel() - 1
+        length = np.diff(self.indptr)[np.maximum(dof, 0)]
+        return slot.reshape(g, s, s), np.ascontiguousarray(length, dtype=np.int64)
+
+
+def make_pattern(fixed: Array, groups: list[Ints]) -> Pattern:
+    """Pattern in which the nodes of every group are coupled.
+
+    Args:
+        fixed: (n_nodes,) bool, nodes that do not move.
+        groups: arrays (g, s) of node ids: elements, cable segments.
+    """
+    free = ~fixed.astype(bool)
+    number = np.where(free, np.cumsum(free) - 1, -1)
+    m = int(free.sum())
+    pairs = []
+    for group in groups:
+        s = group.shape[1]
+        i = np.repeat(number[group], s, axis=1).ravel()
+        j = np.tile(number[group], (1, s)).ravel()
+        pairs.append(np.stack([i, j])[:, (i >= 0) & (j >= 0)])
+    i, j = np.concatenate([np.tile(np.arange(m), (2, 1)), *pairs], axis=1)
+    graph = sp.csc_array((np.ones(i.size), (i, j)), shape=(m, m))
+    full = sp.csc_array(sp.kron(graph, np.ones((3, 3)), format="csc"))
+    full.sort_indices()
+    column = np.repeat(np.arange(3 * m), np.diff(full.indptr))
+    return Pattern(
+        dof=np.where(free, 3 * number, -1),
+        indptr=full.indptr.astype(np.int64),
+        indices=full.indices.astype(np.int64),
+        diagonal=np.flatnonzero(full.indices == column),
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class System:
+    """A factorised A dv = b + h Hᵀ λ; valid until its factorisation is used for the next step.
+
+    Attributes:
+        h: time step [s].
+        v: (n,) velocity before the step [m/s]; zero when quasi-static.
+        v_free: (n,) velocity after a step without constraint forces (10) [m/s].
+        residual: norm of the forces out of balance, without constraints [N].
+        factorisation: factors of A.
+    """
+
+    h: float
+    v: Array
+    v_free: Array
+    residual: float
+    factorisation: Factorisation
+
+    def solve(self, B: Array) -> Array:
+        """A⁻¹ B for B (n, m), best column-major: (n, m)."""
+        return self.factorisation.solve(B)
+
+
+def make_system(
+    pattern: Pattern,
+    factorisation: Factorisation,
+    integration: Integration,
+    K: Array,
+    mass: Array,
+    force: Array,
+    v: Array,
+) -> System:
+    """Build and factorise the system of one step.
+
+    Args:
+        pattern: sparsity of K.
+        factorisation: overwritten with the factors of A.
+        integration: scheme and damping.
+        K: (nnz,) tangent values; may be overwritten.
+        mass: (n,) lumped mass [kg].
+        force: (n,) internal and external forces without constraints [N].
+        v: (n,) velocity [m/s].
+
+    Raises:
+        FactorisationError: A is not positive definite.
+    """
+    h = integration.h
+    if integration.static:
+        factorisation.refactor(h * h * K)
+        dv = factorisation.solve(h * force)
+        return System(h, np.zeros_like(v), dv, float(np.linalg.norm(force)), factorisation)
+    a, b_K = integration.rayleigh_mass, integration.rayleigh_stiffness
+    n = pattern.n
+    Kv = sp.csc_array((K, pattern.indices, pattern.indptr), shape=(n, n)) @ v
+    b = h * (force - a * mass * v - (b_K + h) * Kv)
+    A = (h * b_K + h * h) * K
+    A[pattern.diagonal] += (1.0 + h * a) * mass
+    factorisation.refactor(A)
+    return System(h, v, v + factorisation.solve(b), float(np.linalg.norm(force)), factorisation)
