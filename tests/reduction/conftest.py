@@ -1,0 +1,40 @@
+"""Contact forces of V-notches that close: a stand-in for a campaign, with its hard properties.
+
+Candidates are finer than the nodes that carry them, so the compliance W is nearly rank-deficient,
+forces move over the faces as the notches close, and most candidates never touch.
+"""
+
+import numpy as np
+import pytest
+from tauten.model.arrays import Array
+from tauten.reduction.cone import coordinates
+
+
+def _hats(u: Array, nodes: int) -> Array:
+    """Piecewise linear interpolation from evenly spaced nodes on [0, 1]: (len(u), nodes)."""
+    at = np.linspace(0.0, 1.0, nodes)
+    return np.maximum(0.0, 1.0 - np.abs(u[:, None] - at) / at[1])
+
+
+def _notch(close_at: float, tilt: float, times: Array) -> Array:
+    """min ½ λᵀ W λ + gapᵀ λ, λ ≥ 0 over the times of a closing notch: (63, s)."""
+    x, y = np.linspace(0.0, 1.0, 7), np.linspace(0.0, 1.0, 9)
+    P = np.kron(_hats(x, 4), _hats(y, 4))  # (63, 16)
+    node = np.stack(np.meshgrid(np.linspace(0, 1, 4), np.linspace(0, 1, 4)), axis=-1).reshape(-1, 2)
+    distance = np.linalg.norm(node[:, None] - node, axis=-1)
+    W = 1e-4 * P @ np.exp(-distance / 0.4) @ P.T
+    W += 1e-3 * np.trace(W) / len(W) * np.eye(len(W))
+    X, Y = (grid.ravel()[:, None] for grid in np.meshgrid(x, y, indexing="ij"))
+    opening = (1.0 - times / close_at) * (0.15 + Y)
+    gap = 2e-3 * (opening + 0.3 * tilt * times * (X - 0.5) * Y + 0.4 * times * Y**2)  # (63, s)
+    L = np.linalg.cholesky(W)
+    return coordinates(L.T, -np.linalg.solve(L, gap))
+
+
+@pytest.fixture(scope="session")
+def forces() -> Array:
+    """λ (189, 150) [N] of three notches that close in turn; the first columns are zero."""
+    times = np.linspace(0.0, 1.0, 150)
+    return np.vstack(
+        [_notch(at, tilt, times) for at, tilt in ((0.25, 1.2), (0.4, 0.7), (0.6, 1.0))]
+    )
