@@ -56,8 +56,8 @@ def attach(mesh: TetMesh, points: Array, what: str, max_outside: float = 0.0) ->
         e = int(outside.argmin())
         if outside[e] > tolerance:
             raise ValueError(
-                f"{what}: point {index} at {np.round(point, 6).tolist()} m lies {outside[e]:.2g} m "
-                f"outside the mesh, allowed is {max_outside:g} m"
+                f"{what}: point {index} at {np.round(point, 6).tolist()} m lies at least "
+                f"{outside[e]:.2g} m outside the mesh, allowed is {max_outside:g} m"
             )
         nodes.append(mesh.tets[e])
         weights.append(w[e])

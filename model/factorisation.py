@@ -9,6 +9,7 @@ from __future__ import annotations
 import ctypes
 import importlib.util
 import logging
+import sys
 from collections.abc import Callable
 from typing import Any, Protocol
 
@@ -110,6 +111,9 @@ class SuperLU:
             self._lu = splu(self._matrix, "NATURAL", options=SUPERLU_OPTIONS)
         except RuntimeError as error:
             raise FactorisationError(str(error)) from error
+        # without pivoting U = D Lᵀ, and A is positive definite exactly when D is
+        if not (self._lu.U.diagonal() > 0.0).all():
+            raise FactorisationError("not positive definite")
 
     def solve(self, B: Array) -> Array:
         """See `Factorisation`."""
@@ -210,5 +214,6 @@ class Pardiso:
         return X
 
     def __del__(self) -> None:
-        if getattr(self, "_pt", None) is not None and self._pt.any():
+        # MKL keeps the factors outside Python's memory; at exit modules are gone and it may keep them
+        if not sys.is_finalizing() and hasattr(self, "_pt") and self._pt.any():
             self._call(-1, np.zeros(1), np.zeros(1), 1)

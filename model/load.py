@@ -106,10 +106,12 @@ def build_robot(config: RobotConfig, mesh: TetMesh, source: str) -> Robot:
     )
 
 
-def in_box(points: Array, box: Box, slack: float) -> Bools:
-    """Which points (m, 3) lie in the box, widened by slack [m]: (m,) bool."""
-    lower, upper = np.array(box.lower) - slack, np.array(box.upper) + slack
-    inside: Bools = np.all((points >= lower) & (points <= upper), axis=1)
+def in_box(points: Array, box: Box) -> Bools:
+    """Which points (m, 3) lie in the box, its faces included: (m,) bool.
+
+    The box is taken as written, without slack: give it some where the mesh is not exact.
+    """
+    inside: Bools = np.all((points >= box.lower) & (points <= box.upper), axis=1)
     return inside
 
 
@@ -117,7 +119,7 @@ def fixed_nodes(config: RobotConfig, mesh: TetMesh, source: str) -> Bools:
     """Nodes in any of the `fixed` boxes: (n_nodes,) bool."""
     fixed = np.zeros(len(mesh.nodes), dtype=bool)
     for index, box in enumerate(config.fixed):
-        chosen = in_box(mesh.nodes, box, 1e-6 * mesh.size)
+        chosen = in_box(mesh.nodes, box)
         if not chosen.any():
             low, high = mesh.nodes.min(axis=0).round(4), mesh.nodes.max(axis=0).round(4)
             raise RobotFileError(
@@ -187,7 +189,7 @@ def select_surface(settings: SurfaceSettings, mesh: TetMesh, boundary: Ints, sou
         RobotFileError: none.
     """
     corners = mesh.nodes[boundary]  # (t, 3, 3)
-    chosen = in_box(corners.mean(axis=1), settings.box, 1e-6 * mesh.size)
+    chosen = in_box(corners.mean(axis=1), settings.box)
     if settings.normal is not None:
         normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         normals /= np.linalg.norm(normals, axis=1, keepdims=True)

@@ -18,7 +18,7 @@ from tauten.model.cable import CableSet, add_cable_stiffness
 from tauten.model.config import RobotConfig
 from tauten.model.contact import ContactSet, contact_rows
 from tauten.model.effector import effector_rows
-from tauten.model.factorisation import Factorisation, make_factorisation
+from tauten.model.factorisation import Factorisation, FactorisationError, make_factorisation
 from tauten.model.limits import Limits
 from tauten.model.material import Material
 from tauten.model.mesh import TetMesh
@@ -207,9 +207,18 @@ class Robot:
         Raises:
             FactorisationError: A is not positive definite (a state that has blown up).
         """
-        force, K = self.forces(state, tension)
         scheme = integration or self.integration
-        return make_system(self.pattern, self.factorisation, scheme, K, self.mass, force, state.v)
+        for exact in (True, False):
+            force, K = self.forces(state, tension, exact)
+            try:
+                return make_system(
+                    self.pattern, self.factorisation, scheme, K, self.mass, force, state.v
+                )
+            except FactorisationError:
+                # the exact tangent may be indefinite (buckling); with rotations held it is not
+                if not exact:
+                    raise
+        raise AssertionError("unreachable")
 
     def rows(self, state: State, contacts: bool = True) -> RobotRows:
         """Rows of effectors, cables and, unless told otherwise, contacts at this state."""

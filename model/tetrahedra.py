@@ -81,8 +81,8 @@ def polar_rotation(F: Array, R: Array, C: Array) -> None:
 
 
 @kernel
-def turning(S: Array, lam: float, mu: float, G: Array) -> None:
-    """G = 2 μ I − 2 (2 μ − λ tr(S − I)) (tr(S) I − S)⁻¹: what a turning R adds to the tangent."""
+def turning(S: Array, R: Array, lam: float, mu: float, G: Array) -> None:
+    """R (2 μ I − 2 (2 μ − λ tr(S − I)) (tr(S) I − S)⁻¹) Rᵀ into G: what a turning R adds."""
     trace = S[0, 0] + S[1, 1] + S[2, 2]
     T = np.empty((3, 3))
     C = np.empty((3, 3))
@@ -95,7 +95,10 @@ def turning(S: Array, lam: float, mu: float, G: Array) -> None:
     scale = 2.0 * (2.0 * mu - lam * (trace - 3.0)) / det if det > 1e-3 else 0.0
     for i in range(3):
         for j in range(3):
-            G[i, j] = -scale * C[i, j]
+            T[i, j] = -scale * (R[i, 0] * C[0, j] + R[i, 1] * C[1, j] + R[i, 2] * C[2, j])
+    for i in range(3):
+        for j in range(3):
+            G[i, j] = T[i, 0] * R[j, 0] + T[i, 1] * R[j, 1] + T[i, 2] * R[j, 2]
         if det > 1e-3:
             G[i, i] += 2.0 * mu
 
@@ -129,7 +132,8 @@ def assemble(  # noqa: C901  one flat loop nest is what numba compiles best
     """
     lam, mu = lame
     F, R, C = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
-    S, P, G = np.empty((3, 3)), np.empty((3, 3)), np.zeros((3, 3))
+    S, P, G = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
+    B = np.empty((3, 3))
     g = np.empty((4, 3))
     for e in range(tets.shape[0]):
         for i in range(3):
@@ -153,39 +157,73 @@ def assemble(  # noqa: C901  one flat loop nest is what numba compiles best
                     g[a, i] += R[i, j] * gradients[e, a, j]
                     force[tets[e, a], i] -= V * P[i, j] * gradients[e, a, j]
         if exact:
-            turning(S, lam, mu, G)
-            C[:] = R @ G @ R.T  # G in world axes
+            turning(S, R, lam, mu, G)
         for a in range(4):
-            for b in range(4):
-                if slot[e, a, b] >= 0:
-                    add_block(K, slot[e, a, b], column_length[e, b], V, lam, mu, g[a], g[b])
-                    if exact:
-                        add_turning(K, slot[e, a, b], column_length[e, b], V, C, g[a], g[b])
+            for b in range(a, 4):
+                block(lam, mu, V, g[a], g[b], B)
+                if exact:
+                    add_turning(0.5 * V, G, g[a], g[b], B)
+                scatter(B, slot[e], column_length[e], a, b, K)
 
 
 @kernel
-def add_block(
-    K: Array, slot: int, length: int, V: float, lam: float, mu: float, ga: Array, gb: Array
-) -> None:
-    """K_ab with the rotation held, into the CSC values."""
-    dot = mu * (ga[0] * gb[0] + ga[1] * gb[1] + ga[2] * gb[2])
-    for j in range(3):
-        for i in range(3):
-            value = lam * ga[i] * gb[j] + mu * gb[i] * ga[j]
-            if i == j:
-                value += dot
-            K[slot + j * length + i] += V * value
+def block(lam: float, mu: float, V: float, ga: Array, gb: Array, B: Array) -> None:
+    """K_ab with the rotation held, into the 3x3 B."""
+    # scalars, because numba keeps them in registers where it would reload array entries
+    a0, a1, a2 = V * ga[0], V * ga[1], V * ga[2]
+    b0, b1, b2 = gb[0], gb[1], gb[2]
+    dot = mu * (a0 * b0 + a1 * b1 + a2 * b2)
+    B[0, 0] = (lam + mu) * a0 * b0 + dot
+    B[0, 1] = lam * a0 * b1 + mu * a1 * b0
+    B[0, 2] = lam * a0 * b2 + mu * a2 * b0
+    B[1, 0] = lam * a1 * b0 + mu * a0 * b1
+    B[1, 1] = (lam + mu) * a1 * b1 + dot
+    B[1, 2] = lam * a1 * b2 + mu * a2 * b1
+    B[2, 0] = lam * a2 * b0 + mu * a0 * b2
+    B[2, 1] = lam * a2 * b1 + mu * a1 * b2
+    B[2, 2] = (lam + mu) * a2 * b2 + dot
 
 
 @kernel
-def add_turning(K: Array, slot: int, length: int, V: float, G: Array, ga: Array, gb: Array) -> None:
-    """V/2 [g_a]ᵀ G [g_b], the turning of R, into the CSC values; [g] z = g × z."""
+def add_turning(scale: float, G: Array, ga: Array, gb: Array, B: Array) -> None:
+    """Add scale [g_a]ᵀ G [g_b] to B, where [g] z = g × z."""
+    a0, a1, a2 = scale * ga[0], scale * ga[1], scale * ga[2]
+    b0, b1, b2 = gb[0], gb[1], gb[2]
+    for i in range(3):
+        # row i of G [g_b]
+        t0, t1, t2 = (
+            G[i, 1] * b2 - G[i, 2] * b1,
+            G[i, 2] * b0 - G[i, 0] * b2,
+            G[i, 0] * b1 - G[i, 1] * b0,
+        )
+        # column i of [g_a]ᵀ
+        c0, c1, c2 = 0.0, 0.0, 0.0
+        if i == 0:
+            c1, c2 = -a2, a1
+        elif i == 1:
+            c0, c2 = a2, -a0
+        else:
+            c0, c1 = -a1, a0
+        B[0, 0] += c0 * t0
+        B[0, 1] += c0 * t1
+        B[0, 2] += c0 * t2
+        B[1, 0] += c1 * t0
+        B[1, 1] += c1 * t1
+        B[1, 2] += c1 * t2
+        B[2, 0] += c2 * t0
+        B[2, 1] += c2 * t1
+        B[2, 2] += c2 * t2
+
+
+@kernel
+def scatter(B: Array, slot: Ints, length: Ints, a: int, b: int, K: Array) -> None:
+    """Add B to block (a, b) of the CSC values K and, by symmetry, Bᵀ to block (b, a)."""
+    if slot[a, b] < 0:
+        return
     for j in range(3):
-        j1, j2 = (j + 1) % 3, (j + 2) % 3
         for i in range(3):
-            i1, i2 = (i + 1) % 3, (i + 2) % 3
-            # column j of [g] has g[j2] at row j1 and −g[j1] at row j2
-            value = ga[i2] * (G[i1, j1] * gb[j2] - G[i1, j2] * gb[j1]) - ga[i1] * (
-                G[i2, j1] * gb[j2] - G[i2, j2] * gb[j1]
-            )
-            K[slot + j * length + i] += 0.5 * V * value
+            K[slot[a, b] + j * length[b] + i] += B[i, j]
+    if a != b:
+        for j in range(3):
+            for i in range(3):
+                K[slot[b, a] + j * length[a] + i] += B[j, i]

@@ -1,0 +1,31 @@
+"""What tests share: reference data beside the repository, boxes of tetrahedra, the finger."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import matplotlib
+
+matplotlib.use("Agg")
+
+import pytest
+
+from tauten.model.load import load_robot
+from tauten.model.robot import Robot
+
+
+@pytest.fixture(scope="session")
+def reference() -> Path:
+    """Folder of the curves other programs made; see CONTRIBUTING for where it is looked for."""
+    default = Path(__file__).resolve().parents[2] / "shared" / "data"
+    folder = Path(os.environ.get("TAUTEN_REFERENCE_DATA", default))
+    if not folder.is_dir():
+        pytest.skip(f"reference data not found in {folder}; set TAUTEN_REFERENCE_DATA")
+    return folder
+
+
+@pytest.fixture(scope="session")
+def finger() -> Robot:
+    """The shipped finger."""
+    return load_robot("finger")

@@ -1,0 +1,65 @@
+"""Every back end solves the same systems and refuses what it cannot factorise."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+
+from tauten.model.factorisation import (
+    BACKENDS,
+    FactorisationError,
+    installed_backends,
+    make_factorisation,
+)
+
+
+def random_spd(seed: int, n: int = 60) -> sp.csc_array:
+    rng = np.random.default_rng(seed)
+    pattern = sp.random_array((n, n), density=0.05, rng=np.random.default_rng(0))
+    pattern = sp.csc_array(pattern + pattern.T + sp.eye_array(n))
+    pattern.sort_indices()
+    A = pattern.copy()
+    A.data = rng.standard_normal(A.nnz)
+    return sp.csc_array(A @ A.T + sp.eye_array(n))
+
+
+@pytest.mark.parametrize("backend", sorted(BACKENDS))
+def test_back_ends_refactor_and_solve(backend: str) -> None:
+    if backend not in installed_backends():
+        pytest.skip(f"{backend} is not installed")
+    A = random_spd(1)
+    A.sort_indices()
+    factorisation = make_factorisation(A.indptr, A.indices, backend)
+    rng = np.random.default_rng(2)
+    for seed in (3, 4):
+        A = random_spd(seed)
+        A.sort_indices()
+        factorisation.refactor(A.data)
+        for b in (rng.standard_normal(60), np.asfortranarray(rng.standard_normal((60, 7)))):
+            assert np.allclose(A @ factorisation.solve(b), b, atol=1e-9)
+        assert factorisation.solve(np.zeros((60, 0))).shape == (60, 0)
+
+
+def test_the_fastest_installed_one_is_picked() -> None:
+    A = random_spd(1)
+    assert make_factorisation(A.indptr, A.indices).name == installed_backends()[0]
+
+
+def test_unknown_back_end_is_refused_with_the_choices() -> None:
+    A = random_spd(1)
+    with pytest.raises(ValueError, match=r"'nothing' is not installed, available are .*superlu"):
+        make_factorisation(A.indptr, A.indices, "nothing")
+
+
+@pytest.mark.parametrize("backend", sorted(BACKENDS))
+def test_indefinite_matrices_are_refused(backend: str) -> None:
+    if backend not in installed_backends():
+        pytest.skip(f"{backend} is not installed")
+    A = random_spd(1)
+    A.sort_indices()
+    factorisation = make_factorisation(A.indptr, A.indices, backend)
+    with pytest.raises(FactorisationError):
+        factorisation.refactor(-A.data)
+    factorisation.refactor(A.data)  # and usable afterwards
+    assert np.allclose(A @ factorisation.solve(np.ones(60)), 1.0)
