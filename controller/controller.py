@@ -1,0 +1,186 @@
+"""The controller: a model of the robot that follows targets and says what its cables must do."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tauten.controller.qpcc import QpccSettings
+from tauten.controller.solution import Certificate, Status
+from tauten.controller.step import (
+    Decision,
+    DecideSettings,
+    Prepared,
+    advance,
+    decide,
+    forces_of,
+    prepare,
+)
+from tauten.model.arrays import Array, Ints
+from tauten.model.contact_space import ContactSpace, EmptySpace
+from tauten.model.factorisation import FactorisationError
+from tauten.model.forward import Enrichment, Forces
+from tauten.model.robot import Robot, State
+
+NOTHING = Certificate(np.nan, np.nan, np.nan, np.nan)
+
+
+@dataclass(frozen=True, slots=True)
+class Actuation:
+    """What the cables are to do, and how far to trust it.
+
+    Attributes:
+        pull: (n_a,) pulled lengths [m].
+        tension: (n_a,) tensions [N].
+        status: how the decision ended; on anything but OK the last actuation is held.
+        certificate: residuals and deepest predicted gap of the decision.
+        effector: (p, 3) predicted positions of the effectors [m].
+    """
+
+    pull: Array
+    tension: Array
+    status: Status
+    certificate: Certificate
+    effector: Array
+
+
+class Controller:
+    """Inverse control of a robot, one decision a time step.
+
+    `step` does all of it; a node calls `decide` when the tick comes, publishes, and then `advance` and
+    `prepare`, so that the next decision is ready before its target.
+
+    Attributes:
+        robot: the robot, with a factorisation of its own.
+        state: configuration and velocity of the model.
+        forces: constraint forces of the last decision.
+        status: how the last prepare or decide ended.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        basis: ContactSpace | None = None,
+        enrichment: Enrichment | None = None,
+    ) -> None:
+        """Start at rest.
+
+        Args:
+            robot: what to control; the caller's workspace is left alone.
+            basis: contact basis; None: a controller that knows no contact.
+            enrichment: when unit columns join the basis; default: at the robot file's tolerance, in at
+                most three rounds.
+
+        Raises:
+            ValueError: the basis has not as many slots as the robot has candidates.
+        """
+        self.robot = robot.fork()
+        self.space: ContactSpace = EmptySpace(robot.n_c) if basis is None else basis
+        slots = len(self.space.lift(np.zeros(self.space.k)))
+        if slots != robot.n_c:
+            raise ValueError(f"the basis has {slots} slots, {robot.name} has {robot.n_c} candidates")
+        settings = robot.config.controller
+        default = Enrichment(robot.config.contact.tolerance, rounds=3, per_pair=1)
+        self._settings = DecideSettings(
+            epsilon=settings.regularisation,
+            enrichment=enrichment or default,
+            qpcc=QpccSettings(solver=settings.qp_solver, max_pivots=settings.max_pivots),
+        )
+        self.reset()
+
+    def reset(self) -> None:
+        """Back to rest, no forces."""
+        robot = self.robot
+        self.state: State = robot.rest()
+        self.forces = Forces(
+            np.zeros(robot.n_a), np.zeros(self.space.k), np.zeros(0, dtype=np.int64), np.zeros(0)
+        )
+        self.status = Status.OK
+        self._prepared: Prepared | None = None
+        self._decision: Decision | None = None
+        self._actuation = Actuation(
+            np.zeros(robot.n_a), np.zeros(robot.n_a), Status.OK, NOTHING, self.effector
+        )
+
+    @property
+    def effector(self) -> Array:
+        """The model's own effector positions: (p, 3) [m]."""
+        return self.robot.effector(self.state)
+
+    @property
+    def pull(self) -> Array:
+        """Pulled lengths commanded last: (n_a,) [m]."""
+        return self._actuation.pull
+
+    @property
+    def tension(self) -> Array:
+        """Tensions commanded last: (n_a,) [N]."""
+        return self._actuation.tension
+
+    @property
+    def candidates_in_range(self) -> int:
+        """Contact candidates within the alarm distance in the prepared step."""
+        return 0 if self._prepared is None else len(self._prepared.rows.contacts)
+
+    def prepare(self) -> None:
+        """Get the next step ready; does nothing when it already is."""
+        if self._prepared is not None:
+            return
+        try:
+            self._prepared = prepare(self.robot, self.space, self.state, self.forces)
+        except FactorisationError:
+            self.status = Status.NOT_FINITE
+
+    def decide(self, target: Sequence[float] | Array) -> Actuation:
+        """Tensions for a target; never raises on a bad one, but holds and says so in the status.
+
+        Args:
+            target: (3,) or (p, 3) positions of the effectors [m].
+        """
+        self._decision = None
+        self.prepare()
+        try:
+            goal = np.asarray(target, dtype=float).ravel()
+        except (TypeError, ValueError):
+            goal = np.zeros(0)
+        if self._prepared is None or goal.shape != (self.robot.n_e,) or not np.isfinite(goal).all():
+            return self._hold(Status.NOT_FINITE)
+        decision = decide(
+            self.robot, self._prepared, goal, self.pull, self.forces, self._settings
+        )
+        self._prepared = decision.prepared
+        solution, n_e, n_a = decision.solution, self.robot.n_e, self.robot.n_a
+        if not solution.status.ok:
+            return self._hold(solution.status, solution.certificate)
+        self._decision = decision
+        self.status = solution.status
+        self._actuation = Actuation(
+            pull=decision.delta[n_e : n_e + n_a],
+            tension=solution.lam_a,
+            status=solution.status,
+            certificate=solution.certificate,
+            effector=decision.delta[:n_e].reshape(-1, 3),
+        )
+        return self._actuation
+
+    def advance(self) -> None:
+        """Move the model by the decision taken; without an OK decision it stays where it is."""
+        if self._decision is None:
+            return
+        self.state = advance(self.robot, self._decision)
+        self.forces = forces_of(self.robot, self.space, self._decision)
+        self._prepared = self._decision = None
+
+    def step(self, target: Sequence[float] | Array) -> Actuation:
+        """Prepare, decide and advance: one control step towards a target (3,) or (p, 3) [m]."""
+        actuation = self.decide(target)
+        self.advance()
+        return actuation
+
+    def _hold(self, status: Status, certificate: Certificate = NOTHING) -> Actuation:
+        self.status = status
+        return replace(
+            self._actuation, status=status, certificate=certificate, effector=self.effector
+        )

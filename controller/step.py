@@ -1,0 +1,194 @@
+"""One control step, the page to read first: prepare, decide, advance.
+
+`prepare` is all that does not need the target: the finite-element system, the rows, the compliance
+between them. `decide` solves the small QPCC (T1) for the target that has just arrived. `advance` moves the
+model. So the latency from target to tensions is that of `decide` alone, whatever the size of the mesh.
+
+No decision is believed before the gaps of all candidates in range are predicted: where one is deeper
+than the tolerance, a unit column joins the contact basis for this step and the QPCC is solved again.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tauten.controller.compliance import Response
+from tauten.controller.inverse import inverse_problem
+from tauten.controller.qpcc import QpccSettings, solve_qpcc
+from tauten.controller.solution import Solution
+from tauten.model.arrays import Array, Bools, Ints
+from tauten.model.compliance import Compliance, compliance, extended
+from tauten.model.contact_space import ContactSpace, ReducedContacts
+from tauten.model.forward import Enrichment, Forces, unit_rows, worst_rows
+from tauten.model.robot import Robot, RobotRows, State
+from tauten.model.system import System
+
+
+@dataclass(frozen=True, slots=True)
+class Prepared:
+    """Everything about a step but the target.
+
+    Attributes:
+        state: where the step starts.
+        system: factorised A, v_free.
+        rows: effectors, actuators, contacts in range.
+        reduced: contacts seen through the basis.
+        extra: (r,) rows of `rows.contacts` that have a unit column.
+        response: compliance of effectors, actuators, reduced contacts, unit columns, in this order.
+    """
+
+    state: State
+    system: System
+    rows: RobotRows
+    reduced: ReducedContacts
+    extra: Ints
+    response: Compliance
+
+
+@dataclass(frozen=True, slots=True)
+class DecideSettings:
+    """How `decide` weighs and checks.
+
+    Attributes:
+        epsilon: weight of the actuation energy in (T1), unitless.
+        enrichment: when unit columns join the basis.
+        qpcc: settings of the solver.
+    """
+
+    epsilon: float
+    enrichment: Enrichment
+    qpcc: QpccSettings
+
+
+@dataclass(frozen=True, slots=True)
+class Decision:
+    """The answer to a target.
+
+    Attributes:
+        prepared: the step with the unit columns that joined.
+        solution: tensions, contact forces, status and certificate.
+        lam: (m,) forces on all rows of `prepared.response`, zero on the effectors.
+        delta: (m,) predicted row values [m].
+        dv: (n,) velocity change [m/s].
+    """
+
+    prepared: Prepared
+    solution: Solution
+    lam: Array
+    delta: Array
+    dv: Array
+
+
+def prepare(robot: Robot, space: ContactSpace, state: State, forces: Forces) -> Prepared:
+    """Linearise, detect, condense: all of a step that needs no target.
+
+    Args:
+        robot: whose factorisation workspace is used until the next `prepare`.
+        space: basis of the contact forces.
+        state: where the step starts.
+        forces: those of the last step; its tensions curve the tangent, its unit columns stay in play.
+
+    Raises:
+        FactorisationError: the state has blown up.
+    """
+    system = robot.linearise(state, forces.tension)
+    rows = robot.rows(state, contacts=space.k > 0)
+    reduced = space.reduce(rows.contacts)
+    pushed = forces.extra[forces.extra_beta > 0.0]
+    extra = np.flatnonzero(np.isin(rows.contacts.slots, pushed))
+    H_extra, delta_extra = unit_rows(rows.contacts, extra)
+    H = np.vstack([rows.effectors.H.toarray(), rows.actuators.H.toarray(), reduced.H, H_extra])
+    delta = np.concatenate([rows.effectors.delta, rows.actuators.delta, reduced.delta, delta_extra])
+    return Prepared(state, system, rows, reduced, extra, compliance(system, H, delta))
+
+
+def decide(
+    robot: Robot,
+    prepared: Prepared,
+    target: Array,
+    pull: Array,
+    forces: Forces,
+    settings: DecideSettings,
+) -> Decision:
+    """Find the tensions that bring the effectors to a target within one step.
+
+    Args:
+        robot: limits and time step.
+        prepared: the step.
+        target: (n_e,) positions [m].
+        pull: (n_a,) pulled lengths commanded last [m].
+        forces: those of the last step, where the active set starts.
+        settings: weights and tolerances.
+    """
+    for round_ in range(settings.enrichment.rounds + 1):
+        decision = decide_once(robot, prepared, target, pull, forces, settings)
+        gaps = predicted_gaps(prepared, decision.dv)
+        contacts = prepared.rows.contacts
+        worst = worst_rows(contacts, gaps, settings.enrichment, contacts.slots[prepared.extra])
+        if len(worst) == 0 or round_ == settings.enrichment.rounds or not decision.solution.status.ok:
+            break
+        response = extended(prepared.system, prepared.response, *unit_rows(contacts, worst))
+        extra = np.concatenate([prepared.extra, worst])
+        prepared = replace(prepared, response=response, extra=extra)
+    certificate = replace(
+        decision.solution.certificate,
+        deepest_gap=float(gaps.min(initial=np.inf)),
+        extra_columns=len(prepared.extra),
+    )
+    return replace(decision, solution=replace(decision.solution, certificate=certificate))
+
+
+def advance(robot: Robot, decision: Decision) -> State:
+    """The model's state after the step."""
+    prepared = decision.prepared
+    return robot.advance(prepared.state, prepared.system, decision.dv)
+
+
+def decide_once(
+    robot: Robot,
+    prepared: Prepared,
+    target: Array,
+    pull: Array,
+    forces: Forces,
+    settings: DecideSettings,
+) -> Decision:
+    """Build and solve the QPCC of the columns in play."""
+    all_rows = prepared.response
+    n_e, n_a = robot.n_e, robot.n_a
+    response = Response(all_rows.W, all_rows.delta_free, n_e, n_a, len(all_rows) - n_e - n_a)
+    problem = inverse_problem(response, target, robot.limits, pull, robot.h, settings.epsilon)
+    solution = solve_qpcc(problem, warm_piece(prepared, forces), settings.qpcc)
+    lam = np.concatenate([np.zeros(n_e), solution.lam_a, solution.beta])
+    return Decision(
+        prepared=prepared,
+        solution=solution,
+        lam=lam,
+        delta=all_rows.delta_free + all_rows.W @ lam,
+        dv=all_rows.velocity_change(prepared.system, lam),
+    )
+
+
+def warm_piece(prepared: Prepared, forces: Forces) -> Bools:
+    """Which columns in play pushed in the last step: (k' + r,) bool."""
+    pushed = forces.extra[forces.extra_beta > 0.0]
+    slots = prepared.rows.contacts.slots[prepared.extra]
+    return np.concatenate([forces.beta[prepared.reduced.modes] > 0.0, np.isin(slots, pushed)])
+
+
+def predicted_gaps(prepared: Prepared, dv: Array) -> Array:
+    """Gaps of all candidates in range after a velocity change dv (n,): (m,) [m]."""
+    rows, system = prepared.rows.contacts.rows, prepared.system
+    gaps: Array = rows.delta + system.h * (rows.H @ (system.v + dv))
+    return gaps
+
+
+def forces_of(robot: Robot, space: ContactSpace, decision: Decision) -> Forces:
+    """The decision's forces by cable, mode and slot, to start the next step from."""
+    prepared, n_e, n_a = decision.prepared, robot.n_e, robot.n_a
+    k = n_e + n_a + len(prepared.reduced)
+    beta = np.zeros(space.k)
+    beta[prepared.reduced.modes] = decision.lam[n_e + n_a : k]
+    slots = prepared.rows.contacts.slots[prepared.extra]
+    return Forces(decision.lam[n_e : n_e + n_a], beta, slots, decision.lam[k:])
