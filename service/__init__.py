@@ -1,0 +1,1 @@
+"""The service: time, messages and files around the controller."""

@@ -1,0 +1,229 @@
+"""The `tauten` command.
+
+Rooms are imported inside the commands, so that `tauten --help` does not wait for them.
+"""
+
+from __future__ import annotations
+
+import logging
+import sys
+from datetime import datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+from rich.console import Console
+from rich.table import Table
+from tauten.service.cli_bench import bench
+from tauten.service.cli_reduction import inspect, reduce
+
+if TYPE_CHECKING:
+    from tauten.service.network import Network
+
+app = typer.Typer(
+    help="Real-time inverse control of cable-driven soft robots that touch themselves.",
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    add_completion=False,
+)
+app.add_typer(bench, name="bench")
+app.command()(reduce)
+app.command()(inspect)
+
+RobotName = Annotated[str, typer.Argument(help="A shipped robot's name, or a robot file.")]
+Port = Annotated[
+    int | None,
+    typer.Option(min=1024, max=65534, help="The node's TCP port; default: from the robot's name."),
+]
+ZenohConfig = Annotated[
+    Path | None, typer.Option(help="Zenoh configuration file instead of peers on loopback.")
+]
+Rate = Annotated[
+    float | None, typer.Option(min=0.1, help="Control rate [Hz]; default: the robot file's.")
+]
+Basis = Annotated[
+    str | None,
+    typer.Option(help='Contact basis, "none" for no contact; default: the robot file\'s.'),
+]
+
+
+@app.callback()
+def options(
+    log_level: Annotated[
+        Literal["debug", "info", "warning", "error"], typer.Option(help="What goes to stderr.")
+    ] = "info",
+) -> None:
+    """Set up logging before any command."""
+    logging.basicConfig(
+        level=log_level.upper(), format="%(asctime)s %(levelname)s %(name)s: %(message)s"
+    )
+
+
+@app.command()
+def serve(
+    robot: RobotName,
+    rate: Rate = None,
+    basis: Basis = None,
+    record: Annotated[Path | None, typer.Option(help="MCAP file to record the run to.")] = None,
+    port: Port = None,
+    zenoh_config: ZenohConfig = None,
+) -> None:
+    """Serve a robot: targets in, actuation out. Ctrl-C releases the cables in a ramp."""
+    from tauten.service.config import load_setup
+    from tauten.service.node import serve as run
+    from tauten.service.stopping import stop_on_signals
+
+    with stop_on_signals() as stop:
+        run(load_setup(robot, rate, basis), _network(port, zenoh_config), record, stop)
+
+
+@app.command()
+def plant(
+    robot: RobotName,
+    rate: Rate = None,
+    port: Port = None,
+    zenoh_config: ZenohConfig = None,
+) -> None:
+    """Simulate a robot, full-order with pointwise contact; it obeys actuation."""
+    from tauten.model import load_robot
+    from tauten.service.plant import simulate
+    from tauten.service.stopping import stop_on_signals
+
+    with stop_on_signals() as stop:
+        simulate(load_robot(robot, rate=rate), _network(port, zenoh_config), stop)
+
+
+@app.command()
+def stream(
+    path: Annotated[
+        str,
+        typer.Argument(
+            help="circle, line, figure-eight, step, reach (where the cables can take the effector), "
+            "or a CSV file with columns x, y, z [m] and maybe t [s]."
+        ),
+    ],
+    robot: Annotated[str, typer.Option(help="The robot that is served.")] = "finger",
+    effector: Annotated[str | None, typer.Option(help="Default: the first.")] = None,
+    rate: Annotated[float, typer.Option(min=0.01, help="Targets a second.")] = 50.0,
+    duration: Annotated[float | None, typer.Option(min=0.0, help="Seconds.")] = None,
+    size: Annotated[
+        float | None, typer.Option(help="Of a shape [m]; default: a tenth of the robot.")
+    ] = None,
+    period: Annotated[float, typer.Option(min=0.01, help="Seconds of one pass.")] = 10.0,
+    plane: Annotated[Literal["xy", "xz", "yz"], typer.Option(help="A shape lies in it.")] = "xz",
+    fraction: Annotated[
+        float, typer.Option(min=0.0, max=1.0, help="Of the largest pull, for reach.")
+    ] = 0.8,
+    repeat: Annotated[bool, typer.Option(help="Start a CSV again at its end.")] = False,
+    json: Annotated[bool, typer.Option(help="Send JSON rather than CDR.")] = False,
+    port: Port = None,
+    zenoh_config: ZenohConfig = None,
+) -> None:
+    """Stream targets to a robot's node, as soon as it is there."""
+    from tauten.model import load_robot
+    from tauten.service.paths import PathError, PathSettings, make_path
+    from tauten.service.stopping import stop_on_signals
+    from tauten.service.stream import StreamSettings
+    from tauten.service.stream import stream as run
+
+    loaded = load_robot(robot)
+    names = loaded.effector_names
+    if effector is not None and effector not in names:
+        raise PathError(f"{loaded.name} has no effector {effector!r}, it has {', '.join(names)}")
+    number = 0 if effector is None else names.index(effector)
+    with stop_on_signals() as stop:
+        settings = PathSettings(number, rate, size, period, plane, fraction, repeat)
+        sending = StreamSettings(rate, duration, json, number)
+        made = make_path(path, loaded, settings)
+        run(loaded, made, sending, _network(port, zenoh_config), stop)
+
+
+@app.command()
+def demo(
+    robot: Annotated[str, typer.Argument(help="A shipped robot's name, or a file.")] = "finger",
+    out: Annotated[Path | None, typer.Option(help="Folder for log, report and figure.")] = None,
+    seconds: Annotated[float, typer.Option(min=1.0, help="Of targets.")] = 20.0,
+    path: Annotated[str, typer.Option(help="As for `tauten stream`.")] = "reach",
+    period: Annotated[float, typer.Option(min=0.1, help="Seconds of one pass.")] = 10.0,
+    fraction: Annotated[
+        float, typer.Option(min=0.0, max=1.0, help="Of the largest pull, for reach.")
+    ] = 0.8,
+) -> None:
+    """Run node, plant and stream as processes; leave a log, a report and a figure."""
+    from tauten.service.demo import DemoSettings, run_demo
+    from tauten.service.report import table_rows
+    from tauten.service.stopping import stop_on_signals
+
+    folder = out or Path(f"tauten-demo-{datetime.now():%Y%m%d-%H%M%S}")
+    console = Console()
+    settings = DemoSettings(robot, folder, seconds, path, period, fraction)
+    with stop_on_signals() as stop, console.status("starting") as status:
+        report = run_demo(settings, stop, status.update)
+    table = Table("", f"{report.robot}, {report.duration_s:.1f} s", title="tauten demo")
+    for row in table_rows(report):
+        table.add_row(*row)
+    console.print(table)
+    console.print(f"log, report and figure are in {folder}")
+
+
+@app.command()
+def replay(
+    log: Annotated[Path, typer.Argument(help="MCAP file of `serve --record` or `demo`.")],
+    tolerance: Annotated[
+        float, typer.Option(min=0.0, help="Accepted difference, of each cable's range.")
+    ] = 1e-4,
+    against: Annotated[
+        str | None, typer.Option(help="Another robot than the recorded one: name or file.")
+    ] = None,
+) -> None:
+    """Run the controller on a log's targets; exit 0 when it decides the same, else 1."""
+    from tauten.service.replay import replay as run
+
+    result = run(log, tolerance, against)
+    table = Table("cable", "pull differs by [mm]", "tension differs by [N]", title=str(log))
+    for name, pull, tension in zip(result.cables, result.pull, result.tension, strict=True):
+        table.add_row(name, f"{1e3 * pull:.3g}", f"{tension:.3g}")
+    console = Console()
+    console.print(table)
+    verdict = "the same" if result.same else "different"
+    console.print(
+        f"{verdict}: {result.ticks} ticks, at most {result.fraction:.2g} of the range apart "
+        f"(tick {result.worst_tick}, tolerance {tolerance:g}), {result.statuses} other statuses"
+    )
+    for note in result.notes:
+        console.print(f"note: {note}")
+    raise typer.Exit(0 if result.same else 1)
+
+
+def _network(port: int | None, config: Path | None) -> Network:
+    from tauten.service.network import Network
+
+    return Network(port, config)
+
+
+def main() -> None:
+    """Entry point: errors of the set-up become one sentence and exit code 2."""
+    try:
+        app()
+    except Exception as error:
+        if not isinstance(error, _setup_errors()):
+            raise
+        print(f"tauten: {error}", file=sys.stderr)
+        sys.exit(2)
+
+
+def _setup_errors() -> tuple[type[Exception], ...]:
+    from tauten.model import MeshError, RobotFileError
+    from tauten.reduction import BasisError
+    from tauten.reduction.choose import ChoiceError
+    from tauten.reduction.designs import DesignError
+    from tauten.reduction.executors import ClusterError
+    from tauten.reduction.snapshots import SnapshotError
+    from tauten.service.demo import DemoError
+    from tauten.service.logfile import LogError
+    from tauten.service.network import NetworkError
+    from tauten.service.paths import PathError
+
+    room_errors = (RobotFileError, MeshError, BasisError)
+    reduction_errors = (ChoiceError, DesignError, ClusterError, SnapshotError)
+    return (*room_errors, *reduction_errors, DemoError, LogError, NetworkError, PathError, OSError)

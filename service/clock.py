@@ -1,0 +1,79 @@
+"""A periodic clock on absolute deadlines: late beats are counted, lost periods skipped."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Beat:
+    """One beat of the clock.
+
+    Attributes:
+        index: periods since the start, skipped ones included.
+        lateness: seconds between the scheduled time of this beat and its real one.
+        slack: seconds that were left of the period when its work was done; negative: a deadline was
+            missed by that much.
+        skipped: periods lost before this beat.
+    """
+
+    index: int
+    lateness: float
+    slack: float
+    skipped: int
+
+
+class Clock:
+    """Beats on a fixed grid of time.
+
+    `wait` returns at the next point of the grid. Work that overruns its period makes the next
+    beat late; where whole periods are lost they are skipped, so that the grid stays where it is and
+    nothing queues up.
+
+    Attributes:
+        period: seconds between beats.
+        missed: beats whose work was not done when the next one was due.
+        skipped: periods lost.
+    """
+
+    def __init__(
+        self,
+        period: float,
+        now: Callable[[], float] = time.monotonic,
+        sleep: Callable[[float], None] = time.sleep,
+    ) -> None:
+        """Start the grid now.
+
+        Args:
+            period: seconds between beats.
+            now: monotonic time [s]; replaced in tests.
+            sleep: waits for some seconds; replaced in tests.
+        """
+        self.period = period
+        self.missed = 0
+        self.skipped = 0
+        self._now = now
+        self._sleep = sleep
+        self._start = now()
+        self._index = 0
+
+    @property
+    def remaining(self) -> float:
+        """Seconds until the next beat is due; negative when it is overdue."""
+        return self._start + (self._index + 1) * self.period - self._now()
+
+    def wait(self) -> Beat:
+        """Sleep until the next beat."""
+        slack = self.remaining
+        skipped = 0
+        if slack > 0.0:
+            self._sleep(slack)
+        elif slack < 0.0:
+            skipped = int(-slack / self.period)
+            self.missed += 1
+            self.skipped += skipped
+        self._index += 1 + skipped
+        lateness = max(self._now() - (self._start + self._index * self.period), 0.0)
+        return Beat(self._index, lateness, slack, skipped)

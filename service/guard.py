@@ -1,0 +1,98 @@
+"""The last clamp: nothing outside the robot's limits leaves the node, whatever was decided."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from tauten.model.arrays import Array
+from tauten.model.limits import Limits
+
+# Changes below this fraction of a cable's range are rounding of a solver, not worth a report.
+ROUNDING = 1e-6
+
+
+@dataclass(frozen=True, slots=True)
+class Guarded:
+    """Values that may leave.
+
+    Attributes:
+        pull: (n_a,) pulled lengths [m].
+        tension: (n_a,) tensions [N].
+        clamped: whether a limit changed them by more than rounding.
+    """
+
+    pull: Array
+    tension: Array
+    clamped: bool
+
+
+class Guard:
+    """Clamps pulled lengths and tensions to a robot's limits; the rate is per control period.
+
+    The winches are taken to be at rest, pull 0, when the guard is made.
+
+    Attributes:
+        last: what left last.
+    """
+
+    def __init__(self, limits: Limits, h: float) -> None:
+        """Guard a robot.
+
+        Args:
+            limits: of its cables.
+            h: control period [s].
+        """
+        self._limits = limits
+        self._step = limits.rate * h  # (n_a,) m
+        self._rounding_pull = ROUNDING * (limits.pull_max - limits.pull_min)
+        self._rounding_tension = ROUNDING * limits.tension_max
+        self.last = self.rest()
+
+    def rest(self) -> Guarded:
+        """Nothing pulled: pull 0 and the least tension, as far as the limits allow."""
+        zero = np.zeros(len(self._step))
+        limits = self._limits
+        return Guarded(
+            np.clip(zero, limits.pull_min, limits.pull_max),
+            np.clip(zero, limits.tension_min, limits.tension_max),
+            False,
+        )
+
+    def reset(self) -> None:
+        """Back to rest; only for winches that are there."""
+        self.last = self.rest()
+
+    def __call__(self, pull: Array, tension: Array) -> Guarded:
+        """Clamp what is about to leave.
+
+        Args:
+            pull: (n_a,) pulled lengths [m].
+            tension: (n_a,) tensions [N].
+
+        Returns:
+            The clamped values; those that left last when any value is not finite or the
+            shapes are wrong.
+        """
+        shape, limits, last = self._step.shape, self._limits, self.last
+        pull, tension = np.asarray(pull, dtype=float), np.asarray(tension, dtype=float)
+        good = pull.shape == shape == tension.shape
+        if not (good and np.isfinite(pull).all() and np.isfinite(tension).all()):
+            self.last = Guarded(last.pull, last.tension, True)
+            return self.last
+        lower = np.maximum(limits.pull_min, last.pull - self._step)
+        upper = np.minimum(limits.pull_max, last.pull + self._step)
+        safe_pull = np.clip(pull, lower, upper)
+        safe_tension = np.clip(tension, limits.tension_min, limits.tension_max)
+        clamped = bool(
+            (np.abs(safe_pull - pull) > self._rounding_pull).any()
+            or (np.abs(safe_tension - tension) > self._rounding_tension).any()
+        )
+        self.last = Guarded(safe_pull, safe_tension, clamped)
+        return self.last
+
+    def release_steps(self, release_time: float, h: float) -> int:
+        """Periods of a controlled release: `release_time`, or more where the rate asks for it."""
+        way = np.abs(self.last.pull - self.rest().pull)  # (n_a,) m
+        slowest = float((way / self._step).max(initial=0.0))
+        return max(int(np.ceil(release_time / h)), int(np.ceil(slowest)), 1)

@@ -1,0 +1,91 @@
+"""Zenoh keys of a robot.
+
+The first effector has the plain keys `target` and `effector`; the others of a robot that has
+several add their name, `target/<name>`. Behind zenoh-bridge-ros2dds these are ROS 2 topics.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+ROOT = "tauten"
+
+
+@dataclass(frozen=True, slots=True)
+class Keys:
+    """Keys of one robot.
+
+    Attributes:
+        robot: its name.
+    """
+
+    robot: str
+
+    def _key(self, *parts: str) -> str:
+        return "/".join((ROOT, self.robot, *parts))
+
+    @property
+    def token(self) -> str:
+        """Liveliness token of the node."""
+        return self._key()
+
+    @property
+    def description(self) -> str:
+        """Queryable: the robot's description as JSON."""
+        return self._key("description")
+
+    @property
+    def actuation(self) -> str:
+        """Published by the node each tick, sensor_msgs/JointState: pull [m] and tension [N]."""
+        return self._key("actuation")
+
+    @property
+    def tick(self) -> str:
+        """Published by the node each tick, tauten_msgs/Tick: what it decided and how fast."""
+        return self._key("tick")
+
+    @property
+    def health(self) -> str:
+        """Published by the node once a second, diagnostic_msgs/DiagnosticArray."""
+        return self._key("health")
+
+    @property
+    def plant_token(self) -> str:
+        """Liveliness token of a plant."""
+        return self._key("plant")
+
+    @property
+    def plant(self) -> str:
+        """Everything a plant publishes."""
+        return self._key("plant", "**")
+
+    @property
+    def plant_state(self) -> str:
+        """Published by a plant, sensor_msgs/JointState: pull [m] and tension [N]."""
+        return self._key("plant", "state")
+
+    @property
+    def plant_gap(self) -> str:
+        """Published by a plant, std_msgs/Float64: smallest gap of its contacts [m]."""
+        return self._key("plant", "gap")
+
+    @property
+    def plant_health(self) -> str:
+        """Published by a plant once a second, diagnostic_msgs/DiagnosticArray."""
+        return self._key("plant", "health")
+
+    def targets(self, effectors: tuple[str, ...]) -> tuple[str, ...]:
+        """Key of each effector's target, geometry_msgs/PointStamped [m]."""
+        return tuple(self._key("target", *parts) for parts in _suffixes(effectors))
+
+    def effectors(self, effectors: tuple[str, ...]) -> tuple[str, ...]:
+        """Key of each effector's position in the model, geometry_msgs/PointStamped [m]."""
+        return tuple(self._key("effector", *parts) for parts in _suffixes(effectors))
+
+    def plant_effectors(self, effectors: tuple[str, ...]) -> tuple[str, ...]:
+        """Key of each effector's position in a plant, geometry_msgs/PointStamped [m]."""
+        return tuple(self._key("plant", "effector", *parts) for parts in _suffixes(effectors))
+
+
+def _suffixes(effectors: tuple[str, ...]) -> list[tuple[str, ...]]:
+    return [() if index == 0 else (name,) for index, name in enumerate(effectors)]

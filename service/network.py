@@ -1,0 +1,112 @@
+"""Zenoh sessions of a robot's processes: peers on loopback, no router, no multicast.
+
+Two TCP ports follow from the robot's name: the node listens on the first, a plant on the second,
+and every process connects to those that are not its own, again and again until they are there. So
+the order in which the processes start, stop and start again does not matter. `--port` moves both;
+`--zenoh-config` replaces all of it.
+"""
+
+from __future__ import annotations
+
+import json
+import zlib
+from dataclasses import dataclass
+from enum import Enum
+from pathlib import Path
+
+import zenoh
+
+_HOST = "127.0.0.1"
+_FIRST_PORT = 17_447
+_PORTS = 10_000  # room for robots; two ports each
+
+
+class NetworkError(RuntimeError):
+    """A session that cannot be opened; the text says what to change."""
+
+
+class Role(Enum):
+    """Which process of a robot a session belongs to; the value is its offset from the port."""
+
+    NODE = 0
+    PLANT = 1
+    OTHER = 2
+
+
+@dataclass(frozen=True, slots=True)
+class Network:
+    """Where the processes of a robot meet.
+
+    Attributes:
+        port: TCP port of the node, the plant's is the next one; None: from the robot's name.
+        config: file with a Zenoh configuration that replaces the default one.
+    """
+
+    port: int | None = None
+    config: Path | None = None
+
+
+def default_port(robot: str) -> int:
+    """The node's port of a robot of this name."""
+    return _FIRST_PORT + 2 * (zlib.crc32(robot.encode()) % (_PORTS // 2))
+
+
+def open_session(network: Network, role: Role, robot: str) -> zenoh.Session:
+    """Open the session of one process of a robot.
+
+    Raises:
+        NetworkError: the port is taken or the configuration cannot be used.
+    """
+    zenoh.init_log_from_env_or("error")
+    first = default_port(robot) if network.port is None else network.port
+    config = loopback_config(first, role) if network.config is None else read_config(network.config)
+    try:
+        return zenoh.open(config)
+    except zenoh.ZError as error:
+        if network.config is not None:
+            raise NetworkError(f"{network.config}: Zenoh cannot open a session: {error}") from error
+        raise NetworkError(
+            f"port {first + role.value} on {_HOST} is taken: is another {role.name.lower()} of "
+            f"{robot!r} running? stop it or give --port"
+        ) from error
+
+
+def loopback_config(first_port: int, role: Role) -> zenoh.Config:
+    """Configuration of a peer on loopback.
+
+    Args:
+        first_port: the node's.
+        role: of the process.
+    """
+    fixed = {r: f"tcp/{_HOST}:{first_port + r.value}" for r in (Role.NODE, Role.PLANT)}
+    settings = {
+        "mode": "peer",
+        "listen/endpoints": [fixed.get(role, f"tcp/{_HOST}:0")],
+        "connect/endpoints": [endpoint for r, endpoint in fixed.items() if r is not role],
+        "connect/timeout_ms": -1,
+        "connect/exit_on_failure": False,
+        "connect/retry": {
+            "period_init_ms": 100,
+            "period_max_ms": 500,
+            "period_increase_factor": 1.5,
+        },
+        "scouting/multicast/enabled": False,
+        # messages are far smaller than what shared memory is for
+        "transport/shared_memory/enabled": False,
+    }
+    config = zenoh.Config()
+    for key, value in settings.items():
+        config.insert_json5(key, json.dumps(value))
+    return config
+
+
+def read_config(path: Path) -> zenoh.Config:
+    """A user's Zenoh configuration.
+
+    Raises:
+        NetworkError: it cannot be read.
+    """
+    try:
+        return zenoh.Config.from_file(path)
+    except zenoh.ZError as error:
+        raise NetworkError(f"{path}: no Zenoh configuration: {error}") from error

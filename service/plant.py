@@ -1,0 +1,160 @@
+"""A simulated robot in its own process: full-order, pointwise contact; it obeys and reports."""
+
+from __future__ import annotations
+
+import gc
+import logging
+import time
+from contextlib import ExitStack
+
+import numpy as np
+import zenoh
+from tauten.model import Robot, Simulator
+from tauten.model.arrays import Array
+from tauten.model.factorisation import FactorisationError
+from tauten.service.clock import Clock
+from tauten.service.config import real_time
+from tauten.service.health import Diagnostic, Level, Tally, Window, encode_health
+from tauten.service.keys import Keys
+from tauten.service.messages import (
+    FLOAT,
+    HEALTH,
+    JOINTS,
+    POINT,
+    Fault,
+    Joints,
+    Point,
+    decode_joints,
+    encode_float,
+    encode_joints,
+    encode_point,
+)
+from tauten.service.network import Network, Role, open_session
+from tauten.service.outlet import Outlet
+from tauten.service.stopping import StopFlag
+
+log = logging.getLogger(__name__)
+
+_HEALTH_PERIOD = 1.0  # s
+_WARM_UP = 12  # steps
+
+
+class Plant:
+    """Steps a simulator at the control rate under the pulled lengths that arrived last."""
+
+    def __init__(self, robot: Robot, simulator: Simulator, session: zenoh.Session) -> None:
+        """Declare subscriber and publishers.
+
+        Args:
+            robot: what is simulated.
+            simulator: at rest and warm.
+            session: open Zenoh session.
+        """
+        keys = Keys(robot.name)
+        self._robot = robot
+        self._simulator = simulator
+        # the latest actuation is all that counts
+        self._source = session.declare_subscriber(keys.actuation, zenoh.handlers.RingChannel(1))
+        self._state = Outlet(session, keys.plant_state, JOINTS)
+        self._effectors = [
+            Outlet(session, key, POINT) for key in keys.plant_effectors(robot.effector_names)
+        ]
+        self._gap = Outlet(session, keys.plant_gap, FLOAT)
+        self._health = Outlet(session, keys.plant_health, HEALTH, urgent=False)
+        self._pull: Array = np.zeros(robot.n_a)
+        self._tally = Tally()
+        self._step = Window()
+        self._unconverged = 0
+        self._resets = 0
+        self._next_health = 0.0
+
+    def run(self, stop: StopFlag) -> None:
+        """Step until asked to stop; steps that are late are skipped, not queued."""
+        clock = Clock(self._robot.h)
+        while not stop.requested:
+            clock.wait()
+            self._obey()
+            begin = time.perf_counter()
+            self._advance()
+            self._step.add(time.perf_counter() - begin)
+            self._publish()
+            self._housekeeping(clock)
+
+    def _obey(self) -> None:
+        """Take the latest actuation, if it is one."""
+        sample = self._source.try_recv()
+        if sample is None:
+            return
+        names = self._robot.cable_names
+        joints = decode_joints(bytes(sample.payload), str(sample.encoding), names)
+        if isinstance(joints, Fault):
+            self._tally.refuse(joints)
+            return
+        self._tally.accepted += 1
+        self._pull = np.array(joints.pull)  # (n_a,)
+
+    def _advance(self) -> None:
+        """One step; a simulation that blows up starts again at rest."""
+        try:
+            report = self._simulator.step(pull=self._pull)
+            self._unconverged += not report.converged
+        except FactorisationError as error:
+            log.error("the simulation has blown up and starts again at rest: %s", error)
+            self._simulator.reset()
+            self._resets += 1
+
+    def _publish(self) -> None:
+        robot, simulator, stamp = self._robot, self._simulator, time.time_ns()
+        for outlet, (x, y, z) in zip(self._effectors, simulator.effector.tolist(), strict=True):
+            outlet.put(encode_point(Point(stamp, robot.frame, (x, y, z))))
+        pull, tension = tuple(simulator.pull.tolist()), tuple(simulator.tension.tolist())
+        joints = Joints(stamp, robot.frame, robot.cable_names, pull, tension)
+        self._state.put(encode_joints(joints))
+        self._gap.put(encode_float(float(simulator.gaps.min(initial=np.inf))))
+
+    def _housekeeping(self, clock: Clock) -> None:
+        now = time.monotonic()
+        if now < self._next_health:
+            return
+        self._next_health = now + _HEALTH_PERIOD
+        counts = {
+            "skipped": clock.skipped,
+            "unconverged": self._unconverged,
+            "resets": self._resets,
+        }
+        loop = Diagnostic(
+            "plant",
+            Level.WARN if any(counts.values()) else Level.OK,
+            ", ".join(f"{count} {name}" for name, count in counts.items()),
+            {key: str(count) for key, count in counts.items()} | self._step.entries("step_ms", 1e3),
+        )
+        diagnostics = [loop, self._tally.diagnostic("actuation")]
+        self._health.put(encode_health(time.time_ns(), self._robot.name, diagnostics))
+        gc.collect()
+
+
+def warm_simulator(robot: Robot) -> Simulator:
+    """A full-order simulator at rest, with every kernel it needs compiled."""
+    simulator = Simulator(robot, contact="full")
+    pull = np.minimum(robot.limits.pull_max, _WARM_UP * robot.limits.rate * robot.h)
+    for step in range(_WARM_UP):
+        simulator.step(pull=pull * (step + 1) / _WARM_UP)
+    simulator.reset()
+    return simulator
+
+
+def simulate(robot: Robot, network: Network, stop: StopFlag) -> None:
+    """Be a robot until asked to stop.
+
+    Raises:
+        NetworkError: no session.
+    """
+    simulator = warm_simulator(robot)
+    with ExitStack() as stack:
+        session = open_session(network, Role.PLANT, robot.name)
+        stack.callback(session.close)
+        plant = Plant(robot, simulator, session)
+        session.liveliness().declare_token(Keys(robot.name).plant_token)
+        stack.enter_context(real_time())
+        log.info("simulating %s at %g Hz", robot.name, 1.0 / robot.h)
+        plant.run(stop)

@@ -1,0 +1,158 @@
+"""Replay: the controller again, headless, on the goals of a log; does it still decide the same?
+
+Time is the log's ticks, not the clock: each tick carries the goal its decision used, so the result
+does not depend on the machine's speed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from tauten.model.arrays import Array
+from tauten.service.config import Setup, load_setup, real_time, warm_controller
+from tauten.service.keys import Keys
+from tauten.service.logfile import LogError, LogReader
+from tauten.service.loop import Action, ControlLoop
+from tauten.service.messages import CDR, Fault, Joints, decode_joints
+from tauten.service.tick import Mode, Tick, decode_tick
+
+
+@dataclass(frozen=True, slots=True)
+class Replay:
+    """How far a replay is from its log.
+
+    Attributes:
+        cables: names.
+        ticks: compared.
+        pull: (n_a,) largest difference of pulled lengths [m].
+        tension: (n_a,) largest difference of tensions [N].
+        fraction: largest difference as a fraction of the cable's range.
+        worst_tick: where that was.
+        statuses: ticks whose decision ended with another status.
+        tolerance: fraction that is accepted.
+        notes: what else has changed since the log was made.
+    """
+
+    cables: tuple[str, ...]
+    ticks: int
+    pull: Array
+    tension: Array
+    fraction: float
+    worst_tick: int
+    statuses: int
+    tolerance: float
+    notes: tuple[str, ...]
+
+    @property
+    def same(self) -> bool:
+        """Whether the controller decided the same, within the tolerance."""
+        return self.fraction <= self.tolerance and self.statuses == 0
+
+
+def replay(path: Path, tolerance: float, against: str | None = None) -> Replay:
+    """Run the controller on a log.
+
+    Args:
+        path: MCAP file that `tauten serve --record` or `tauten demo` made.
+        tolerance: accepted difference as a fraction of each cable's range of pull and tension.
+        against: robot to use instead of the recorded one, a name or a file.
+
+    Raises:
+        LogError: no log, or none that fits the robot.
+        RobotFileError, MeshError, BasisError: the robot cannot be used.
+    """
+    reader = LogReader(path)
+    metadata = reader.read_metadata()
+    try:
+        rate, basis = float(metadata["rate"]), metadata["basis"]
+        name = against or recorded_robot(metadata)
+    except (KeyError, ValueError) as error:
+        raise LogError(f"{path}: its metadata lack {error}") from error
+    setup = load_setup(name, rate=rate, basis=None if against else basis)
+    with real_time():
+        return _compare(reader, setup, metadata, tolerance)
+
+
+def recorded_robot(metadata: dict[str, str]) -> str:
+    """The robot of a log: its file where that still is, else the shipped one of that name."""
+    path = Path(metadata["robot_path"])
+    return str(path) if path.is_file() else metadata["robot"]
+
+
+def recorded_ticks(reader: LogReader, setup: Setup, robot: str) -> Iterator[tuple[Tick, Joints]]:
+    """Ticks of a log with the actuation that left in each.
+
+    Raises:
+        LogError: a message that does not fit the robot.
+    """
+    keys, count = Keys(robot), 0
+    actuation: Joints | None = None
+    for message in reader.messages():
+        if message.key == keys.actuation:
+            joints = decode_joints(message.payload, CDR, setup.robot.cable_names)
+            if isinstance(joints, Fault):
+                raise LogError(f"{reader.path}: does not fit the robot: {joints.detail}")
+            actuation = joints
+        elif message.key == keys.tick and actuation is not None:
+            tick = decode_tick(message.payload)
+            if isinstance(tick, Fault):
+                raise LogError(f"{reader.path}: a damaged tick: {tick.detail}")
+            if tick.goal and len(tick.goal) != len(setup.robot.effector_names):
+                raise LogError(f"{reader.path}: goals for {len(tick.goal)} effectors")
+            if tick.index != count:
+                raise LogError(f"{reader.path}: ticks {count} to {tick.index - 1} are missing")
+            count += 1
+            yield tick, actuation
+
+
+def actions(
+    ticks: Iterator[tuple[Tick, Joints]], setup: Setup
+) -> Iterator[tuple[Tick, Joints, Action]]:
+    """What the loop does now at each recorded tick."""
+    loop = ControlLoop(warm_controller(setup))
+    release: Iterator[Action] | None = None
+    for tick, actuation in ticks:
+        if tick.mode is Mode.STOP:
+            release = release or loop.release(setup.robot.config.service.release_time)
+            action = next(release, None)
+            if action is None:
+                return
+        else:
+            action = loop.decide(np.array(tick.goal) if tick.goal else None)
+            loop.prepare()
+        yield tick, actuation, action
+
+
+def _compare(reader: LogReader, setup: Setup, metadata: dict[str, str], tolerance: float) -> Replay:
+    limits = setup.robot.limits
+    pull_range, tension_range = limits.pull_max - limits.pull_min, limits.tension_max
+    pull, tension = np.zeros(setup.robot.n_a), np.zeros(setup.robot.n_a)
+    count, statuses, largest, worst = 0, 0, 0.0, 0
+    recorded = recorded_ticks(reader, setup, metadata["robot"])
+    for tick, actuation, action in actions(recorded, setup):
+        off_pull = np.abs(action.pull - actuation.pull)  # (n_a,)
+        off_tension = np.abs(action.tension - actuation.tension)  # (n_a,)
+        fraction = float(max((off_pull / pull_range).max(), (off_tension / tension_range).max()))
+        if fraction > largest:
+            largest, worst = fraction, tick.index
+        pull, tension = np.maximum(pull, off_pull), np.maximum(tension, off_tension)
+        statuses += ("" if action.status is None else action.status.name) != tick.status
+        count += 1
+    if count == 0:
+        raise LogError(f"{reader.path}: no tick to replay")
+    return Replay(
+        setup.robot.cable_names, count, pull, tension, largest, worst, statuses, tolerance,
+        tuple(_changes(reader, setup, metadata)),
+    )  # fmt: skip
+
+
+def _changes(reader: LogReader, setup: Setup, metadata: dict[str, str]) -> Iterator[str]:
+    if not reader.complete:
+        yield "the log was cut short"
+    now = setup.metadata()
+    for key in ("robot_digest", "robot_file", "basis_digest", "factorisation"):
+        if metadata.get(key, "") != now[key]:
+            yield f"{key.replace('_', ' ')} has changed"

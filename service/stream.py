@@ -1,0 +1,92 @@
+"""Streams targets along a path to a robot's node."""
+
+from __future__ import annotations
+
+import logging
+import time
+from dataclasses import dataclass
+
+import zenoh
+from tauten.model import Robot
+from tauten.service.clock import Clock
+from tauten.service.keys import Keys
+from tauten.service.messages import CDR, JSON, POINT, Point, encode_point, point_json
+from tauten.service.network import Network, Role, open_session
+from tauten.service.paths import TargetPath
+from tauten.service.stopping import StopFlag
+
+log = logging.getLogger(__name__)
+
+_ASK_AGAIN = 0.2  # s
+
+
+@dataclass(frozen=True, slots=True)
+class StreamSettings:
+    """How targets are sent.
+
+    Attributes:
+        rate: targets a second.
+        duration: seconds; None: until the path ends, or until asked to stop.
+        json: as JSON rather than CDR.
+        effector: number of the effector they are for.
+    """
+
+    rate: float
+    duration: float | None
+    json: bool
+    effector: int
+
+
+def stream(
+    robot: Robot, path: TargetPath, settings: StreamSettings, network: Network, stop: StopFlag
+) -> int:
+    """Send targets, once the robot's node is there; returns how many.
+
+    Raises:
+        NetworkError: no session.
+    """
+    keys = Keys(robot.name)
+    key = keys.targets(robot.effector_names)[settings.effector]
+    session = open_session(network, Role.OTHER, robot.name)
+    try:
+        if not wait_for_node(session, keys, stop):
+            return 0
+        encoding = f"{JSON if settings.json else CDR};{POINT}"
+        publisher = session.declare_publisher(key, encoding=encoding, express=True)
+        return _send(publisher, robot.frame, path, settings, stop)
+    finally:
+        session.close()  # type: ignore[no-untyped-call]
+
+
+def _send(
+    publisher: zenoh.Publisher,
+    frame: str,
+    path: TargetPath,
+    settings: StreamSettings,
+    stop: StopFlag,
+) -> int:
+    encode = point_json if settings.json else encode_point
+    end = settings.duration
+    if end is None and not path.repeats:
+        end = path.duration
+    clock, count, elapsed = Clock(1.0 / settings.rate), 0, 0.0
+    while not stop.requested and (end is None or elapsed <= end):
+        x, y, z = path.at(elapsed).tolist()
+        publisher.put(encode(Point(time.time_ns(), frame, (x, y, z))))
+        count += 1
+        elapsed = clock.wait().index * clock.period
+    log.info("%d targets sent", count)
+    return count
+
+
+def wait_for_node(session: zenoh.Session, keys: Keys, stop: StopFlag) -> bool:
+    """Wait until the robot's node is alive; False when asked to stop before."""
+    waiting = False
+    while not stop.requested:
+        if any(reply.ok is not None for reply in session.liveliness().get(keys.token, timeout=1.0)):
+            return True
+        if not waiting:
+            log.info("waiting for `tauten serve %s`", keys.robot)
+        waiting = True
+        time.sleep(_ASK_AGAIN)
+    return False
