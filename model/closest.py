@@ -1,0 +1,108 @@
+"""Closest point of a triangle, of which feature it is, and the sign of the distance.
+
+A triangle's features are numbered: 0 its interior, 1 + k the edge from corner k to corner k + 1,
+4 + k the corner k.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from tauten.model.arrays import Array, Ints
+from tauten.model.jit import kernel
+from tauten.model.vector import Vector3, add, cross, dot, row, scale, subtract, unit
+
+INTERIOR, EDGE, CORNER = 0, 1, 4  # first number of each kind of feature
+
+
+@kernel
+def share(part: float, rest: float) -> float:
+    """The share part / (part + rest) of two non-negative numbers, 0 when both vanish."""
+    return part / (part + rest) if part + rest > 0.0 else 0.0
+
+
+@kernel
+def closest(p: Vector3, a: Vector3, b: Vector3, c: Vector3) -> tuple[Vector3, int]:
+    """Barycentric weights of the point of triangle abc closest to p, and its feature.
+
+    Region by region (Ericson, Real-Time Collision Detection, 5.1.5); degenerate triangles are fine.
+    """
+    ab, ac = subtract(b, a), subtract(c, a)
+    ap, bp, cp = subtract(p, a), subtract(p, b), subtract(p, c)
+    d1, d2 = dot(ab, ap), dot(ac, ap)
+    if d1 <= 0.0 and d2 <= 0.0:
+        return (1.0, 0.0, 0.0), CORNER
+    d3, d4 = dot(ab, bp), dot(ac, bp)
+    if d3 >= 0.0 and d4 <= d3:
+        return (0.0, 1.0, 0.0), CORNER + 1
+    vc = d1 * d4 - d3 * d2
+    if vc <= 0.0 and d1 >= 0.0 and d3 <= 0.0:
+        t = share(d1, -d3)
+        return (1.0 - t, t, 0.0), EDGE
+    d5, d6 = dot(ab, cp), dot(ac, cp)
+    if d6 >= 0.0 and d5 <= d6:
+        return (0.0, 0.0, 1.0), CORNER + 2
+    vb = d5 * d2 - d1 * d6
+    if vb <= 0.0 and d2 >= 0.0 and d6 <= 0.0:
+        t = share(d2, -d6)
+        return (1.0 - t, 0.0, t), EDGE + 2
+    va = d3 * d6 - d5 * d4
+    if va <= 0.0 and d4 >= d3 and d5 >= d6:
+        t = share(d4 - d3, d5 - d6)
+        return (0.0, 1.0 - t, t), EDGE + 1
+    total = va + vb + vc
+    return (va / total, vb / total, vc / total), INTERIOR
+
+
+@kernel
+def face_normal(x: Array, triangles: Ints, t: int) -> Vector3:
+    """Unit normal of triangle t, zero when it is flat."""
+    a = row(x, triangles[t, 0])
+    ab = subtract(row(x, triangles[t, 1]), a)
+    return unit(cross(ab, subtract(row(x, triangles[t, 2]), a)))
+
+
+@kernel
+def vertex_normal(x: Array, triangles: Ints, fan: Ints, vertex: int) -> Vector3:
+    """Mean of the normals of the triangles `fan` round a vertex, weighted by their angle there."""
+    total = (0.0, 0.0, 0.0)
+    for t in fan:
+        k = 0
+        while triangles[t, k] != vertex:
+            k += 1
+        corner = row(x, vertex)
+        forth = unit(subtract(row(x, triangles[t, (k + 1) % 3]), corner))
+        back = unit(subtract(row(x, triangles[t, (k + 2) % 3]), corner))
+        angle = np.arccos(min(1.0, max(-1.0, dot(forth, back))))
+        total = add(total, scale(angle, face_normal(x, triangles, t)))
+    return unit(total)
+
+
+@kernel
+def is_local_minimum(
+    r: Vector3, x: Array, triangles: Ints, t: int, feature: int, fan: Ints, across: int
+) -> bool:
+    """Whether the surface round an edge or corner of triangle t comes no closer to the point.
+
+    Args:
+        r: from the feature's closest point to the point.
+        x: (v, 3) vertex positions.
+        triangles: (t, 3) of the surface.
+        t: the triangle that has the closest point.
+        feature: where on it.
+        fan: triangles round the corner, when the feature is one.
+        across: vertex of the neighbour opposite the edge, when the feature is one.
+    """
+    slack = 1e-9  # rounding lets a neighbour seem closer by 1e-18 of the distance
+    reach = dot(r, r) ** 0.5
+    if feature < CORNER:
+        a = row(x, triangles[t, feature - EDGE])
+        along = unit(subtract(row(x, triangles[t, (feature - EDGE + 1) % 3]), a))
+        arm = subtract(row(x, across), a)
+        inward = unit(subtract(arm, scale(dot(arm, along), along)))
+        return bool(dot(r, inward) <= slack * reach)
+    corner = row(x, triangles[t, feature - CORNER])
+    for other in fan:
+        for k in range(3):
+            if dot(r, unit(subtract(row(x, triangles[other, k]), corner))) > slack * reach:
+                return False
+    return True

@@ -1,0 +1,111 @@
+"""Target surfaces of all contact pairs in flat arrays, with the neighbourhoods the kernels need."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from tauten.model.arrays import Ints
+
+
+class Patches(NamedTuple):
+    """Triangles of several surfaces, one after the other; surfaces do not know each other.
+
+    A tuple because kernels take it as it is.
+
+    Attributes:
+        triangles: (t, 3) vertex ids.
+        first: (p + 1,) where each surface's triangles start.
+        across: (t, 3) vertex opposite edge k in the neighbour over it, -1 where there is no single
+            neighbour: the border.
+        over: (t, 3) that neighbour, -1 on the border.
+        fan_first: (t, 3) where the fan of corner k starts in `fans`, -1 for corners on the border.
+        fan_last: (t, 3) where it ends.
+        fans: triangles round each inner vertex.
+    """
+
+    triangles: Ints
+    first: Ints
+    across: Ints
+    over: Ints
+    fan_first: Ints
+    fan_last: Ints
+    fans: Ints
+
+
+def join_patches(surfaces: list[Ints], names: list[str]) -> Patches:
+    """Patches of the surfaces, each (t, 3).
+
+    Raises:
+        ValueError: neighbouring triangles of a surface run round in opposite senses.
+    """
+    none = np.zeros((0, 3), dtype=np.int64)
+    surfaces, names = [*surfaces, none], [*names, ""]  # arrays keep their shape without surfaces
+    parts = [neighbours(triangles, name) for triangles, name in zip(surfaces, names, strict=True)]
+    fan_parts = [fans(t, over) for t, (_, over) in zip(surfaces, parts, strict=True)]
+    first = np.cumsum([0, *(len(triangles) for triangles in surfaces)])
+    fan_base = np.cumsum([0, *(len(members) for _, _, members in fan_parts)])
+
+    def joined(arrays: list[Ints], base: Ints | None = None) -> Ints:
+        shift = np.zeros(len(arrays), dtype=np.int64) if base is None else base[:-1]
+        moved = [np.where(a < 0, a, a + b) for a, b in zip(arrays, shift, strict=True)]
+        return np.concatenate(moved)
+
+    return Patches(
+        triangles=joined(surfaces),
+        first=first[:-1],
+        across=joined([across for across, _ in parts]),
+        over=joined([over for _, over in parts], first),
+        fan_first=joined([begin for begin, _, _ in fan_parts], fan_base),
+        fan_last=joined([end for _, end, _ in fan_parts], fan_base),
+        fans=joined([members for _, _, members in fan_parts], first),
+    )
+
+
+def neighbours(triangles: Ints, name: str) -> tuple[Ints, Ints]:
+    """Per edge (t, 3): the neighbour's opposite vertex and the neighbour; -1 on the border.
+
+    An edge with more than two triangles counts as border: there is no telling its outside.
+    """
+    edges = triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)  # (3 t, 2)
+    _, number, count = np.unique(
+        np.sort(edges, axis=1), axis=0, return_inverse=True, return_counts=True
+    )
+    order = np.argsort(number.ravel(), kind="stable")
+    starts = np.cumsum(count) - count
+    one = order[starts[count == 2]]  # half-edges in pairs
+    other = order[starts[count == 2] + 1]
+    wrong = np.flatnonzero(edges[one, 0] == edges[other, 0])
+    if len(wrong):
+        raise ValueError(
+            f"{name}: triangles {one[wrong[0]] // 3} and {other[wrong[0]] // 3} are not oriented "
+            "alike, all must be counter-clockwise seen from outside"
+        )
+    across = np.full(len(edges), -1, dtype=np.int64)
+    over = np.full(len(edges), -1, dtype=np.int64)
+    for mine, theirs in ((one, other), (other, one)):
+        over[mine] = theirs // 3
+        across[mine] = triangles[theirs // 3, (theirs % 3 + 2) % 3]
+    return across.reshape(-1, 3), over.reshape(-1, 3)
+
+
+def fans(triangles: Ints, over: Ints) -> tuple[Ints, Ints, Ints]:
+    """Where each corner's fan starts and ends (t, 3), and the triangles of all fans.
+
+    Corners on the border have no fan: -1.
+    """
+    vertices, local = np.unique(triangles, return_inverse=True)
+    local = local.reshape(-1, 3)
+    border = np.zeros(len(vertices), dtype=bool)
+    for k in range(3):
+        open_ = over[:, k] < 0
+        border[local[open_, k]] = True
+        border[local[open_, (k + 1) % 3]] = True
+    order = np.argsort(local.ravel(), kind="stable")
+    end = np.cumsum(np.bincount(local.ravel(), minlength=len(vertices)))
+    begin = np.concatenate([[0], end[:-1]]).astype(np.int64)
+    return (
+        np.where(border[local], -1, begin[local]),
+        np.where(border[local], -1, end[local]),
+        order // 3,
+    )
