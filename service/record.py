@@ -10,8 +10,8 @@ import logging
 import queue
 import threading
 from dataclasses import dataclass
+from io import BufferedWriter
 from pathlib import Path
-from typing import BinaryIO
 
 from mcap.writer import CompressionType, Writer
 from tauten.service.messages import definition
@@ -68,11 +68,15 @@ class Recorder:
         path.parent.mkdir(parents=True, exist_ok=True)
         self.dropped = 0
         self.fault = ""
-        self._file: BinaryIO = path.open("wb")
+        self._file: BufferedWriter = path.open("wb")
         self._writer = Writer(self._file, chunk_size=_CHUNK, compression=CompressionType.LZ4)
-        self._writer.start(profile="ros2", library="tauten")
-        self._writer.add_metadata(METADATA, metadata)
-        self._file.flush()
+        try:
+            self._writer.start(profile="ros2", library="tauten")
+            self._writer.add_metadata(METADATA, metadata)
+            self._file.flush()
+        except OSError:
+            self._file.raw.close()  # without writing what cannot be written
+            raise
         self._schemas: dict[str, int] = {}
         self._channels: dict[tuple[str, bool], int] = {}
         self._queue: queue.Queue[Entry | None] = queue.Queue(_WAITING)
@@ -99,6 +103,7 @@ class Recorder:
         except OSError as error:
             self.fault = f"recording stopped: {error}"
             log.error(self.fault)
+            self._file.raw.close()
             self._drop_all()
 
     def _write_all(self) -> None:

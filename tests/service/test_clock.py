@@ -1,0 +1,67 @@
+"""The clock keeps its grid: late beats are counted, lost periods skipped."""
+
+import time
+
+import pytest
+from tauten.service.clock import Clock
+
+
+class Hand:
+    """A time that only moves when told to."""
+
+    def __init__(self) -> None:
+        self.time = 100.0
+
+    def now(self) -> float:
+        return self.time
+
+    def sleep(self, seconds: float) -> None:
+        self.time += seconds
+
+
+@pytest.fixture
+def hand() -> Hand:
+    return Hand()
+
+
+def test_beats_are_on_the_grid(hand: Hand) -> None:
+    clock = Clock(0.5, hand.now, hand.sleep)
+    for index in range(1, 5):
+        hand.time += 0.125  # work
+        beat = clock.wait()
+        assert (beat.index, beat.lateness, beat.slack, beat.skipped) == (index, 0.0, 0.375, 0)
+        assert hand.time == 100.0 + 0.5 * index
+    assert (clock.missed, clock.skipped) == (0, 0)
+
+
+def test_an_overrun_makes_the_next_beat_late_but_not_the_one_after(hand: Hand) -> None:
+    clock = Clock(0.5, hand.now, hand.sleep)
+    clock.wait()
+    hand.time += 0.75
+    late = clock.wait()
+    assert (late.index, late.lateness, late.slack, late.skipped) == (2, 0.25, -0.25, 0)
+    assert clock.wait().index == 3
+    assert hand.time == 101.5
+    assert (clock.missed, clock.skipped) == (1, 0)
+
+
+def test_lost_periods_are_skipped_not_queued(hand: Hand) -> None:
+    clock = Clock(0.5, hand.now, hand.sleep)
+    clock.wait()
+    hand.time += 1.75  # three beats were due
+    beat = clock.wait()
+    assert (beat.index, beat.skipped) == (4, 2)
+    assert beat.lateness == 0.25
+    assert clock.wait().index == 5
+    assert hand.time == 102.5
+    assert (clock.missed, clock.skipped) == (1, 2)
+
+
+def test_real_beats_do_not_drift() -> None:
+    clock = Clock(0.005)
+    start = time.monotonic()
+    for _ in range(100):
+        beat = clock.wait()
+    # whatever the scheduler did to single beats, the grid is where it was
+    assert time.monotonic() - start == pytest.approx(beat.index * 0.005 + beat.lateness, abs=0.004)
+    assert beat.index == 100 + clock.skipped

@@ -1,0 +1,70 @@
+"""Nothing outside the limits leaves, whatever goes in."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from tauten.model.arrays import Array
+from tauten.model.limits import Limits
+from tauten.service.guard import Guard
+
+H = 0.02
+LIMITS = Limits(
+    tension_min=np.array([0.0, 0.5]),
+    tension_max=np.array([20.0, 3.0]),
+    pull_min=np.array([0.0, -0.002]),
+    pull_max=np.array([0.04, 0.01]),
+    rate=np.array([0.04, 0.1]),
+)
+anything = st.lists(st.floats() | st.floats(-0.05, 0.05), min_size=2, max_size=2).map(np.array)
+hostile = st.tuples(anything, anything) | st.just((np.zeros(3), np.zeros(2)))
+
+
+@settings(max_examples=300)
+@given(st.lists(hostile, min_size=1, max_size=30))
+def test_every_output_is_within_limits_and_rate(inputs: list[tuple[Array, Array]]) -> None:
+    guard = Guard(LIMITS, H)
+    previous = guard.last.pull
+    for pull, tension in inputs:
+        out = guard(pull, tension)
+        assert np.isfinite(out.pull).all()
+        assert np.isfinite(out.tension).all()
+        assert (LIMITS.pull_min <= out.pull).all()
+        assert (out.pull <= LIMITS.pull_max).all()
+        assert (LIMITS.tension_min <= out.tension).all()
+        assert (out.tension <= LIMITS.tension_max).all()
+        assert (np.abs(out.pull - previous) <= LIMITS.rate * H * (1.0 + 1e-12)).all()
+        previous = out.pull
+
+
+def test_what_is_within_limits_leaves_unchanged() -> None:
+    guard = Guard(LIMITS, H)
+    pull, tension = np.array([0.0007, -0.0015]), np.array([5.0, 1.0])
+    out = guard(pull, tension)
+    np.testing.assert_array_equal(out.pull, pull)
+    np.testing.assert_array_equal(out.tension, tension)
+    assert not out.clamped
+
+
+def test_rounding_is_clamped_but_not_reported() -> None:
+    guard = Guard(LIMITS, H)
+    out = guard(np.array([-1e-12, 0.0]), np.array([0.0, 0.5]))
+    assert out.pull[0] == 0.0
+    assert not out.clamped
+    assert guard(np.array([-1e-5, 0.0]), np.array([0.0, 0.5])).clamped
+
+
+@given(st.floats(0.0, 0.04), st.floats(0.0, 5.0))
+def test_a_release_is_as_long_as_asked_and_as_the_rate_needs(pulled: float, seconds: float) -> None:
+    guard = Guard(LIMITS, H)
+    for _ in range(100):
+        guard(np.array([pulled, 0.0]), np.array([1.0, 1.0]))
+    steps = guard.release_steps(seconds, H)
+    assert steps * H >= seconds * (1.0 - 1e-12)
+    assert pulled / steps <= LIMITS.rate[0] * H * (1.0 + 1e-12)
+    # and no longer than needed
+    assert (steps - 1) * H <= max(seconds, pulled / LIMITS.rate[0], H) * (1.0 + 1e-12)
+
+
+def test_rest_respects_limits_that_exclude_zero_tension() -> None:
+    assert Guard(LIMITS, H).rest().tension == pytest.approx([0.0, 0.5])

@@ -1,0 +1,111 @@
+"""Processes of a robot find one another on loopback, in whatever order they start."""
+
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+import zenoh
+from tauten.service.demo import free_ports
+from tauten.service.inbox import Source
+from tauten.service.network import (
+    Network,
+    NetworkError,
+    Role,
+    default_port,
+    open_session,
+    read_config,
+)
+
+Open = Callable[[Role], zenoh.Session]
+
+
+@pytest.fixture
+def port() -> int:
+    return free_ports()
+
+
+@pytest.fixture
+def open_one(port: int) -> Iterator[Open]:
+    sessions = []
+
+    def open_it(role: Role) -> zenoh.Session:
+        sessions.append(open_session(Network(port), role, "r"))
+        return sessions[-1]
+
+    yield open_it
+    for session in sessions:
+        session.close()  # type: ignore[no-untyped-call]
+
+
+def arrives(publisher: zenoh.Publisher, subscriber: Source, seconds: float = 10.0) -> bool:
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        publisher.put(b"x")
+        time.sleep(0.02)
+        if subscriber.try_recv() is not None:
+            return True
+    return False
+
+
+@pytest.mark.parametrize(
+    ("first", "second"),
+    [
+        (Role.NODE, Role.PLANT),
+        (Role.PLANT, Role.NODE),
+        (Role.OTHER, Role.NODE),
+        (Role.NODE, Role.OTHER),
+        (Role.OTHER, Role.PLANT),
+    ],
+)
+def test_two_meet_in_any_order(open_one: Open, first: Role, second: Role) -> None:
+    early = open_one(first).declare_subscriber("r/a", zenoh.handlers.RingChannel(8))
+    late_session = open_one(second)
+    assert arrives(late_session.declare_publisher("r/a"), early)
+
+
+def test_a_stream_finds_a_node_that_starts_again(open_one: Open) -> None:
+    publisher = open_one(Role.OTHER).declare_publisher("r/a")
+    for _ in range(2):
+        node = open_one(Role.NODE)
+        assert arrives(publisher, node.declare_subscriber("r/a", zenoh.handlers.RingChannel(8)))
+        node.close()  # type: ignore[no-untyped-call]
+
+
+def test_a_second_node_is_told_that_the_port_is_taken(open_one: Open) -> None:
+    open_one(Role.NODE)
+    with pytest.raises(NetworkError, match=r"is another node of 'r' running"):
+        open_one(Role.NODE)
+
+
+def listening_addresses() -> set[str]:
+    """Local addresses, in the kernel's hexadecimal, that this process listens on."""
+    fds = [fd for fd in Path("/proc/self/fd").iterdir() if fd.is_symlink()]
+    links = [str(fd.readlink()) for fd in fds]
+    inodes = {link[8:-1] for link in links if link.startswith("socket:[")}
+    rows = []
+    for table in ("tcp", "tcp6"):
+        rows += Path(f"/proc/self/net/{table}").read_text().splitlines()[1:]
+    fields = [row.split() for row in rows]
+    return {f[1].split(":")[0] for f in fields if f[3] == "0A" and f[9] in inodes}
+
+
+def test_sessions_listen_on_loopback_only(open_one: Open) -> None:
+    open_one(Role.NODE)
+    open_one(Role.OTHER)
+    assert listening_addresses() == {"0100007F"}
+
+
+def test_default_ports_are_where_the_kernel_gives_none_away() -> None:
+    for name in ("finger", "manipulator", "x"):
+        assert 17_000 < default_port(name) < 32_000
+    assert default_port("finger") != default_port("manipulator")
+
+
+def test_a_bad_zenoh_configuration_is_a_sentence(tmp_path: Path) -> None:
+    path = tmp_path / "zenoh.json5"
+    with pytest.raises(NetworkError, match=r"no Zenoh configuration"):
+        read_config(path)
+    path.write_text("{mode: 'banana'}")
+    with pytest.raises(NetworkError, match=r"no Zenoh configuration"):
+        read_config(path)

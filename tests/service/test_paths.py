@@ -1,0 +1,88 @@
+"""Paths start where they should, stay where they should, and files are checked line by line."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tauten.model import Robot
+from tauten.service.demo import save_path
+from tauten.service.paths import SHAPES, PathError, PathSettings, Plane, make_path
+
+SETTINGS = PathSettings(size=0.01, period=4.0)
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_shapes_start_and_end_at_the_tip_at_rest(finger: Robot, shape: str) -> None:
+    path = make_path(shape, finger, SETTINGS)
+    tip = finger.effector(finger.rest())[0]
+    np.testing.assert_allclose(path.at(0.0), tip, atol=1e-12)
+    assert path.repeats
+    assert path.duration == 4.0
+    np.testing.assert_allclose(path.at(4.0 * 3 + 1.3), path.at(1.3), atol=1e-12)
+
+
+def test_a_circle_is_round_and_lies_in_its_plane(finger: Robot) -> None:
+    planes: tuple[Plane, ...] = ("xy", "xz", "yz")
+    for plane in planes:
+        path = make_path("circle", finger, PathSettings(size=0.01, plane=plane))
+        up = np.eye(3)["xyz".index(plane[1])]
+        centre = finger.effector(finger.rest())[0] + 0.01 * up
+        radius = np.linalg.norm(path.points - centre, axis=1)
+        np.testing.assert_allclose(radius, 0.01, rtol=1e-12)
+        normal = 3 - "xyz".index(plane[0]) - "xyz".index(plane[1])
+        assert np.ptp(path.points[:, normal]) == 0.0
+        # between the samples the chord is off by less than 1e-5 of the size
+        at = np.array([path.at(t) for t in np.linspace(0.0, 10.0, 1001)])
+        assert np.abs(np.linalg.norm(at - centre, axis=1) - 0.01).max() < 1e-5 * 0.01
+
+
+def test_a_line_goes_its_length(finger: Robot) -> None:
+    points = make_path("line", finger, SETTINGS).points
+    assert np.ptp(points, axis=0) == pytest.approx([0.01, 0.0, 0.0])
+
+
+def test_a_path_survives_its_csv(finger: Robot, tmp_path: Path) -> None:
+    path = make_path("figure-eight", finger, SETTINGS)
+    save_path(path, tmp_path / "targets.csv")
+    back = make_path(str(tmp_path / "targets.csv"), finger, PathSettings(repeats=True))
+    np.testing.assert_array_equal(back.times, path.times)
+    np.testing.assert_array_equal(back.points, path.points)
+
+
+def test_a_csv_without_times_has_the_rate(finger: Robot, tmp_path: Path) -> None:
+    file = tmp_path / "a.csv"
+    file.write_text("y, x, z\n1, 2, 3\n\n4, 5, 6\n")
+    path = make_path(str(file), finger, PathSettings(rate=10.0))
+    np.testing.assert_array_equal(path.points, [[2.0, 1.0, 3.0], [5.0, 4.0, 6.0]])
+    assert path.times.tolist() == [0.0, 0.1]
+    np.testing.assert_allclose(path.at(0.05), [3.5, 2.5, 4.5])
+    np.testing.assert_array_equal(path.at(9.0), [5.0, 4.0, 6.0])  # the last point stays
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "line 1: found"),
+        ("x,y\n1,2\n", "line 1: found"),
+        ("x,y,z,x\n1,2,3,4\n", "line 1: found"),
+        ("x,y,z\n", "no points"),
+        ("x,y,z\n1,2\n", "line 2: found 2 values, expected 3"),
+        ("x,y,z\n1,2,3\n1,two,3\n", "line 3: could not convert string to float: 'two'"),
+        ("x,y,z\n1,nan,3\n", "line 2: 1, nan, 3 is not finite"),
+        ("t,x,y,z\n0,1,2,3\n1,1,2,3\n1,1,2,3\n", "line 4: t does not grow"),
+    ],
+)
+def test_bad_files_are_refused_with_the_line(
+    finger: Robot, tmp_path: Path, text: str, message: str
+) -> None:
+    file = tmp_path / "a.csv"
+    file.write_text(text)
+    with pytest.raises(PathError, match=message):
+        make_path(str(file), finger, SETTINGS)
+
+
+def test_other_names_are_refused(finger: Robot, tmp_path: Path) -> None:
+    with pytest.raises(PathError, match=r"no path 'square': allowed are circle"):
+        make_path("square", finger, SETTINGS)
+    with pytest.raises(PathError, match="cannot be read"):
+        make_path(str(tmp_path / "none.csv"), finger, SETTINGS)

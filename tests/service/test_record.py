@@ -1,0 +1,127 @@
+"""Logs: what is written is read back, also when the file was cut or damaged."""
+
+import errno
+import resource
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mcap.reader import make_reader
+from mcap_ros2.decoder import DecoderFactory
+from tauten.service.logfile import LogError, LogReader
+from tauten.service.messages import (
+    FLOAT,
+    JOINTS,
+    POINT,
+    Joints,
+    Point,
+    encode_float,
+    encode_joints,
+    encode_point,
+    point_json,
+)
+from tauten.service.record import Entry, Recorder
+
+METADATA = {"robot": "finger", "robot_file": 'name = "finger"\n'}
+
+
+def write_log(path: Path, count: int, close: bool = True) -> Recorder:
+    recorder = Recorder(path, METADATA)
+    for tick in range(count):
+        joints = Joints(tick, "base", ("a", "b"), (0.001 * tick, 0.0), (1.0, 2.0))
+        point = Point(tick, "base", (0.1, 0.2, tick))
+        for key, kind, payload, json in (
+            ("tauten/finger/target", POINT, point_json(point), True),
+            ("tauten/finger/target", POINT, encode_point(point), False),
+            ("tauten/finger/actuation", JOINTS, encode_joints(joints), False),
+            ("tauten/finger/plant/gap", FLOAT, encode_float(-0.5 * tick), False),
+        ):
+            recorder.write(Entry(key, kind, payload, json, 10**9 + tick, 10**9 + tick, tick))
+    if close:
+        recorder.close()
+    return recorder
+
+
+def test_a_log_comes_back_in_order(tmp_path: Path) -> None:
+    write_log(tmp_path / "sub" / "log.mcap", 100)
+    reader = LogReader(tmp_path / "sub" / "log.mcap")
+    messages = list(reader.messages())
+    assert reader.metadata == METADATA
+    assert reader.complete
+    assert [message.sequence for message in messages] == np.repeat(np.arange(100), 4).tolist()
+    assert [message.encoding for message in messages[:4]] == ["json", "cdr", "cdr", "cdr"]
+    assert messages[1].payload == encode_point(Point(0, "base", (0.1, 0.2, 0.0)))
+
+
+def test_the_mcap_libraries_own_ros_2_reader_decodes_it(tmp_path: Path) -> None:
+    write_log(tmp_path / "log.mcap", 3)
+    found = []
+    with (tmp_path / "log.mcap").open("rb") as file:
+        reader = make_reader(file, decoder_factories=[DecoderFactory()])
+        for item in reader.iter_decoded_messages(topics=["/tauten/finger/actuation"]):
+            assert item.schema is not None
+            message = item.decoded_message
+            found.append((item.schema.name, message.name, message.position))
+        assert reader.get_header().profile == "ros2"
+    assert [name for name, _, _ in found] == [JOINTS] * 3
+    assert found[2][1] == ["a", "b"]
+    assert found[2][2] == pytest.approx([0.002, 0.0])
+
+
+@pytest.mark.parametrize("share", [0.3, 0.6, 0.9, 0.999])
+def test_a_log_that_was_cut_is_read_up_to_the_cut(tmp_path: Path, share: float) -> None:
+    path = tmp_path / "log.mcap"
+    write_log(path, 2000)
+    whole = list(LogReader(path).messages())
+    data = path.read_bytes()
+    path.write_bytes(data[: int(share * len(data))])
+    reader = LogReader(path)
+    messages = list(reader.messages())
+    assert not reader.complete
+    assert reader.metadata == METADATA
+    assert messages == whole[: len(messages)]
+    assert len(messages) > 0.7 * share * len(whole) - 500
+
+
+def test_damage_in_the_middle_ends_the_log_there(tmp_path: Path) -> None:
+    path = tmp_path / "log.mcap"
+    write_log(path, 2000)
+    whole = list(LogReader(path).messages())
+    data = bytearray(path.read_bytes())
+    middle = len(data) // 2
+    data[middle : middle + 64] = bytes(64)
+    path.write_bytes(data)
+    reader = LogReader(path)
+    messages = list(reader.messages())
+    assert not reader.complete
+    assert 0 < len(messages) < len(whole)
+    assert messages == whole[: len(messages)]
+
+
+@pytest.mark.parametrize("content", [b"", b"hello", b"\x89MCAP0\r\n", bytes(1000)])
+def test_what_is_no_log_is_refused(tmp_path: Path, content: bytes) -> None:
+    path = tmp_path / "log.mcap"
+    path.write_bytes(content)
+    with pytest.raises(LogError, match="not the log of a run"):
+        list(LogReader(path).messages())
+    with pytest.raises(LogError, match="cannot be read"):
+        list(LogReader(tmp_path / "none.mcap").messages())
+
+
+def test_a_full_disk_stops_the_log_and_nothing_else(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    with pytest.raises(OSError) as caught:  # said at once when nothing at all can be written
+        Recorder(Path("/dev/full"), METADATA)
+    assert caught.value.errno == errno.ENOSPC
+    path = tmp_path / "log.mcap"
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (50_000, hard))  # files cannot grow beyond this
+    try:
+        recorder = write_log(path, 5000)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    assert "File too large" in recorder.fault
+    assert recorder.dropped > 0
+    assert "recording stopped" in caplog.text
+    assert len(list(LogReader(path).messages())) > 100
