@@ -1,6 +1,6 @@
 """Dense LU with complete pivoting for matrices of contact modes: small, often singular.
 
-LAPACK has no rank-revealing LU, and a call into it costs more than the elimination itself at these sizes.
+LAPACK has no rank-revealing LU, and a call into it costs more than the elimination itself here.
 Golub and Van Loan, Matrix Computations, 4th ed., section 3.4.8.
 """
 
@@ -10,7 +10,7 @@ import numpy as np
 from tauten.model.arrays import Array, Ints
 from tauten.model.jit import kernel
 
-RANK = 1e-11  # pivots below this, relative to the largest, count as zero; well above round-off
+RANK = 1e-10  # pivots below this, relative to the largest, count as zero; well above round-off
 
 
 @kernel
@@ -20,48 +20,72 @@ def eliminate(E: Array, X: Array) -> tuple[int, Ints, Ints]:
     Returns:
         The rank, the order of the rows and the order of the columns.
     """
-    p, q = len(E), X.shape[1]
+    p = len(E)
     rows, cols = np.arange(p), np.arange(p)
     first = 0.0
     for s in range(p):
-        best, i_best, j_best = 0.0, s, s
-        for i in range(s, p):
-            for j in range(s, p):
-                if abs(E[i, j]) > best:
-                    best, i_best, j_best = abs(E[i, j]), i, j
-        first = max(first, best)
-        if best <= RANK * first:
+        i, j = largest_entry(E, s)
+        size = abs(E[i, j])
+        first = max(first, size)
+        if size <= RANK * first:
             return s, rows, cols
-        if i_best != s:
-            rows[s], rows[i_best] = rows[i_best], rows[s]
-            for j in range(p):
-                E[s, j], E[i_best, j] = E[i_best, j], E[s, j]
-            for j in range(q):
-                X[s, j], X[i_best, j] = X[i_best, j], X[s, j]
-        if j_best != s:
-            cols[s], cols[j_best] = cols[j_best], cols[s]
-            for i in range(p):
-                E[i, s], E[i, j_best] = E[i, j_best], E[i, s]
-        for i in range(s + 1, p):
-            factor = E[i, s] / E[s, s]
-            E[i, s] = factor
-            for j in range(s + 1, p):
-                E[i, j] -= factor * E[s, j]
-            for j in range(q):
-                X[i, j] -= factor * X[s, j]
+        swap_rows(E, s, i)
+        swap_rows(X, s, i)
+        rows[s], rows[i] = rows[i], rows[s]
+        swap_columns(E, s, j)
+        cols[s], cols[j] = cols[j], cols[s]
+        clear_below(E, X, s)
     return p, rows, cols
+
+
+@kernel
+def largest_entry(E: Array, s: int) -> tuple[int, int]:
+    """Where the largest magnitude of E[s:, s:] is."""
+    best, i_best, j_best = -1.0, s, s
+    for i in range(s, len(E)):
+        for j in range(s, len(E)):
+            if abs(E[i, j]) > best:
+                best, i_best, j_best = abs(E[i, j]), i, j
+    return i_best, j_best
+
+
+@kernel
+def swap_rows(E: Array, s: int, i: int) -> None:
+    """Exchange two rows."""
+    if i != s:
+        for j in range(E.shape[1]):
+            E[s, j], E[i, j] = E[i, j], E[s, j]
+
+
+@kernel
+def swap_columns(E: Array, s: int, j: int) -> None:
+    """Exchange two columns."""
+    if j != s:
+        for i in range(len(E)):
+            E[i, s], E[i, j] = E[i, j], E[i, s]
+
+
+@kernel
+def clear_below(E: Array, X: Array, s: int) -> None:
+    """Subtract row s from the rows below it, leaving the factors of L in column s."""
+    for i in range(s + 1, len(E)):
+        factor = E[i, s] / E[s, s]
+        E[i, s] = factor
+        for j in range(s + 1, len(E)):
+            E[i, j] -= factor * E[s, j]
+        for j in range(X.shape[1]):
+            X[i, j] -= factor * X[s, j]
 
 
 @kernel
 def back_substitute(E: Array, X: Array, rank: int) -> None:
     """X[:rank] <- U⁻¹ X[:rank], with U the upper triangle of E[:rank, :rank]."""
-    q = X.shape[1]
     for s in range(rank - 1, -1, -1):
-        for i in range(s + 1, rank):
-            for j in range(q):
-                X[s, j] -= E[s, i] * X[i, j]
-        for j in range(q):
-            X[s, j] /= E[s, s]
+        for j in range(X.shape[1]):
+            total = X[s, j]
+            for i in range(s + 1, rank):
+                total -= E[s, i] * X[i, j]
+            X[s, j] = total / E[s, s]
 
 
 @kernel

@@ -1,48 +1,61 @@
 """A feasible start: the contact forces at given tensions, 0 <= w = N β + q ⟂ β >= 0.
 
-Block principal pivoting (Júdice and Pires 1994) from a guess ends in one or two rounds when the guess is
-last step's piece; Lemke's method (Cottle, Pang, Stone, The Linear Complementarity Problem, algorithm 4.4.5)
-takes over when it does not, and finds a solution whenever N is positive semidefinite and there is one.
+Block principal pivoting (Júdice and Pires 1994) from a guess ends in one or two rounds when the guess
+is last step's piece. Lemke's method (Cottle, Pang, Stone, The Linear Complementarity Problem,
+algorithm 4.4.5) takes over when it does not, and finds a solution whenever N is positive semidefinite
+and there is one.
 """
 
 from __future__ import annotations
 
 import numpy as np
-from tauten.controller.qpcc_pieces import solve_for_pushing
-from tauten.model.arrays import Array, Bools
+from tauten.controller.qpcc_pieces import eliminate_pushing
+from tauten.controller.qpcc_scaling import Scaled
+from tauten.model.arrays import Array, Bools, Ints
 from tauten.model.jit import kernel
 
-TOLERANCE = 1e-10  # on w and β, relative to the terms of w
+TOLERANCE = 1e-10  # on β and w, relative to the terms of w
+PATIENCE = 3  # rounds without fewer wrong signs before Lemke's method takes over
 
 
 @kernel
-def solve_lcp(N: Array, q: Array, guess: Bools) -> tuple[bool, Bools]:
-    """Which modes push in a solution of the LCP (k,); False first when none was found."""
+def feasible_start(problem: Scaled, a: Array, guess: Bools) -> tuple[bool, Bools, Array]:
+    """The contact forces at tensions a: found, which modes push (k,), z = (a, β)."""
+    n_a, k = len(a), len(guess)
+    N = problem.R[k : 2 * k, n_a:].copy()
+    q = problem.r[k : 2 * k] + problem.R[k : 2 * k, :n_a].copy() @ a
+    found, pushes, beta = solve_lcp(N, q, guess)
+    return found, pushes, np.concatenate((a, beta))
+
+
+@kernel
+def solve_lcp(N: Array, q: Array, guess: Bools) -> tuple[bool, Bools, Array]:
+    """Found, which modes push, β."""
     pushes = guess.copy()
-    fewest = len(q) + 1
-    patience = 3
+    fewest, patience = len(q) + 1, PATIENCE
     while patience > 0:
-        wrong = wrong_signs(N, q, pushes)
+        beta, wrong = signs(N, q, pushes)
         count = int(np.sum(wrong))
         if count == 0:
-            return True, pushes
+            return True, pushes, beta
         if count < fewest:
-            fewest, patience = count, 3
+            fewest, patience = count, PATIENCE
         else:
             patience -= 1
         pushes = pushes != wrong
     pushes = lemke(N, q)
-    return not np.any(wrong_signs(N, q, pushes)), pushes
+    beta, wrong = signs(N, q, pushes)
+    return not np.any(wrong), pushes, beta
 
 
 @kernel
-def wrong_signs(N: Array, q: Array, pushes: Bools) -> Bools:
-    """Modes whose β (pushing) or w (open) is negative when w_I = 0 and β_J = 0."""
+def signs(N: Array, q: Array, pushes: Bools) -> tuple[Array, Bools]:
+    """β of a piece, and the modes whose β (pushing) or w (open) has the wrong sign."""
     k = len(q)
-    rank, _, cols, _, expression = solve_for_pushing(N, q, np.flatnonzero(pushes), 0)
+    pushing = eliminate_pushing(N, q, np.flatnonzero(pushes), 0)
     beta = np.zeros(k)
-    for s in range(rank):
-        beta[cols[s]] = expression[s, expression.shape[1] - 1]
+    for s in range(pushing.rank):
+        beta[pushing.cols[s]] = pushing.beta[s, -1]
     wrong = np.zeros(k, dtype=np.bool_)
     for i in range(k):
         w, size = q[i], abs(q[i])
@@ -51,37 +64,36 @@ def wrong_signs(N: Array, q: Array, pushes: Bools) -> Bools:
             size += abs(N[i, j] * beta[j])
         if pushes[i]:
             wrong[i] = beta[i] * abs(N[i, i]) < -TOLERANCE * size or abs(w) > TOLERANCE * size
+            beta[i] = max(beta[i], 0.0)
         else:
             wrong[i] = w < -TOLERANCE * size
-    return wrong
+    return beta, wrong
 
 
 @kernel
 def lemke(N: Array, q: Array) -> Bools:
-    """The basis Lemke's method ends in; the caller checks it."""
+    """The modes that push in the basis Lemke's method ends in; the caller checks it."""
     k = len(q)
+    pushes = np.zeros(k, dtype=np.bool_)
+    if k == 0 or np.min(q) >= 0.0:
+        return pushes
     tableau = np.zeros((k, 2 * k + 2))  # w, β, artificial, right-hand side
-    for i in range(k):
-        tableau[i, i] = 1.0
-        for j in range(k):
-            tableau[i, k + j] = -N[i, j]
-        tableau[i, 2 * k] = -1.0
-        tableau[i, 2 * k + 1] = q[i]
+    tableau[:, :k] = np.eye(k)
+    tableau[:, k : 2 * k] = -N
+    tableau[:, 2 * k] = -1.0
+    tableau[:, 2 * k + 1] = q
     basis = np.arange(k)
     row, entering = int(np.argmin(q)), 2 * k
-    if q[row] >= 0.0:
-        return np.zeros(k, dtype=np.bool_)
     for _ in range(20 * k + 20):
-        leaving = basis[row]
+        leaving = int(basis[row])
         pivot(tableau, row, entering)
         basis[row] = entering
+        entering = leaving + k if leaving < k else leaving - k
         if leaving == 2 * k:
             break
-        entering = leaving + k if leaving < k else leaving - k
-        row = ratio_test(tableau, basis, entering, 2 * k)
+        row = ratio_test(tableau, basis, entering)
         if row < 0:
             break
-    pushes = np.zeros(k, dtype=np.bool_)
     for i in range(k):
         if k <= basis[i] < 2 * k:
             pushes[basis[i] - k] = True
@@ -100,13 +112,13 @@ def pivot(tableau: Array, row: int, column: int) -> None:
 
 
 @kernel
-def ratio_test(tableau: Array, basis: Array, entering: int, artificial: int) -> int:
+def ratio_test(tableau: Array, basis: Ints, entering: int) -> int:
     """Row that blocks first; the artificial variable leaves whenever it may. -1: a ray."""
     best, chosen = np.inf, -1
-    last = tableau.shape[1] - 1
     for i in range(len(tableau)):
         if tableau[i, entering] > 1e-11:
-            ratio = tableau[i, last] / tableau[i, entering]
-            if ratio < best * (1.0 - 1e-12) or (ratio <= best and basis[i] == artificial):
-                best, chosen = ratio, i
+            ratio = tableau[i, -1] / tableau[i, entering]
+            artificial = basis[i] == 2 * len(tableau)
+            if ratio < best * (1.0 - 1e-12) or (artificial and ratio <= best * (1.0 + 1e-12)):
+                best, chosen = min(ratio, best), i
     return chosen

@@ -185,6 +185,25 @@ def wrapped(name: str) -> Backend:
     return solve
 
 
+class RepeatedQp:
+    """A QP (1) solved again and again with other upper limits, by daqp with its workspace kept."""
+
+    def __init__(self, qp: Qp) -> None:
+        import daqp
+
+        self._model = daqp.Model()
+        self._model.settings = {**self._model.settings, "primal_tol": 0.1 * ACCURACY}
+        sense = np.zeros(len(qp.lower), dtype=np.intc)
+        self._model.setup(qp.H, qp.f, qp.A, qp.upper, qp.lower, sense)
+        self._lower = qp.lower
+
+    def solve(self, upper: Array) -> tuple[bool, float, Array]:
+        """Whether it is solved, the optimal value, y (n,)."""
+        self._model.update(bupper=upper, blower=self._lower)
+        y, value, flag, _ = self._model.solve()
+        return flag > 0, value, y
+
+
 DIRECT: dict[str, Backend] = {
     "daqp": solve_daqp,
     "proxqp": solve_proxqp,

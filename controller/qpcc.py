@@ -1,11 +1,11 @@
-"""Quadratic programs with complementarity constraints, solved by an active set over pieces.
+"""Solve quadratic programs with complementarity constraints: an active set over pieces.
 
-    min  1/2 z'Qz + c'z,   z = (a, β)                                                          (1)
-    s.t. lb <= a <= ub,   g_lo <= G z <= g_hi                                                  (2)
-         0 <= w = M z + m   ⟂   β >= 0                                                         (3)
+    from tauten.controller.qpcc import Qpcc, solve_qpcc
 
-a (n_a,) are tensions [N], β (k,) reduced contact forces [N], w (k,) reduced gaps [m]. (T1) of Goury, Carrez,
-Duriez has this form (`inverse.inverse_problem`), but nothing here knows of robots.
+Which modes push and which are open is a piece; on a piece the problem is a convex QP. Start from the
+contact forces at the previous tensions, solve the piece, look at the multipliers of the pairs of which
+both sides are zero, flip those that say the objective falls beyond, repeat until none does. docs/qpcc.md
+explains it with a picture.
 """
 
 from __future__ import annotations
@@ -13,78 +13,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from tauten.controller.lcp_start import solve_lcp
+from tauten.controller.lcp_start import feasible_start
 from tauten.controller.qp import qp_backend
 from tauten.controller.qpcc_descent import Descent, Point
 from tauten.controller.qpcc_elastic import least_violation
-from tauten.controller.qpcc_scaling import Scaled, equilibrate
+from tauten.controller.qpcc_problem import Qpcc, Start, Warm, start_of
+from tauten.controller.qpcc_scaling import CROSSED_LIMITS, NOT_FINITE, Units, scale
+from tauten.controller.qpcc_search import Budget, branch_and_bound
 from tauten.controller.solution import Certificate, Solution, Status
 from tauten.model.arrays import Array, Bools
 
-
-@dataclass(frozen=True, slots=True)
-class Qpcc:
-    """Problem (1)-(3), n = n_a + k.
-
-    Attributes:
-        Q: (n, n) symmetric positive semidefinite.
-        c: (n,).
-        lb: (n_a,) -inf for none.
-        ub: (n_a,) +inf for none.
-        G: (p, n).
-        g_lo: (p,).
-        g_hi: (p,).
-        M: (k, n).
-        m: (k,).
-        constant: added to the objective.
-        bound_names: (n_a,) what a bound is called when it is in conflict.
-        row_names: (p,) what the lower and the upper limit of a row are called.
-    """
-
-    Q: Array
-    c: Array
-    lb: Array
-    ub: Array
-    G: Array
-    g_lo: Array
-    g_hi: Array
-    M: Array
-    m: Array
-    constant: float = 0.0
-    bound_names: tuple[str, ...] = ()
-    row_names: tuple[tuple[str, str], ...] = ()
-
-    def __post_init__(self) -> None:
-        n, n_a, k, p = len(self.c), len(self.lb), len(self.m), len(self.g_lo)
-        shapes = {
-            "Q": (self.Q, (n, n)), "c": (self.c, (n_a + k,)), "ub": (self.ub, (n_a,)),
-            "G": (self.G, (p, n)), "g_hi": (self.g_hi, (p,)), "M": (self.M, (k, n)),
-        }  # fmt: skip
-        for name, (array, shape) in shapes.items():
-            if array.shape != shape:
-                raise ValueError(
-                    f"Qpcc: {name} has shape {array.shape}, {shape} is needed for "
-                    f"{n_a} bounds, {k} complementarity rows and {p} limits"
-                )
-
-    def objective(self, lam_a: Array, beta: Array) -> float:
-        """(1) with its constant."""
-        z = np.concatenate([lam_a, beta])
-        return float(z @ (0.5 * (self.Q @ z) + self.c)) + self.constant
-
-
-@dataclass(frozen=True, slots=True)
-class Start:
-    """Where to start: what is known of the step before.
-
-    Attributes:
-        lam_a: (n_a,) tensions; the solution is never worse than these with the contact forces they
-            cause, as long as they satisfy the limits.
-        piece: (k,) modes that pushed.
-    """
-
-    lam_a: Array
-    piece: Bools
+__all__ = ["Qpcc", "QpccSettings", "Start", "solve_qpcc"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,25 +33,32 @@ class QpccSettings:
     Attributes:
         solver: QP back end, one of `qp.available_backends()`.
         max_pivots: pieces solved at most before MAX_PIVOTS.
+        search_time: wall time of the second phase [s], which looks for better local minima and bounds
+            the objective; 0: none. Its results depend on the machine's speed.
+        rescue_nodes: where the first phase finds no feasible point, nodes in which a search for one may
+            go on before the status is INFEASIBLE.
     """
 
     solver: str = "daqp"
     max_pivots: int = 100
+    search_time: float = 0.0
+    rescue_nodes: int = 64
 
 
 DEFAULT = QpccSettings()
+UNLIMITED = 1_000_000
 
 
-def solve_qpcc(
-    problem: Qpcc, warm: Start | Solution | Bools | None = None, settings: QpccSettings = DEFAULT
-) -> Solution:
-    """Solve (1)-(3) to a stationary point.
+def solve_qpcc(problem: Qpcc, warm: Warm = None, settings: QpccSettings = DEFAULT) -> Solution:
+    """Solve (1)-(3) to a stationary point, and with a search time towards the global optimum.
 
-    Never raises on numbers: what is wrong with them is in the status, and the best point found comes back.
+    Never raises on numbers: what is wrong with them is in the status. On anything but OK the best
+    feasible point found comes back, or the one that violates the limits least.
 
     Args:
         problem: what to solve.
-        warm: the last solution, or its tensions and piece, or its piece alone; None: start at no tension.
+        warm: the last solution, or a `Start`, or a piece (k,) alone; None: start without tension. What
+            does not fit the problem is ignored.
         settings: back end and limits.
 
     Raises:
@@ -120,127 +66,117 @@ def solve_qpcc(
     """
     backend = qp_backend(settings.solver)
     n_a, k = len(problem.lb), len(problem.m)
-    lam_a, piece = start_of(warm, n_a, k)
-    if not finite(problem):
-        return no_solution(problem, Status.NOT_FINITE, lam_a)
+    lam_a, guess = start_of(warm, n_a, k)
+    numbers, scaled, units = scale(problem)
+    if numbers == NOT_FINITE:
+        return nothing(problem, Status.NOT_FINITE, lam_a)
     lam_a = np.minimum(np.maximum(lam_a, problem.lb), problem.ub)
-    conflict = empty_limits(problem)
-    if conflict:
-        return no_solution(problem, Status.INFEASIBLE, lam_a, conflict)
-    scaled = scale(problem)
+    if numbers == CROSSED_LIMITS:
+        return nothing(problem, Status.INFEASIBLE, lam_a, crossed_limits(problem))
     descent = Descent(scaled, backend, settings.max_pivots)
-    q = scaled.r[k : 2 * k] + scaled.R[k : 2 * k, :n_a] @ (lam_a / scaled.column[:n_a])
-    found, feasible_piece = solve_lcp(np.ascontiguousarray(scaled.R[k : 2 * k, n_a:]), q, piece)
-    point = descent.run(feasible_piece) if found else None
-    if point is None:
-        point = descent.run(piece)
-    conflict = ()
-    if point is None and found:
-        elastic = least_violation(scaled, backend, settings.max_pivots, feasible_piece)
-        if elastic is not None:
-            point = descent.run(elastic.piece)
-            if point is None:
-                return infeasible(problem, scaled, elastic, descent.pivots)
+    found, piece, z = feasible_start(scaled, lam_a / units.column[:n_a], guess)
+    piece = piece if found else guess
+    descent.run(piece)
+    if found and (descent.best is None or not descent.best.stationary):
+        descent.stay(z, piece)
+    violating = rescue(descent, piece, settings) if descent.best is None else None
+    bound = search(problem, descent, units, settings) if settings.search_time > 0.0 else -np.inf
+    if descent.best is not None:
+        return finish(problem, descent, units, bound)
+    if violating is not None:
+        return infeasible(problem, units, violating, descent.pivots)
+    return nothing(problem, Status.INFEASIBLE, lam_a, ("complementarity",))
+
+
+def rescue(descent: Descent, piece: Bools, settings: QpccSettings) -> Point | None:
+    """Find a feasible point for a descent that has none; else the least violating point."""
+    violating = least_violation(descent.problem, descent.backend, descent.max_pivots, piece)
+    if violating is not None:
+        descent.run(violating.piece)
     if descent.best is None:
-        return no_solution(problem, Status.INFEASIBLE, lam_a, ("complementarity",))
-    return finish(problem, scaled, descent)
+        branch_and_bound(descent, 0.0, Budget(nodes=settings.rescue_nodes, any_point=True))
+    return violating
 
 
-def scale(problem: Qpcc) -> Scaled:
-    """The problem without units."""
-    p = problem
-    arrays = (p.Q, p.c, p.lb, p.ub, p.G, p.g_lo, p.g_hi, p.M, p.m)
-    # copies: a kernel is compiled anew for every memory layout, and that must not happen in a loop
-    return Scaled(*equilibrate(*(np.array(array, dtype=float, order="C") for array in arrays)))
+def search(problem: Qpcc, descent: Descent, units: Units, settings: QpccSettings) -> float:
+    """The second phase; the bound it gives on the objective."""
+    wide = Descent(
+        descent.problem, descent.backend, UNLIMITED, best=descent.best, tried=descent.tried
+    )
+    budget = Budget(seconds=settings.search_time)
+    proof = branch_and_bound(wide, problem.constant / units.cost, budget)
+    descent.best = wide.best
+    return proof.bound * units.cost + problem.constant
 
 
-def finish(problem: Qpcc, scaled: Scaled, descent: Descent) -> Solution:
+def finish(problem: Qpcc, descent: Descent, units: Units, bound: float) -> Solution:
     """The best point of a descent, in the problem's units."""
     best = descent.best
     assert best is not None
     if best.stationary:
         status = Status.OK
-    elif descent.pivots >= descent.max_pivots:
-        status = Status.MAX_PIVOTS
     else:
-        status = Status.FEASIBLE_ONLY
-    return solution_at(problem, scaled, best, status, descent.pivots)
+        status = Status.MAX_PIVOTS if descent.exhausted else Status.FEASIBLE_ONLY
+    return solution_at(problem, units, best, status, descent.pivots, bound=bound)
+
+
+def infeasible(problem: Qpcc, units: Units, violating: Point, pivots: int) -> Solution:
+    """The least violating point, with the names of the limits in conflict.
+
+    Those are the limits it violates, and the bounds that keep it from violating them less.
+    """
+    limits = violating.dual[2 * len(problem.m) :]  # (p,) minus the violations
+    pressing = 1e-6 * np.abs(limits).max(initial=0.0)
+    names = [
+        problem.name_of_row(i, upper=limits[i] > 0.0)
+        for i in np.flatnonzero(np.abs(limits) > pressing).tolist()
+    ]
+    names += [
+        problem.name_of_bound(j)
+        for j in np.flatnonzero(np.abs(violating.alpha) > pressing).tolist()
+    ]
+    return solution_at(problem, units, violating, Status.INFEASIBLE, pivots, tuple(names))
 
 
 def solution_at(
-    problem: Qpcc, scaled: Scaled, point: Point, status: Status, pivots: int,
+    problem: Qpcc,
+    units: Units,
+    point: Point,
+    status: Status,
+    pivots: int,
     conflict: tuple[str, ...] = (),
-) -> Solution:  # fmt: skip
+    bound: float = -np.inf,
+) -> Solution:
     """A point in the problem's units."""
-    z = point.z * scaled.column
-    n_a = len(problem.lb)
-    # the units of the scaling may round a bound; the limits of a cable are not to be passed by even that
-    lam_a = np.minimum(np.maximum(z[:n_a], problem.lb), problem.ub)
+    n_a, z, worth = len(problem.lb), point.z * units.column, point.worth
     return Solution(
-        lam_a=lam_a,
+        lam_a=z[:n_a],
         beta=z[n_a:],
         status=status,
-        certificate=Certificate(point.primal, point.complementarity, point.stationarity, np.inf),
-        objective=problem.objective(lam_a, z[n_a:]),
+        certificate=Certificate(worth.primal, worth.complementarity, worth.stationarity, np.inf),
+        objective=worth.objective * units.cost + problem.constant,
         pivots=pivots,
         piece=point.piece,
         conflict=conflict,
+        bound=bound,
     )
 
 
-def infeasible(problem: Qpcc, scaled: Scaled, elastic: Point, pivots: int) -> Solution:
-    """The least violating point, and the limits that its multipliers say are in conflict."""
-    n_a, p = len(problem.lb), len(problem.g_lo)
-    names = []
-    multipliers = elastic.dual[-p:] if p else np.zeros(0)
-    for i in np.flatnonzero(np.abs(multipliers) > 1e-6 * np.abs(multipliers).max(initial=0.0)):
-        lower, upper = problem.row_names[i] if problem.row_names else (f"row {i}", f"row {i}")
-        names.append(upper if multipliers[i] > 0.0 else lower)
-    held = elastic.alpha[:n_a]
-    for j in np.flatnonzero(np.abs(held) > 1e-6 * np.abs(multipliers).max(initial=0.0)):
-        names.append(problem.bound_names[j] if problem.bound_names else f"bound {j}")
-    return solution_at(problem, scaled, elastic, Status.INFEASIBLE, pivots, tuple(names))
-
-
-def no_solution(
+def nothing(
     problem: Qpcc, status: Status, lam_a: Array, conflict: tuple[str, ...] = ()
 ) -> Solution:
     """Nothing to offer but the tensions to stay at."""
     k = len(problem.m)
-    nothing = Certificate(np.inf, np.inf, np.inf, np.inf)
-    return Solution(lam_a, np.zeros(k), status, nothing, np.inf, 0, np.zeros(k, bool), conflict)
+    unknown = Certificate(np.inf, np.inf, np.inf, np.inf)
+    piece = np.zeros(k, dtype=np.bool_)
+    return Solution(lam_a, np.zeros(k), status, unknown, np.inf, 0, piece, conflict)
 
 
-def start_of(warm: Start | Solution | Bools | None, n_a: int, k: int) -> tuple[Array, Bools]:
-    """Tensions and piece to start from; what does not fit is ignored."""
-    lam_a, piece = np.zeros(n_a), np.zeros(k, dtype=bool)
-    if isinstance(warm, np.ndarray):
-        given, pieces = lam_a, warm
-    elif warm is not None:
-        given, pieces = warm.lam_a, warm.piece
-    else:
-        return lam_a, piece
-    if given.shape == (n_a,) and np.isfinite(given).all():
-        lam_a = given
-    if pieces.shape == (k,):
-        piece = pieces.astype(bool)
-    return lam_a, piece
-
-
-def finite(problem: Qpcc) -> bool:
-    """No NaN anywhere, infinity only in limits."""
-    p = problem
-    numbers = all(np.isfinite(array).all() for array in (p.Q, p.c, p.G, p.M, p.m))
-    return bool(numbers and not any(np.isnan(a).any() for a in (p.lb, p.ub, p.g_lo, p.g_hi)))
-
-
-def empty_limits(problem: Qpcc) -> tuple[str, ...]:
+def crossed_limits(problem: Qpcc) -> tuple[str, ...]:
     """Names of limits whose lower end lies above the upper."""
     p = problem
-    names = [
-        p.bound_names[j] if p.bound_names else f"bound {j}"
-        for j in np.flatnonzero((p.lb > p.ub) | (p.lb == np.inf) | (p.ub == -np.inf))
-    ]
-    for i in np.flatnonzero((p.g_lo > p.g_hi) | (p.g_lo == np.inf) | (p.g_hi == -np.inf)):
-        names += sorted(set(p.row_names[i])) if p.row_names else [f"row {i}"]
-    return tuple(names)
+    bounds = np.flatnonzero((p.lb > p.ub) | (p.lb == np.inf) | (p.ub == -np.inf))
+    rows = np.flatnonzero((p.g_lo > p.g_hi) | (p.g_lo == np.inf) | (p.g_hi == -np.inf))
+    names = [p.name_of_bound(j) for j in bounds.tolist()]
+    names += [p.name_of_row(i, upper) for i in rows.tolist() for upper in (False, True)]
+    return tuple(dict.fromkeys(names))

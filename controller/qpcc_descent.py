@@ -2,104 +2,109 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from itertools import combinations
 
 import numpy as np
-from tauten.controller.certificate import judge
 from tauten.controller.qp import Backend, Qp
-from tauten.controller.qpcc_pieces import recover, reduce_piece
+from tauten.controller.qpcc_pieces import reduce_piece
+from tauten.controller.qpcc_recovery import conclude
 from tauten.controller.qpcc_scaling import Scaled
-from tauten.model.arrays import Array, Bools
+from tauten.controller.residuals import ACTIVE, Judgement, judge, pair_values, row_values
+from tauten.controller.strong_stationarity import strong_multipliers
+from tauten.model.arrays import Array, Bools, Ints
 
 EXACT = 1e-8  # residuals an optimum may have
+NOISE = 1e-11  # of an objective, relative to its terms
+MOST_DEGENERATE = 6  # pairs at zero of which all combinations are looked at
 
 
 @dataclass(frozen=True, slots=True)
 class Point:
-    """Optimum of a piece.
+    """A feasible point, as a rule the optimum of a piece.
 
     Attributes:
         z: (n,) scaled variables.
         piece: (k,) which modes push.
-        objective: scaled.
-        primal: residual.
-        complementarity: residual.
-        stationarity: residual of the piece's own optimality.
-        wrong: (k,) pairs at zero that the multipliers want flipped.
         alpha: (n_a,) multipliers of the bounds.
         dual: (2k + p,) multipliers of the rows.
+        worth: objective and residuals.
+        settled: every piece that touches the point was seen to be no better.
     """
 
     z: Array
     piece: Bools
-    objective: float
-    primal: float
-    complementarity: float
-    stationarity: float
-    wrong: Bools
     alpha: Array
     dual: Array
+    worth: Judgement
+    settled: bool = False
 
     @property
     def feasible(self) -> bool:
-        """Within the limits and complementary."""
-        return max(self.primal, self.complementarity) <= EXACT
+        """Within the limits and complementary; not when there is a NaN."""
+        return self.worth.primal <= EXACT and self.worth.complementarity <= EXACT
 
     @property
     def stationary(self) -> bool:
-        """Strongly stationary: no multiplier asks for a flip."""
-        return self.stationarity <= EXACT and not self.wrong.any()
+        """Strongly stationary, or B-stationary by looking at all pieces around."""
+        no_flip = self.settled or self.worth.largest_gain <= ACTIVE
+        return self.worth.stationarity <= EXACT and no_flip
+
+    def beats(self, other: Point) -> bool:
+        """Lower by more than round-off, or as low and stationary where the other is not."""
+        margin = NOISE * (self.worth.terms + other.worth.terms)
+        if self.worth.objective < other.worth.objective - margin:
+            return True
+        as_low = self.worth.objective <= other.worth.objective + margin
+        return as_low and self.stationary and not other.stationary
 
 
 def solve_piece(problem: Scaled, piece: Bools, backend: Backend) -> Point | None:
-    """Optimum of one piece; None when the piece is empty or the back end failed."""
-    p = problem
-    possible, H, f, A, lower, upper, reduction = reduce_piece(
-        p.Q, p.c, p.lb, p.ub, p.R, p.r, p.lo, p.hi, piece
-    )
+    """Optimum of one piece; None when it is empty or the back end failed."""
+    possible, H, f, A, lower, upper, reduction = reduce_piece(problem, piece)
     if not possible:
         return None
     answer = backend(Qp(H, f, A, lower, upper))
     if not answer.solved:
         return None
-    z, alpha, dual = recover(
-        p.Q, p.c, p.lb, p.ub, p.R, piece, reduction, answer.y, answer.multipliers
-    )
-    residuals = judge(p.Q, p.c, p.lb, p.ub, p.R, p.r, p.lo, p.hi, z, alpha, dual)
-    primal, crossed, stationarity, wrong = residuals
-    if not max(primal, crossed) <= EXACT:  # also when NaN
-        return None
-    return Point(z, piece, p.objective(z), primal, crossed, stationarity, wrong, alpha, dual)
+    z, alpha, dual, worth = conclude(problem, piece, reduction, answer.y, answer.multipliers)
+    point = Point(z, piece, alpha, dual, worth)
+    return point if point.feasible else None
 
 
 @dataclass(slots=True)
 class Descent:
-    """One descent: what has been tried, what was best.
+    """Descents from one or more pieces, no piece solved twice.
 
     Attributes:
         problem: scaled.
         backend: of the piece's QPs.
-        max_pivots: pieces solved at most, over all runs.
-        tried: pieces solved, as bytes: none is solved twice.
+        max_pivots: pieces solved at most.
         best: best point so far.
+        tried: pieces solved, as bytes.
     """
 
     problem: Scaled
     backend: Backend
     max_pivots: int
-    tried: set[bytes] = field(default_factory=set)
     best: Point | None = None
+    tried: set[bytes] = field(default_factory=set)
 
     @property
     def pivots(self) -> int:
         """Pieces solved."""
         return len(self.tried)
 
+    @property
+    def exhausted(self) -> bool:
+        """Whether the pivot limit is reached."""
+        return self.pivots >= self.max_pivots
+
     def run(self, piece: Bools) -> Point | None:
-        """Descend from a piece to a stationary point; None when the piece is empty."""
+        """Descend from a piece to a stationary point; None when the piece is empty or was tried."""
         current = self.visit(piece)
         while current is not None and not current.stationary:
-            following = self.improve(current)
+            following = self.improve(current) or self.settle(current)
             if following is None:
                 break
             current = following
@@ -108,22 +113,68 @@ class Descent:
     def visit(self, piece: Bools) -> Point | None:
         """Solve a piece unless it was solved before or the limit is reached."""
         key = piece.tobytes()
-        if key in self.tried or self.pivots >= self.max_pivots:
+        if key in self.tried or self.exhausted:
             return None
         self.tried.add(key)
         point = solve_piece(self.problem, piece, self.backend)
-        if point is not None and (self.best is None or point.objective < self.best.objective):
-            self.best = point
+        if point is not None:
+            self.keep(point)
         return point
 
+    def stay(self, z: Array, piece: Bools) -> None:
+        """Remember a point that satisfies the complementarity, if it satisfies the limits too."""
+        n_a, rows = len(self.problem.lb), len(self.problem.r)
+        alpha, dual = np.zeros(n_a), np.zeros(rows)
+        point = Point(z, piece, alpha, dual, judge(self.problem, z, alpha, dual))
+        if point.feasible:
+            self.keep(point)
+
+    def keep(self, point: Point) -> None:
+        """Remember a point when it is the best so far."""
+        if self.best is None or point.beats(self.best):
+            self.best = point
+
     def improve(self, current: Point) -> Point | None:
-        """A better neighbour: all wrong pairs flipped at once, else one by one."""
-        wrong = np.flatnonzero(current.wrong)
-        flips = [wrong] if len(wrong) == 1 else [wrong, *wrong[:, None]]
+        """A better or stationary neighbour: all wrong pairs flipped, else one by one, worst first."""
+        gain = current.worth.gain
+        wrong = np.flatnonzero(gain > ACTIVE)
+        wrong = wrong[np.argsort(-gain[wrong], kind="stable")]
+        flips: list[Ints] = [wrong, *wrong[:, None]] if len(wrong) > 1 else [wrong]
+        return self.first_better(current, flips)
+
+    def settle(self, current: Point) -> Point | None:
+        """Decide a degenerate point: other multipliers first, then every piece that touches it."""
+        alpha, dual = strong_multipliers(self.problem, current.z)
+        worth = judge(self.problem, current.z, alpha, dual)
+        point = Point(current.z, current.piece, alpha, dual, worth)
+        if point.stationary:
+            self.keep(point)
+            return point
+        both = self.pairs_at_zero(current)
+        if len(both) > MOST_DEGENERATE:
+            return None
+        sizes = range(1, len(both) + 1)
+        flips: list[Ints] = [np.array(some) for size in sizes for some in combinations(both, size)]
+        better = self.first_better(current, flips)
+        if better is not None or self.exhausted:
+            return better
+        point = replace(current, settled=True)
+        self.keep(point)
+        return point if point.stationary else None
+
+    def first_better(self, current: Point, flips: list[Ints]) -> Point | None:
+        """The first of the pieces with pairs flipped that is better or stationary."""
         for flip in flips:
             piece = current.piece.copy()
             piece[flip] = ~piece[flip]
             point = self.visit(piece)
-            if point is not None and (point.objective < current.objective or point.stationary):
+            if point is not None and point.beats(current):
                 return point
         return None
+
+    def pairs_at_zero(self, point: Point) -> Ints:
+        """Pairs of which both sides are zero."""
+        values, sizes = row_values(self.problem, point.z)
+        beta, w = pair_values(self.problem, point.z, values, sizes)
+        pairs: Ints = np.flatnonzero((beta <= ACTIVE) & (w <= ACTIVE))
+        return pairs

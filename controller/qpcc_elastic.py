@@ -1,62 +1,59 @@
 """Least violation of the limits: the QPCC with its limits made elastic.
 
-    min 1/2 |s|² + σ f(a, β)   s.t.   g_lo <= G z + s <= g_hi, bounds and complementarity as before
+    min 1/2 |s|² + σ f(a, β)   s.t.   g_lo <= G z + s <= g_hi,  bounds and complementarity as before
 
-It has a feasible point wherever the complementarity has one, and is a QPCC in ((a, s), β) again, so that
-the same descent solves it.
+It has a feasible point wherever the complementarity has one, and is a QPCC in ((a, s), β) again, so
+that the same descent solves it.
 """
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import numpy as np
 from tauten.controller.qp import UNBOUNDED, Backend
 from tauten.controller.qpcc_descent import Descent, Point
 from tauten.controller.qpcc_scaling import Scaled
-from tauten.model.arrays import Bools
+from tauten.controller.residuals import judge
+from tauten.model.arrays import Bools, Ints
 
-SIGMA = 1e-8
+SIGMA = 1e-8  # chooses among points that violate the limits equally
 
 
 def least_violation(
     problem: Scaled, backend: Backend, max_pivots: int, piece: Bools
 ) -> Point | None:
-    """The point that violates the limits least, seen from a piece; s is taken out again."""
-    n_a, k, p = len(problem.lb), problem.k, len(problem.r) - 2 * problem.k
-    descent = Descent(elastic(problem), backend, max_pivots)
+    """The point that violates the limits least, seen from a piece.
+
+    `dual[2k:]` of the point is minus its violations.
+    """
+    n_a, p = len(problem.lb), len(problem.r) - 2 * len(piece)
+    descent = Descent(elastic(problem, len(piece)), backend, max_pivots)
     descent.run(piece)
     best = descent.best
     if best is None:
         return None
-    keep = np.r_[0:n_a, n_a + p : n_a + p + k]
-    violation = best.z[n_a : n_a + p]
-    return Point(
-        z=best.z[keep],
-        piece=best.piece,
-        objective=problem.objective(best.z[keep]),
-        primal=float(np.abs(violation).max(initial=0.0)),
-        complementarity=best.complementarity,
-        stationarity=best.stationarity,
-        wrong=best.wrong,
-        alpha=best.alpha[:n_a],
-        dual=best.dual,
-    )
+    z, alpha = best.z[own_variables(n_a, p, len(piece))], best.alpha[:n_a]
+    worth = judge(problem, z, alpha, np.zeros(len(problem.r)))
+    return replace(best, z=z, alpha=alpha, worth=worth)
 
 
-def elastic(problem: Scaled) -> Scaled:
+def own_variables(n_a: int, p: int, k: int) -> Ints:
+    """Where a and β stand among (a, s, β)."""
+    return np.concatenate([np.arange(n_a), np.arange(n_a + p, n_a + p + k)])
+
+
+def elastic(problem: Scaled, k: int) -> Scaled:
     """The problem with a slack for every limit among its a."""
-    n_a, k, p = len(problem.lb), problem.k, len(problem.r) - 2 * problem.k
-    n = n_a + p + k
-    keep = np.r_[0:n_a, n_a + p : n]
-    Q, c = np.zeros((n, n)), np.zeros(n)
+    n_a, p = len(problem.lb), len(problem.r) - 2 * k
+    n, keep = n_a + p + k, own_variables(n_a, p, k)
+    slack = np.arange(n_a, n_a + p)
+    Q, c, R = np.zeros((n, n)), np.zeros(n), np.zeros((len(problem.r), n))
     Q[np.ix_(keep, keep)] = SIGMA * problem.Q
-    Q[range(n_a, n_a + p), range(n_a, n_a + p)] = 1.0
+    Q[slack, slack] = 1.0
     c[keep] = SIGMA * problem.c
-    R = np.zeros((len(problem.r), n))
     R[:, keep] = problem.R
-    R[range(2 * k, 2 * k + p), range(n_a, n_a + p)] = 1.0
+    R[2 * k + np.arange(p), slack] = 1.0
     free = np.full(p, UNBOUNDED)
-    return Scaled(
-        Q=Q, c=c, R=R, r=problem.r, lo=problem.lo, hi=problem.hi,
-        lb=np.concatenate([problem.lb, -free]), ub=np.concatenate([problem.ub, free]),
-        column=np.ones(n), cost=1.0,
-    )  # fmt: skip
+    lb, ub = np.concatenate([problem.lb, -free]), np.concatenate([problem.ub, free])
+    return Scaled(Q, c, lb, ub, R, problem.r, problem.lo, problem.hi)

@@ -1,279 +1,244 @@
-"""Kernels of the QPCC's pieces: eliminate what a piece fixes, and read its multipliers back.
+"""A piece of a QPCC as a small QP.
 
-All constraints but the bounds on a are rows of one matrix,
-
-    R = (β; M; G),   lo <= R z + r <= hi,   r = (0; m; 0)                                        (4)
-
-2k + p of them, and a piece fixes one row of every pair at zero: w_i = 0 where mode i pushes, β_i = 0 where
-it is open. The equations w_I = 0 give β_I as an affine function of a, so that a QP in a alone is left, n_a
-variables instead of n_a + k. Where M_II is singular (duplicate modes), as many β as it lacks in rank stay
-variables.
+A piece says of every mode whether it pushes (w_i = 0, β_i >= 0) or is open (β_i = 0, w_i >= 0). The
+equations w_I = 0 give β_I as an affine function of a, so that a QP in a alone is left, n_a variables
+instead of n_a + k. Where M_II is singular (duplicate modes), as many β as it lacks in rank stay
+variables, and the equations left over stay rows.
 """
 
 from __future__ import annotations
 
-from typing import TypeAlias
+from typing import NamedTuple
 
 import numpy as np
-from tauten.controller.elimination import back_substitute, eliminate, solve_transposed
+from tauten.controller.elimination import back_substitute, eliminate
 from tauten.controller.qp import UNBOUNDED
+from tauten.controller.qpcc_scaling import Scaled
 from tauten.model.arrays import Array, Bools, Ints
 from tauten.model.jit import kernel
 
-# scale τ, map T and offset t of z = τ T ŷ + t, rows of R in the QP, rank, pivot rows and columns, LU
-Reduction: TypeAlias = tuple[float, Array, Array, Ints, int, Ints, Ints, Array]
+CONSTANT = 1e-9  # a row whose coefficients are this small beside their terms does not depend on y
+SLACK = 1e-9  # how far such a row may lie outside its limits, relative to its terms
 
-CONSTANT = 1e-11  # a row whose coefficients are this small beside its terms does not depend on y
-SLACK = 1e-10  # how far a constant row may lie outside its limits, relative to its terms
+
+class Pushing(NamedTuple):
+    """The modes that push, eliminated: E = L U of M_II in the order of the pivots.
+
+    Attributes:
+        rank: of M_II.
+        rows: (p,) modes in the order of the pivots' rows; from `rank` on, w is not eliminated.
+        cols: (p,) modes in the order of the pivots' columns; from `rank` on, β stays a variable.
+        E: (p, p) factors.
+        beta: (p, n_a + p - rank + 1) row s < rank: β_cols[s] in terms of (a, β that stay, 1).
+    """
+
+    rank: int
+    rows: Ints
+    cols: Ints
+    E: Array
+    beta: Array
+
+
+class Reduction(NamedTuple):
+    """z = τ T y + t, y = (a, β that stay) of order one.
+
+    Attributes:
+        tau: scale.
+        T: (n, n_y).
+        t: (n,).
+        source: (rows,) which row of R each row of the QP is.
+        pushing: what was eliminated.
+    """
+
+    tau: float
+    T: Array
+    t: Array
+    source: Ints
+    pushing: Pushing
 
 
 @kernel
-def solve_for_pushing(
-    M: Array, m: Array, pushing: Ints, n_a: int
-) -> tuple[int, Ints, Ints, Array, Array]:
-    """β_I from w_I = 0: rank, rows and columns in the order of the pivots (as modes), LU, expression.
-
-    The expression is (p, n_a + p - rank + 1): row s < rank holds the coefficients of β_{cols[s]} in
-    (a, the p - rank dependent β, 1).
-    """
-    p = len(pushing)
-    E = np.empty((p, p))
-    expression = np.zeros((p, n_a + p + 1))
+def eliminate_pushing(M: Array, m: Array, modes: Ints, n_a: int) -> Pushing:
+    """Solve w_I = 0 for as many β_I as M_II has rank."""
+    p = len(modes)
+    E, X = np.empty((p, p)), np.empty((p, n_a + 1))
     for i in range(p):
         for j in range(p):
-            E[i, j] = M[pushing[i], n_a + pushing[j]]
+            E[i, j] = M[modes[i], n_a + modes[j]]
         for j in range(n_a):
-            expression[i, j] = -M[pushing[i], j]
-        expression[i, n_a] = -m[pushing[i]]
-    rank, rows, cols = eliminate(E, expression)
+            X[i, j] = -M[modes[i], j]
+        X[i, n_a] = -m[modes[i]]
+    rank, rows, cols = eliminate(E, X)
     free = p - rank
+    beta = np.zeros((p, n_a + free + 1))
     for i in range(rank):
-        expression[i, n_a + free] = expression[i, n_a]
+        beta[i, :n_a] = X[i, :n_a]
+        beta[i, n_a + free] = X[i, n_a]
         for j in range(free):
-            expression[i, n_a + j] = -E[i, rank + j]
-    back_substitute(E, expression, rank)
-    return rank, pushing[rows], pushing[cols], E, expression[:, : n_a + free + 1]
+            beta[i, n_a + j] = -E[i, rank + j]
+    back_substitute(E, beta, rank)
+    return Pushing(rank, modes[rows], modes[cols], E, beta)
 
 
 @kernel
-def affine_map(
-    expression: Array, cols: Ints, rank: int, n_a: int, k: int
-) -> tuple[Array, Array, Ints]:
-    """Z = T y + t with y = (a, dependent β): T (n, n_y), t (n,), and which z are not fixed at 0."""
+def affine_map(pushing: Pushing, n_a: int, k: int) -> tuple[Array, Array, Ints]:
+    """T, t of z = T y + t, and which z are not fixed at zero."""
+    rank, cols = pushing.rank, pushing.cols
     free = len(cols) - rank
-    T = np.zeros((n_a + k, n_a + free))
-    t = np.zeros(n_a + k)
+    T, t = np.zeros((n_a + k, n_a + free)), np.zeros(n_a + k)
     for j in range(n_a):
         T[j, j] = 1.0
     for j in range(free):
         T[n_a + cols[rank + j], n_a + j] = 1.0
     for s in range(rank):
-        T[n_a + cols[s]] = expression[s, : n_a + free]
-        t[n_a + cols[s]] = expression[s, n_a + free]
+        T[n_a + cols[s]] = pushing.beta[s, : n_a + free]
+        t[n_a + cols[s]] = pushing.beta[s, n_a + free]
     return T, t, np.concatenate((np.arange(n_a), n_a + cols))
 
 
 @kernel
-def reduced_objective(Q: Array, c: Array, T: Array, t: Array, live: Ints) -> tuple[Array, Array]:
+def reduced_objective(problem: Scaled, T: Array, t: Array, live: Ints) -> tuple[Array, Array]:
     """T'QT and T'(Qt + c), summed over the `live` variables only."""
-    n_y, p = T.shape[1], len(live)
-    QT = np.zeros((p, n_y))
-    q = np.empty(p)
+    Q, n_y, p = problem.Q, T.shape[1], len(live)
+    QT, q = np.zeros((p, n_y)), np.empty(p)
     for r in range(p):
-        q[r] = c[live[r]]
+        q[r] = problem.c[live[r]]
         for s in range(p):
             value = Q[live[r], live[s]]
             q[r] += value * t[live[s]]
             for j in range(n_y):
                 QT[r, j] += value * T[live[s], j]
-    H = np.zeros((n_y, n_y))
-    f = np.zeros(n_y)
+    H, f = np.zeros((n_y, n_y)), np.zeros(n_y)
     for r in range(p):
-        for j in range(n_y):
-            value = T[live[r], j]
-            f[j] += value * q[r]
-            for l in range(j + 1):
-                H[j, l] += value * QT[r, l]
-    for j in range(n_y):
-        for l in range(j):
-            H[l, j] = H[j, l]
+        for i in range(n_y):
+            value = T[live[r], i]
+            f[i] += value * q[r]
+            for j in range(i + 1):
+                H[i, j] += value * QT[r, j]
+    for i in range(n_y):
+        for j in range(i):
+            H[j, i] = H[i, j]
     return H, f
 
 
 @kernel
-def reduced_rows(
-    R: Array,
-    r: Array,
-    lo: Array,
-    hi: Array,
-    fixed: Bools,
-    skip: Bools,
-    T: Array,
-    t: Array,
-    live: Ints,
-) -> tuple[bool, int, Array, Array, Array, Ints]:
-    """Rows (4) in terms of y: possible, count, A, low, high, and which row of R each one is.
+def reduced_row(
+    row: Array, constant: float, T: Array, t: Array, live: Ints, out: Array
+) -> tuple[float, float, bool]:
+    """Row z + constant in terms of y: writes the coefficients to `out`.
 
-    A row that does not depend on y is left out when it holds; when it does not, the piece is empty.
+    Returns:
+        Its constant, the magnitude of the constant's terms, and whether it depends on y at all:
+        what is left far below the terms it was summed from is round-off.
     """
-    n_y, p = T.shape[1], len(live)
-    A = np.zeros((len(r), n_y))
-    low, high = np.empty(len(r)), np.empty(len(r))
-    source = np.empty(len(r), dtype=np.int64)
-    count = 0
-    for i in range(len(r)):
-        if skip[i]:
-            continue
-        constant, size, largest, scale = r[i], abs(r[i]), 0.0, 0.0
-        row = A[count]
-        row[:] = 0.0
-        for s in range(p):
-            value = R[i, live[s]]
-            if value != 0.0:
-                constant += value * t[live[s]]
-                size += abs(value * t[live[s]])
-                for j in range(n_y):
-                    row[j] += value * T[live[s], j]
-                    scale = max(scale, abs(value * T[live[s], j]))
-        for j in range(n_y):
-            largest = max(largest, abs(row[j]))
-        upper = lo[i] if fixed[i] else hi[i]
-        if largest <= CONSTANT * scale:
-            slack = SLACK * (size + min(abs(lo[i]), abs(upper)))
-            if constant < lo[i] - slack or constant > upper + slack:
-                return False, 0, A, low, high, source
-            continue
-        low[count] = max(lo[i] - constant, -UNBOUNDED)
-        high[count] = min(upper - constant, UNBOUNDED)
-        source[count] = i
-        count += 1
-    return True, count, A, low, high, source
+    size, largest = abs(constant), 0.0
+    for s in range(len(live)):
+        value = row[live[s]]
+        if value != 0.0:
+            constant += value * t[live[s]]
+            size += abs(value * t[live[s]])
+            for j in range(len(out)):
+                term = value * T[live[s], j]
+                out[j] += term
+                largest = max(largest, abs(term))
+    depends = False
+    for j in range(len(out)):
+        depends = depends or abs(out[j]) > CONSTANT * largest
+    return constant, size, depends
 
 
 @kernel
-def scale_reduced(
-    H: Array, f: Array, A: Array, low: Array, high: Array, bounds: tuple[Array, Array], T: Array
-) -> tuple[float, Array, Array]:
-    """Change to y = τ s ŷ, in place, so that Ĥ has a unit diagonal and ŷ is of order one.
+def rows_in_play(pushing: Pushing, pushes: Bools, rows: int) -> tuple[Bools, Bools]:
+    """Which rows of R the piece's QP has, and which of them are equations."""
+    k, rank = len(pushes), pushing.rank
+    kept, fixed = np.ones(rows, dtype=np.bool_), np.zeros(rows, dtype=np.bool_)
+    kept[:k] = False
+    for s in range(rank):
+        kept[pushing.cols[s]] = True
+        kept[k + pushing.rows[s]] = False
+    fixed[k : 2 * k] = pushes
+    return kept, fixed
 
-    Returns:
-        τ and the bounds (n_y + rows,) on (ŷ, A ŷ). T is multiplied by s, not by τ.
+
+@kernel
+def reduced_rows(
+    problem: Scaled, pushing: Pushing, pushes: Bools, T: Array, t: Array, live: Ints
+) -> tuple[bool, Array, Array, Array, Ints]:
+    """Rows (4) in terms of y: A, low, high, and which row of R each one is.
+
+    A row that does not depend on y is left out when it holds; when it does not, the piece is empty,
+    and the first value is False.
     """
-    n_y, rows = len(f), len(low)
-    lower, upper = np.empty(n_y + rows), np.empty(n_y + rows)
-    largest = 0.0
+    kept, fixed = rows_in_play(pushing, pushes, len(problem.r))
+    most = int(np.sum(kept))
+    A, low, high = np.zeros((most, T.shape[1])), np.empty(most), np.empty(most)
+    source, count, possible = np.empty(most, dtype=np.int64), 0, True
+    for i in np.flatnonzero(kept):
+        A[count] = 0.0
+        constant, size, depends = reduced_row(problem.R[i], problem.r[i], T, t, live, A[count])
+        lo = problem.lo[i]
+        hi = lo if fixed[i] else problem.hi[i]
+        if depends:
+            low[count] = lo - constant
+            high[count] = hi - constant
+            source[count] = i
+            count += 1
+        else:
+            slack = SLACK * (size + min(abs(lo), abs(hi)))
+            possible = possible and lo - slack <= constant <= hi + slack
+    return possible, A[:count], low[:count], high[:count], source[:count]
+
+
+@kernel
+def normalise(H: Array, f: Array, A: Array, T: Array, lower: Array, upper: Array) -> float:
+    """Change to y = τ s ŷ, in place, so that H has a unit diagonal and ŷ is of order one.
+
+    T is multiplied by s alone. Returns τ.
+    """
+    n_y = len(f)
+    largest, tau = 0.0, 0.0
     for j in range(n_y):
         largest = max(largest, H[j, j])
-    s = np.ones(n_y)
     for j in range(n_y):
-        if H[j, j] > 1e-14 * largest:
-            s[j] = 1.0 / np.sqrt(H[j, j])
-    tau = 0.0
-    for j in range(n_y):
-        f[j] *= s[j]
-        T[:, j] *= s[j]
-        tau = max(tau, abs(f[j]))
-        for l in range(n_y):
-            H[j, l] *= s[j] * s[l]
-        lower[j], upper[j] = bounds[0][j] / s[j], bounds[1][j] / s[j]
-        tau = max(tau, lower[j], -upper[j])
-    for i in range(rows):
-        norm = 0.0
-        for j in range(n_y):
-            A[i, j] *= s[j]
-            norm += A[i, j] ** 2
-        tau = max(tau, max(low[i], -high[i]) / np.sqrt(norm))
-        lower[n_y + i], upper[n_y + i] = low[i], high[i]
-    if tau == 0.0:
+        s = 1.0 / np.sqrt(H[j, j]) if H[j, j] > 1e-14 * largest else 1.0
+        f[j] *= s
+        H[j, :] *= s
+        H[:, j] *= s
+        A[:, j] *= s
+        T[:, j] *= s
+        lower[j] /= s
+        upper[j] /= s
+        tau = max(tau, abs(f[j]), lower[j], -upper[j])
+    for i in range(len(A)):
+        norm = np.sqrt(np.sum(A[i] ** 2))
+        if norm > 0.0:
+            tau = max(tau, lower[n_y + i] / norm, -upper[n_y + i] / norm)
+    if not (0.0 < tau < UNBOUNDED):
         tau = 1.0
     f /= tau
-    for i in range(n_y + rows):
-        lower[i] = max(lower[i] / tau, -UNBOUNDED) if lower[i] > -UNBOUNDED else -UNBOUNDED
-        upper[i] = min(upper[i] / tau, UNBOUNDED) if upper[i] < UNBOUNDED else UNBOUNDED
-    return tau, lower, upper
+    for i in range(len(lower)):
+        lower[i] = max(lower[i] / tau, -UNBOUNDED)
+        upper[i] = min(upper[i] / tau, UNBOUNDED)
+    return tau
 
 
 @kernel
 def reduce_piece(
-    Q: Array, c: Array, lb: Array, ub: Array, R: Array, r: Array, lo: Array, hi: Array, pushes: Bools
-) -> tuple[bool, Array, Array, Array, Array, Array, Reduction]:  # fmt: skip
-    """The QP of a piece in ŷ and the way back to z.
+    problem: Scaled, pushes: Bools
+) -> tuple[bool, Array, Array, Array, Array, Array, Reduction]:
+    """The QP of a piece and the way back to z.
 
     Returns:
         Whether it can have a point; H, f, A, lower, upper as in `qp.Qp`; what `recover` needs.
     """
-    k, n_a = len(pushes), len(lb)
-    pushing = np.flatnonzero(pushes)
-    M, m = R[k : 2 * k], r[k : 2 * k]
-    rank, rows, cols, E, expression = solve_for_pushing(M, m, pushing, n_a)
-    T, t, live = affine_map(expression, cols, rank, n_a, k)
-    free = len(cols) - rank
-    fixed = np.zeros(len(r), dtype=np.bool_)
-    skip = np.zeros(len(r), dtype=np.bool_)
-    skip[:k] = True
-    skip[cols[:rank]] = False
-    skip[k + rows[:rank]] = True
-    fixed[k + pushing] = True
-    possible, count, A, low, high, source = reduced_rows(R, r, lo, hi, fixed, skip, T, t, live)
-    A, low, high, source = A[:count], low[:count], high[:count], source[:count]
-    H, f = reduced_objective(Q, c, T, t, live)
-    bounds = (
-        np.concatenate((lb, np.zeros(free))),
-        np.concatenate((ub, np.full(free, UNBOUNDED))),
-    )
-    tau, lower, upper = scale_reduced(H, f, A, low, high, bounds, T)
-    return possible, H, f, A, lower, upper, (tau, T, t, source, rank, rows, cols, E)
-
-
-@kernel
-def recover(
-    Q: Array, c: Array, lb: Array, ub: Array, R: Array, pushes: Bools,
-    reduction: Reduction, y: Array, multipliers: Array,
-) -> tuple[Array, Array, Array]:  # fmt: skip
-    """Z (n,), multipliers of the bounds (n_a,) and of all rows (4) from a piece's QP.
-
-    Signs are those of `qp.QpAnswer`: Qz + c + (bounds) + R'(rows) = 0, positive where an upper limit holds.
-    The multipliers of the eliminated equations w_I = 0 follow from the columns of β_I, those of the fixed
-    β_J from their own columns.
-    """
-    tau, T, t, source, rank, rows, cols, E = reduction
-    n_a, k = len(lb), len(pushes)
-    n, n_y = n_a + k, len(y)
-    z = t.copy()
-    for i in range(n):
-        for j in range(n_y):
-            z[i] += tau * T[i, j] * y[j]
-    for j in range(n_a):
-        at_bound = lb[j] if multipliers[j] < 0.0 else ub[j]
-        z[j] = at_bound if multipliers[j] != 0.0 else min(max(z[j], lb[j]), ub[j])
-    for i in range(k):
-        z[n_a + i] = max(z[n_a + i], 0.0) if pushes[i] else 0.0
-    alpha, dual = np.zeros(n_a), np.zeros(len(R))
-    for j in range(n_a):
-        alpha[j] = tau * multipliers[j] / T[j, j]
-    for j in range(n_a, n_y):
-        i = cols[rank + j - n_a]
-        dual[i] = tau * multipliers[j] / T[n_a + i, j]
-    for i in range(len(source)):
-        dual[source[i]] = tau * multipliers[n_y + i]
-    x = np.empty(rank)
-    for s in range(rank):
-        x[s] = -gradient(Q, c, R, z, dual, n_a + cols[s])
-    solve_transposed(E, x, rank)
-    for s in range(rank):
-        dual[k + rows[s]] += x[s]
-    for i in range(k):
-        if not pushes[i]:
-            dual[i] = -gradient(Q, c, R, z, dual, n_a + i)
-    return z, alpha, dual
-
-
-@kernel
-def gradient(Q: Array, c: Array, R: Array, z: Array, dual: Array, j: int) -> float:
-    """Entry j of Qz + c + R'dual."""
-    total = c[j]
-    for i in range(len(z)):
-        total += Q[i, j] * z[i]
-    for i in range(len(dual)):
-        total += R[i, j] * dual[i]
-    return total
+    n_a, k = len(problem.lb), len(pushes)
+    M, m = problem.R[k : 2 * k], problem.r[k : 2 * k]
+    pushing = eliminate_pushing(M, m, np.flatnonzero(pushes), n_a)
+    T, t, live = affine_map(pushing, n_a, k)
+    H, f = reduced_objective(problem, T, t, live)
+    possible, A, low, high, source = reduced_rows(problem, pushing, pushes, T, t, live)
+    free = T.shape[1] - n_a
+    lower = np.concatenate((problem.lb, np.zeros(free), low))
+    upper = np.concatenate((problem.ub, np.full(free, UNBOUNDED), high))
+    tau = normalise(H, f, A, T, lower, upper)
+    return possible, H, f, A, lower, upper, Reduction(tau, T, t, source, pushing)

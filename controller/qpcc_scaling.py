@@ -1,35 +1,40 @@
-"""Units out of a QPCC: the scaled problem the solver works on, and the way back.
+"""Units out of a QPCC: the scaled problem that the solver works on.
 
-Compliances are around 1e-4 m/N and objectives around 1e-6 m², far from the order of one that tolerances of
-QP solvers expect. Forces are measured in units that make the diagonal of the contact compliance one, limits
-in units that make their rows have norm one.
+Compliances are around 1e-4 m/N and objectives around 1e-6 m², far from the order of one that
+tolerances of QP solvers expect. Forces are measured in units that make the diagonal of the contact
+compliance one, limits in units that make the largest entry of their rows one, all powers of two, so
+that nothing is rounded.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from tauten.controller.qp import UNBOUNDED
+from tauten.controller.qpcc_problem import Qpcc
 from tauten.model.arrays import Array
 from tauten.model.jit import kernel
 
+USABLE, NOT_FINITE, CROSSED_LIMITS = 0, 1, 2
 
-@dataclass(frozen=True, slots=True)
-class Scaled:
-    """A QPCC in the form (4) of `qpcc_pieces`, z = column * z_scaled.
+
+class Scaled(NamedTuple):
+    """A QPCC without units, all constraints but the bounds on a as rows of one matrix.
+
+        R = (β; M; G),   lo <= R z + r <= hi,   r = (0; m; 0)                              (4)
+
+    A tuple, because kernels take tuples as they are.
 
     Attributes:
         Q: (n, n).
         c: (n,).
         lb: (n_a,), at least -UNBOUNDED.
-        ub: (n_a,).
-        R: (2k + p, n) rows β, M, G.
+        ub: (n_a,), at most UNBOUNDED.
+        R: (2k + p, n).
         r: (2k + p,).
-        lo: (2k + p,).
-        hi: (2k + p,).
-        column: (n,) units of z.
-        cost: unit of the objective.
+        lo: (2k + p,), zero for the first 2k.
+        hi: (2k + p,), UNBOUNDED for the first 2k.
     """
 
     Q: Array
@@ -40,97 +45,125 @@ class Scaled:
     r: Array
     lo: Array
     hi: Array
+
+
+class Units(NamedTuple):
+    """What one means in a scaled problem.
+
+    Attributes:
+        column: (n,) units of z.
+        cost: unit of the objective.
+    """
+
     column: Array
     cost: float
 
-    @property
-    def k(self) -> int:
-        """Modes."""
-        return len(self.c) - len(self.lb)
 
-    def objective(self, z: Array) -> float:
-        """Of a scaled point, in units of `cost`."""
-        return float(z @ (0.5 * (self.Q @ z) + self.c))
+def scale(problem: Qpcc) -> tuple[int, Scaled, Units]:
+    """Whether the numbers are USABLE, NOT_FINITE or CROSSED_LIMITS, and the problem without units."""
+    # copies: a kernel is compiled anew for every memory layout, and that must not happen in a loop
+    arrays = [np.array(array, dtype=np.float64, order="C") for array in problem.arrays]
+    scaled, units = equilibrate(*arrays)
+    return inspect_numbers(scaled, *arrays), scaled, units
+
+
+@kernel
+def inspect_numbers(
+    scaled: Scaled,
+    Q: Array,
+    c: Array,
+    lb: Array,
+    ub: Array,
+    G: Array,
+    g_lo: Array,
+    g_hi: Array,
+    M: Array,
+    m: Array,
+) -> int:
+    """NaN anywhere or infinity but in limits; limits whose lower end is above the upper."""
+    # a sum is finite unless something in it is not, or it overflows, which is as useless
+    total = np.sum(np.abs(Q)) + np.sum(np.abs(c)) + np.sum(np.abs(G))
+    total += np.sum(np.abs(M)) + np.sum(np.abs(m))
+    total += np.sum(np.abs(scaled.Q)) + np.sum(np.abs(scaled.c))
+    total += np.sum(np.abs(scaled.R)) + np.sum(np.abs(scaled.r))
+    numbers = USABLE if np.isfinite(total) else NOT_FINITE
+    for j in range(len(lb)):
+        if np.isnan(lb[j]) or np.isnan(ub[j]):
+            numbers = NOT_FINITE
+    for i in range(len(g_lo)):
+        if np.isnan(g_lo[i]) or np.isnan(g_hi[i]):
+            numbers = NOT_FINITE
+    if numbers == USABLE and not (in_order(lb, ub) and in_order(g_lo, g_hi)):
+        return CROSSED_LIMITS
+    return numbers
+
+
+@kernel
+def in_order(lower: Array, upper: Array) -> bool:
+    """Whether a number fits between each pair of limits."""
+    fits = True
+    for i in range(len(lower)):
+        fits = fits and lower[i] <= upper[i] and lower[i] < np.inf and upper[i] > -np.inf
+    return fits
 
 
 @kernel
 def equilibrate(
     Q: Array, c: Array, lb: Array, ub: Array, G: Array, g_lo: Array, g_hi: Array, M: Array, m: Array
-) -> tuple[
-    Array, Array, Array, Array, Array, Array, Array, Array, Array, float
-]:  # fmt: skip
-    """Arrays of `Scaled`."""
-    n, n_a, k, p = len(c), len(lb), len(m), len(g_lo)
-    column = np.ones(n)
-    for i in range(k):
-        size = abs(M[i, n_a + i])
-        if size == 0.0:
-            size = np.max(np.abs(M[i]))
-        column[n_a + i] = unit(1.0 / np.sqrt(size)) if size > 0.0 else 1.0
-    for j in range(n_a):
-        column[j] = column_unit(Q, G, M, column, n_a, j)
-    R, r = np.zeros((2 * k + p, n)), np.zeros(2 * k + p)
+) -> tuple[Scaled, Units]:
+    """The scaled problem; garbage in, garbage out."""
+    n_a, k, p = len(lb), len(m), len(g_lo)
+    column = column_units(Q, G, M, n_a)
+    R, r = np.zeros((2 * k + p, n_a + k)), np.zeros(2 * k + p)
     lo, hi = np.zeros(2 * k + p), np.full(2 * k + p, UNBOUNDED)
     for i in range(k):
         R[i, n_a + i] = 1.0
-        scale_row(M[i], column, R[k + i], column[n_a + i])
-        r[k + i] = m[i] * column[n_a + i]
+        R[k + i] = column[n_a + i] * M[i] * column
+        r[k + i] = column[n_a + i] * m[i]
     for i in range(p):
-        factor = scale_row(G[i], column, R[2 * k + i], 0.0)
-        lo[2 * k + i], hi[2 * k + i] = limit(g_lo[i] * factor), limit(g_hi[i] * factor)
-    largest = 0.0
-    for j in range(n):
-        largest = max(largest, abs(Q[j, j]) * column[j] ** 2)
-    cost = 1.0 / largest if largest > 0.0 else 1.0
-    cost = cost if np.isfinite(cost) else 1.0
-    scaled_Q, scaled_c = np.empty((n, n)), np.empty(n)
-    for i in range(n):
-        scaled_c[i] = cost * column[i] * c[i]
-        for j in range(n):
-            scaled_Q[i, j] = cost * column[i] * (0.5 * (Q[i, j] + Q[j, i])) * column[j]
-    scaled_lb, scaled_ub = np.empty(n_a), np.empty(n_a)
+        row = G[i] * column
+        factor = unit(np.max(np.abs(row)))
+        R[2 * k + i] = row * factor
+        lo[2 * k + i] = min(max(g_lo[i] * factor, -UNBOUNDED), UNBOUNDED)
+        hi[2 * k + i] = min(max(g_hi[i] * factor, -UNBOUNDED), UNBOUNDED)
+    Q_scaled = np.empty_like(Q)
+    for i in range(n_a + k):
+        for j in range(n_a + k):
+            Q_scaled[i, j] = 0.5 * (Q[i, j] + Q[j, i]) * column[i] * column[j]
+    factor = unit(np.max(np.abs(np.diag(Q_scaled)))) if n_a + k > 0 else 1.0
+    lower, upper = np.empty(n_a), np.empty(n_a)
     for j in range(n_a):
-        scaled_lb[j], scaled_ub[j] = limit(lb[j] / column[j]), limit(ub[j] / column[j])
-    return scaled_Q, scaled_c, scaled_lb, scaled_ub, R, r, lo, hi, column, 1.0 / cost
+        lower[j] = min(max(lb[j] / column[j], -UNBOUNDED), UNBOUNDED)
+        upper[j] = min(max(ub[j] / column[j], -UNBOUNDED), UNBOUNDED)
+    scaled = Scaled(Q_scaled * factor, c * column * factor, lower, upper, R, r, lo, hi)
+    return scaled, Units(column, 1.0 / factor)
 
 
 @kernel
 def unit(size: float) -> float:
-    """The next power of two, so that scaling rounds nothing; 1 when there is none."""
-    if not np.isfinite(size) or size <= 0.0:
+    """The power of two nearest to 1 / size; 1 when there is none."""
+    if not (1e-200 < size < 1e200):
         return 1.0
-    result: float = 2.0 ** np.round(np.log2(size))
-    return result
+    return float(np.exp2(-np.rint(np.log2(size))))
 
 
 @kernel
-def limit(value: float) -> float:
-    """Clip an infinite limit to what the QP module calls unbounded."""
-    return min(max(value, -UNBOUNDED), UNBOUNDED)
-
-
-@kernel
-def scale_row(row: Array, column: Array, out: Array, factor: float) -> float:
-    """`out` = factor * row * column; factor 0: what makes the largest entry about one. Returns it."""
-    for j in range(len(row)):
-        out[j] = row[j] * column[j]
-    if factor == 0.0:
-        largest = np.max(np.abs(out))
-        factor = unit(1.0 / largest) if largest > 0.0 else 1.0
-    for j in range(len(row)):
-        out[j] *= factor
-    return factor
-
-
-@kernel
-def column_unit(Q: Array, G: Array, M: Array, column: Array, n_a: int, j: int) -> float:
-    """Unit of tension j: what moves a contact, else a limit, else the objective by about one."""
-    largest = 0.0
-    for i in range(len(M)):
-        largest = max(largest, abs(M[i, j]) * column[n_a + i])
-    if largest == 0.0:
-        for i in range(len(G)):
-            largest = max(largest, abs(G[i, j]))
-    if largest == 0.0:
-        largest = np.sqrt(abs(Q[j, j]))
-    return unit(1.0 / largest) if largest > 0.0 else 1.0
+def column_units(Q: Array, G: Array, M: Array, n_a: int) -> Array:
+    """Units of z: one of β_i moves its own gap by about one, one of a_j a contact or a limit."""
+    n = Q.shape[0]
+    column = np.ones(n)
+    for i in range(n - n_a):
+        size = abs(M[i, n_a + i])
+        if size == 0.0:
+            size = np.max(np.abs(M[i]))
+        column[n_a + i] = unit(np.sqrt(size))
+    for j in range(n_a):
+        size = 0.0
+        for i in range(len(M)):
+            size = max(size, abs(M[i, j]) * column[n_a + i])
+        if size == 0.0 and len(G) > 0:
+            size = np.max(np.abs(G[:, j]))
+        if size == 0.0:
+            size = np.sqrt(abs(Q[j, j]))
+        column[j] = unit(size)
+    return column

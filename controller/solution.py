@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
+from math import inf, isfinite
 
 from tauten.model.arrays import Array, Bools
 
@@ -19,8 +20,13 @@ class Status(Enum):
 
     @property
     def ok(self) -> bool:
-        """Whether the model state may advance with this solution."""
+        """Whether the answer is as good as was asked for."""
         return self is Status.OK
+
+    @property
+    def usable(self) -> bool:
+        """Whether the answer satisfies limits and contacts, so that robot and model may follow it."""
+        return self in (Status.OK, Status.FEASIBLE_ONLY, Status.MAX_PIVOTS)
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,6 +62,7 @@ class Solution:
         pivots: number of pieces solved.
         piece: (k,) bool, True where a mode pushes (δ_i = 0), False where it is open (β_i = 0).
         conflict: names or indices of the limits that conflict, when INFEASIBLE.
+        bound: no feasible point has a lower objective; -inf when no search was asked for one.
     """
 
     lam_a: Array
@@ -66,3 +73,12 @@ class Solution:
     pivots: int
     piece: Bools
     conflict: tuple[str, ...] = ()
+    bound: float = -inf
+
+    @property
+    def gap(self) -> float:
+        """How far the objective may lie above the global optimum, relative; +inf when unknown."""
+        if not isfinite(self.objective):
+            return inf
+        excess = self.objective - self.bound
+        return 0.0 if excess <= 0.0 else excess / max(abs(self.objective), abs(self.bound))

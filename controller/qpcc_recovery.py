@@ -1,0 +1,81 @@
+"""From the QP of a piece back to the QPCC: variables, all multipliers, and what they are worth."""
+
+from __future__ import annotations
+
+import numpy as np
+from tauten.controller.elimination import solve_transposed
+from tauten.controller.qpcc_pieces import Pushing, Reduction
+from tauten.controller.qpcc_scaling import Scaled
+from tauten.controller.residuals import Judgement, judge
+from tauten.model.arrays import Array, Bools
+from tauten.model.jit import kernel
+
+
+@kernel
+def recover(
+    problem: Scaled, pushes: Bools, reduction: Reduction, y: Array, multipliers: Array
+) -> tuple[Array, Array, Array]:
+    """Z (n,), multipliers of the bounds (n_a,) and of all rows (2k + p,) from a piece's QP.
+
+    Signs are those of `qp.QpAnswer`: Qz + c + (alpha, 0) + R'dual = 0, positive where an upper limit
+    holds.
+    """
+    n_a, k = len(problem.lb), len(pushes)
+    tau, T = reduction.tau, reduction.T
+    cols, rank = reduction.pushing.cols, reduction.pushing.rank
+    z = reduction.t.copy()
+    for i in range(len(z)):
+        for j in range(len(y)):
+            z[i] += tau * T[i, j] * y[j]
+    alpha, dual = np.zeros(n_a), np.zeros(len(problem.r))
+    for j in range(n_a):
+        alpha[j] = tau * multipliers[j] / T[j, j]
+        z[j] = min(max(z[j], problem.lb[j]), problem.ub[j])
+        if alpha[j] != 0.0:
+            z[j] = problem.ub[j] if alpha[j] > 0.0 else problem.lb[j]
+    for i in range(k):
+        z[n_a + i] = max(z[n_a + i], 0.0) if pushes[i] else 0.0
+    for j in range(n_a, len(y)):
+        i = cols[rank + j - n_a]
+        dual[i] = tau * multipliers[j] / T[n_a + i, j]
+    for i in range(len(reduction.source)):
+        dual[reduction.source[i]] = tau * multipliers[len(y) + i]
+    eliminated_multipliers(problem, pushes, reduction.pushing, z, dual)
+    return z, alpha, dual
+
+
+@kernel
+def conclude(
+    problem: Scaled, pushes: Bools, reduction: Reduction, y: Array, multipliers: Array
+) -> tuple[Array, Array, Array, Judgement]:
+    """`recover`, and what it is worth."""
+    z, alpha, dual = recover(problem, pushes, reduction, y, multipliers)
+    return z, alpha, dual, judge(problem, z, alpha, dual)
+
+
+@kernel
+def eliminated_multipliers(
+    problem: Scaled, pushes: Bools, pushing: Pushing, z: Array, dual: Array
+) -> None:
+    """Complete `dual`: equations w_I = 0 from the columns of β_I, then β_J = 0 from their own."""
+    n_a, k, rank = len(problem.lb), len(pushes), pushing.rank
+    x = np.empty(rank)
+    for s in range(rank):
+        x[s] = -gradient(problem, z, dual, n_a + pushing.cols[s])
+    solve_transposed(pushing.E, x, rank)
+    for s in range(rank):
+        dual[k + pushing.rows[s]] += x[s]
+    for i in range(k):
+        if not pushes[i]:
+            dual[i] = -gradient(problem, z, dual, n_a + i)
+
+
+@kernel
+def gradient(problem: Scaled, z: Array, dual: Array, j: int) -> float:
+    """Entry j of Qz + c + R'dual."""
+    total = float(problem.c[j])
+    for i in range(len(z)):
+        total += problem.Q[i, j] * z[i]
+    for i in range(len(dual)):
+        total += problem.R[i, j] * dual[i]
+    return total

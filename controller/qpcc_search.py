@@ -1,0 +1,155 @@
+"""The second phase: branch and bound over the pieces, best bound first, until time or nodes run out.
+
+A node fixes some modes to push or to be open and relaxes the others to β >= 0, w >= 0: a convex QP
+whose value bounds all pieces below. Adding ρ β'w >= 0, which is zero in every piece, to the objective
+lifts the bounds; ρ is as large as convexity allows. Every node's point suggests a piece, from which the
+descent of the first phase runs.
+"""
+
+from __future__ import annotations
+
+import heapq
+from dataclasses import dataclass
+from time import perf_counter
+
+import numpy as np
+from numpy.typing import NDArray
+from tauten.controller.qp import UNBOUNDED, Qp, RepeatedQp
+from tauten.controller.qpcc_descent import NOISE, Descent, Point
+from tauten.controller.qpcc_scaling import Scaled
+from tauten.model.arrays import Array
+
+CROSSED = 1e-10  # a pair whose smaller side is below this needs no branching
+Choice = NDArray[np.int8]  # (k,) 1 pushes, -1 open, 0 undecided
+
+
+@dataclass(frozen=True, slots=True)
+class Budget:
+    """When to stop.
+
+    Attributes:
+        seconds: of wall time.
+        nodes: relaxations solved.
+        gap: relative gap between objective and bound that is as good as none.
+        any_point: stop at the first feasible point.
+    """
+
+    seconds: float = np.inf
+    nodes: int = 1_000_000
+    gap: float = 1e-6
+    any_point: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Proof:
+    """What a search has shown.
+
+    Attributes:
+        bound: no point has a lower scaled objective, constant excluded; +inf: there is no point.
+        nodes: relaxations solved.
+    """
+
+    bound: float
+    nodes: int
+
+
+def branch_and_bound(descent: Descent, offset: float, budget: Budget) -> Proof:
+    """Improve `descent.best` until it is shown to be the global optimum or the budget is spent.
+
+    Args:
+        descent: where points are kept; its pivot limit is not this search's.
+        offset: the problem's constant in scaled units, to which the gap is relative.
+        budget: when to stop.
+    """
+    tree = Tree(descent.problem)
+    end = perf_counter() + budget.seconds
+    root: Choice = np.zeros(tree.k, dtype=np.int8)
+    heap: list[tuple[float, int, Choice]] = [(-np.inf, 0, root)]
+    nodes = 0
+    while heap:
+        bound, _, choice = heap[0]
+        best = descent.best
+        if best is not None and (
+            budget.any_point or bound >= close_enough(best, offset, budget.gap)
+        ):
+            return Proof(min(bound, best.worth.objective), nodes)
+        if nodes >= budget.nodes or perf_counter() > end:
+            return Proof(bound, nodes)
+        heapq.heappop(heap)
+        nodes += 1
+        solved, value, z = tree.relax(choice)
+        if not solved:
+            continue
+        undecided, piece = tree.look(choice, z)
+        descent.run(piece)
+        if undecided is not None:
+            for side in (-1, 1):
+                child = choice.copy()
+                child[undecided] = side
+                heapq.heappush(heap, (max(value, bound), 2 * nodes + side, child))
+    return Proof(np.inf if descent.best is None else descent.best.worth.objective, nodes)
+
+
+def close_enough(best: Point, offset: float, gap: float) -> float:
+    """The bound from which on a point counts as the global optimum."""
+    value = best.worth.objective
+    return value - gap * abs(value + offset) - NOISE * best.worth.terms
+
+
+class Tree:
+    """The relaxations of a problem; only limits change from node to node.
+
+    Attributes:
+        k: modes.
+    """
+
+    def __init__(self, problem: Scaled) -> None:
+        n_a, n = len(problem.lb), len(problem.c)
+        self.k = k = n - n_a
+        self._R, self._r, self._n_a = problem.R[k : 2 * k], problem.r[k : 2 * k], n_a
+        H, f = lifted_objective(problem, k)
+        rows = problem.R[k:]
+        zero, free = np.zeros(k), np.full(k, UNBOUNDED)
+        limits = slice(2 * k, None)
+        lower = np.concatenate([problem.lb, zero, -self._r, problem.lo[limits]])
+        self._upper = np.concatenate([problem.ub, free, free, problem.hi[limits]])
+        self._qp = RepeatedQp(Qp(H, f, np.ascontiguousarray(rows), lower, self._upper))
+
+    def relax(self, choice: Choice) -> tuple[bool, float, Array]:
+        """Whether a node has a point, the lower bound of its pieces, where it is taken."""
+        upper, n_a, k = self._upper.copy(), self._n_a, self.k
+        upper[n_a : n_a + k][choice < 0] = 0.0
+        upper[n_a + k : n_a + 2 * k][choice > 0] = -self._r[choice > 0]
+        return self._qp.solve(upper)
+
+    def look(self, choice: Choice, z: Array) -> tuple[int | None, NDArray[np.bool_]]:
+        """The most ambiguous undecided mode, None without any, and the piece that z suggests."""
+        beta, w = z[self._n_a :], self._R @ z + self._r
+        piece = np.where(choice == 0, beta > w, choice > 0)
+        ambiguity = np.where(choice == 0, np.minimum(beta, w), 0.0)
+        undecided = int(np.argmax(ambiguity)) if self.k else 0
+        if self.k == 0 or ambiguity[undecided] <= CROSSED:
+            return None, piece
+        return undecided, piece
+
+
+def lifted_objective(problem: Scaled, k: int) -> tuple[Array, Array]:
+    """Hessian and gradient of the objective + ρ β'(Mz + m), with the largest ρ = 2⁻ⁱ that is convex."""
+    n = len(problem.c)
+    product, linear = np.zeros((n, n)), np.zeros(n)
+    product[n - k :] = problem.R[k : 2 * k]
+    product += product.T
+    linear[n - k :] = problem.r[k : 2 * k]
+    for rho in 2.0 ** -np.arange(0.0, 24.0):
+        if convex(problem.Q + rho * product):
+            return problem.Q + rho * product, problem.c + rho * linear
+    return problem.Q, problem.c
+
+
+def convex(H: Array) -> bool:
+    """Whether a matrix is positive semidefinite up to round-off."""
+    try:
+        np.linalg.cholesky(H + 1e-13 * np.max(np.diag(H), initial=0.0) * np.eye(len(H)))
+    except np.linalg.LinAlgError:
+        return False
+    return True
