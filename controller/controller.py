@@ -4,24 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
-
 from tauten.controller.qpcc import QpccSettings
 from tauten.controller.solution import Certificate, Status
 from tauten.controller.step import (
-    Decision,
     DecideSettings,
+    Decision,
     Prepared,
     advance,
     decide,
     forces_of,
+    hold,
     prepare,
 )
-from tauten.model.arrays import Array, Ints
-from tauten.model.contact_space import ContactSpace, EmptySpace
+from tauten.model.arrays import Array
+from tauten.model.contact_space import ContactSpace
 from tauten.model.factorisation import FactorisationError
-from tauten.model.forward import Enrichment, Forces
+from tauten.model.forward import Enrichment, contact_model, no_forces
 from tauten.model.robot import Robot, State
 
 NOTHING = Certificate(np.nan, np.nan, np.nan, np.nan)
@@ -34,7 +35,7 @@ class Actuation:
     Attributes:
         pull: (n_a,) pulled lengths [m].
         tension: (n_a,) tensions [N].
-        status: how the decision ended; on anything but OK the last actuation is held.
+        status: how the decision ended; where it is not usable, the pulled lengths are held.
         certificate: residuals and deepest predicted gap of the decision.
         effector: (p, 3) predicted positions of the effectors [m].
     """
@@ -62,27 +63,24 @@ class Controller:
     def __init__(
         self,
         robot: Robot,
-        basis: ContactSpace | None = None,
+        contact: Literal["none", "full"] | ContactSpace = "none",
         enrichment: Enrichment | None = None,
     ) -> None:
         """Start at rest.
 
         Args:
             robot: what to control; the caller's workspace is left alone.
-            basis: contact basis; None: a controller that knows no contact.
-            enrichment: when unit columns join the basis; default: at the robot file's tolerance, in at
+            contact: "none"; "full", pointwise; or a basis of contact forces.
+            enrichment: when unit columns join a basis; default: at the robot file's tolerance, in at
                 most three rounds.
 
         Raises:
-            ValueError: the basis has not as many slots as the robot has candidates.
+            ValueError: `contact` is none of these, or a basis of another robot's size.
         """
+        reduced = Enrichment(robot.config.contact.tolerance, rounds=3, per_pair=1)
+        self.space, default = contact_model(contact, robot.n_c, reduced)
         self.robot = robot.fork()
-        self.space: ContactSpace = EmptySpace(robot.n_c) if basis is None else basis
-        slots = len(self.space.lift(np.zeros(self.space.k)))
-        if slots != robot.n_c:
-            raise ValueError(f"the basis has {slots} slots, {robot.name} has {robot.n_c} candidates")
         settings = robot.config.controller
-        default = Enrichment(robot.config.contact.tolerance, rounds=3, per_pair=1)
         self._settings = DecideSettings(
             epsilon=settings.regularisation,
             enrichment=enrichment or default,
@@ -94,9 +92,7 @@ class Controller:
         """Back to rest, no forces."""
         robot = self.robot
         self.state: State = robot.rest()
-        self.forces = Forces(
-            np.zeros(robot.n_a), np.zeros(self.space.k), np.zeros(0, dtype=np.int64), np.zeros(0)
-        )
+        self.forces = no_forces(robot.n_a, self.space.k)
         self.status = Status.OK
         self._prepared: Prepared | None = None
         self._decision: Decision | None = None
@@ -129,44 +125,38 @@ class Controller:
         if self._prepared is not None:
             return
         try:
-            self._prepared = prepare(self.robot, self.space, self.state, self.forces)
+            self._prepared = prepare(
+                self.robot, self.space, self.state, self.forces, self._settings.enrichment
+            )
         except FactorisationError:
             self.status = Status.NOT_FINITE
 
     def decide(self, target: Sequence[float] | Array) -> Actuation:
-        """Tensions for a target; never raises on a bad one, but holds and says so in the status.
+        """Tensions for a target; never raises on a bad one, but holds and says why in the status.
 
         Args:
             target: (3,) or (p, 3) positions of the effectors [m].
         """
-        self._decision = None
-        self.prepare()
         try:
             goal = np.asarray(target, dtype=float).ravel()
         except (TypeError, ValueError):
             goal = np.zeros(0)
-        if self._prepared is None or goal.shape != (self.robot.n_e,) or not np.isfinite(goal).all():
+        if goal.shape != (self.robot.n_e,) or not np.isfinite(goal).all():
             return self._hold(Status.NOT_FINITE)
-        decision = decide(
-            self.robot, self._prepared, goal, self.pull, self.forces, self._settings
-        )
-        self._prepared = decision.prepared
-        solution, n_e, n_a = decision.solution, self.robot.n_e, self.robot.n_a
-        if not solution.status.ok:
-            return self._hold(solution.status, solution.certificate)
-        self._decision = decision
-        self.status = solution.status
-        self._actuation = Actuation(
-            pull=decision.delta[n_e : n_e + n_a],
-            tension=solution.lam_a,
-            status=solution.status,
-            certificate=solution.certificate,
-            effector=decision.delta[:n_e].reshape(-1, 3),
-        )
-        return self._actuation
+        self.prepare()
+        if self._prepared is None:
+            return self._stand(Status.NOT_FINITE)
+        decision = decide(self.robot, self._prepared, goal, self.pull, self.forces, self._settings)
+        if not decision.solution.status.usable:
+            return self._hold(decision.solution.status)
+        return self._take(decision, decision.solution.status)
+
+    def hold(self) -> Actuation:
+        """Keep the winches where they are; the model moves as a robot with held cables does."""
+        return self._hold(Status.OK)
 
     def advance(self) -> None:
-        """Move the model by the decision taken; without an OK decision it stays where it is."""
+        """Move the model by what was decided."""
         if self._decision is None:
             return
         self.state = advance(self.robot, self._decision)
@@ -179,8 +169,34 @@ class Controller:
         self.advance()
         return actuation
 
-    def _hold(self, status: Status, certificate: Certificate = NOTHING) -> Actuation:
-        self.status = status
-        return replace(
-            self._actuation, status=status, certificate=certificate, effector=self.effector
+    def _hold(self, status: Status) -> Actuation:
+        self.prepare()
+        if self._prepared is None:
+            return self._stand(Status.NOT_FINITE)
+        decision = hold(self.robot, self._prepared, self.pull, self._settings.enrichment)
+        if not np.isfinite(decision.dv).all():
+            return self._stand(Status.NOT_FINITE)
+        # the winches have not moved, even where a slack cable's path is shorter than what they let out
+        pull = self.pull
+        self._actuation = replace(self._take(decision, status), pull=pull)
+        return self._actuation
+
+    def _take(self, decision: Decision, status: Status) -> Actuation:
+        n_e, n_a = self.robot.n_e, self.robot.n_a
+        self._decision, self._prepared, self.status = decision, decision.prepared, status
+        self._actuation = Actuation(
+            pull=decision.delta[n_e : n_e + n_a],
+            tension=decision.solution.lam_a,
+            status=status,
+            certificate=decision.solution.certificate,
+            effector=decision.delta[:n_e].reshape(-1, 3),
         )
+        return self._actuation
+
+    def _stand(self, status: Status) -> Actuation:
+        """The last actuation again, for a model that cannot be stepped any more."""
+        self.status, self._decision = status, None
+        self._actuation = replace(
+            self._actuation, status=status, certificate=NOTHING, effector=self.effector
+        )
+        return self._actuation

@@ -10,18 +10,19 @@ than the tolerance, a unit column joins the contact basis for this step and the 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-
 from tauten.controller.compliance import Response
 from tauten.controller.inverse import inverse_problem
-from tauten.controller.qpcc import QpccSettings, solve_qpcc
-from tauten.controller.solution import Solution
+from tauten.controller.qpcc import QpccSettings, Start, solve_qpcc
+from tauten.controller.solution import Certificate, Solution, Status
 from tauten.model.arrays import Array, Bools, Ints
 from tauten.model.compliance import Compliance, compliance, extended
 from tauten.model.contact_space import ContactSpace, ReducedContacts
 from tauten.model.forward import Enrichment, Forces, unit_rows, worst_rows
+from tauten.model.lcp import solve_lcp
 from tauten.model.robot import Robot, RobotRows, State
 from tauten.model.system import System
 
@@ -81,20 +82,23 @@ class Decision:
     dv: Array
 
 
-def prepare(robot: Robot, space: ContactSpace, state: State, forces: Forces) -> Prepared:
+def prepare(
+    robot: Robot, space: ContactSpace, state: State, forces: Forces, enrichment: Enrichment
+) -> Prepared:
     """Linearise, detect, condense: all of a step that needs no target.
 
     Args:
         robot: whose factorisation workspace is used until the next `prepare`.
         space: basis of the contact forces.
         state: where the step starts.
-        forces: those of the last step; its tensions curve the tangent, its unit columns stay in play.
+        forces: those of the last step; its tensions curve the tangent, its unit columns stay.
+        enrichment: whether gaps will be checked at all.
 
     Raises:
         FactorisationError: the state has blown up.
     """
     system = robot.linearise(state, forces.tension)
-    rows = robot.rows(state, contacts=space.k > 0)
+    rows = robot.rows(state, contacts=space.k > 0 or enrichment.rounds > 0)
     reduced = space.reduce(rows.contacts)
     pushed = forces.extra[forces.extra_beta > 0.0]
     extra = np.flatnonzero(np.isin(rows.contacts.slots, pushed))
@@ -122,22 +126,36 @@ def decide(
         forces: those of the last step, where the active set starts.
         settings: weights and tolerances.
     """
-    for round_ in range(settings.enrichment.rounds + 1):
-        decision = decide_once(robot, prepared, target, pull, forces, settings)
-        gaps = predicted_gaps(prepared, decision.dv)
-        contacts = prepared.rows.contacts
-        worst = worst_rows(contacts, gaps, settings.enrichment, contacts.slots[prepared.extra])
-        if len(worst) == 0 or round_ == settings.enrichment.rounds or not decision.solution.status.ok:
-            break
-        response = extended(prepared.system, prepared.response, *unit_rows(contacts, worst))
-        extra = np.concatenate([prepared.extra, worst])
-        prepared = replace(prepared, response=response, extra=extra)
-    certificate = replace(
-        decision.solution.certificate,
-        deepest_gap=float(gaps.min(initial=np.inf)),
-        extra_columns=len(prepared.extra),
-    )
-    return replace(decision, solution=replace(decision.solution, certificate=certificate))
+
+    def solve(prepared: Prepared) -> Solution:
+        rows = prepared.response
+        sizes = robot.n_e, robot.n_a, len(rows) - robot.n_e - robot.n_a
+        response = Response(rows.W, rows.delta_free, *sizes)
+        problem = inverse_problem(response, target, robot.limits, pull, robot.h, settings.epsilon)
+        start = Start(forces.tension, warm_piece(prepared, forces))
+        return solve_qpcc(problem, start, settings.qpcc)
+
+    return certified(robot, prepared, settings.enrichment, solve)
+
+
+def hold(robot: Robot, prepared: Prepared, pull: Array, enrichment: Enrichment) -> Decision:
+    """What the robot does while its winches stand still at pulled lengths (n_a,) [m].
+
+    A cable that is held may be slack but not longer: 0 ≤ δ_a − pull ⟂ λ_a ≥ 0, an LCP with the contacts.
+    """
+    n_e, n_a = robot.n_e, robot.n_a
+
+    def solve(prepared: Prepared) -> Solution:
+        W = prepared.response.W[n_e:, n_e:]
+        delta = prepared.response.delta_free[n_e:].copy()
+        delta[:n_a] -= pull
+        result = solve_lcp(W, delta)
+        beta = result.lam[n_a:]
+        judged = Certificate(0.0, result.residual, 0.0, np.inf)
+        status = Status.OK if result.converged else Status.FEASIBLE_ONLY
+        return Solution(result.lam[:n_a], beta, status, judged, 0.0, result.iterations, beta > 0.0)
+
+    return certified(robot, prepared, enrichment, solve)
 
 
 def advance(robot: Robot, decision: Decision) -> State:
@@ -146,27 +164,36 @@ def advance(robot: Robot, decision: Decision) -> State:
     return robot.advance(prepared.state, prepared.system, decision.dv)
 
 
-def decide_once(
+def certified(
     robot: Robot,
     prepared: Prepared,
-    target: Array,
-    pull: Array,
-    forces: Forces,
-    settings: DecideSettings,
+    enrichment: Enrichment,
+    solve: Callable[[Prepared], Solution],
 ) -> Decision:
-    """Build and solve the QPCC of the columns in play."""
-    all_rows = prepared.response
-    n_e, n_a = robot.n_e, robot.n_a
-    response = Response(all_rows.W, all_rows.delta_free, n_e, n_a, len(all_rows) - n_e - n_a)
-    problem = inverse_problem(response, target, robot.limits, pull, robot.h, settings.epsilon)
-    solution = solve_qpcc(problem, warm_piece(prepared, forces), settings.qpcc)
-    lam = np.concatenate([np.zeros(n_e), solution.lam_a, solution.beta])
+    """Solve, predict the gaps of all candidates in range, add unit columns and repeat where needed."""
+    contacts = prepared.rows.contacts
+    for round_ in range(enrichment.rounds + 1):
+        solution = solve(prepared)
+        lam = np.concatenate([np.zeros(robot.n_e), solution.lam_a, solution.beta])
+        dv = prepared.response.velocity_change(prepared.system, lam)
+        gaps = predicted_gaps(prepared, dv)
+        worst = worst_rows(contacts, gaps, enrichment, contacts.slots[prepared.extra])
+        if len(worst) == 0 or round_ == enrichment.rounds or not solution.status.usable:
+            break
+        response = extended(prepared.system, prepared.response, *unit_rows(contacts, worst))
+        extra = np.concatenate([prepared.extra, worst])
+        prepared = replace(prepared, response=response, extra=extra)
+    certificate = replace(
+        solution.certificate,
+        deepest_gap=float(gaps.min(initial=np.inf)),
+        extra_columns=len(prepared.extra),
+    )
     return Decision(
         prepared=prepared,
-        solution=solution,
+        solution=replace(solution, certificate=certificate),
         lam=lam,
-        delta=all_rows.delta_free + all_rows.W @ lam,
-        dv=all_rows.velocity_change(prepared.system, lam),
+        delta=prepared.response.delta_free + prepared.response.W @ lam,
+        dv=dv,
     )
 
 

@@ -12,11 +12,12 @@ contact and never forms the columns of candidates that do not push.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from tauten.model.arrays import Array, Ints
 from tauten.model.compliance import Compliance, compliance, extended
-from tauten.model.contact_space import ContactSpace
+from tauten.model.contact_space import ContactSpace, EmptySpace
 from tauten.model.lcp import solve_lcp
 from tauten.model.robot import Robot, RobotRows, State
 from tauten.model.rows import ContactRows
@@ -44,6 +45,11 @@ class Enrichment:
     tolerance: float
     rounds: int
     per_pair: int
+
+
+# Pointwise contact: columns are added until no candidate is deeper than this [m].
+POINTWISE = Enrichment(tolerance=1e-8, rounds=60, per_pair=8)
+NO_ENRICHMENT = Enrichment(tolerance=np.inf, rounds=0, per_pair=0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,6 +88,36 @@ class ForwardStep:
     deepest_gap: float
     residual: float
     converged: bool
+
+
+def contact_model(
+    contact: Literal["none", "full"] | ContactSpace, n_c: int, reduced: Enrichment
+) -> tuple[ContactSpace, Enrichment]:
+    """What "none", "full" or a basis means: the columns to start from and when others join.
+
+    Args:
+        contact: "none"; "full", pointwise; or a basis of contact forces.
+        n_c: candidates of the robot.
+        reduced: enrichment that goes with a basis.
+
+    Raises:
+        ValueError: `contact` is none of these, or a basis with another number of slots.
+    """
+    if contact == "none":
+        return EmptySpace(n_c), NO_ENRICHMENT
+    if contact == "full":
+        return EmptySpace(n_c), POINTWISE
+    if isinstance(contact, str):
+        raise ValueError(f'contact is {contact!r}, allowed are "none", "full" or a basis')
+    slots = len(contact.lift(np.zeros(contact.k)))
+    if slots != n_c:
+        raise ValueError(f"the contact basis has {slots} slots, the robot {n_c} candidates")
+    return contact, reduced
+
+
+def no_forces(n_a: int, k: int) -> Forces:
+    """Forces of a robot at rest: n_a cables, k columns."""
+    return Forces(np.zeros(n_a), np.zeros(k), np.zeros(0, dtype=np.int64), np.zeros(0))
 
 
 def worst_rows(contacts: ContactRows, gaps: Array, enrichment: Enrichment, known: Ints) -> Ints:

@@ -9,15 +9,19 @@ from typing import Literal
 import numpy as np
 from tauten.model.arrays import Array
 from tauten.model.compliance import compliance
-from tauten.model.contact_space import ContactSpace, EmptySpace
-from tauten.model.forward import Command, Enrichment, Forces, ForwardStep, forward_step
+from tauten.model.contact_space import ContactSpace
+from tauten.model.forward import (
+    NO_ENRICHMENT,
+    Command,
+    Enrichment,
+    ForwardStep,
+    contact_model,
+    forward_step,
+    no_forces,
+)
 from tauten.model.lcp import solve_lcp
 from tauten.model.robot import Robot, State
 from tauten.model.system import Integration
-
-# Pointwise contact: columns are added until no candidate is deeper than this [m].
-FULL = Enrichment(tolerance=1e-8, rounds=60, per_pair=8)
-OFF = Enrichment(tolerance=np.inf, rounds=0, per_pair=0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,22 +68,18 @@ class Simulator:
             enrichment: when unit columns join; default: as tight as "full" needs, off for a basis.
 
         Raises:
-            ValueError: `contact` is none of these.
+            ValueError: `contact` is none of these, or a basis of another robot's size.
         """
-        if isinstance(contact, str) and contact not in ("none", "full"):
-            raise ValueError(f'contact is {contact!r}, allowed are "none", "full" or a basis')
+        self._space, default = contact_model(contact, robot.n_c, NO_ENRICHMENT)
+        self._enrichment = enrichment or default
         self.robot = robot.fork()
-        self._space: ContactSpace = EmptySpace(robot.n_c) if isinstance(contact, str) else contact
-        self._enrichment = enrichment or (FULL if contact == "full" else OFF)
         self._static = replace(robot.integration, static=True)
         self.reset()
 
     def reset(self) -> None:
         """Back to rest, no forces."""
-        none = np.zeros(0, dtype=np.int64)
         self.state = self.robot.rest()
-        self.forces = Forces(np.zeros(self.robot.n_a), np.zeros(self._space.k), none, np.zeros(0))
-        self._pull = np.zeros(self.robot.n_a)
+        self.forces = no_forces(self.robot.n_a, self._space.k)
 
     @property
     def effector(self) -> Array:
