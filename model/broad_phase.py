@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from tauten.model.arrays import Array, Ints
 from tauten.model.jit import kernel
-from tauten.model.vector import Vector3
+from tauten.model.vector import Vector3, row
 
 CELLS_PER_POINT = 4  # of the whole box; points on a surface fill few of them
 
@@ -21,7 +21,8 @@ class Grid(NamedTuple):
         size: edge of a cell [m].
         shape: cells along each axis.
         start: (cells + 1,) where each cell's points start in `order`.
-        order: numbers of the finite points, ascending in each cell.
+        order: (f,) numbers of the finite points, cell by cell, ascending in each.
+        points: (f, 3) the points in this order.
     """
 
     lower: Array
@@ -30,6 +31,13 @@ class Grid(NamedTuple):
     shape: tuple[int, int, int]
     start: Ints
     order: Ints
+    points: Array
+
+
+@kernel
+def is_finite(p: Vector3) -> bool:
+    """Whether no coordinate is NaN or infinite; by comparison, since sums may be reordered."""
+    return abs(p[0]) < np.inf and abs(p[1]) < np.inf and abs(p[2]) < np.inf
 
 
 @kernel
@@ -38,7 +46,7 @@ def make_grid(points: Array, reach: float) -> Grid:
     lower, upper = np.full(3, np.inf), np.full(3, -np.inf)
     finite = np.zeros(points.shape[0], np.bool_)
     for s in range(points.shape[0]):
-        finite[s] = np.isfinite(points[s, 0] + points[s, 1] + points[s, 2])
+        finite[s] = is_finite(row(points, s))
         for i in range(3):
             if finite[s]:
                 lower[i] = min(lower[i], points[s, i])
@@ -63,7 +71,7 @@ def make_grid(points: Array, reach: float) -> Grid:
         if finite[s]:
             order[place[cell[s]]] = s
             place[cell[s]] += 1
-    return Grid(lower, upper, size, shape, start, order)
+    return Grid(lower, upper, size, shape, start, order, points[order])
 
 
 @kernel

@@ -54,6 +54,12 @@ def closest(p: Vector3, a: Vector3, b: Vector3, c: Vector3) -> tuple[Vector3, in
 
 
 @kernel
+def combine(w: Vector3, a: Vector3, b: Vector3, c: Vector3) -> Vector3:
+    """The point with barycentric weights w."""
+    return add(add(scale(w[0], a), scale(w[1], b)), scale(w[2], c))
+
+
+@kernel
 def face_normal(x: Array, triangles: Ints, t: int) -> Vector3:
     """Unit normal of triangle t, zero when it is flat."""
     a = row(x, triangles[t, 0])
@@ -62,10 +68,16 @@ def face_normal(x: Array, triangles: Ints, t: int) -> Vector3:
 
 
 @kernel
-def vertex_normal(x: Array, triangles: Ints, fan: Ints, vertex: int) -> Vector3:
-    """Mean of the normals of the triangles `fan` round a vertex, weighted by their angle there."""
+def vertex_normal(
+    x: Array, vertex: int, triangles: Ints, fans: Ints, begin: int, end: int
+) -> Vector3:
+    """Mean of the normals of the triangles round a vertex, weighted by their angle there.
+
+    Arguments as of `is_local_minimum`.
+    """
     total = (0.0, 0.0, 0.0)
-    for t in fan:
+    for place in range(begin, end):
+        t = fans[place]
         k = 0
         while triangles[t, k] != vertex:
             k += 1
@@ -78,31 +90,31 @@ def vertex_normal(x: Array, triangles: Ints, fan: Ints, vertex: int) -> Vector3:
 
 
 @kernel
+def comes_closer(r: Vector3, forth: Vector3) -> bool:
+    """Whether going `forth` from a foot leads towards the point at r from it, beyond rounding."""
+    slack = 1e-9
+    product = dot(r, forth)
+    return product > 0.0 and product * product > slack * slack * dot(r, r) * dot(forth, forth)
+
+
+@kernel
 def is_local_minimum(
-    r: Vector3, x: Array, triangles: Ints, t: int, feature: int, fan: Ints, across: int
+    r: Vector3, x: Array, corner: int, triangles: Ints, fans: Ints, begin: int, end: int
 ) -> bool:
-    """Whether the surface round an edge or corner of triangle t comes no closer to the point.
+    """Whether the triangles round a corner come no closer to the point at r from it.
 
     Args:
-        r: from the feature's closest point to the point.
+        r: from the corner to the point.
         x: (v, 3) vertex positions.
+        corner: the vertex.
         triangles: (t, 3) of the surface.
-        t: the triangle that has the closest point.
-        feature: where on it.
-        fan: triangles round the corner, when the feature is one.
-        across: vertex of the neighbour opposite the edge, when the feature is one.
+        fans: numbers of triangles,
+        begin: those round the corner from here
+        end: to before here.
     """
-    slack = 1e-9  # rounding lets a neighbour seem closer by 1e-18 of the distance
-    reach = dot(r, r) ** 0.5
-    if feature < CORNER:
-        a = row(x, triangles[t, feature - EDGE])
-        along = unit(subtract(row(x, triangles[t, (feature - EDGE + 1) % 3]), a))
-        arm = subtract(row(x, across), a)
-        inward = unit(subtract(arm, scale(dot(arm, along), along)))
-        return bool(dot(r, inward) <= slack * reach)
-    corner = row(x, triangles[t, feature - CORNER])
-    for other in fan:
+    at = row(x, corner)
+    for place in range(begin, end):
         for k in range(3):
-            if dot(r, unit(subtract(row(x, triangles[other, k]), corner))) > slack * reach:
+            if comes_closer(r, subtract(row(x, triangles[fans[place], k]), at)):
                 return False
     return True

@@ -181,14 +181,13 @@ def detect_all(
         for j in range(3):
             for i in range(3):
                 points[s, i] += weights[s, j] * x[nodes[s, j], i]
-    feet = no_feet(n, reach)
+    feet = no_feet(n)
     pairs = np.empty(n, np.int64)
     for pair in range(first.shape[0] - 1):
         a, b = first[pair], first[pair + 1]
         found = search(x, points[a:b], nodes[a:b], patches, pair, reach)
         feet.triangle[a:b], feet.feature[a:b] = found.triangle, found.feature
-        feet.weights[a:b], feet.distance[a:b] = found.weights, found.distance
-        pairs[a:b] = pair
+        feet.weights[a:b], pairs[a:b] = found.weights, pair
     slots = np.flatnonzero(feet.triangle >= 0)
     m = slots.shape[0]
     gap, normal = np.empty(m), np.empty((m, 3))

@@ -15,13 +15,15 @@ from tauten.model.closest import (
     EDGE,
     INTERIOR,
     closest,
+    combine,
+    comes_closer,
     face_normal,
     is_local_minimum,
     vertex_normal,
 )
 from tauten.model.jit import kernel
 from tauten.model.patch import Patches
-from tauten.model.vector import Vector3, add, dot, row, scale, subtract, unit
+from tauten.model.vector import Vector3, add, dot, length, row, scale, subtract, unit
 
 # Candidates this close to an edge or corner, relative to the alarm distance, are pushed along its
 # mean normal: the direction from the surface is rounding there.
@@ -29,36 +31,23 @@ TOUCHING = 1e-7
 
 
 class Feet(NamedTuple):
-    """What each candidate stands over.
+    """What each candidate stands over; a tuple because kernels take it as it is.
 
     Attributes:
         triangle: (m,) number in `Patches.triangles`, -1 without one.
         feature: (m,) its feature that is closest, see `tauten.model.closest`.
         weights: (m, 3) barycentric weights of the closest point.
-        distance: (m,) to it [m].
     """
 
     triangle: Ints
     feature: Ints
     weights: Array
-    distance: Array
 
 
 @kernel
-def no_feet(m: int, reach: float) -> Feet:
-    """Feet of m candidates that stand over nothing within reach."""
-    return Feet(
-        np.full(m, -1, np.int64), np.zeros(m, np.int64), np.zeros((m, 3)), np.full(m, reach)
-    )
-
-
-@kernel
-def corner_fan(patches: Patches, t: int, feature: int) -> Ints:
-    """Triangles round the corner that a feature of triangle t is; none on the border."""
-    k = feature - CORNER
-    if k < 0 or patches.fan_first[t, k] < 0:
-        return patches.fans[:0]
-    return patches.fans[patches.fan_first[t, k] : patches.fan_last[t, k]]
+def no_feet(m: int) -> Feet:
+    """Feet of m candidates that stand over nothing."""
+    return Feet(np.full(m, -1, np.int64), np.zeros(m, np.int64), np.zeros((m, 3)))
 
 
 @kernel
@@ -74,11 +63,17 @@ def stands_over(r: Vector3, x: Array, patches: Patches, t: int, feature: int) ->
     """
     if feature == INTERIOR:
         return True
-    fan = corner_fan(patches, t, feature)
-    opposite = patches.across[t, feature - EDGE] if feature < CORNER else -1
-    if len(fan) == 0 and opposite < 0:
-        return False
-    return is_local_minimum(r, x, patches.triangles, t, feature, fan, opposite)
+    if feature < CORNER:  # r is at right angles to the edge, so any of its points will do
+        k = feature - EDGE
+        across = patches.across[t, k]
+        if across < 0:
+            return False
+        return not comes_closer(r, subtract(row(x, across), row(x, patches.triangles[t, k])))
+    k = feature - CORNER
+    begin, end = patches.fan_first[t, k], patches.fan_last[t, k]
+    return begin >= 0 and is_local_minimum(
+        r, x, patches.triangles[t, k], patches.triangles, patches.fans, begin, end
+    )
 
 
 @kernel
@@ -103,40 +98,57 @@ def search(x: Array, points: Array, own: Ints, patches: Patches, pair: int, reac
         pair: which of the surfaces.
         reach: largest distance [m].
     """
-    feet = no_feet(points.shape[0], reach)
-    nearest = feet.distance
+    feet = no_feet(points.shape[0])
     grid = make_grid(points, reach)
+    triangles, start, lower, size = patches.triangles, grid.start, grid.lower, grid.size
     n_i, n_j, n_k = grid.shape
+    nearest = np.full(grid.points.shape[0], reach)
     for t in range(patches.first[pair], patches.first[pair + 1]):
-        v = patches.triangles[t]
-        a, b, c = row(x, v[0]), row(x, v[1]), row(x, v[2])
+        a, b, c = row(x, triangles[t, 0]), row(x, triangles[t, 1]), row(x, triangles[t, 2])
         low, high = triangle_box(a, b, c, reach)
         if not overlaps(grid, low, high):
             continue
-        normal = face_normal(x, patches.triangles, t)
-        k_low = cell_of(low[2], grid.lower[2], grid.size, n_k)
-        k_high = cell_of(high[2], grid.lower[2], grid.size, n_k)
-        i_high = cell_of(high[0], grid.lower[0], grid.size, n_i)
-        j_high = cell_of(high[1], grid.lower[1], grid.size, n_j)
-        for i in range(cell_of(low[0], grid.lower[0], grid.size, n_i), i_high + 1):
-            for j in range(cell_of(low[1], grid.lower[1], grid.size, n_j), j_high + 1):
+        normal = face_normal(x, triangles, t)
+        centre, radius = circumscribed(a, b, c)
+        k_low, k_end = (
+            cell_of(low[2], lower[2], size, n_k),
+            cell_of(high[2], lower[2], size, n_k) + 1,
+        )
+        j_low, j_end = (
+            cell_of(low[1], lower[1], size, n_j),
+            cell_of(high[1], lower[1], size, n_j) + 1,
+        )
+        i_low, i_end = (
+            cell_of(low[0], lower[0], size, n_i),
+            cell_of(high[0], lower[0], size, n_i) + 1,
+        )
+        for i in range(i_low, i_end):
+            for j in range(j_low, j_end):
                 line = (i * n_j + j) * n_k
-                for place in range(grid.start[line + k_low], grid.start[line + k_high + 1]):
-                    s = grid.order[place]
-                    p = row(points, s)
-                    if abs(dot(normal, subtract(p, a))) >= nearest[s]:
+                for place in range(start[line + k_low], start[line + k_end]):
+                    p = row(grid.points, place)
+                    d, far = subtract(p, centre), radius + nearest[place]
+                    if dot(d, d) >= far * far or abs(dot(normal, d)) >= nearest[place]:
                         continue
                     w, feature = closest(p, a, b, c)
-                    r = subtract(p, add(add(scale(w[0], a), scale(w[1], b)), scale(w[2], c)))
-                    distance = dot(r, r) ** 0.5
+                    r = subtract(p, combine(w, a, b, c))
+                    s, distance = grid.order[place], length(r)
                     if (
-                        distance < nearest[s]
-                        and not shares_vertex(own[s], v)
+                        distance < nearest[place]
+                        and not shares_vertex(own[s], triangles[t])
                         and stands_over(r, x, patches, t, feature)
                     ):
-                        nearest[s], feet.triangle[s], feet.feature[s] = distance, t, feature
+                        nearest[place], feet.triangle[s], feet.feature[s] = distance, t, feature
                         feet.weights[s, 0], feet.weights[s, 1], feet.weights[s, 2] = w
     return feet
+
+
+@kernel
+def circumscribed(a: Vector3, b: Vector3, c: Vector3) -> tuple[Vector3, float]:
+    """The centroid of a triangle and its distance to the farthest corner."""
+    centre = scale(1.0 / 3.0, add(add(a, b), c))
+    radius = max(length(subtract(a, centre)), length(subtract(b, centre)))
+    return centre, max(radius, length(subtract(c, centre)))
 
 
 @kernel
@@ -157,20 +169,20 @@ def gap_and_normal(
     On edges and corners the mean normal gives the sign (Baerentzen and Aanaes 2005): that of both
     triangles, or of all round the corner weighted by their angles.
     """
-    t, feature, w = feet.triangle[s], feet.feature[s], feet.weights[s]
-    v = patches.triangles[t]
-    a, b, c = row(x, v[0]), row(x, v[1]), row(x, v[2])
-    r = subtract(p, add(add(scale(w[0], a), scale(w[1], b)), scale(w[2], c)))
-    normal = face_normal(x, patches.triangles, t)
+    t, feature, triangles = feet.triangle[s], feet.feature[s], patches.triangles
+    a, b, c = row(x, triangles[t, 0]), row(x, triangles[t, 1]), row(x, triangles[t, 2])
+    r = subtract(p, combine(row(feet.weights, s), a, b, c))
+    normal = face_normal(x, triangles, t)
     if feature == INTERIOR:
         return dot(normal, r), normal
     if feature < CORNER:
-        over = patches.over[t, feature - EDGE]
-        normal = unit(add(normal, face_normal(x, patches.triangles, over)))
+        normal = unit(add(normal, face_normal(x, triangles, patches.over[t, feature - EDGE])))
     else:
-        fan = corner_fan(patches, t, feature)
-        normal = vertex_normal(x, patches.triangles, fan, v[feature - CORNER])
-    if feet.distance[s] < TOUCHING * reach:
+        k = feature - CORNER
+        begin, end = patches.fan_first[t, k], patches.fan_last[t, k]
+        normal = vertex_normal(x, triangles[t, k], triangles, patches.fans, begin, end)
+    distance = length(r)
+    if distance < TOUCHING * reach:
         return dot(normal, r), normal
     sign = 1.0 if dot(normal, r) >= 0.0 else -1.0
-    return sign * feet.distance[s], scale(sign / feet.distance[s], r)
+    return sign * distance, scale(sign / distance, r)

@@ -47,7 +47,13 @@ def cross(a: Vector3, b: Vector3) -> Vector3:
 
 
 @kernel
+def length(a: Vector3) -> float:
+    """The Euclidean norm of a."""
+    return float(dot(a, a) ** 0.5)
+
+
+@kernel
 def unit(a: Vector3) -> Vector3:
     """The direction of a; zero stays zero."""
-    length = dot(a, a) ** 0.5
-    return scale(1.0 / length, a) if length > 0.0 else a
+    norm = length(a)
+    return scale(1.0 / norm, a) if norm > 0.0 else a

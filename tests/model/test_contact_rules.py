@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from tauten.model.arrays import Array, Ints
 from tauten.model.contact import ContactPair, ContactSet, contact_rows
@@ -36,11 +36,13 @@ height = st.floats(-1.99e-3, 1.99e-3)
 beside = st.floats(1e-9, 1e-3)
 
 
+@settings(deadline=None)
 @given(inside, inside, height)
 def test_over_an_open_face_the_gap_is_the_height(x: float, y: float, z: float) -> None:
     assert gaps_over_sheet(np.array([[x, y, z]])) == pytest.approx([z], abs=1e-15)
 
 
+@settings(deadline=None)
 @given(inside, beside, height, st.sampled_from(range(4)))
 def test_past_the_border_of_an_open_face_there_is_no_contact(
     along: float, past: float, z: float, side: int
