@@ -5,19 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 from importlib.resources import as_file, files
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 from tauten.model.arrays import Array, Ints
 from tauten.model.contact_space import ReducedContacts
 from tauten.model.jit import kernel
+from tauten.model.robot import Robot
 from tauten.model.rows import ContactRows
 from tauten.reduction.provenance import Provenance
 from tauten.reduction.storage import DamagedFile, read, write
-
-if TYPE_CHECKING:
-    from tauten.model.robot import Robot
 
 SUFFIX = ".basis"
 _KIND = "tauten contact basis"

@@ -133,15 +133,16 @@ def _unit(x: Array) -> Array:
 
 def _minimise(X: Array, P: Array, G: Array) -> None:
     """Passes of coordinate descent on ½ x G xᵀ − p xᵀ, x ≥ 0, for every row x of X, in place."""
-    first = _sweep(X, P, G)
+    slope = X @ G - P  # (r, k)
+    first = _sweep(X, slope, G)
     for _ in range(_SWEEPS - 1):
-        if _sweep(X, P, G) <= 0.01 * first:
+        if _sweep(X, slope, G) <= 0.01 * first:
             return
 
 
 @kernel
-def _sweep(X: Array, P: Array, G: Array) -> float:
-    """One pass over X (r, k), with P (r, k) and G (k, k); returns the squared length of the move.
+def _sweep(X: Array, slope: Array, G: Array) -> float:
+    """One pass over X (r, k), keeping slope (r, k) = X G − P; returns the squared length moved.
 
     A coordinate whose G_ll is zero (the other factor's column is dead) stays.
     """
@@ -150,10 +151,10 @@ def _sweep(X: Array, P: Array, G: Array) -> float:
     for i in range(r):
         for col in range(k):
             if G[col, col] > 0.0:
-                slope = -P[i, col]
-                for j in range(k):
-                    slope += X[i, j] * G[col, j]
-                x = max(X[i, col] - slope / G[col, col], 0.0)
-                moved += G[col, col] * (x - X[i, col]) ** 2
-                X[i, col] = x
+                step = max(-slope[i, col] / G[col, col], -X[i, col])
+                if step != 0.0:
+                    X[i, col] += step
+                    moved += G[col, col] * step**2
+                    for j in range(k):
+                        slope[i, j] += step * G[col, j]
     return moved

@@ -20,10 +20,11 @@ class Provenance:
         campaign: one line that says which snapshots, such as "ramp: 0 to 40 mm in 800 steps".
         snapshots_digest: sha256 of the snapshot matrix.
         snapshots: number of columns factored.
+        weighting: how much each of them counted.
         method: of the factorisation.
         k: number of modes.
         seed: of the factorisation.
-        error: ‖S − Ψ B‖_F / ‖S‖_F on the snapshots factored.
+        error: ‖S − Ψ B‖_F / ‖S‖_F on the weighted snapshots.
         curve: (k, held-out error) pairs looked at when k was chosen, relative as `error`.
         created: date and time, ISO 8601 in UTC.
         versions: (package, version) pairs, Python among them.
@@ -34,6 +35,7 @@ class Provenance:
     campaign: str
     snapshots_digest: str
     snapshots: int
+    weighting: str
     method: str
     k: int
     seed: int

@@ -18,6 +18,7 @@ ORIGIN = Provenance(
     campaign="ramp: 0 to 40 mm in 800 steps",
     snapshots_digest="cd" * 32,
     snapshots=800,
+    weighting="equal",
     method="hals",
     k=3,
     seed=0,

@@ -1,0 +1,105 @@
+"""A chunk of a campaign: some equilibria of one run, a pure function of its task.
+
+Chunks are what goes to a worker, what is saved, and where an interrupted campaign goes on. A chunk
+starts from the stored end of the one before, whether or not anything was interrupted in between, so
+neither interruptions nor the number of workers change a result.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from tauten.model.arrays import Array
+from tauten.model.config import RobotConfig
+from tauten.model.factorisation import FactorisationError
+from tauten.model.load import build_robot
+from tauten.model.mesh import TetMesh
+from tauten.model.robot import Robot, State
+from tauten.model.simulator import Simulator
+from tauten.reduction.designs import Run
+from tauten.reduction.snapshots import Origin, Snapshots
+from threadpoolctl import threadpool_limits
+
+TOLERANCE = 1e-6  # largest movement in the last step of an equilibrium [m]
+MAX_ITERATIONS = 60  # neighbours on a path are a few steps apart; who needs more oscillates
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Start:
+    """Where a chunk starts: configuration q (n,) [m] and cable tensions (n_a,) [N]."""
+
+    q: Array
+    tension: Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Task:
+    """All that a worker needs; a robot is sent as what it is built from.
+
+    Attributes:
+        config: the robot file.
+        mesh: the robot's body.
+        origin: of the snapshots.
+        run: the equilibria of this chunk alone.
+        index: number of the run they belong to.
+        start: end of the chunk before; None starts at rest.
+    """
+
+    config: RobotConfig
+    mesh: TetMesh
+    origin: Origin
+    run: Run
+    index: int
+    start: Start | None
+
+
+def visit(task: Task) -> Snapshots:
+    """Settle into one equilibrium after the other and record forces and configurations.
+
+    An equilibrium that does not converge is recorded as such; one that blows up is too, with zeros,
+    and the next one is tried from the last state that did not.
+    """
+    with threadpool_limits(1):  # more threads would change sums, and workers are many already
+        robot = build_robot(task.config, task.mesh, task.config.name)
+        simulator = Simulator(robot, contact="full")
+        if task.start is not None:
+            simulator.state = State(task.start.q, np.zeros(robot.n))
+            simulator.forces = replace(simulator.forces, tension=task.start.tension)
+        columns = [_column(simulator, task.run, i) for i in range(len(task.run))]
+    lam, tension, effector, q, converged = (list(part) for part in zip(*columns, strict=True))
+    return Snapshots(
+        lam=np.stack(lam, axis=1),
+        pull=task.run.pull,
+        tension=np.stack(tension, axis=1),
+        effector=np.stack(effector, axis=1),
+        gravity=task.run.gravity,
+        effector_force=task.run.effector_force,
+        run=np.full(len(task.run), task.index, dtype=np.int64),
+        converged=np.array(converged),
+        q=np.stack(q, axis=1),
+        origin=task.origin,
+    )
+
+
+def under(robot: Robot, gravity: Array, effector_force: Array) -> Robot:
+    """The robot under another gravity (3,) [m/s²] and forces on its effectors (n_e,) [N]."""
+    body = robot.mass * np.tile(gravity, robot.n // 3)  # (n,)
+    return replace(robot, weight=body + robot.H_e.T @ effector_force)
+
+
+def _column(simulator: Simulator, run: Run, i: int) -> tuple[Array, Array, Array, Array, bool]:
+    """λ_c (n_c,), tension (n_a,), effector (n_e,), q (n,) at equilibrium i; whether it is one."""
+    simulator.robot = under(simulator.robot, run.gravity[:, i], run.effector_force[:, i])
+    before = simulator.state, simulator.forces
+    try:
+        report = simulator.settle(run.pull[:, i], None, TOLERANCE, MAX_ITERATIONS)
+        lam_c = simulator.smooth_contact_forces()
+        converged = report.converged and bool(np.isfinite(lam_c).all())
+    except FactorisationError:
+        converged = False
+    if not np.isfinite(simulator.state.q).all() or not converged:
+        simulator.state, simulator.forces = before
+        lam_c = np.zeros(simulator.robot.n_c)
+    forces, state = simulator.forces, simulator.state
+    return lam_c, forces.tension, simulator.effector.ravel(), state.q, converged

@@ -1,0 +1,46 @@
+"""What a basis covers: the candidates that its modes touch, and those where contact would be missed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from tauten.model.arrays import Ints
+from tauten.model.robot import Robot
+from tauten.reduction.contact_basis import ContactBasis
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PairCoverage:
+    """Coverage of one contact pair.
+
+    Attributes:
+        pair: its name.
+        slots: (m,) slots of its candidates.
+        untouched: (u,) those that no mode touches: contact there needs extra columns.
+        modes: (j,) modes that touch the pair.
+    """
+
+    pair: str
+    slots: Ints
+    untouched: Ints
+    modes: Ints
+
+
+def coverage(robot: Robot, basis: ContactBasis) -> tuple[PairCoverage, ...]:
+    """Coverage of every contact pair of the robot the basis was made for.
+
+    Raises:
+        BasisError: it was made for another robot.
+    """
+    basis.check_robot(robot)
+    first = np.cumsum([0, *(len(pair.nodes) for pair in robot.contacts.pairs)])
+    result = []
+    for i, pair in enumerate(robot.contacts.pairs):
+        slots = np.arange(first[i], first[i + 1])
+        weights = basis.Psi[slots]  # (m, k)
+        untouched = slots[~weights.any(axis=1)]
+        result.append(
+            PairCoverage(pair.name, slots, untouched, np.flatnonzero(weights.any(axis=0)))
+        )
+    return tuple(result)

@@ -1,0 +1,69 @@
+"""Where the chunks of a campaign are worked on: here, in processes, or on a Dask cluster."""
+
+from __future__ import annotations
+
+import multiprocessing
+import signal
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor, Future, ProcessPoolExecutor
+from contextlib import contextmanager
+from importlib import import_module
+from typing import Any, TypeVar
+
+T = TypeVar("T")
+
+
+class ClusterError(RuntimeError):
+    """A cluster that cannot be used; the text says what to do."""
+
+
+class InProcess(Executor):
+    """Works at once, in this process."""
+
+    def submit(self, fn: Callable[..., T], /, *args: Any, **kwargs: Any) -> Future[T]:
+        """A finished future; exceptions, Ctrl-C among them, are raised here and now."""
+        future: Future[T] = Future()
+        future.set_result(fn(*args, **kwargs))
+        return future
+
+
+@contextmanager
+def processes(workers: int) -> Iterator[Executor]:
+    """Processes on this machine, which leave Ctrl-C to the main one; one worker is this process.
+
+    Raises:
+        ValueError: fewer than one worker.
+    """
+    if workers < 1:
+        raise ValueError(f"{workers} workers asked for: at least 1 is needed")
+    if workers == 1:
+        yield InProcess()
+        return
+    context = multiprocessing.get_context("spawn")  # a fork would copy the locks of our threads
+    with ProcessPoolExecutor(workers, mp_context=context, initializer=_ignore_interrupt) as pool:
+        yield pool
+
+
+@contextmanager
+def dask_cluster(address: str, timeout: float = 10.0) -> Iterator[Executor]:
+    """A Dask cluster whose scheduler listens at `tcp://host:port`; needs `tauten[cluster]`.
+
+    Raises:
+        ClusterError: `distributed` is not installed, or no scheduler answers in time [s].
+    """
+    try:
+        distributed = import_module("distributed")
+    except ImportError as error:
+        raise ClusterError(
+            "a Dask cluster needs the package distributed: pip install 'tauten[cluster]'"
+        ) from error
+    try:
+        client = distributed.Client(address, timeout=timeout)
+    except (OSError, ValueError) as error:
+        raise ClusterError(f"no Dask scheduler answers at {address!r} ({error})") from error
+    with client:
+        yield client.get_executor(pure=False)
+
+
+def _ignore_interrupt() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)

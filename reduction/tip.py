@@ -1,0 +1,66 @@
+"""Tip error of a basis: reduced contact against the stored full-order equilibria, in metres."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from tauten.model.arrays import Array, Bools
+from tauten.model.forward import Enrichment
+from tauten.model.robot import Robot
+from tauten.model.simulator import Simulator
+from tauten.reduction.chunk import MAX_ITERATIONS, TOLERANCE, under
+from tauten.reduction.contact_basis import ContactBasis
+from tauten.reduction.snapshots import Snapshots
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TipErrors:
+    """How far reduced contact takes the effectors from where pointwise contact takes them.
+
+    Attributes:
+        error: (s,) largest distance of an effector [m]; NaN where either did not converge.
+        converged: (s,) whether the reduced equilibrium did.
+        extra_columns: (s,) unit columns that enrichment had in play.
+    """
+
+    error: Array
+    converged: Bools
+    extra_columns: Array
+
+
+def tip_errors(
+    robot: Robot,
+    snapshots: Snapshots,
+    basis: ContactBasis,
+    enrichment: Enrichment | None = None,
+) -> TipErrors:
+    """Settle along the snapshots with reduced contact and compare effectors.
+
+    Every run starts from rest, so the error is that of following the whole path, not of one step.
+
+    Args:
+        robot: whose snapshots these are.
+        snapshots: equilibria with full contact, runs one after the other.
+        basis: contact modes.
+        enrichment: when unit columns join; None leaves the basis as it is.
+
+    Raises:
+        FactorisationError: the reduced model has blown up.
+    """
+    simulator = Simulator(robot, contact=basis, enrichment=enrichment)
+    error = np.full(len(snapshots), np.nan)
+    converged = np.zeros(len(snapshots), dtype=bool)
+    extra = np.zeros(len(snapshots))
+    for i in range(len(snapshots)):
+        if i == 0 or snapshots.run[i] != snapshots.run[i - 1]:
+            simulator.reset()
+        simulator.robot = under(
+            simulator.robot, snapshots.gravity[:, i], snapshots.effector_force[:, i]
+        )
+        report = simulator.settle(snapshots.pull[:, i], None, TOLERANCE, MAX_ITERATIONS)
+        converged[i], extra[i] = report.converged, report.extra_columns
+        if converged[i] and snapshots.converged[i]:
+            apart = simulator.effector - snapshots.effector[:, i].reshape(-1, 3)  # (p, 3)
+            error[i] = np.linalg.norm(apart, axis=1).max()
+    return TipErrors(error, converged, extra)

@@ -1,0 +1,166 @@
+import dataclasses
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from tauten.model.robot import Robot
+from tauten.reduction import campaign, executors
+from tauten.reduction.campaign import run_campaign
+from tauten.reduction.chunk import under
+from tauten.reduction.designs import Design, Ranges, latin_hypercube, ramp
+from tauten.reduction.snapshots import SnapshotError, Snapshots
+
+STEPS = 16
+
+
+class Interrupted(executors.InProcess):
+    """Ctrl-C before the n-th chunk."""
+
+    def __init__(self, chunks: int) -> None:
+        self.left = chunks
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        if self.left == 0:
+            raise KeyboardInterrupt
+        self.left -= 1
+        return super().submit(fn, *args, **kwargs)
+
+
+def assert_same(one: Snapshots, other: Snapshots) -> None:
+    assert one.origin == other.origin
+    for field in dataclasses.fields(Snapshots):
+        if field.name != "origin":
+            np.testing.assert_array_equal(getattr(one, field.name), getattr(other, field.name))
+
+
+@pytest.fixture(scope="module", autouse=True)
+def short_chunks() -> Iterator[None]:
+    """Chunks of 10 equilibria instead of 50, for the sake of time."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(campaign, "CHUNK", 10)
+        yield
+
+
+@pytest.fixture(scope="module")
+def design(thumb: Robot, short_chunks: None) -> Design:
+    """Three runs of two chunks each, the second shorter."""
+    ranges = Ranges(pull=(0.5, 1.0), tilt=0.8, force=0.05)
+    return latin_hypercube(thumb, ranges, runs=3, seed=1, steps=STEPS)
+
+
+@pytest.fixture(scope="module")
+def snapshots(thumb: Robot, design: Design, tmp_path_factory: pytest.TempPathFactory) -> Snapshots:
+    return run_campaign(thumb, design, tmp_path_factory.mktemp("whole"), show_progress=False)
+
+
+def test_snapshots_are_what_the_design_asked_for(
+    thumb: Robot, design: Design, snapshots: Snapshots
+) -> None:
+    assert len(snapshots) == design.size
+    assert snapshots.converged.mean() > 0.98
+    np.testing.assert_array_equal(snapshots.pull, np.hstack([run.pull for run in design.runs]))
+    np.testing.assert_array_equal(snapshots.run, np.repeat([0, 1, 2], STEPS))
+    assert snapshots.lam.min() >= 0.0
+    assert (snapshots.lam[:, snapshots.run == 0].sum(axis=0)[-1]) > 1.0, "the notches closed"
+    assert not snapshots.lam[:, 0].any(), "nothing touches at the first step"
+
+
+def test_recorded_forces_hold_the_robot_in_place(
+    thumb: Robot, design: Design, snapshots: Snapshots
+) -> None:
+    """Force balance at a recorded equilibrium: body, cable and contact forces sum to zero."""
+    for i in (STEPS - 1, len(snapshots) - 1):
+        robot = under(thumb, snapshots.gravity[:, i], snapshots.effector_force[:, i])
+        state = dataclasses.replace(robot.rest(), q=snapshots.q[:, i])
+        rows = robot.rows(state)
+        body, _ = robot.forces(state)
+        cable = rows.actuators.H.T @ snapshots.tension[:, i]
+        contact = rows.contacts.rows.H.T @ snapshots.lam[rows.contacts.slots, i]
+        assert np.linalg.norm(contact) > 0.1
+        assert np.linalg.norm(body + cable + contact) < 1e-3 * np.linalg.norm(contact)
+        np.testing.assert_allclose(rows.actuators.delta, snapshots.pull[:, i], atol=1e-7)
+        np.testing.assert_allclose(robot.effector(state).ravel(), snapshots.effector[:, i])
+
+
+@pytest.mark.parametrize("chunks", [0, 1, 4])
+def test_interrupted_campaign_goes_on_to_the_same_result(
+    thumb: Robot, design: Design, snapshots: Snapshots, tmp_path: Path, chunks: int
+) -> None:
+    with pytest.raises(KeyboardInterrupt):
+        run_campaign(thumb, design, tmp_path, Interrupted(chunks), show_progress=False)
+    assert len(list(tmp_path.glob("*.snapshots"))) == chunks
+    again = run_campaign(thumb, design, tmp_path, Interrupted(6 - chunks), show_progress=False)
+    assert_same(again, snapshots)
+
+
+def test_complete_campaign_is_not_done_again(
+    thumb: Robot, design: Design, snapshots: Snapshots, tmp_path: Path
+) -> None:
+    run_campaign(thumb, design, tmp_path, show_progress=False)
+    assert_same(run_campaign(thumb, design, tmp_path, Interrupted(0), False), snapshots)
+
+
+def test_workers_do_not_change_the_result(
+    thumb: Robot, design: Design, snapshots: Snapshots, tmp_path: Path
+) -> None:
+    with executors.processes(2) as pool:
+        assert_same(run_campaign(thumb, design, tmp_path, pool, show_progress=False), snapshots)
+
+
+def test_ctrl_c_saves_what_is_under_way(thumb: Robot, design: Design, tmp_path: Path) -> None:
+    """The interrupt comes when the first of three chunks is back: all three are kept."""
+    with pytest.raises(KeyboardInterrupt):
+        run_campaign(thumb, design, tmp_path, Interrupted(chunks=3), show_progress=False)
+    starts = sorted(path.name for path in tmp_path.iterdir())
+    assert starts == [f"run{run:04d}-000000.snapshots" for run in range(3)]
+
+
+def test_folder_of_another_campaign_is_left_alone(thumb: Robot, tmp_path: Path) -> None:
+    run_campaign(thumb, ramp(thumb, step=0.004), tmp_path, show_progress=False)
+    before = {path: path.read_bytes() for path in tmp_path.iterdir()}
+    with pytest.raises(SnapshotError, match=r"run0000-000000\.snapshots: belongs to another"):
+        run_campaign(thumb, ramp(thumb, step=0.002), tmp_path, show_progress=False)
+    assert {path: path.read_bytes() for path in tmp_path.iterdir()} == before
+
+
+def test_damaged_chunk_is_named(thumb: Robot, tmp_path: Path) -> None:
+    run_campaign(thumb, ramp(thumb, step=0.004), tmp_path, show_progress=False)
+    (path,) = tmp_path.iterdir()
+    path.write_bytes(path.read_bytes()[:1000])
+    with pytest.raises(SnapshotError, match=r"run0000-000000\.snapshots: this is no readable"):
+        run_campaign(thumb, ramp(thumb, step=0.004), tmp_path, show_progress=False)
+
+
+def test_impossible_equilibrium_is_recorded_as_such(thumb: Robot, tmp_path: Path) -> None:
+    """A force that tears the robot out of the linear range: not converged, and the run goes on."""
+    (run,) = ramp(thumb, step=0.002).runs
+    force = np.zeros((3, len(run)))
+    force[2, 2] = -1e6
+    design = Design("torn", (dataclasses.replace(run, effector_force=force),))
+    found = run_campaign(thumb, design, tmp_path, show_progress=False)
+    np.testing.assert_array_equal(found.converged, [True, True, False, True])
+    assert not found.lam[:, 2].any()
+    np.testing.assert_array_equal(found.q[:, 2], found.q[:, 1])
+
+
+def test_gravity_and_force_change_the_weight_alone(thumb: Robot) -> None:
+    same = under(thumb, np.array(thumb.config.gravity), np.zeros(3))
+    np.testing.assert_allclose(same.weight, thumb.weight)
+    pushed = under(thumb, np.zeros(3), np.array([0.0, 0.0, 0.3]))
+    np.testing.assert_allclose(pushed.weight.reshape(-1, 3).sum(axis=0), [0.0, 0.0, 0.3])
+
+
+def test_worker_counts(thumb: Robot) -> None:
+    with pytest.raises(ValueError, match="0 workers asked for"), executors.processes(0):
+        pass
+
+
+def test_dask_without_a_scheduler_says_so() -> None:
+    with (
+        pytest.raises(executors.ClusterError, match=r"distributed|no Dask scheduler answers"),
+        executors.dask_cluster("tcp://127.0.0.1:9", timeout=0.5),
+    ):
+        pass

@@ -1,0 +1,143 @@
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from tauten.model.robot import Robot
+from tauten.reduction.design_csv import from_csv
+from tauten.reduction.designs import (
+    Design,
+    DesignError,
+    Ranges,
+    latin_hypercube,
+    latin_hypercube_levels,
+    plackett_burman,
+    plackett_burman_levels,
+    ramp,
+)
+
+
+def test_ramp_is_the_papers(finger: Robot) -> None:
+    design = ramp(finger)
+    (run,) = design.runs
+    assert len(run) == design.size == 800
+    np.testing.assert_allclose(run.pull[0], 5e-5 * np.arange(1, 801))
+    np.testing.assert_array_equal(run.gravity[:, 0], finger.config.gravity)
+    assert not run.effector_force.any()
+    with pytest.raises(DesignError, match=r"ramp step is 0.05 m: allowed are 0 to 0.04 m"):
+        ramp(finger, step=0.05)
+
+
+@pytest.mark.parametrize(
+    ("factors", "runs"),
+    [(1, 4), (3, 4), (4, 8), (7, 8), (8, 12), (11, 12), (12, 20), (19, 20), (20, 24), (33, 44)],
+)
+def test_plackett_burman_is_balanced_and_orthogonal(factors: int, runs: int) -> None:
+    levels = plackett_burman_levels(factors)
+    assert levels.shape == (runs, factors)
+    signs = 2.0 * levels - 1.0
+    np.testing.assert_array_equal(signs.sum(axis=0), 0.0)
+    np.testing.assert_array_equal(signs.T @ signs, runs * np.eye(factors))
+
+
+def test_plackett_burman_of_twelve_runs_is_the_published_one() -> None:
+    """Row + + − + + + − − − + − of Plackett and Burman 1946, up to a cyclic shift and a mirror."""
+    published = np.array([1, 1, 0, 1, 1, 1, 0, 0, 0, 1, 0])
+    row = plackett_burman_levels(11)[0]
+    shifts = [np.roll(mirrored, i) for i in range(11) for mirrored in (published, published[::-1])]
+    assert any(np.array_equal(row, shift) for shift in shifts)
+
+
+@given(runs=st.integers(1, 30), factors=st.integers(1, 8), seed=st.integers(0, 99))
+def test_latin_hypercube_has_one_run_in_every_class(runs: int, factors: int, seed: int) -> None:
+    levels = latin_hypercube_levels(runs, factors, seed)
+    classes = np.sort(np.floor(levels * runs), axis=0)
+    np.testing.assert_array_equal(classes, np.tile(np.arange(runs)[:, None], factors))
+    np.testing.assert_array_equal(levels, latin_hypercube_levels(runs, factors, seed))
+
+
+def test_levels_become_pulls_gravity_and_forces(finger: Robot) -> None:
+    ranges = Ranges(pull=(0.25, 0.75), tilt=0.5, force=0.3)
+    design = plackett_burman(finger, ranges, steps=10)
+    assert len(design.runs) == 8  # one cable, two tilts, three force components
+    final = [run.pull[0, -1] for run in design.runs]
+    np.testing.assert_allclose(sorted(set(np.round(final, 12))), [0.01, 0.03])
+    g = np.array(finger.config.gravity)
+    for run in design.runs:
+        np.testing.assert_allclose(np.linalg.norm(run.gravity, axis=0), np.linalg.norm(g))
+        angle = np.arccos(run.gravity[:, 0] @ g / (g @ g))
+        assert angle == pytest.approx(0.5 * np.sqrt(2.0))
+        np.testing.assert_allclose(np.abs(run.effector_force), 0.3)
+    directions = {tuple(np.round(run.gravity[:, 0], 9)) for run in design.runs}
+    assert len(directions) == 4
+
+
+def test_ranges_of_zero_are_no_factors(finger: Robot) -> None:
+    design = plackett_burman(finger, Ranges(tilt=0.0, force=0.0), steps=3)
+    assert len(design.runs) == 4
+    for run in design.runs:
+        np.testing.assert_allclose(run.gravity[:, 0], finger.config.gravity)
+        assert not run.effector_force.any()
+
+
+def test_latin_hypercube_stays_in_range_and_obeys_its_seed(finger: Robot) -> None:
+    ranges = Ranges(pull=(0.2, 1.0), tilt=1.0, force=0.5)
+    designs = [latin_hypercube(finger, ranges, runs=9, seed=seed, steps=4) for seed in (0, 0, 1)]
+    assert designs[0].digest() == designs[1].digest() != designs[2].digest()
+    for run in designs[0].runs:
+        assert 0.2 * 0.04 <= run.pull[0, -1] <= 0.04
+        assert np.abs(run.effector_force).max() <= 0.5
+    with pytest.raises(DesignError, match="of 0 runs"):
+        latin_hypercube(finger, ranges, runs=0)
+
+
+@pytest.mark.parametrize(
+    "ranges", [{"pull": (0.9, 0.1)}, {"pull": (0.0, 1.1)}, {"tilt": -1.0}, {"force": -0.1}]
+)
+def test_ranges_that_make_no_sense(ranges: dict[str, float]) -> None:
+    with pytest.raises(DesignError, match="pull must be two shares"):
+        Ranges(**ranges)  # type: ignore[arg-type]
+
+
+def csv_design(robot: Robot, folder: Path, text: str) -> Design:
+    path = folder / "runs.csv"
+    path.write_text(text)
+    return from_csv(robot, path)
+
+
+def test_csv(finger: Robot, tmp_path: Path) -> None:
+    design = csv_design(
+        finger,
+        tmp_path,
+        "run,pull_tendon,gravity_x,force_tip_z\na,0.01,1.5,0\na,0.02,1.5,0.2\nb,0.03,0,0\n",
+    )
+    first, second = design.runs
+    np.testing.assert_array_equal(first.pull, [[0.01, 0.02]])
+    np.testing.assert_array_equal(first.gravity, [[1.5, 1.5], [0.0, 0.0], [-9.81, -9.81]])
+    np.testing.assert_array_equal(first.effector_force[2], [0.0, 0.2])
+    np.testing.assert_array_equal(second.pull, [[0.03]])
+    assert design.description == "runs.csv: 2 runs"
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("run\n1\n", r"columns missing: pull_tendon"),
+        ("run,pull_tendon,speed\n1,0,0\n", r"unknown: speed"),
+        ("run,pull_tendon\n", r"has no rows"),
+        ("run,pull_tendon\n1,0.01\n1,fast\n", r"line 3: pull_tendon is 'fast'"),
+        ("run,pull_tendon\n1,nan\n", r"line 2: pull_tendon is 'nan'"),
+        ("run,pull_tendon\n1\n", r"line 2: pull_tendon is ''"),
+        ("run,pull_tendon\n1,0.01,3\n", r"line 2: .*more fields"),
+        ("run,pull_tendon\n1,0.05\n", r"line 2: pull_tendon is 0.05 m, allowed are 0.0 to 0.04 m"),
+    ],
+)
+def test_csv_errors_name_the_place(finger: Robot, tmp_path: Path, text: str, message: str) -> None:
+    with pytest.raises(DesignError, match=message):
+        csv_design(finger, tmp_path, text)
+
+
+def test_csv_that_is_not_there(finger: Robot, tmp_path: Path) -> None:
+    with pytest.raises(DesignError, match=r"none\.csv: cannot be read"):
+        from_csv(finger, tmp_path / "none.csv")

@@ -1,0 +1,137 @@
+"""From campaign to reduced simulation on a robot with two notches."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tauten.model.forward import Enrichment
+from tauten.model.robot import Robot
+from tauten.model.simulator import Simulator
+from tauten.reduction.contact_basis import BasisError, ContactBasis
+from tauten.reduction.coverage import coverage
+from tauten.reduction.designs import ramp
+from tauten.reduction.modes_figure import candidate_points, draw_modes
+from tauten.reduction.positive_basis import Factorisation, factorise
+from tauten.reduction.reduce import Reduction, provenance, reduce_robot
+from tauten.reduction.tip import tip_errors
+
+
+@pytest.fixture(scope="module")
+def reduction(thumb: Robot, tmp_path_factory: pytest.TempPathFactory) -> Reduction:
+    folder = tmp_path_factory.mktemp("campaign")
+    return reduce_robot(thumb, ramp(thumb, step=2e-4), folder, k=4, show_progress=False)
+
+
+@pytest.fixture(scope="module")
+def whole(thumb: Robot, reduction: Reduction) -> ContactBasis:
+    """A unit column for every candidate."""
+    everything = Factorisation(np.eye(thumb.n_c), np.zeros((48, 0)), 0.0, np.zeros(0), "hals", 0)
+    return ContactBasis(everything.Psi, provenance(thumb, reduction.snapshots, everything, "equal"))
+
+
+def test_basis_says_where_it_comes_from(thumb: Robot, reduction: Reduction) -> None:
+    origin = reduction.basis.provenance
+    assert (origin.robot, origin.robot_digest) == ("thumb", thumb.digest)
+    assert (origin.k, origin.method, origin.weighting, origin.seed) == (4, "hals", "equal", 0)
+    assert origin.campaign.startswith("ramp: each cable to its largest pull in 40 steps [")
+    assert origin.snapshots == len(reduction.snapshots) == 40 - reduction.skipped
+    assert origin.snapshots_digest == reduction.snapshots.digest()
+    assert 0.0 < origin.error < 0.2
+
+
+def test_reduction_is_reproduced(thumb: Robot, reduction: Reduction, tmp_path: Path) -> None:
+    again = reduce_robot(thumb, ramp(thumb, step=2e-4), tmp_path, k=4, show_progress=False)
+    np.testing.assert_array_equal(again.basis.Psi, reduction.basis.Psi)
+
+
+def test_automatic_k_is_the_smallest_within_tolerance(
+    thumb: Robot, reduction: Reduction, tmp_path: Path
+) -> None:
+    found = reduce_robot(
+        thumb, ramp(thumb, step=2e-4), tmp_path, k="auto", tolerance=0.3, show_progress=False
+    )
+    curve = dict(found.basis.provenance.curve)
+    assert curve[found.basis.k] <= 0.3
+    assert all(error > 0.3 for k, error in curve.items() if k < found.basis.k)
+    assert found.curve is not None
+    np.testing.assert_array_equal(found.curve.k, list(curve))
+
+
+def test_basis_of_another_robot_is_refused(
+    thumb: Robot, finger: Robot, reduction: Reduction
+) -> None:
+    reduction.basis.check_robot(thumb)
+    with pytest.raises(
+        BasisError, match=r"made for robot 'thumb' .* not for 'finger'.*`tauten red"
+    ):
+        reduction.basis.check_robot(finger)
+
+
+def test_whole_basis_steps_like_pointwise_contact(thumb: Robot, whole: ContactBasis) -> None:
+    """Same state, same pull, no penetration left to either: the same step."""
+    tight = Enrichment(tolerance=1e-11, rounds=60, per_pair=8)
+    pointwise = Simulator(thumb, contact="full", enrichment=tight)
+    reduced = Simulator(thumb, contact=whole)
+    for pull in np.linspace(0.0005, 0.006, 12):
+        reduced.state = pointwise.state
+        pointwise.step(pull=[pull])
+        reduced.step(pull=[pull])
+        np.testing.assert_allclose(reduced.effector, pointwise.effector, atol=1e-8)
+        np.testing.assert_allclose(reduced.tension, pointwise.tension, rtol=1e-6)
+    assert pointwise.lam_c.sum() > 1.0, "there was contact"
+
+
+def test_modes_carry_the_contact(thumb: Robot, reduction: Reduction) -> None:
+    """Closed notches make the cable pull three times as hard; four modes know it within 3 %."""
+    path = reduction.snapshots.select(np.arange(3, len(reduction.snapshots), 4))
+    free, reduced = Simulator(thumb, contact="none"), Simulator(thumb, contact=reduction.basis)
+    for i in range(len(path)):
+        free.settle(pull=path.pull[:, i])
+        assert reduced.settle(pull=path.pull[:, i]).converged
+        np.testing.assert_allclose(reduced.tension, path.tension[:, i], rtol=0.03)
+    assert free.tension[0] < 0.4 * path.tension[0, -1]
+
+
+def test_modes_keep_the_tip_in_place(thumb: Robot, reduction: Reduction) -> None:
+    path = reduction.snapshots.select(np.arange(3, len(reduction.snapshots), 4))
+    reduced = tip_errors(thumb, path, reduction.basis)
+    assert reduced.converged.all()
+    assert np.nanmax(reduced.error) < 0.003 * thumb.mesh.size
+    assert not reduced.extra_columns.any()
+
+
+def test_more_modes_and_enrichment_come_closer(thumb: Robot, reduction: Reduction) -> None:
+    path = reduction.snapshots.select(np.arange(3, len(reduction.snapshots), 6))
+    found = factorise(reduction.snapshots.lam, 1)
+    poor = ContactBasis(found.Psi, provenance(thumb, reduction.snapshots, found, "force"))
+    alone = np.nanmax(tip_errors(thumb, path, poor).error)
+    assert np.nanmax(tip_errors(thumb, path, reduction.basis).error) < 0.5 * alone
+    tight = Enrichment(tolerance=1e-8, rounds=60, per_pair=8)
+    enriched = tip_errors(thumb, path, poor, tight)
+    assert np.nanmax(enriched.error) < 1e-5
+    assert enriched.extra_columns.any()
+
+
+def test_coverage_names_the_candidates_without_mode(thumb: Robot, reduction: Reduction) -> None:
+    pairs = coverage(thumb, reduction.basis)
+    assert len(pairs) == 2
+    np.testing.assert_array_equal(np.concatenate([pair.slots for pair in pairs]), np.arange(48))
+    untouched = np.concatenate([pair.untouched for pair in pairs])
+    np.testing.assert_array_equal(untouched, reduction.basis.untouched())
+    assert 0 < len(untouched) < 48
+    never = ~reduction.snapshots.lam.any(axis=1)
+    assert set(np.flatnonzero(never)) <= set(untouched)
+    assert {mode for pair in pairs for mode in pair.modes} == set(range(4))
+
+
+def test_candidates_lie_in_the_notches(thumb: Robot) -> None:
+    points = candidate_points(thumb)
+    assert points.shape == (48, 3)
+    assert (points[:, 0] > 0.005).all()
+    nearest = np.abs(points[:, 2, None] + np.array([0.05 / 3, 0.1 / 3])).min(axis=1)
+    assert nearest.max() < 0.001
+
+
+def test_modes_are_drawn(thumb: Robot, reduction: Reduction, tmp_path: Path) -> None:
+    draw_modes(thumb, reduction.basis, tmp_path / "modes.png")
+    assert (tmp_path / "modes.png").read_bytes().startswith(b"\x89PNG")
