@@ -20,6 +20,7 @@ from tauten.model.arrays import Array, Bools, Ints
 from tauten.model.cholesky import append_row, back_substitute, delete_row, forward_substitute
 from tauten.model.jit import kernel
 
+POLISHING = 2  # proximal steps at the end
 IMMOVABLE = 1e-14  # a compliance this far below the largest is rounding: no force moves that row
 
 
@@ -27,7 +28,7 @@ IMMOVABLE = 1e-14  # a compliance this far below the largest is rounding: no for
 def pushing_forces(
     W: Array, delta_free: Array, start: Array, rho: float, max_iterations: int
 ) -> tuple[Array, int]:
-    """Forces (m,) that minimise (T3), and how many sets were tried.
+    """Forces (m,) that minimise (T3), polished, and how many sets were tried.
 
     Args:
         W: (m, m) compliance [m/N].
@@ -57,6 +58,7 @@ def pushing_forces(
         if iteration > 0 or f == 0:
             newest = most_closed(W, delta_free, lam, F[:f], inside, barred, s, -threshold)
             if newest < 0:
+                polish(W, delta_free, s, L, F, f, lam)
                 return lam, iteration
             L = join(W, s, rho, L, F, f, newest)
             inside[newest] = True
@@ -85,14 +87,21 @@ def row_scales(W: Array) -> Array:
 
 
 @kernel
+def gaps(W: Array, delta_free: Array, lam: Array, F: Ints) -> Array:
+    """Gaps δ_free + W λ of all rows (m,) under forces on the rows F."""
+    delta = delta_free.copy()
+    for i in F:
+        delta += lam[i] * W[i]
+    return delta
+
+
+@kernel
 def most_closed(
     W: Array, delta_free: Array, lam: Array, F: Ints, inside: Bools, barred: Bools, s: Array,
     threshold: float,
 ) -> int:  # fmt: skip
     """The row outside F with the most negative gap below `threshold`, −1 without one."""
-    delta = delta_free.copy()
-    for i in F:
-        delta += lam[i] * W[i]
+    delta = gaps(W, delta_free, lam, F)
     row, least = -1, threshold
     for i in range(delta.shape[0]):
         if delta[i] < least and not inside[i] and not barred[i] and s[i] > 0.0:
@@ -145,3 +154,26 @@ def settle_set(
                 F[k : f - 1] = F[k + 1 : f].copy()
                 f -= 1
     return f
+
+
+@kernel
+def polish(W: Array, delta_free: Array, s: Array, L: Array, F: Ints, f: int, lam: Array) -> None:
+    """Close the gaps ρ w_ii λ_i that the regularisation left on F, as far as no force turns around.
+
+    Proximal steps with the factor at hand: each leaves ρ / (σ + ρ) of what belongs to the eigenvalue
+    σ of the scaled compliance.
+    """
+    for _ in range(POLISHING):
+        delta = gaps(W, delta_free, lam, F[:f])
+        y = np.empty(f)
+        for k in range(f):
+            y[k] = -delta[F[k]] * s[F[k]]
+        forward_substitute(L, f, y)
+        back_substitute(L, f, y)
+        share = 1.0
+        for k in range(f):
+            y[k] *= s[F[k]]
+            if lam[F[k]] + share * y[k] < 0.0:
+                share = -lam[F[k]] / y[k]
+        for k in range(f):
+            lam[F[k]] = max(0.0, lam[F[k]] + share * y[k])

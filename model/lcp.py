@@ -59,9 +59,11 @@ def solve_lcp(
     """Solve 0 ≤ δ ⟂ λ ≥ 0 by an active set, to rounding but for `rho`.
 
     The forces minimise ½ λᵀ (W + rho diag W) λ + δ_freeᵀ λ over λ ≥ 0. `rho` makes them unique: it
-    chooses where W leaves a choice, and moves a closed gap by rho w_ii λ_i. A larger one spreads
-    the forces more evenly. Never raises: problems without a solution (gaps that no force can open)
-    come back with `converged` False.
+    chooses where W leaves a choice. What it does to the gaps is taken back at the end, all of it
+    at the default, most of it at larger ones, which spread the forces more evenly.
+
+    Never raises: problems without a solution (gaps that no force can open) come back with
+    `converged` False.
 
     Args:
         W: (m, m) compliance [m/N].
@@ -128,10 +130,12 @@ def refused(delta_free: Array) -> LcpResult:
 @kernel
 def all_finite(a: Array) -> bool:
     """Whether no entry of a is NaN or infinite."""
+    finite = True
     for value in a.flat:
-        if not abs(value) < np.inf:  # a comparison, since the compiler may reorder sums
-            return False
-    return True
+        finite = finite and bool(
+            abs(value) < np.inf
+        )  # a comparison, since the compiler may reorder sums
+    return finite
 
 
 @kernel

@@ -190,3 +190,39 @@ def test_residual_is_a_length_of_both_kinds_of_violation() -> None:
     assert open_with_force == pytest.approx(2e-4)
     penetrating = complementarity(W, np.array([0.0, 0.0, 0.0]), np.array([1.0, -3e-4, 0.0]))
     assert penetrating == pytest.approx(3e-4)
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    seed=st.integers(0, 10_000),
+    rows=st.integers(1, 90),
+    rank=st.integers(1, 50),
+    kind=st.sampled_from(["independent", "opposed", "repeated", "aligned"]),
+)
+def test_known_gaps_are_found_again(seed: int, rows: int, rank: int, kind: str) -> None:
+    """δ_free = δ* − W λ* from complementary δ*, λ*, a fifth of the rows neither open nor pushing."""
+    rng = np.random.default_rng(seed)
+    B = 0.03 * rng.standard_normal((rows, rank))
+    if kind == "opposed":  # squeezed from both sides
+        B[rows // 2 :] = -B[: rows - rows // 2]
+    elif kind == "repeated":
+        B[rng.integers(0, rows, rows // 2)] = B[0]
+    elif kind == "aligned":
+        B = np.abs(B)
+    W = B @ B.T
+    pushing, neither = rng.random(rows) < 0.5, rng.random(rows) < 0.2
+    lam = np.where(pushing & ~neither, rng.exponential(1.0, rows), 0.0)
+    delta = np.where(~pushing & ~neither, rng.exponential(1e-3, rows), 0.0)
+    result = solve_lcp(W, delta - W @ lam)
+    assert result.converged
+    np.testing.assert_allclose(result.delta, delta, atol=1e-9)
+
+
+def test_smoother_forces_close_the_same_gaps() -> None:
+    """A larger rho costs norm nothing and gaps little: the polish takes its bias away."""
+    W, delta_free, _ = contact_problem(np.random.default_rng(5), 150, 20)
+    sharp, smooth = solve_lcp(W, delta_free), solve_lcp(W, delta_free, rho=1e-6)
+    assert smooth.converged
+    np.testing.assert_allclose(smooth.delta, sharp.delta, atol=1e-9)
+    weight = np.diag(W)
+    assert weight @ smooth.lam**2 <= weight @ sharp.lam**2 * (1.0 + 1e-9)
