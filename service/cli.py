@@ -43,7 +43,7 @@ Rate = Annotated[
 ]
 Basis = Annotated[
     str | None,
-    typer.Option(help='Contact basis, "none" for no contact; default: the robot file\'s.'),
+    typer.Option(help='Contact basis, "none" or "full"; default: the robot file\'s.'),
 ]
 
 
@@ -148,6 +148,7 @@ def demo(
     fraction: Annotated[
         float, typer.Option(min=0.0, max=1.0, help="Of the largest pull, for reach.")
     ] = 0.8,
+    basis: Basis = None,
 ) -> None:
     """Run node, plant and stream as processes; leave a log, a report and a figure."""
     from tauten.service.demo import DemoSettings, run_demo
@@ -156,7 +157,7 @@ def demo(
 
     folder = out or Path(f"tauten-demo-{datetime.now():%Y%m%d-%H%M%S}")
     console = Console()
-    settings = DemoSettings(robot, folder, seconds, path, period, fraction)
+    settings = DemoSettings(robot, folder, seconds, path, period, fraction, basis)
     with stop_on_signals() as stop, console.status("starting") as status:
         report = run_demo(settings, stop, status.update)
     table = Table("", f"{report.robot}, {report.duration_s:.1f} s", title="tauten demo")

@@ -10,15 +10,15 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
-from tauten.controller import Controller
+from tauten.controller.controller import Controller
 from tauten.model import Robot, load_robot
 from tauten.model.load import robot_path
 from tauten.reduction import ContactBasis
 from threadpoolctl import threadpool_limits
 
-NO_BASIS = "none"
 _WARM_UP = 12  # control steps; enough for every kernel to be compiled or loaded
 _PACKAGES = (
     "tauten",
@@ -43,20 +43,20 @@ class Setup:
     Attributes:
         robot: the robot.
         path: its file.
-        basis: its contact basis; None: the controller knows no contact.
+        contact: what the controller knows of contact: a basis, all of it, or nothing.
         basis_name: as asked for.
     """
 
     robot: Robot
     path: Path
-    basis: ContactBasis | None
+    contact: Literal["none", "full"] | ContactBasis
     basis_name: str
 
     def basis_digest(self) -> str:
         """SHA-256 of the modes; "" without basis."""
-        if self.basis is None:
+        if isinstance(self.contact, str):
             return ""
-        return hashlib.sha256(np.ascontiguousarray(self.basis.Psi).tobytes()).hexdigest()
+        return hashlib.sha256(np.ascontiguousarray(self.contact.Psi).tobytes()).hexdigest()
 
     def metadata(self) -> dict[str, str]:
         """What a log says about the run, all as text."""
@@ -82,16 +82,18 @@ def load_setup(robot: str | Path, rate: float | None = None, basis: str | None =
     Args:
         robot: name of a shipped robot or path of a robot file.
         rate: another control rate than the file's [Hz].
-        basis: another basis than the file's; "none" for no contact.
+        basis: another basis than the file's; "none" for no contact, "full" for pointwise contact.
 
     Raises:
         RobotFileError, MeshError, BasisError: what cannot be used, and why.
     """
     path = robot_path(robot)
     loaded = load_robot(path, rate=rate)
-    name = basis or loaded.config.controller.basis or NO_BASIS
-    if name == NO_BASIS:
-        return Setup(loaded, path, None, NO_BASIS)
+    name = basis or loaded.config.controller.basis or "none"
+    if name == "none":
+        return Setup(loaded, path, "none", name)
+    if name == "full":
+        return Setup(loaded, path, "full", name)
     beside = path.parent / name
     found = ContactBasis.load(beside if beside.is_file() else name)
     found.check_robot(loaded)
@@ -104,7 +106,7 @@ def warm_controller(setup: Setup) -> Controller:
     It first follows a target a tenth of the robot's size away, so that the first real step is as
     fast as the others.
     """
-    controller = Controller(setup.robot, setup.basis)
+    controller = Controller(setup.robot, setup.contact)
     away = controller.effector + 0.1 * setup.robot.mesh.size / np.sqrt(3.0)
     for _ in range(_WARM_UP):
         controller.step(away)
@@ -114,21 +116,31 @@ def warm_controller(setup: Setup) -> Controller:
 
 
 @contextmanager
-def real_time() -> Iterator[None]:
-    """BLAS on one thread and the garbage collector under the loop's control.
+def one_blas_thread() -> Iterator[None]:
+    """Linear algebra on one thread, for problems too small to share.
+
+    Enter it with the robot loaded and before a controller or simulator is made: the libraries must be
+    there to be told, and PARDISO breaks when the number of threads changes after its analysis.
+    """
+    with threadpool_limits(limits=1):
+        yield
+
+
+@contextmanager
+def collector_at_hand() -> Iterator[None]:
+    """The garbage collector under a loop's control.
 
     What exists at the start is taken out of the collector's sight; the loop calls `gc.collect` when
     it has time to spare.
     """
-    with threadpool_limits(limits=1):
-        gc.collect()
-        gc.freeze()
-        gc.disable()
-        try:
-            yield
-        finally:
-            gc.enable()
-            gc.unfreeze()
+    gc.collect()
+    gc.freeze()
+    gc.disable()
+    try:
+        yield
+    finally:
+        gc.enable()
+        gc.unfreeze()
 
 
 def versions() -> dict[str, str]:

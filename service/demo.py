@@ -47,6 +47,7 @@ class DemoSettings:
         path: of the targets, as for `tauten stream`.
         period: of one pass [s].
         fraction: of the largest pull, for "reach".
+        basis: of the node, as for `tauten serve`.
     """
 
     robot: str
@@ -55,6 +56,7 @@ class DemoSettings:
     path: str = "reach"
     period: float = 10.0
     fraction: float = 0.8
+    basis: str | None = None
 
 
 @dataclass(slots=True)
@@ -99,9 +101,10 @@ def run_demo(settings: DemoSettings, stop: StopFlag, say: Callable[[str], None])
     targets, log = folder / TARGETS, folder / LOG
     with contextlib.ExitStack() as stack:
         say("starting node and plant")
-        node = stack.enter_context(
-            child("serve", [settings.robot, "--record", str(log), *common], folder)
-        )
+        serving = [settings.robot, "--record", str(log), *common]
+        if settings.basis is not None:
+            serving += ["--basis", settings.basis]
+        node = stack.enter_context(child("serve", serving, folder))
         plant = stack.enter_context(child("plant", [settings.robot, *common], folder))
         say("finding targets that can be reached")
         path_settings = PathSettings(period=settings.period, fraction=settings.fraction)

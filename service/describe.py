@@ -58,7 +58,7 @@ def description(setup: Setup) -> dict[str, Any]:
         },
         "basis": {
             "name": setup.basis_name,
-            "modes": 0 if setup.basis is None else setup.basis.k,
+            "modes": 0 if isinstance(setup.contact, str) else setup.contact.k,
             "digest": setup.basis_digest(),
         },
         "versions": versions(),

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from tauten.controller import Controller
+from tauten.controller.controller import NOTHING, Actuation, Controller
 from tauten.controller.solution import Certificate, Status
 from tauten.model.arrays import Array
 from tauten.service.guard import Guard
@@ -26,7 +26,7 @@ class Action:
         tension: (n_a,) tensions [N].
         effector: (p, 3) where the model's effectors will be after the tick [m].
         status: of the decision; None when nothing was decided.
-        certificate: of the decision.
+        certificate: of the decision, or of the hold.
         clamped: whether the guard changed the actuation.
     """
 
@@ -35,7 +35,7 @@ class Action:
     tension: Array
     effector: Array
     status: Status | None
-    certificate: Certificate | None
+    certificate: Certificate
     clamped: bool
 
 
@@ -59,21 +59,14 @@ class ControlLoop:
         """What leaves now.
 
         Args:
-            goal: (p, 3) positions [m]; None: hold.
+            goal: (p, 3) positions [m]; None: the winches stand still.
         """
         if goal is None:
             self.mode = Mode.IDLE if self.mode is Mode.IDLE else Mode.HOLD
-            return self._hold(None, None)
+            return self._guarded(self.controller.hold(), None)
         actuation = self.controller.decide(goal)
-        if not actuation.status.ok:
-            self.mode = Mode.HOLD
-            return self._hold(actuation.status, actuation.certificate)
-        self.mode = Mode.RUN
-        safe = self.guard(actuation.pull, actuation.tension)
-        return Action(
-            self.mode, safe.pull, safe.tension, actuation.effector,
-            actuation.status, actuation.certificate, safe.clamped,
-        )  # fmt: skip
+        self.mode = Mode.RUN if actuation.status.usable else Mode.HOLD
+        return self._guarded(actuation, actuation.status)
 
     def prepare(self) -> None:
         """Move the model by the decision taken and make the next one ready."""
@@ -95,19 +88,12 @@ class ControlLoop:
                 rest.pull + left * (start.pull - rest.pull),
                 rest.tension + left * (start.tension - rest.tension),
             )
-            yield self._action(safe.pull, safe.tension, None, None, safe.clamped)
+            effector = self.controller.effector
+            yield Action(self.mode, safe.pull, safe.tension, effector, None, NOTHING, safe.clamped)
 
-    def _hold(self, status: Status | None, certificate: Certificate | None) -> Action:
-        last = self.guard.last
-        return self._action(last.pull, last.tension, status, certificate, False)
-
-    def _action(
-        self,
-        pull: Array,
-        tension: Array,
-        status: Status | None,
-        certificate: Certificate | None,
-        clamped: bool,
-    ) -> Action:
-        effector = self.controller.effector
-        return Action(self.mode, pull, tension, effector, status, certificate, clamped)
+    def _guarded(self, actuation: Actuation, status: Status | None) -> Action:
+        safe = self.guard(actuation.pull, actuation.tension)
+        return Action(
+            self.mode, safe.pull, safe.tension, actuation.effector,
+            status, actuation.certificate, safe.clamped,
+        )  # fmt: skip

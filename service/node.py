@@ -15,9 +15,8 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 import zenoh
-from tauten.controller.solution import Certificate
 from tauten.service.clock import Beat, Clock
-from tauten.service.config import Setup, real_time, warm_controller
+from tauten.service.config import Setup, collector_at_hand, one_blas_thread, warm_controller
 from tauten.service.describe import description_json
 from tauten.service.health import encode_health
 from tauten.service.inbox import RING, Goal, Inbox, reach_of
@@ -45,7 +44,6 @@ from tauten.service.vitals import Vitals
 log = logging.getLogger(__name__)
 
 _HEALTH_PERIOD = 1.0  # s
-_NO_CERTIFICATE = Certificate(math.nan, math.nan, math.nan, math.nan)
 
 
 class Node:
@@ -143,7 +141,7 @@ class Node:
     def _finish_tick(
         self, beat: Beat, action: Action, goal: Goal | None, stamp: int, decide: float, step: float
     ) -> None:
-        certificate = action.certificate or _NO_CERTIFICATE
+        certificate = action.certificate
         fresh = goal is not None and goal.fresh and goal.stamp > 0
         tick = Tick(
             stamp=stamp,
@@ -217,9 +215,10 @@ def serve(setup: Setup, network: Network, log_path: Path | None, stop: StopFlag)
         NetworkError: no session, or another node serves this robot already.
         OSError: the log cannot be created.
     """
-    loop = ControlLoop(warm_controller(setup))
     keys = Keys(setup.robot.name)
     with ExitStack() as stack:
+        stack.enter_context(one_blas_thread())
+        loop = ControlLoop(warm_controller(setup))
         session = open_session(network, Role.NODE, setup.robot.name)
         stack.callback(session.close)
         refuse_second_node(session, keys)
@@ -229,7 +228,7 @@ def serve(setup: Setup, network: Network, log_path: Path | None, stop: StopFlag)
             stack.callback(recorder.close)
         node = Node(setup, loop, session, recorder)
         stack.enter_context(answered(session, keys, description_json(setup)))
-        stack.enter_context(real_time())
+        stack.enter_context(collector_at_hand())
         log.info("serving %s at %g Hz", setup.robot.name, setup.robot.config.controller.rate)
         node.run(stop)
 

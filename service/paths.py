@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 from tauten.model import Robot, Simulator
 from tauten.model.arrays import Array
 
@@ -16,8 +17,11 @@ Plane = Literal["xy", "xz", "yz"]
 SHAPES: tuple[Shape, ...] = ("circle", "line", "figure-eight", "step")
 
 _SAMPLES = 720  # of an analytic shape: a chord is then nowhere farther off than 1e-5 of its size
-_REACH_SAMPLES = 48  # equilibria of `reach`, each takes some control steps to find
+_REACH_SAMPLES = 12  # equilibria of `reach` in half a turn, each takes some control steps to find
 _REACH_TURNS = 3
+_SETTLED = 1e-4  # m; targets need not be exact equilibria
+_NEARLY_SETTLED = 1e-3  # m
+_MAX_STEPS = 40
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,7 +130,7 @@ def reach_path(robot: Robot, effector: int, fraction: float, period: float) -> T
     """Where an effector gets when the cables are pulled: a path that the robot can follow.
 
     One cable is pulled and let go once; several are pulled one after another, in turns that grow
-    and fade. The positions are equilibria of the full-order model with pointwise contact.
+    and fade. A smooth curve through some equilibria of the full-order model with pointwise contact.
 
     Args:
         robot: the robot.
@@ -137,23 +141,34 @@ def reach_path(robot: Robot, effector: int, fraction: float, period: float) -> T
     Raises:
         PathError: the model finds no equilibrium on the way.
     """
-    phase = np.linspace(0.0, 2.0 * np.pi, _REACH_SAMPLES + 1)  # (m,)
-    swell = 0.5 * (1.0 - np.cos(phase))
-    share = np.maximum(
-        np.cos(_REACH_TURNS * phase[:, None] - 2.0 * np.pi * np.arange(robot.n_a) / robot.n_a), 0.0
-    )  # (m, n_a)
-    if robot.n_a == 1:
-        share = np.ones_like(share)
-    pulls = fraction * robot.limits.pull_max * swell[:, None] * share  # (m, n_a)
+    pulls = fraction * robot.limits.pull_max * reach_shares(robot.n_a)  # (m, n_a)
     simulator = Simulator(robot, contact="full")
-    points = np.empty((len(pulls), 3))
-    for i, pull in enumerate(pulls):
-        report = simulator.settle(pull=pull, tolerance=1e-5)
-        if not report.converged:
-            shown = ", ".join(f"{1e3 * value:.1f}" for value in pull)
-            raise PathError(f"reach: {robot.name} finds no equilibrium at a pull of {shown} mm")
-        points[i] = simulator.effector[effector]
-    return TargetPath(period * phase / (2.0 * np.pi), points, True)
+    found: dict[bytes, Array] = {}  # one cable passes each equilibrium twice
+    for pull in pulls:
+        if pull.tobytes() not in found:
+            report = simulator.settle(pull=pull, tolerance=_SETTLED, max_iterations=_MAX_STEPS)
+            if not report.movement < _NEARLY_SETTLED:
+                shown = ", ".join(f"{1e3 * value:.1f}" for value in pull)
+                raise PathError(f"reach: {robot.name} finds no equilibrium at a pull of {shown} mm")
+            found[pull.tobytes()] = simulator.effector[effector]
+    points = np.array([found[pull.tobytes()] for pull in pulls])
+    knots = np.linspace(0.0, period, len(points))
+    times = np.linspace(0.0, period, _SAMPLES + 1)
+    return TargetPath(times, CubicSpline(knots, points, bc_type="periodic")(times), True)
+
+
+def reach_shares(n_a: int) -> Array:
+    """Shares of the largest pull on the way of `reach`, all zero at both ends: (m, n_a)."""
+    turns = 1 if n_a == 1 else _REACH_TURNS
+    half = np.linspace(0.0, np.pi, turns * _REACH_SAMPLES + 1)
+    rise = 0.5 * (1.0 - np.cos(half))
+    swell = np.concatenate([rise, rise[-2::-1]])  # (m,), exactly the same up and down
+    if n_a == 1:
+        return swell[:, None]
+    phase = np.linspace(0.0, 2.0 * np.pi * turns, len(swell))
+    lag = 2.0 * np.pi * np.arange(n_a) / n_a
+    shares: Array = swell[:, None] * np.maximum(np.cos(phase[:, None] - lag), 0.0)
+    return shares
 
 
 def csv_path(path: Path, rate: float, repeats: bool) -> TargetPath:

@@ -13,7 +13,7 @@ from tauten.model import Robot, Simulator
 from tauten.model.arrays import Array
 from tauten.model.factorisation import FactorisationError
 from tauten.service.clock import Clock
-from tauten.service.config import real_time
+from tauten.service.config import collector_at_hand, one_blas_thread
 from tauten.service.health import Diagnostic, Level, Tally, Window, encode_health
 from tauten.service.keys import Keys
 from tauten.service.messages import (
@@ -149,12 +149,14 @@ def simulate(robot: Robot, network: Network, stop: StopFlag) -> None:
     Raises:
         NetworkError: no session.
     """
-    simulator = warm_simulator(robot)
     with ExitStack() as stack:
+        stack.enter_context(one_blas_thread())
+        simulator = warm_simulator(robot)
         session = open_session(network, Role.PLANT, robot.name)
         stack.callback(session.close)
         plant = Plant(robot, simulator, session)
-        session.liveliness().declare_token(Keys(robot.name).plant_token)
-        stack.enter_context(real_time())
+        token = session.liveliness().declare_token(Keys(robot.name).plant_token)
+        stack.callback(token.undeclare)
+        stack.enter_context(collector_at_hand())
         log.info("simulating %s at %g Hz", robot.name, 1.0 / robot.h)
         plant.run(stop)

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 from tauten.model.arrays import Array
-from tauten.service.config import Setup, load_setup, real_time, warm_controller
+from tauten.service.config import Setup, load_setup, one_blas_thread, warm_controller
 from tauten.service.keys import Keys
 from tauten.service.logfile import LogError, LogReader
 from tauten.service.loop import Action, ControlLoop
@@ -72,7 +72,7 @@ def replay(path: Path, tolerance: float, against: str | None = None) -> Replay:
     except (KeyError, ValueError) as error:
         raise LogError(f"{path}: its metadata lack {error}") from error
     setup = load_setup(name, rate=rate, basis=None if against else basis)
-    with real_time():
+    with one_blas_thread():
         return _compare(reader, setup, metadata, tolerance)
 
 

@@ -27,7 +27,7 @@ class Mode(StrEnum):
 
     IDLE = "idle"  # no target yet
     RUN = "run"  # following targets
-    HOLD = "hold"  # targets have stopped, or the last decision was not OK
+    HOLD = "hold"  # targets have stopped, or the last decision cannot be used
     STOP = "stop"  # releasing the cables
 
 
@@ -50,10 +50,9 @@ class Tick:
         step: time `decide`, `advance` and `prepare` took together [s].
         slack: what was left of the tick before this one; negative: a missed deadline [s].
         skipped: ticks lost before this one.
-        deepest_gap: smallest gap the decision predicts, +inf without any in range, NaN without
-            decision [m].
-        complementarity: certificate of the decision.
-        stationarity: certificate of the decision.
+        deepest_gap: smallest gap predicted, +inf without any in range, NaN while releasing [m].
+        complementarity: certificate of the decision or of the hold.
+        stationarity: certificate of the decision or of the hold.
         extra_columns: contacts that joined the basis for this tick.
         clamped: whether the guard changed the actuation.
     """

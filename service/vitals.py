@@ -35,11 +35,11 @@ class Vitals:
         self._clamped += tick.clamped
         self._lateness.add(tick.lateness)
         self._latency.add(tick.latency)
+        self._deepest = min(self._deepest, tick.deepest_gap)
         if tick.status:
             self._statuses[tick.status] += 1
             self._decide.add(tick.decide)
             self._step.add(tick.step)
-            self._deepest = min(self._deepest, tick.deepest_gap)
 
     def diagnostics(
         self, clock: Clock, targets: Tally, recorder: Recorder | None, fixed: dict[str, str]
