@@ -116,6 +116,11 @@ class Controller:
         return self._actuation.tension
 
     @property
+    def sees_contact(self) -> bool:
+        """Whether contact is looked for at all."""
+        return self.space.k > 0 or self._settings.enrichment.rounds > 0
+
+    @property
     def candidates_in_range(self) -> int:
         """Contact candidates within the alarm distance in the prepared step."""
         return 0 if self._prepared is None else len(self._prepared.rows.contacts)

@@ -2,6 +2,116 @@
 
 from __future__ import annotations
 
-import typer
+import json
+from collections.abc import Callable
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
-bench = typer.Typer(help="Measure.", no_args_is_help=True)
+import typer
+from rich.console import Console
+from rich.progress import Progress
+from rich.table import Table
+
+from tauten.service.files import write_text
+
+if TYPE_CHECKING:
+    from tauten.service.bench_robot import ControlBench, StepBench
+    from tauten.service.report import Spread
+
+bench = typer.Typer(help="Measure; run on an otherwise idle machine.", no_args_is_help=True)
+
+R = TypeVar("R")
+Json = Annotated[Path | None, typer.Option("--json", help="Write the numbers to this file.")]
+
+
+@bench.command()
+def finger(
+    json_file: Json = None,
+    robot: Annotated[str, typer.Option(help="Another robot to do the same with.")] = "finger",
+    seconds: Annotated[float, typer.Option(min=1.0, help="Length of the path followed.")] = 12.0,
+    pulls: Annotated[int, typer.Option(min=2, help="Equilibria compared.")] = 201,
+) -> None:
+    """Stage times of a control step with contact none, full, reduced; tips of reduced against full."""
+    from tauten.service.bench_robot import bench_control
+    from tauten.service.config import load_setup
+
+    setup = load_setup(robot)
+    if isinstance(setup.contact, str):
+        raise typer.BadParameter(f"{robot} has no contact basis: tauten reduce {robot} makes one")
+    basis = setup.contact
+    result = _with_bar(
+        f"control steps of {robot}",
+        lambda progress: bench_control(setup.robot, basis, seconds, pulls, progress),
+    )
+    _show_control(result)
+    _write(result, json_file)
+
+
+@bench.command()
+def steps(
+    robot: Annotated[str, typer.Argument(help="A robot file.")],
+    refinements: Annotated[int, typer.Option(min=0, max=3, help="Uniform refinements.")] = 0,
+    factorisation: Annotated[str, typer.Option(help="auto, pardiso, cholmod, superlu.")] = "auto",
+    count: Annotated[int, typer.Option("--steps", min=5, help="Steps measured.")] = 100,
+    json_file: Json = None,
+) -> None:
+    """Forward and inverse steps without contact, on a mesh and its refinements."""
+    from tauten.service.bench_robot import bench_steps
+
+    result = _with_bar(
+        f"steps of {robot}",
+        lambda progress: bench_steps(robot, refinements, factorisation, count, progress),
+    )
+    _show_steps(result)
+    _write(result, json_file)
+
+
+def _with_bar(text: str, work: Callable[[Callable[[float], None]], R]) -> R:
+    with Progress(console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task(text, total=1.0)
+        return work(lambda share: bar.advance(task, share))
+
+
+def _write(result: Any, path: Path | None) -> None:
+    """The numbers as JSON, whole or not at all."""
+    if path is not None:
+        write_text(path, json.dumps(asdict(result), indent=2) + "\n")
+
+
+def _ms(value: Spread) -> str:
+    return "-" if value.p50 is None else f"{value.p50:.2f} / {value.p99:.2f}"
+
+
+def _show_control(result: ControlBench) -> None:
+    sizes = result.sizes
+    table = Table(
+        title=f"{result.robot}: {sizes.nodes} nodes, {sizes.tetrahedra} tetrahedra, "
+        f"{sizes.candidates} candidates; {result.factorisation}; median / p99 in ms"
+    )
+    table.add_column("stage")
+    for times in result.control:
+        table.add_column(times.contact, justify="right")
+    for stage in (*result.control[0].stages_ms, *result.control[0].whole_ms):
+        spreads = [{**times.stages_ms, **times.whole_ms}[stage] for times in result.control]
+        table.add_row(stage, *(_ms(value) for value in spreads))
+    table.add_row("tip error [mm]", *(_ms(times.tip_error_mm) for times in result.control))
+    table.add_row("status", *(", ".join(times.statuses) for times in result.control))
+    console = Console()
+    console.print(table)
+    for error in result.tip_error:
+        kind = "with" if error.enriched else "without"
+        console.print(
+            f"tip of reduced against pointwise contact, {kind} enrichment: mean {error.mean_mm:.3f}, "
+            f"max {error.max_mm:.3f} mm at {error.pulls} pulls; deepest gap {error.deepest_gap_mm:.3f} mm"
+        )
+
+
+def _show_steps(result: StepBench) -> None:
+    table = Table(title=f"{result.robot}: one step without contact, median / p99 in ms")
+    for column in ("nodes", "tetrahedra", "factorisation", "forward", "inverse"):
+        table.add_column(column, justify="right")
+    for mesh in result.meshes:
+        sizes = (str(mesh.sizes.nodes), str(mesh.sizes.tetrahedra))
+        table.add_row(*sizes, mesh.factorisation, _ms(mesh.forward_ms), _ms(mesh.inverse_ms))
+    Console().print(table)

@@ -1,0 +1,57 @@
+"""What machine a measurement was made on."""
+
+from __future__ import annotations
+
+import os
+import platform
+from dataclasses import dataclass
+from pathlib import Path
+
+from tauten.model.factorisation import installed_backends
+from tauten.service.config import versions
+
+
+@dataclass(frozen=True, slots=True)
+class Machine:
+    """Facts that times depend on.
+
+    Attributes:
+        processor: model name.
+        cores: processors that this process may use.
+        system: operating system.
+        python: version.
+        factorisations: installed back ends, fastest first.
+        versions: of the packages that numbers depend on.
+        load: mean number of processes that wanted to run in the last minute; a benchmark with others
+            running beside it measures them too.
+    """
+
+    processor: str
+    cores: int
+    system: str
+    python: str
+    factorisations: tuple[str, ...]
+    versions: dict[str, str]
+    load: float
+
+
+def machine() -> Machine:
+    """Facts about this machine."""
+    return Machine(
+        processor=_processor(),
+        cores=len(os.sched_getaffinity(0)),
+        system=platform.platform(),
+        python=platform.python_version(),
+        factorisations=installed_backends(),
+        versions=versions(),
+        load=os.getloadavg()[0],
+    )
+
+
+def _processor() -> str:
+    facts = Path("/proc/cpuinfo")
+    if facts.is_file():
+        for line in facts.read_text(encoding="utf-8").splitlines():
+            if line.startswith("model name"):
+                return line.partition(":")[2].strip()
+    return platform.processor() or "unknown"

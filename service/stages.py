@@ -1,0 +1,129 @@
+"""Where the time of a control step goes, stage by stage, along a path of targets."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass
+from time import perf_counter
+from typing import Literal, TypeVar
+
+import numpy as np
+
+from tauten.controller import Controller
+from tauten.model.arrays import Array
+from tauten.model.compliance import compliance
+from tauten.model.contact_space import ContactSpace
+from tauten.model.robot import Robot
+from tauten.model.system import make_system
+from tauten.service.report import Spread, spread
+
+T = TypeVar("T")
+
+STAGES = ("assembly", "factorisation", "detection", "reduction", "compliance")
+WHOLE = ("prepare", "decide", "advance", "step")
+
+
+@dataclass(frozen=True, slots=True)
+class StepTimes:
+    """Times of control steps along a path.
+
+    Attributes:
+        contact: what the controller knew of contact.
+        steps: number of steps measured.
+        stages_ms: of each stage, measured beside the step on the same state.
+        whole_ms: of prepare, decide, advance and all three together.
+        rows: median number of contact rows in the QPCC.
+        in_range: median number of candidates within the alarm distance.
+        tip_error_mm: distance of the model's tip from the target.
+        deepest_gap_mm: deepest predicted penetration, as a gap; None without any candidate in range.
+        statuses: how often each status came.
+    """
+
+    contact: str
+    steps: int
+    stages_ms: dict[str, Spread]
+    whole_ms: dict[str, Spread]
+    rows: float
+    in_range: float
+    tip_error_mm: Spread
+    deepest_gap_mm: float | None
+    statuses: dict[str, int]
+
+
+class _Watch:
+    """Times of named pieces of work [ms]."""
+
+    def __init__(self) -> None:
+        self.times: dict[str, list[float]] = {}
+
+    def time(self, name: str, work: Callable[[], T]) -> T:
+        """Do the work and note how long it took."""
+        start = perf_counter()
+        result = work()
+        self.times.setdefault(name, []).append(1e3 * (perf_counter() - start))
+        return result
+
+    def spreads(self, names: tuple[str, ...]) -> dict[str, Spread]:
+        """Percentiles of the named ones."""
+        return {name: spread(self.times.get(name, [])) for name in names}
+
+
+def time_steps(
+    robot: Robot,
+    contact: Literal["none", "full"] | ContactSpace,
+    name: str,
+    targets: Array,
+    warm_up: int = 20,
+) -> StepTimes:
+    """Follow targets (s, 3) [m] with a controller and measure every step after the warm-up."""
+    controller, watch = Controller(robot, contact), _Watch()
+    errors, gaps, rows, in_range = [], [np.inf], [], []
+    statuses: Counter[str] = Counter()
+    for index, target in enumerate(targets):
+        if index == warm_up:
+            watch.times.clear()
+            statuses.clear()
+        rows.append(_time_stages(controller, watch))
+        start = perf_counter()
+        watch.time("prepare", controller.prepare)
+        in_range.append(controller.candidates_in_range)
+        actuation = watch.time("decide", lambda goal=target: controller.decide(goal))  # type: ignore[misc]
+        watch.time("advance", controller.advance)
+        watch.times.setdefault("step", []).append(1e3 * (perf_counter() - start))
+        statuses[actuation.status.name] += 1
+        errors.append(1e3 * float(np.linalg.norm(controller.effector - target, axis=1).max()))
+        gaps.append(1e3 * actuation.certificate.deepest_gap)
+    deepest = float(np.nanmin(gaps))
+    return StepTimes(
+        contact=name,
+        steps=len(targets) - warm_up,
+        stages_ms=watch.spreads(STAGES),
+        whole_ms=watch.spreads(WHOLE),
+        rows=float(np.median(rows)),
+        in_range=float(np.median(in_range)),
+        tip_error_mm=spread(errors),
+        deepest_gap_mm=deepest if np.isfinite(deepest) else None,
+        statuses=dict(statuses),
+    )
+
+
+def _time_stages(controller: Controller, watch: _Watch) -> int:
+    """Run the stages of `prepare` one by one on the controller's state; its number of contact rows.
+
+    The controller's own `prepare` comes afterwards and overwrites the factorisation used here.
+    """
+    robot, state, forces = controller.robot, controller.state, controller.forces
+    force, K = watch.time("assembly", lambda: robot.forces(state, forces.tension, exact=True))
+    system = watch.time(
+        "factorisation",
+        lambda: make_system(
+            robot.pattern, robot.factorisation, robot.integration, K, robot.mass, force, state.v
+        ),
+    )
+    rows = watch.time("detection", lambda: robot.rows(state, contacts=controller.sees_contact))
+    reduced = watch.time("reduction", lambda: controller.space.reduce(rows.contacts))
+    H = np.vstack([rows.effectors.H.toarray(), rows.actuators.H.toarray(), reduced.H])
+    delta = np.concatenate([rows.effectors.delta, rows.actuators.delta, reduced.delta])
+    watch.time("compliance", lambda: compliance(system, H, delta))
+    return len(reduced)
