@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
+
 from tauten.model.arrays import Array, Ints
 from tauten.model.compliance import Compliance, compliance, extended
 from tauten.model.contact_space import ContactSpace, EmptySpace
@@ -169,15 +170,16 @@ def forward_step(
     chosen = np.flatnonzero(np.isin(rows.contacts.slots, pushed))
     response = condense(system, rows, reduced.H, reduced.delta, chosen)
     k = robot.n_a + len(reduced)
+    lam = np.concatenate([previous.tension, previous.beta[reduced.modes], np.zeros(len(chosen))])
     for round_ in range(enrichment.rounds + 1):
-        lam, residual, ok = solve_forces(response, robot.n_a, command)
+        lam, residual, ok = solve_forces(response, robot.n_a, command, lam)
         dv = response.velocity_change(system, lam)
         gaps = rows.contacts.rows.delta + system.h * (rows.contacts.rows.H @ (system.v + dv))
         worst = worst_rows(rows.contacts, gaps, enrichment, rows.contacts.slots[chosen])
         if len(worst) == 0 or round_ == enrichment.rounds:
             break
         response = extended(system, response, *unit_rows(rows.contacts, worst))
-        chosen = np.concatenate([chosen, worst])
+        chosen, lam = np.concatenate([chosen, worst]), np.append(lam, np.zeros(len(worst)))
     beta = np.zeros(space.k)
     beta[reduced.modes] = lam[robot.n_a : k]
     delta_a = response.delta_free[: robot.n_a] + response.W[: robot.n_a] @ lam
@@ -206,14 +208,23 @@ def condense(system: System, rows: RobotRows, H: Array, delta: Array, chosen: In
     )
 
 
-def solve_forces(response: Compliance, n_a: int, command: Command) -> tuple[Array, float, bool]:
-    """Forces (n_a + k,) under a command, the complementarity residual [m], and convergence."""
+def solve_forces(
+    response: Compliance, n_a: int, command: Command, start: Array
+) -> tuple[Array, float, bool]:
+    """Forces under a command, the complementarity residual [m], and convergence.
+
+    Args:
+        response: compliance of cables, modes and unit columns, in this order.
+        n_a: number of cables.
+        command: tensions or pulled lengths.
+        start: (m,) forces to start from.
+    """
     W, delta = response.W, response.delta_free.copy()
-    if command.tension is None:
-        assert command.pull is not None
+    if command.pull is not None:
         delta[:n_a] -= command.pull
-        result = solve_lcp(W, delta)
+        result = solve_lcp(W, delta, start)
         return result.lam, result.residual, result.converged
+    assert command.tension is not None
     known = W[n_a:, :n_a] @ command.tension
-    result = solve_lcp(W[n_a:, n_a:], delta[n_a:] + known)
+    result = solve_lcp(W[n_a:, n_a:], delta[n_a:] + known, start[n_a:])
     return np.concatenate([command.tension, result.lam]), result.residual, result.converged

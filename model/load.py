@@ -5,8 +5,11 @@ from __future__ import annotations
 import hashlib
 from importlib import resources
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
+
 from tauten.model.arrays import Array, Bools, Ints
 from tauten.model.attachment import Points, attach
 from tauten.model.cable import Cable, CableSet, make_cables
@@ -221,7 +224,7 @@ def digest(
 ) -> str:
     """SHA-256 of what decides the contact forces of a robot; loads and control are left out."""
     hasher = hashlib.sha256()
-    arrays = [
+    arrays: list[NDArray[Any]] = [
         mesh.nodes,
         mesh.tets,
         fixed,
@@ -233,7 +236,6 @@ def digest(
     for pair in contacts.pairs:
         arrays += [pair.nodes, pair.weights, pair.triangles]
     for array in arrays:
-        rounded = np.round(array, 12) if array.dtype.kind == "f" else array
-        hasher.update(np.ascontiguousarray(rounded).tobytes())
+        hasher.update(np.round(np.ascontiguousarray(array, dtype=float), 12).tobytes())
     hasher.update(repr(material).encode())
     return hasher.hexdigest()

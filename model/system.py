@@ -14,7 +14,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
-from tauten.model.arrays import Array, Ints
+
+from tauten.model.arrays import Array, Bools, Ints
 from tauten.model.factorisation import Factorisation
 
 
@@ -80,14 +81,14 @@ class Pattern:
         return slot.reshape(g, s, s), np.ascontiguousarray(length, dtype=np.int64)
 
 
-def make_pattern(fixed: Array, groups: list[Ints]) -> Pattern:
+def make_pattern(fixed: Bools, groups: list[Ints]) -> Pattern:
     """Pattern in which the nodes of every group are coupled.
 
     Args:
         fixed: (n_nodes,) bool, nodes that do not move.
         groups: arrays (g, s) of node ids: elements, cable segments.
     """
-    free = ~fixed.astype(bool)
+    free = ~fixed
     number = np.where(free, np.cumsum(free) - 1, -1)
     m = int(free.sum())
     pairs = []

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-
 from bodies import beam_robot, box_mesh
+
 from tauten.model.simulator import Simulator
 
 LENGTH, SIDE = 0.2, 0.02
@@ -33,7 +33,7 @@ def test_sag_converges_to_timoshenko_at_second_order() -> None:
     assert all(error > 0.0 for error in errors)  # displacement elements are too stiff
     # locking elements approach from far below: the last halving must cut the error at order > 1.3
     assert np.log2(errors[1] / errors[2]) > 1.3
-    assert errors[2] < 0.12
+    assert errors[2] < 0.2
 
 
 def test_free_fall_of_an_unloaded_step() -> None:

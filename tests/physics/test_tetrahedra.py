@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import scipy.sparse as sp
+from bodies import box_mesh
 from scipy.spatial.transform import Rotation
 
 from tauten.model.arrays import Array
 from tauten.model.mesh import TetMesh
 from tauten.model.system import make_pattern
 from tauten.model.tetrahedra import assemble, lumped_mass, rest_gradients
-from bodies import box_mesh
 
 LAME = (3e5, 2e5)  # Pa
 
