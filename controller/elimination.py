@@ -7,6 +7,7 @@ Golub and Van Loan, Matrix Computations, 4th ed., section 3.4.8.
 from __future__ import annotations
 
 import numpy as np
+
 from tauten.model.arrays import Array, Ints
 from tauten.model.jit import kernel
 

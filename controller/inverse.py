@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
+
 from tauten.controller.compliance import Response
 from tauten.controller.qpcc import Qpcc
 from tauten.model.arrays import Array

@@ -9,6 +9,7 @@ and there is one.
 from __future__ import annotations
 
 import numpy as np
+
 from tauten.controller.qpcc_pieces import eliminate_pushing
 from tauten.controller.qpcc_scaling import Scaled
 from tauten.model.arrays import Array, Bools, Ints

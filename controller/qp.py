@@ -11,15 +11,20 @@ second, so that setting up and wrapping cost more than the iterations: `daqp`, `
 from __future__ import annotations
 
 import importlib.util
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-from tauten.model.arrays import Array
+from scipy.sparse import csc_matrix
+
+from tauten.model.arrays import Array, Ints
 
 UNBOUNDED = 1e30
 ACCURACY = 1e-10  # primal and dual, on QPs whose variables and Hessian are of order one
+ROUGH = 1e-6  # where only the active set matters, because the answer is polished anyway
+DAQP_INFEASIBLE = -1  # exit flag
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,15 +48,15 @@ class Qp:
 
 @dataclass(frozen=True, slots=True)
 class QpAnswer:
-    """What a back end found.
+    """What a back end found. How good it is, its residuals say, not the back end.
 
     Attributes:
-        solved: False when it is infeasible or the back end gave up; y is then not to be used.
+        infeasible: the back end says that there is no feasible point; y is then not to be used.
         y: (n,).
-        multipliers: (n + m,), Hy + f + (I, A')·multipliers = 0; positive at upper, negative at lower.
+        multipliers: (n + m,) Hy + f + (I, A')·multipliers = 0; positive at upper, negative at lower.
     """
 
-    solved: bool
+    infeasible: bool
     y: Array
     multipliers: Array
 
@@ -64,7 +69,7 @@ def available_backends() -> tuple[str, ...]:
     import qpsolvers
 
     direct = [name for name in DIRECT if importlib.util.find_spec(LIBRARY[name]) is not None]
-    return tuple(direct + [name for name in qpsolvers.dense_solvers if name not in direct])
+    return tuple(direct + [name for name in qpsolvers.available_solvers if name not in DIRECT])
 
 
 @cache
@@ -80,9 +85,9 @@ def qp_backend(name: str) -> Backend:
     return DIRECT[name] if name in DIRECT else wrapped(name)
 
 
-def failed(qp: Qp) -> QpAnswer:
-    """The answer of a back end that found nothing."""
-    return QpAnswer(False, np.zeros(len(qp.f)), np.zeros(len(qp.lower)))
+def nothing(qp: Qp, infeasible: bool) -> QpAnswer:
+    """The answer of a back end that has none."""
+    return QpAnswer(infeasible, np.zeros(len(qp.f)), np.zeros(len(qp.lower)))
 
 
 def solve_daqp(qp: Qp) -> QpAnswer:
@@ -90,7 +95,7 @@ def solve_daqp(qp: Qp) -> QpAnswer:
     import daqp
 
     y, _, flag, info = daqp.solve(qp.H, qp.f, qp.A, qp.upper, qp.lower, primal_tol=ACCURACY)
-    return QpAnswer(flag > 0, y, info["lam"])
+    return QpAnswer(flag == DAQP_INFEASIBLE, y, info["lam"])
 
 
 def solve_proxqp(qp: Qp) -> QpAnswer:
@@ -99,38 +104,34 @@ def solve_proxqp(qp: Qp) -> QpAnswer:
 
     n, m = len(qp.f), len(qp.lower) - len(qp.f)
     solver = proxqp.dense.QP(n, 0, m, True)
-    solver.settings.eps_abs = ACCURACY
-    solver.settings.eps_rel = 0.0
+    settings = solver.settings
+    settings.eps_abs, settings.eps_rel = ACCURACY, 0.0
+    # without the duality gap it accepts points whose multipliers press on inactive limits
+    settings.check_duality_gap = True
+    settings.eps_duality_gap_abs, settings.eps_duality_gap_rel = ACCURACY, 0.0
+    # infeasible problems otherwise run for seconds
+    settings.max_iter, settings.max_iter_in = 100, 100
     lower, upper = qp.lower, qp.upper
     solver.init(qp.H, qp.f, None, None, qp.A, lower[n:], upper[n:], lower[:n], upper[:n])
     solver.solve()
-    solved = solver.results.info.status == proxqp.PROXQP_SOLVED
     z = solver.results.z
-    return QpAnswer(solved, solver.results.x, np.concatenate([z[m:], z[:m]]))
+    infeasible = solver.results.info.status == proxqp.PROXQP_PRIMAL_INFEASIBLE
+    return QpAnswer(infeasible, solver.results.x, np.concatenate([z[m:], z[:m]]))
 
 
 def solve_osqp(qp: Qp) -> QpAnswer:
-    """Operator splitting (Stellato et al. 2020) with its polishing step."""
+    """Operator splitting (Stellato et al. 2020)."""
     import osqp
-    import scipy.sparse as sp
 
-    n = len(qp.f)
+    rows = csc_matrix(np.vstack([np.eye(len(qp.f)), qp.A]))
     solver = osqp.OSQP()
-    rows = sp.csc_matrix(np.vstack([np.eye(n), qp.A]))
     solver.setup(
-        sp.csc_matrix(np.triu(qp.H)),
-        qp.f,
-        rows,
-        qp.lower,
-        qp.upper,
-        eps_abs=1e-9,
-        eps_rel=1e-9,
-        max_iter=20_000,
-        polishing=True,
-        verbose=False,
-    )
+        csc_matrix(np.triu(qp.H)), qp.f, rows, qp.lower, qp.upper,
+        eps_abs=ROUGH, eps_rel=ROUGH, max_iter=4000, polishing=False, verbose=False,
+    )  # fmt: skip
     result = solver.solve(raise_error=False)
-    return QpAnswer(result.info.status_val == 1, result.x, result.y)
+    infeasible = result.info.status_val == osqp.SolverStatus.OSQP_PRIMAL_INFEASIBLE
+    return nothing(qp, infeasible) if result.x is None else QpAnswer(infeasible, result.x, result.y)
 
 
 def solve_quadprog(qp: Qp) -> QpAnswer:
@@ -138,55 +139,61 @@ def solve_quadprog(qp: Qp) -> QpAnswer:
     import quadprog
 
     rows = np.vstack([np.eye(len(qp.f)), qp.A])
-    low = np.flatnonzero(qp.lower > -UNBOUNDED)
-    high = np.flatnonzero(qp.upper < UNBOUNDED)
+    low, high = np.flatnonzero(qp.lower > -UNBOUNDED), np.flatnonzero(qp.upper < UNBOUNDED)
     C = np.vstack([rows[low], -rows[high]])
     b = np.concatenate([qp.lower[low], -qp.upper[high]])
     try:
         y, _, _, _, lagrangian, _ = quadprog.solve_qp(qp.H, -qp.f, np.ascontiguousarray(C.T), b)
-    except ValueError:
-        return failed(qp)
-    multipliers = np.zeros(len(qp.lower))
-    multipliers[low] -= lagrangian[: len(low)]
-    multipliers[high] += lagrangian[len(low) :]
-    return QpAnswer(True, y, multipliers)
+    except ValueError as error:
+        return nothing(qp, infeasible="inconsistent" in str(error))
+    return QpAnswer(False, y, two_sided(qp, low, high, lagrangian))
 
 
 def wrapped(name: str) -> Backend:
-    """Any dense solver of qpsolvers, through its wrapper."""
+    """Any solver of qpsolvers, through its wrapper."""
 
     def solve(qp: Qp) -> QpAnswer:
         import qpsolvers
 
         n = len(qp.f)
-        lower = np.where(qp.lower <= -UNBOUNDED, -np.inf, qp.lower)
-        upper = np.where(qp.upper >= UNBOUNDED, np.inf, qp.upper)
-        low, high = np.flatnonzero(lower[n:] > -np.inf), np.flatnonzero(upper[n:] < np.inf)
-        problem = qpsolvers.Problem(
-            P=qp.H,
-            q=qp.f,
-            G=np.vstack([-qp.A[low], qp.A[high]]),
-            h=np.concatenate([-lower[n:][low], upper[n:][high]]),
-            lb=lower[:n],
-            ub=upper[:n],
-        )
+        low = np.flatnonzero(qp.lower[n:] > -UNBOUNDED)
+        high = np.flatnonzero(qp.upper[n:] < UNBOUNDED)
+        G = np.vstack([-qp.A[low], qp.A[high]])
+        h = np.concatenate([-qp.lower[n:][low], qp.upper[n:][high]])
+        lb = np.where(qp.lower[:n] <= -UNBOUNDED, -np.inf, qp.lower[:n])
+        ub = np.where(qp.upper[:n] >= UNBOUNDED, np.inf, qp.upper[:n])
+        sparse = name in qpsolvers.sparse_solvers and name not in qpsolvers.dense_solvers
+        matrix = csc_matrix if sparse else np.asarray
+        problem = qpsolvers.Problem(matrix(qp.H), qp.f, matrix(G), h, lb=lb, ub=ub)
         try:
-            found = qpsolvers.solve_problem(problem, solver=name)
+            with warnings.catch_warnings():  # an infeasible piece is no news
+                warnings.simplefilter("ignore")
+                found = qpsolvers.solve_problem(problem, solver=name)
         except (qpsolvers.exceptions.QPError, ValueError, ArithmeticError):
-            return failed(qp)
-        if not found.found or found.x is None or found.z is None or found.z_box is None:
-            return failed(qp)
-        multipliers = np.zeros(len(qp.lower))
+            return nothing(qp, infeasible=False)
+        if found.x is None or found.z is None or found.z_box is None:
+            return nothing(qp, infeasible=not found.found)
+        multipliers = two_sided(qp, n + low, n + high, found.z)
         multipliers[:n] = found.z_box
-        multipliers[n + low] -= found.z[: len(low)]
-        multipliers[n + high] += found.z[len(low) :]
-        return QpAnswer(True, found.x, multipliers)
+        return QpAnswer(False, found.x, multipliers)
 
     return solve
 
 
+def two_sided(qp: Qp, low: Ints, high: Ints, nonnegative: Array) -> Array:
+    """One multiplier per row from those of the lower limits `low`, then of the upper ones `high`."""
+    multipliers = np.zeros(len(qp.lower))
+    multipliers[low] -= nonnegative[: len(low)]
+    multipliers[high] += nonnegative[len(low) :]
+    return multipliers
+
+
 class RepeatedQp:
-    """A QP (1) solved again and again with other upper limits, by daqp with its workspace kept."""
+    """A QP (1) solved again and again with other upper limits, by daqp with its workspace kept.
+
+    Attributes:
+        usable: False when daqp refuses the problem, which then must not be solved.
+    """
 
     def __init__(self, qp: Qp) -> None:
         import daqp
@@ -194,14 +201,17 @@ class RepeatedQp:
         self._model = daqp.Model()
         self._model.settings = {**self._model.settings, "primal_tol": 0.1 * ACCURACY}
         sense = np.zeros(len(qp.lower), dtype=np.intc)
-        self._model.setup(qp.H, qp.f, qp.A, qp.upper, qp.lower, sense)
+        flag, _ = self._model.setup(qp.H, qp.f, qp.A, qp.upper, qp.lower, sense)
+        self.usable = bool(flag >= 0) and len(qp.f) > 0
         self._lower = qp.lower
 
-    def solve(self, upper: Array) -> tuple[bool, float, Array]:
-        """Whether it is solved, the optimal value, y (n,)."""
+    def solve(self, upper: Array) -> tuple[float, Array]:
+        """Optimal value and y (n,); +inf when infeasible, -inf when unbounded or not solved."""
         self._model.update(bupper=upper, blower=self._lower)
         y, value, flag, _ = self._model.solve()
-        return flag > 0, value, y
+        if flag <= 0:
+            value = np.inf if flag == DAQP_INFEASIBLE else -np.inf
+        return value, y
 
 
 DIRECT: dict[str, Backend] = {

@@ -13,6 +13,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+
 from tauten.controller.lcp_start import feasible_start
 from tauten.controller.qp import qp_backend
 from tauten.controller.qpcc_descent import Descent, Point
@@ -149,8 +150,9 @@ def solution_at(
 ) -> Solution:
     """A point in the problem's units."""
     n_a, z, worth = len(problem.lb), point.z * units.column, point.worth
+    lam_a = np.minimum(np.maximum(z[:n_a], problem.lb), problem.ub)  # exact beyond UNBOUNDED too
     return Solution(
-        lam_a=z[:n_a],
+        lam_a=lam_a,
         beta=z[n_a:],
         status=status,
         certificate=Certificate(worth.primal, worth.complementarity, worth.stationarity, np.inf),

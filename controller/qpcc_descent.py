@@ -6,15 +6,18 @@ from dataclasses import dataclass, field, replace
 from itertools import combinations
 
 import numpy as np
-from tauten.controller.qp import Backend, Qp
-from tauten.controller.qpcc_pieces import reduce_piece
-from tauten.controller.qpcc_recovery import conclude
+
+from tauten.controller.qp import Backend, Qp, QpAnswer, solve_daqp
+from tauten.controller.qp_polish import polished
+from tauten.controller.qpcc_pieces import Reduction, reduce_piece
+from tauten.controller.qpcc_recovery import recover
 from tauten.controller.qpcc_scaling import Scaled
 from tauten.controller.residuals import ACTIVE, Judgement, judge, pair_values, row_values
 from tauten.controller.strong_stationarity import strong_multipliers
 from tauten.model.arrays import Array, Bools, Ints
 
 EXACT = 1e-8  # residuals an optimum may have
+POLISHED = 1e-9  # residuals above which a QP's answer is polished
 NOISE = 1e-11  # of an objective, relative to its terms
 MOST_DEGENERATE = 6  # pairs at zero of which all combinations are looked at
 
@@ -24,16 +27,16 @@ class Point:
     """A feasible point, as a rule the optimum of a piece.
 
     Attributes:
-        z: (n,) scaled variables.
         piece: (k,) which modes push.
+        z: (n,) scaled variables.
         alpha: (n_a,) multipliers of the bounds.
         dual: (2k + p,) multipliers of the rows.
         worth: objective and residuals.
         settled: every piece that touches the point was seen to be no better.
     """
 
-    z: Array
     piece: Bools
+    z: Array
     alpha: Array
     dual: Array
     worth: Judgement
@@ -43,6 +46,11 @@ class Point:
     def feasible(self) -> bool:
         """Within the limits and complementary; not when there is a NaN."""
         return self.worth.primal <= EXACT and self.worth.complementarity <= EXACT
+
+    @property
+    def exact(self) -> bool:
+        """Whether there is nothing to polish."""
+        return self.feasible and self.worth.stationarity <= POLISHED
 
     @property
     def stationary(self) -> bool:
@@ -60,16 +68,29 @@ class Point:
 
 
 def solve_piece(problem: Scaled, piece: Bools, backend: Backend) -> Point | None:
-    """Optimum of one piece; None when it is empty or the back end failed."""
+    """Optimum of one piece; None when it is empty or could not be solved.
+
+    An answer that is not exact is polished; where that fails, daqp is asked.
+    """
     possible, H, f, A, lower, upper, reduction = reduce_piece(problem, piece)
     if not possible:
         return None
-    answer = backend(Qp(H, f, A, lower, upper))
-    if not answer.solved:
+    qp = Qp(H, f, A, lower, upper)
+    answer = backend(qp)
+    if answer.infeasible:
         return None
-    z, alpha, dual, worth = conclude(problem, piece, reduction, answer.y, answer.multipliers)
-    point = Point(z, piece, alpha, dual, worth)
+    point = conclude(problem, piece, reduction, answer)
+    if not point.exact:
+        point = conclude(problem, piece, reduction, polished(qp, answer))
+    if not point.exact and backend is not solve_daqp:
+        point = conclude(problem, piece, reduction, polished(qp, solve_daqp(qp)))
     return point if point.feasible else None
+
+
+def conclude(problem: Scaled, piece: Bools, reduction: Reduction, answer: QpAnswer) -> Point:
+    """The point that an answer to a piece's QP means."""
+    z, alpha, dual, worth = recover(problem, piece, reduction, answer.y, answer.multipliers)
+    return Point(piece, z, alpha, dual, worth)
 
 
 @dataclass(slots=True)
@@ -125,7 +146,7 @@ class Descent:
         """Remember a point that satisfies the complementarity, if it satisfies the limits too."""
         n_a, rows = len(self.problem.lb), len(self.problem.r)
         alpha, dual = np.zeros(n_a), np.zeros(rows)
-        point = Point(z, piece, alpha, dual, judge(self.problem, z, alpha, dual))
+        point = Point(piece, z, alpha, dual, judge(self.problem, z, alpha, dual))
         if point.feasible:
             self.keep(point)
 
@@ -146,7 +167,7 @@ class Descent:
         """Decide a degenerate point: other multipliers first, then every piece that touches it."""
         alpha, dual = strong_multipliers(self.problem, current.z)
         worth = judge(self.problem, current.z, alpha, dual)
-        point = Point(current.z, current.piece, alpha, dual, worth)
+        point = Point(current.piece, current.z, alpha, dual, worth)
         if point.stationary:
             self.keep(point)
             return point

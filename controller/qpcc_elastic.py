@@ -11,6 +11,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+
 from tauten.controller.qp import UNBOUNDED, Backend
 from tauten.controller.qpcc_descent import Descent, Point
 from tauten.controller.qpcc_scaling import Scaled

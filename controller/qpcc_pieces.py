@@ -11,6 +11,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+
 from tauten.controller.elimination import back_substitute, eliminate
 from tauten.controller.qp import UNBOUNDED
 from tauten.controller.qpcc_scaling import Scaled

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+
 from tauten.controller.elimination import solve_transposed
 from tauten.controller.qpcc_pieces import Pushing, Reduction
 from tauten.controller.qpcc_scaling import Scaled
@@ -10,11 +11,13 @@ from tauten.controller.residuals import Judgement, judge
 from tauten.model.arrays import Array, Bools
 from tauten.model.jit import kernel
 
+ROUND_OFF = 1e-14  # of y, which is of order one
+
 
 @kernel
 def recover(
     problem: Scaled, pushes: Bools, reduction: Reduction, y: Array, multipliers: Array
-) -> tuple[Array, Array, Array]:
+) -> tuple[Array, Array, Array, Judgement]:
     """Z (n,), multipliers of the bounds (n_a,) and of all rows (2k + p,) from a piece's QP.
 
     Signs are those of `qp.QpAnswer`: Qz + c + (alpha, 0) + R'dual = 0, positive where an upper limit
@@ -24,9 +27,10 @@ def recover(
     tau, T = reduction.tau, reduction.T
     cols, rank = reduction.pushing.cols, reduction.pushing.rank
     z = reduction.t.copy()
-    for i in range(len(z)):
-        for j in range(len(y)):
-            z[i] += tau * T[i, j] * y[j]
+    for j in range(len(y)):
+        if abs(y[j]) > ROUND_OFF:  # else the residuals of a solution z = 0 were noise over noise
+            for i in range(len(z)):
+                z[i] += tau * T[i, j] * y[j]
     alpha, dual = np.zeros(n_a), np.zeros(len(problem.r))
     for j in range(n_a):
         alpha[j] = tau * multipliers[j] / T[j, j]
@@ -41,15 +45,6 @@ def recover(
     for i in range(len(reduction.source)):
         dual[reduction.source[i]] = tau * multipliers[len(y) + i]
     eliminated_multipliers(problem, pushes, reduction.pushing, z, dual)
-    return z, alpha, dual
-
-
-@kernel
-def conclude(
-    problem: Scaled, pushes: Bools, reduction: Reduction, y: Array, multipliers: Array
-) -> tuple[Array, Array, Array, Judgement]:
-    """`recover`, and what it is worth."""
-    z, alpha, dual = recover(problem, pushes, reduction, y, multipliers)
     return z, alpha, dual, judge(problem, z, alpha, dual)
 
 

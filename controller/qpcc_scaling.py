@@ -11,6 +11,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+
 from tauten.controller.qp import UNBOUNDED
 from tauten.controller.qpcc_problem import Qpcc
 from tauten.model.arrays import Array
@@ -86,7 +87,8 @@ def inspect_numbers(
     total += np.sum(np.abs(M)) + np.sum(np.abs(m))
     total += np.sum(np.abs(scaled.Q)) + np.sum(np.abs(scaled.c))
     total += np.sum(np.abs(scaled.R)) + np.sum(np.abs(scaled.r))
-    numbers = USABLE if np.isfinite(total) else NOT_FINITE
+    # not np.isfinite: where sums may be reordered LLVM takes its x - x for zero
+    numbers = USABLE if total < np.inf else NOT_FINITE
     for j in range(len(lb)):
         if np.isnan(lb[j]) or np.isnan(ub[j]):
             numbers = NOT_FINITE
@@ -122,7 +124,7 @@ def equilibrate(
         r[k + i] = column[n_a + i] * m[i]
     for i in range(p):
         row = G[i] * column
-        factor = unit(np.max(np.abs(row)))
+        factor = unit(largest_magnitude(row))
         R[2 * k + i] = row * factor
         lo[2 * k + i] = min(max(g_lo[i] * factor, -UNBOUNDED), UNBOUNDED)
         hi[2 * k + i] = min(max(g_hi[i] * factor, -UNBOUNDED), UNBOUNDED)
@@ -130,7 +132,7 @@ def equilibrate(
     for i in range(n_a + k):
         for j in range(n_a + k):
             Q_scaled[i, j] = 0.5 * (Q[i, j] + Q[j, i]) * column[i] * column[j]
-    factor = unit(np.max(np.abs(np.diag(Q_scaled)))) if n_a + k > 0 else 1.0
+    factor = unit(largest_magnitude(np.diag(Q_scaled)))
     lower, upper = np.empty(n_a), np.empty(n_a)
     for j in range(n_a):
         lower[j] = min(max(lb[j] / column[j], -UNBOUNDED), UNBOUNDED)
@@ -148,6 +150,15 @@ def unit(size: float) -> float:
 
 
 @kernel
+def largest_magnitude(values: Array) -> float:
+    """Of the entries, 0 when there are none."""
+    largest = 0.0
+    for i in range(len(values)):
+        largest = max(largest, abs(values[i]))
+    return largest
+
+
+@kernel
 def column_units(Q: Array, G: Array, M: Array, n_a: int) -> Array:
     """Units of z: one of β_i moves its own gap by about one, one of a_j a contact or a limit."""
     n = Q.shape[0]
@@ -155,14 +166,14 @@ def column_units(Q: Array, G: Array, M: Array, n_a: int) -> Array:
     for i in range(n - n_a):
         size = abs(M[i, n_a + i])
         if size == 0.0:
-            size = np.max(np.abs(M[i]))
+            size = largest_magnitude(M[i])
         column[n_a + i] = unit(np.sqrt(size))
     for j in range(n_a):
         size = 0.0
         for i in range(len(M)):
             size = max(size, abs(M[i, j]) * column[n_a + i])
-        if size == 0.0 and len(G) > 0:
-            size = np.max(np.abs(G[:, j]))
+        if size == 0.0:
+            size = largest_magnitude(G[:, j])
         if size == 0.0:
             size = np.sqrt(abs(Q[j, j]))
         column[j] = unit(size)

@@ -14,12 +14,14 @@ from time import perf_counter
 
 import numpy as np
 from numpy.typing import NDArray
+
 from tauten.controller.qp import UNBOUNDED, Qp, RepeatedQp
 from tauten.controller.qpcc_descent import NOISE, Descent, Point
 from tauten.controller.qpcc_scaling import Scaled
 from tauten.model.arrays import Array
 
 CROSSED = 1e-10  # a pair whose smaller side is below this needs no branching
+REACHED = 1e-7  # relative, how far a piece's optimum may lie above its relaxation
 Choice = NDArray[np.int8]  # (k,) 1 pushes, -1 open, 0 undecided
 
 
@@ -65,7 +67,9 @@ def branch_and_bound(descent: Descent, offset: float, budget: Budget) -> Proof:
     end = perf_counter() + budget.seconds
     root: Choice = np.zeros(tree.k, dtype=np.int8)
     heap: list[tuple[float, int, Choice]] = [(-np.inf, 0, root)]
-    nodes = 0
+    nodes, lost = 0, np.inf  # lost: lowest value of a node whose piece could not be solved
+    if not tree.usable:
+        return Proof(-np.inf, nodes)
     while heap:
         bound, _, choice = heap[0]
         best = descent.best
@@ -77,23 +81,34 @@ def branch_and_bound(descent: Descent, offset: float, budget: Budget) -> Proof:
             return Proof(bound, nodes)
         heapq.heappop(heap)
         nodes += 1
-        solved, value, z = tree.relax(choice)
-        if not solved:
+        value, z = tree.relax(choice)
+        if value == np.inf:
             continue
         undecided, piece = tree.look(choice, z)
         descent.run(piece)
+        if undecided is None and not reached(descent.best, value):
+            undecided = tree.any_undecided(choice)
+            lost = min(lost, value) if undecided is None else lost
         if undecided is not None:
             for side in (-1, 1):
                 child = choice.copy()
                 child[undecided] = side
-                heapq.heappush(heap, (max(value, bound), 2 * nodes + side, child))
-    return Proof(np.inf if descent.best is None else descent.best.worth.objective, nodes)
+                heapq.heappush(heap, (max(value, bound), 4 * nodes + side, child))
+    best = descent.best
+    return Proof(min(lost, np.inf if best is None else best.worth.objective), nodes)
 
 
 def close_enough(best: Point, offset: float, gap: float) -> float:
     """The bound from which on a point counts as the global optimum."""
     value = best.worth.objective
     return value - gap * abs(value + offset) - NOISE * best.worth.terms
+
+
+def reached(best: Point | None, value: float) -> bool:
+    """Whether there is a point as low as a relaxation's value."""
+    if best is None:
+        return False
+    return best.worth.objective <= value + REACHED * (abs(value) + best.worth.terms)
 
 
 class Tree:
@@ -115,12 +130,22 @@ class Tree:
         self._upper = np.concatenate([problem.ub, free, free, problem.hi[limits]])
         self._qp = RepeatedQp(Qp(H, f, np.ascontiguousarray(rows), lower, self._upper))
 
-    def relax(self, choice: Choice) -> tuple[bool, float, Array]:
-        """Whether a node has a point, the lower bound of its pieces, where it is taken."""
+    @property
+    def usable(self) -> bool:
+        """Whether the QP library takes the problem."""
+        return self._qp.usable
+
+    def relax(self, choice: Choice) -> tuple[float, Array]:
+        """The lower bound of a node's pieces, +inf when they are empty, and where it is taken."""
         upper, n_a, k = self._upper.copy(), self._n_a, self.k
         upper[n_a : n_a + k][choice < 0] = 0.0
         upper[n_a + k : n_a + 2 * k][choice > 0] = -self._r[choice > 0]
         return self._qp.solve(upper)
+
+    def any_undecided(self, choice: Choice) -> int | None:
+        """A mode that is still free."""
+        free = np.flatnonzero(choice == 0)
+        return int(free[0]) if len(free) else None
 
     def look(self, choice: Choice, z: Array) -> tuple[int | None, NDArray[np.bool_]]:
         """The most ambiguous undecided mode, None without any, and the piece that z suggests."""

@@ -9,7 +9,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from tauten.controller.qpcc_scaling import Scaled
+
+from tauten.controller.qpcc_scaling import Scaled, largest_magnitude
 from tauten.model.arrays import Array, Bools
 from tauten.model.jit import kernel
 
@@ -53,7 +54,7 @@ def pair_weight(problem: Scaled, i: int) -> float:
     k = len(problem.c) - n_a
     weight = float(abs(problem.R[k + i, n_a + i]))
     if weight == 0.0:
-        weight = float(np.max(np.abs(problem.R[k + i])))
+        weight = largest_magnitude(problem.R[k + i])
     return weight
 
 
@@ -179,7 +180,7 @@ def judge(problem: Scaled, z: Array, alpha: Array, dual: Array) -> Judgement:
     alpha, dual = alpha.copy(), dual.copy()
     both = drop_inactive(problem, z, values, sizes, beta, w, alpha, dual)
     total, terms = gradient_terms(problem, z, alpha, dual)
-    floor = FLOOR * np.max(terms) if len(terms) > 0 else 0.0
+    floor = FLOOR * largest_magnitude(terms)
     stationarity, gain = 0.0, np.zeros(k)
     for j in range(len(z)):
         size = max(terms[j], floor)
@@ -189,5 +190,7 @@ def judge(problem: Scaled, z: Array, alpha: Array, dual: Array) -> Judgement:
             if i >= 0 and both[i]:
                 gain[i] = max(dual[i], dual[k + i] * pair_weight(problem, i), 0.0) / size
     objective, magnitude = objective_terms(problem, z)
-    largest = np.max(gain) if k > 0 else 0.0
+    if not magnitude < np.inf:  # max() above passes over a NaN, this does not
+        primal = np.inf
+    largest = largest_magnitude(gain)
     return Judgement(objective, magnitude, primal, crossed, stationarity, gain, largest)

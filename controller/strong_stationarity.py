@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 from scipy.optimize import nnls
+
 from tauten.controller.qpcc_scaling import Scaled
 from tauten.controller.residuals import ACTIVE, pair_values, row_values
 from tauten.model.arrays import Array, Bools
