@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
 from tauten.model.robot import Robot
 from tauten.reduction.chunk import Start, Task, visit
 from tauten.reduction.designs import Design

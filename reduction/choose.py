@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+
 from tauten.model.arrays import Array, Ints
 from tauten.reduction.cone import distances
 from tauten.reduction.positive_basis import Method, factorise_each

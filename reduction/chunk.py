@@ -10,6 +10,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from threadpoolctl import threadpool_limits
+
 from tauten.model.arrays import Array
 from tauten.model.config import RobotConfig
 from tauten.model.factorisation import FactorisationError
@@ -19,7 +21,6 @@ from tauten.model.robot import Robot, State
 from tauten.model.simulator import Simulator
 from tauten.reduction.designs import Run
 from tauten.reduction.snapshots import Origin, Snapshots
-from threadpoolctl import threadpool_limits
 
 TOLERANCE = 1e-6  # largest movement in the last step of an equilibrium [m]
 MAX_ITERATIONS = 60  # neighbours on a path are a few steps apart; who needs more oscillates

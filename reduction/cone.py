@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+
 from tauten.model.arrays import Array, Bools
 from tauten.model.jit import kernel
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+
 from tauten.model.arrays import Array, Ints
 from tauten.model.contact_space import ReducedContacts
 from tauten.model.jit import kernel

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+
 from tauten.model.arrays import Ints
 from tauten.model.robot import Robot
 from tauten.reduction.contact_basis import ContactBasis

@@ -7,6 +7,7 @@ from itertools import groupby
 from pathlib import Path
 
 import numpy as np
+
 from tauten.model.arrays import Array
 from tauten.model.robot import Robot
 from tauten.reduction.designs import Design, DesignError, Run

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import null_space
 from scipy.spatial.transform import Rotation
+
 from tauten.model.arrays import Array
 from tauten.model.robot import Robot
 

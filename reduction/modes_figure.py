@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
+
 from tauten.model.arrays import Array
 from tauten.model.robot import Robot
 from tauten.model.surface import boundary_triangles

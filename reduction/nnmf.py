@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
+
 from tauten.model.arrays import Array
 from tauten.model.jit import kernel
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Literal, TypeAlias, get_args
 
 import numpy as np
+
 from tauten.model.arrays import Array, Ints
 from tauten.reduction.nnmf import Factors, als, hals, hals_nndsvd, relative_error
 from tauten.reduction.selection import cone_projected_greedy

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
+
 from tauten.model.arrays import Array
 from tauten.reduction.cone import coordinates
 from tauten.reduction.nnmf import Factors

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+
 from tauten.model.arrays import Array, Bools, Ints
 from tauten.reduction.storage import DamagedFile, read, write
 

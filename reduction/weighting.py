@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Literal, TypeAlias, get_args
 
 import numpy as np
+
 from tauten.model.arrays import Array
 
 Weighting: TypeAlias = Literal["equal", "force"]

@@ -6,6 +6,7 @@ forces move over the faces as the notches close, and most candidates never touch
 
 import numpy as np
 import pytest
+
 from tauten.model.arrays import Array
 from tauten.model.config import RobotConfig
 from tauten.model.load import build_robot

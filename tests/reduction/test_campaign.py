@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+
 from tauten.model.robot import Robot
 from tauten.reduction import campaign, executors
 from tauten.reduction.campaign import run_campaign
@@ -108,6 +109,18 @@ def test_workers_do_not_change_the_result(
 ) -> None:
     with executors.processes(2) as pool:
         assert_same(run_campaign(thumb, design, tmp_path, pool, show_progress=False), snapshots)
+
+
+def test_dask_cluster_does_not_change_the_result(
+    thumb: Robot, design: Design, snapshots: Snapshots, tmp_path: Path
+) -> None:
+    distributed = pytest.importorskip("distributed", reason="needs the extra tauten[cluster]")
+    with (
+        distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as here,
+        executors.dask_cluster(here.scheduler_address) as cluster,
+    ):
+        found = run_campaign(thumb, design, tmp_path, cluster, show_progress=False)
+    assert_same(found, snapshots)
 
 
 def test_ctrl_c_saves_what_is_under_way(thumb: Robot, design: Design, tmp_path: Path) -> None:

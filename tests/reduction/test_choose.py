@@ -2,6 +2,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from tauten.model.arrays import Array, Ints
 from tauten.reduction.choose import ChoiceError, Curve, choose_k, cross_validate, folds
 from tauten.reduction.curve_figure import draw_curve

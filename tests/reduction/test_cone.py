@@ -3,6 +3,7 @@ import pytest
 import scipy.optimize
 from hypothesis import given, settings
 from hypothesis import strategies as st
+
 from tauten.reduction.cone import coordinates, distances
 
 

@@ -6,6 +6,7 @@ import pytest
 import scipy.sparse as sp
 from hypothesis import given
 from hypothesis import strategies as st
+
 from tauten.model.arrays import Array
 from tauten.model.rows import ContactRows, Rows
 from tauten.reduction import storage

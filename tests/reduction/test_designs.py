@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+
 from tauten.model.robot import Robot
 from tauten.reduction.design_csv import from_csv
 from tauten.reduction.designs import (

@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+
 from tauten.model.arrays import Array
 from tauten.reduction.cone import distances
 from tauten.reduction.nnmf import leading_part

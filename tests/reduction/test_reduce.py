@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from tauten.model.forward import Enrichment
 from tauten.model.robot import Robot
 from tauten.model.simulator import Simulator
@@ -13,6 +14,7 @@ from tauten.reduction.designs import ramp
 from tauten.reduction.modes_figure import candidate_points, draw_modes
 from tauten.reduction.positive_basis import Factorisation, factorise
 from tauten.reduction.reduce import Reduction, provenance, reduce_robot
+from tauten.reduction.smoothing import smoothed
 from tauten.reduction.tip import tip_errors
 
 
@@ -110,6 +112,14 @@ def test_more_modes_and_enrichment_come_closer(thumb: Robot, reduction: Reductio
     enriched = tip_errors(thumb, path, poor, tight)
     assert np.nanmax(enriched.error) < 1e-5
     assert enriched.extra_columns.any()
+
+
+def test_smoother_forces_are_easier_to_factor(thumb: Robot, reduction: Reduction) -> None:
+    some = reduction.snapshots.select(np.arange(0, len(reduction.snapshots), 2))
+    same, smooth = (smoothed(thumb, some, regularisation) for regularisation in (1e-6, 1e-2))
+    np.testing.assert_allclose(same.lam, some.lam, atol=1e-6 * some.lam.max())
+    assert np.linalg.norm(smooth.lam) < np.linalg.norm(some.lam)
+    assert factorise(smooth.lam, 4).error < factorise(some.lam, 4).error
 
 
 def test_coverage_names_the_candidates_without_mode(thumb: Robot, reduction: Reduction) -> None:

@@ -3,6 +3,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from tauten.reduction import storage
 from tauten.reduction.storage import DamagedFile
 

@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+
 from tauten.model.arrays import Array
 from tauten.reduction.weighting import snapshot_weights
 
