@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 from rich.console import Console
 from rich.table import Table
+
 from tauten.service.cli_bench import bench
 from tauten.service.cli_reduction import inspect, reduce
 

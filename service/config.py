@@ -13,11 +13,12 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
+from threadpoolctl import threadpool_limits
+
 from tauten.controller.controller import Controller
 from tauten.model import Robot, load_robot
 from tauten.model.load import robot_path
 from tauten.reduction import ContactBasis
-from threadpoolctl import threadpool_limits
 
 _WARM_UP = 12  # control steps; enough for every kernel to be compiled or loaded
 _PACKAGES = (

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import IO
 
 import zenoh
+
 from tauten.model import load_robot
 from tauten.service.figures import draw_run
 from tauten.service.keys import Keys
@@ -99,17 +100,16 @@ def run_demo(settings: DemoSettings, stop: StopFlag, say: Callable[[str], None])
     port = free_ports()
     common = ["--port", str(port)]
     targets, log = folder / TARGETS, folder / LOG
+    say("finding targets that can be reached, kernels are compiled the first time")
+    path_settings = PathSettings(period=settings.period, fraction=settings.fraction)
+    save_path(make_path(settings.path, robot, path_settings), targets)
+    say("starting node and plant")
     with contextlib.ExitStack() as stack:
-        say("starting node and plant")
         serving = [settings.robot, "--record", str(log), *common]
         if settings.basis is not None:
             serving += ["--basis", settings.basis]
         node = stack.enter_context(child("serve", serving, folder))
         plant = stack.enter_context(child("plant", [settings.robot, *common], folder))
-        say("finding targets that can be reached")
-        path_settings = PathSettings(period=settings.period, fraction=settings.fraction)
-        save_path(make_path(settings.path, robot, path_settings), targets)
-        say("waiting for node and plant, kernels are compiled the first time")
         _wait_alive(Keys(robot.name), Network(port), (node, plant), stop)
         streaming = [str(targets), "--robot", settings.robot, "--repeat", *common]
         rate = ["--rate", repr(robot.config.controller.rate)]

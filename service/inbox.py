@@ -12,6 +12,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
+import numpy as np
+
 from tauten.model.arrays import Array
 from tauten.service.health import Tally
 from tauten.service.messages import Fault, Point, Reason, decode_point
@@ -79,7 +81,7 @@ class Inbox:
         Args:
             sources: one an effector.
             frame: the only frame accepted, beside an empty one.
-            rest: (p, 3) effectors at rest [m]: where those stay that never got a target.
+            rest: (p, 3) effectors at rest [m].
             reach: targets farther than this from where the effector rests are refused [m].
             timeout: age of the last target from which on there is no goal [s].
         """
@@ -89,7 +91,7 @@ class Inbox:
         self._rest = rest.copy()  # (p, 3)
         self._reach = reach
         self._timeout = timeout
-        self._positions = rest.copy()  # (p, 3)
+        self._positions = np.full_like(rest, np.nan)  # (p, 3), NaN before the first target
         self._stamp = 0
         self._last = -math.inf
         self._fresh = False
@@ -120,16 +122,17 @@ class Inbox:
             self._last = now
         return accepted
 
-    def goal(self, now: float) -> Goal | None:
-        """The goal at a monotonic time [s]; None when no target is young enough."""
+    def goal(self, now: float, effectors: Array) -> Goal | None:
+        """The goal; None when no target is young enough.
+
+        Args:
+            now: monotonic time [s].
+            effectors: (p, 3) where they are [m]; one that never got a target is asked to stay there.
+        """
         if now - self._last > self._timeout:
             return None
-        return Goal(self._positions.copy(), self._stamp, self._fresh)
-
-    @property
-    def ever(self) -> bool:
-        """Whether a target was ever accepted."""
-        return self.tally.accepted > 0
+        positions = np.where(np.isnan(self._positions), effectors, self._positions)
+        return Goal(positions, self._stamp, self._fresh)
 
     def judge(self, effector: int, payload: bytes, encoding: str) -> Received | Fault:
         """Decode a target and check what does not depend on the others."""

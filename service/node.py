@@ -15,6 +15,7 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 import zenoh
+
 from tauten.service.clock import Beat, Clock
 from tauten.service.config import Setup, collector_at_hand, one_blas_thread, warm_controller
 from tauten.service.describe import description_json
@@ -103,7 +104,7 @@ class Node:
         """One tick."""
         now = time.monotonic()
         self._record_targets(self._inbox, now)
-        goal = self._inbox.goal(now)
+        goal = self._inbox.goal(now, self._loop.controller.effector)
         begin = time.perf_counter()
         action = self._loop.decide(None if goal is None else goal.positions)
         decided = time.perf_counter()

@@ -9,6 +9,7 @@ from typing import Literal
 
 import numpy as np
 from scipy.interpolate import CubicSpline
+
 from tauten.model import Robot, Simulator
 from tauten.model.arrays import Array
 

@@ -9,6 +9,7 @@ from contextlib import ExitStack
 
 import numpy as np
 import zenoh
+
 from tauten.model import Robot, Simulator
 from tauten.model.arrays import Array
 from tauten.model.factorisation import FactorisationError

@@ -9,6 +9,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
+
 from tauten.model.arrays import Array
 from tauten.service.run import Run, Series
 
@@ -193,6 +194,7 @@ def table_rows(report: Report) -> list[tuple[str, str]]:
         ("target to actuation p50 / p99 / max", ms(report.latency_ms)),
         ("tick jitter p50 / p99 / max", ms(report.lateness_ms)),
         ("deadlines missed / ticks", f"{report.missed} / {report.ticks}"),
+        ("targets accepted / refused", _targets(report)),
         ("tracking error of the model, RMS / max", mm(report.model_error)),
         ("tracking error of the plant, RMS / max", mm(report.plant_error)),
         ("plant against model, RMS / max", mm(report.model_plant_error)),
@@ -202,6 +204,11 @@ def table_rows(report: Report) -> list[tuple[str, str]]:
         ("largest tension", ", ".join(f"{value:.2f}" for value in report.peak_tension_n) + " N"),
         ("decisions", ", ".join(f"{k} {v}" for k, v in report.statuses.items()) or "none"),
     ]
+
+
+def _targets(report: Report) -> str:
+    counts = report.health.get("targets", {})
+    return f"{counts.get('accepted', '-')} / {counts.get('refused', '-')}"
 
 
 def _text(value: float | None, form: str) -> str:

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+
 from tauten.model.arrays import Array
 from tauten.model.limits import Limits
 from tauten.service.guard import Guard

@@ -5,10 +5,12 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
+
 from tauten.service.inbox import RING, Inbox
 from tauten.service.messages import CDR, JSON, Point, encode_point, point_json
 
 REST = np.array([[0.0, 0.0, -0.1], [0.0, 0.1, 0.0]])
+HERE = REST + 0.01  # where the effectors are
 
 
 @dataclass(frozen=True)
@@ -42,19 +44,21 @@ def inbox(queues: list[Queue]) -> Inbox:
 
 def test_there_is_no_goal_before_the_first_target(inbox: Inbox) -> None:
     assert inbox.drain(0.0) == []
-    assert inbox.goal(0.0) is None
+    assert inbox.goal(0.0, HERE) is None
 
 
-def test_the_latest_target_wins_and_others_stay_at_rest(inbox: Inbox, queues: list[Queue]) -> None:
+def test_the_latest_target_wins_and_others_stay_where_they_are(
+    inbox: Inbox, queues: list[Queue]
+) -> None:
     queues[0].put((0.01, 0.0, -0.1))
     queues[0].put((0.02, 0.0, -0.1), stamp=6)
     assert len(inbox.drain(1.0)) == 2
-    goal = inbox.goal(1.0)
+    goal = inbox.goal(1.0, HERE)
     assert goal is not None
-    np.testing.assert_array_equal(goal.positions, [[0.02, 0.0, -0.1], REST[1]])
+    np.testing.assert_array_equal(goal.positions, [[0.02, 0.0, -0.1], HERE[1]])
     assert (goal.stamp, goal.fresh) == (6, True)
     inbox.drain(1.1)
-    again = inbox.goal(1.1)
+    again = inbox.goal(1.1, HERE)
     assert again is not None
     assert not again.fresh
 
@@ -62,11 +66,11 @@ def test_the_latest_target_wins_and_others_stay_at_rest(inbox: Inbox, queues: li
 def test_a_target_grows_old(inbox: Inbox, queues: list[Queue]) -> None:
     queues[1].put((0.0, 0.1, 0.01))
     inbox.drain(1.0)
-    assert inbox.goal(1.5) is not None
-    assert inbox.goal(1.51) is None
+    assert inbox.goal(1.5, HERE) is not None
+    assert inbox.goal(1.51, HERE) is None
     queues[1].put((0.0, 0.1, 0.02))
     inbox.drain(2.0)
-    assert inbox.goal(2.0) is not None
+    assert inbox.goal(2.0, HERE) is not None
 
 
 def test_an_empty_frame_is_the_robots(inbox: Inbox, queues: list[Queue]) -> None:
@@ -88,7 +92,7 @@ def test_bad_targets_are_counted_by_reason_and_are_no_goal(
     queues[0].samples.append(Sample(b"\x00\x01\x00\x00rubbish"))
     queues[0].samples.append(Sample(b"{", JSON))
     assert inbox.drain(0.0) == []
-    assert inbox.goal(0.0) is None
+    assert inbox.goal(0.0, HERE) is None
     assert inbox.tally.accepted == 0
     assert inbox.tally.refused == {
         "wrong_frame": 1,
@@ -104,6 +108,6 @@ def test_a_flood_costs_a_bounded_time_a_tick(inbox: Inbox, queues: list[Queue]) 
     for number in range(10 * RING):
         queues[0].put((1e-5 * number, 0.0, -0.1))
     assert len(inbox.drain(0.0)) == RING
-    goal = inbox.goal(0.0)
+    goal = inbox.goal(0.0, HERE)
     assert goal is not None
     assert goal.positions[0, 0] == pytest.approx(1e-5 * (10 * RING - 1))  # the newest survives

@@ -6,6 +6,7 @@ import math
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
+
 from tauten.service.messages import (
     CDR,
     HEALTH,

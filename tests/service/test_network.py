@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 import zenoh
+
 from tauten.service.demo import free_ports
 from tauten.service.inbox import Source
 from tauten.service.network import (

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from tauten.model import Robot
 from tauten.service.demo import save_path
 from tauten.service.paths import SHAPES, PathError, PathSettings, Plane, make_path

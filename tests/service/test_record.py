@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
+
 from tauten.service.logfile import LogError, LogReader
 from tauten.service.messages import (
     FLOAT,

@@ -1,0 +1,43 @@
+"""A small robot as a file, and one node that serves it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from processes import Served, start, wait_alive, write_robot
+
+from tauten.model import Robot, load_robot
+from tauten.service.demo import free_ports
+from tauten.service.keys import Keys
+from tauten.service.network import Network, Role, open_session
+
+
+@pytest.fixture(scope="session")
+def beam_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The small robot's file."""
+    return write_robot(tmp_path_factory.mktemp("beam"))
+
+
+@pytest.fixture(scope="session")
+def beam(beam_file: Path) -> Robot:
+    """The small robot."""
+    return load_robot(beam_file)
+
+
+@pytest.fixture
+def served(beam_file: Path, tmp_path: Path) -> Iterator[Served]:
+    """A node that serves the small robot and records."""
+    port, log = free_ports(), tmp_path / "log.mcap"
+    serving = ("serve", beam_file, "--port", port, "--record", log)
+    process = start(tmp_path / "serve.txt", *serving)
+    session = open_session(Network(port), Role.OTHER, "beam")
+    try:
+        wait_alive(session, Keys("beam").token, process)
+        yield Served(process, session, Keys("beam"), port, log)
+    finally:
+        session.close()  # type: ignore[no-untyped-call]
+        if process.process.poll() is None:
+            process.process.kill()
+        process.process.wait()

@@ -1,0 +1,61 @@
+"""The demo: three processes, and a folder with what they did."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from tauten.service.demo import (
+    FIGURE,
+    LOG,
+    REPORT,
+    TARGETS,
+    DemoError,
+    DemoSettings,
+    child,
+    run_demo,
+)
+from tauten.service.replay import replay
+from tauten.service.stopping import StopFlag
+
+
+@pytest.fixture(scope="module")
+def folder(beam_file: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    out = tmp_path_factory.mktemp("demo") / "out"
+    settings = DemoSettings(str(beam_file), out, seconds=4.0, period=4.0, fraction=0.3)
+    said: list[str] = []
+    report = run_demo(settings, StopFlag(), said.append)
+    assert any("4 s" in text for text in said)
+    assert report.following > 100
+    return out
+
+
+def test_it_leaves_log_report_figure_and_targets(folder: Path) -> None:
+    for name in (LOG, REPORT, FIGURE, TARGETS):
+        assert (folder / name).stat().st_size > 1000
+    report = json.loads((folder / REPORT).read_text())
+    assert report["robot"] == "beam"
+    assert report["complete"]
+    assert report["health"]["targets"]["refused"] == "0"
+    assert set(report["statuses"]) == {"OK"}
+    # targets are where the cables can take the tip, so model and plant get there
+    assert report["model_error"]["rms_mm"] < 0.5
+    assert report["plant_error"]["rms_mm"] < 1.0
+    assert max(report["peak_pull_mm"]) == pytest.approx(0.3 * 20.0, rel=0.1)
+
+
+def test_its_log_replays_exactly(folder: Path) -> None:
+    result = replay(folder / LOG, tolerance=1e-9)
+    assert result.same, result
+    assert result.ticks > 150
+
+
+def test_a_process_that_fails_is_named_with_its_last_words(tmp_path: Path) -> None:
+    with (
+        pytest.raises(DemoError, match=r"tauten plant ended with 2: tauten: no robot 'nobody'"),
+        child("plant", ["nobody"], tmp_path) as process,
+    ):
+        process.process.wait(60.0)
+        process.check()
