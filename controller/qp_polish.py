@@ -32,7 +32,7 @@ def polish(
 ) -> tuple[bool, Array, Array]:
     """Found, y (n,), multipliers (n + m,)."""
     rows = np.concatenate((np.eye(len(f)), A))
-    side = active_sides(rows, lower, upper, y, multipliers, 0.0)
+    side = active_sides(rows, lower, upper, y, multipliers, VIOLATION)
     for _ in range(ROUNDS):
         solved, y, multipliers = solve_equations(H, f, rows, lower, upper, side)
         if not solved:

@@ -10,7 +10,7 @@ explains it with a picture.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -80,45 +80,53 @@ def solve_qpcc(problem: Qpcc, warm: Warm = None, settings: QpccSettings = DEFAUL
     descent.run(piece)
     if found and (descent.best is None or not descent.best.stationary):
         descent.stay(z, piece)
-    violating = rescue(descent, piece, settings) if descent.best is None else None
+    violating = rescue(descent, piece, settings)
     bound = search(problem, descent, units, settings) if settings.search_time > 0.0 else -np.inf
     if descent.best is not None:
-        return finish(problem, descent, units, bound)
+        return finish(problem, descent.best, units, descent, bound)
     if violating is not None:
         return infeasible(problem, units, violating, descent.pivots)
     return nothing(problem, Status.INFEASIBLE, lam_a, ("complementarity",))
 
 
 def rescue(descent: Descent, piece: Bools, settings: QpccSettings) -> Point | None:
-    """Find a feasible point for a descent that has none; else the least violating point."""
-    violating = least_violation(descent.problem, descent.backend, descent.max_pivots, piece)
+    """Find a feasible point for a descent that has none, decide one that got stuck.
+
+    Returns:
+        Where there is no feasible point, the least violating one.
+    """
+    best = descent.best
+    if best is not None and (best.stationary or descent.exhausted):
+        return None
+    violating = None
+    if best is None:
+        violating = least_violation(descent.problem, descent.backend, descent.max_pivots, piece)
     if violating is not None:
         descent.run(violating.piece)
-    if descent.best is None:
-        branch_and_bound(descent, 0.0, Budget(nodes=settings.rescue_nodes, any_point=True))
+    best = descent.best
+    if best is None or not best.stationary:
+        budget = Budget(nodes=settings.rescue_nodes, gap=0.0, any_point=best is None)
+        branch_and_bound(descent, 0.0, budget)
     return violating
 
 
 def search(problem: Qpcc, descent: Descent, units: Units, settings: QpccSettings) -> float:
     """The second phase; the bound it gives on the objective."""
-    wide = Descent(
-        descent.problem, descent.backend, UNLIMITED, best=descent.best, tried=descent.tried
-    )
+    wide = replace(descent, max_pivots=UNLIMITED)
     budget = Budget(seconds=settings.search_time)
     proof = branch_and_bound(wide, problem.constant / units.cost, budget)
     descent.best = wide.best
     return proof.bound * units.cost + problem.constant
 
 
-def finish(problem: Qpcc, descent: Descent, units: Units, bound: float) -> Solution:
+def finish(problem: Qpcc, best: Point, units: Units, descent: Descent, bound: float) -> Solution:
     """The best point of a descent, in the problem's units."""
-    best = descent.best
-    assert best is not None
     if best.stationary:
         status = Status.OK
     else:
         status = Status.MAX_PIVOTS if descent.exhausted else Status.FEASIBLE_ONLY
-    return solution_at(problem, units, best, status, descent.pivots, bound=bound)
+    best_value = best.worth.objective * units.cost + problem.constant
+    return solution_at(problem, units, best, status, descent.pivots, bound=min(bound, best_value))
 
 
 def infeasible(problem: Qpcc, units: Units, violating: Point, pivots: int) -> Solution:

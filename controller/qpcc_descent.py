@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from itertools import combinations
 
 import numpy as np
 
+from tauten.controller.lcp_start import feasible_start
 from tauten.controller.qp import Backend, Qp, QpAnswer, solve_daqp
 from tauten.controller.qp_polish import polished
 from tauten.controller.qpcc_pieces import Reduction, reduce_piece
@@ -19,6 +21,9 @@ from tauten.model.arrays import Array, Bools, Ints
 EXACT = 1e-8  # residuals an optimum may have
 POLISHED = 1e-9  # residuals above which a QP's answer is polished
 NOISE = 1e-11  # of an objective, relative to its terms
+NEARBY = (
+    1e-4  # change of tension that shows the pieces around a point, relative to its largest force
+)
 MOST_DEGENERATE = 6  # pairs at zero of which all combinations are looked at
 
 
@@ -161,33 +166,42 @@ class Descent:
         wrong = np.flatnonzero(gain > ACTIVE)
         wrong = wrong[np.argsort(-gain[wrong], kind="stable")]
         flips: list[Ints] = [wrong, *wrong[:, None]] if len(wrong) > 1 else [wrong]
-        return self.first_better(current, flips)
+        return self.first_better(current, flipped(current.piece, flips))
 
     def settle(self, current: Point) -> Point | None:
-        """Decide a degenerate point: other multipliers first, then every piece that touches it."""
+        """Decide a degenerate point: other multipliers, pieces to all sides, every piece that touches it."""
         alpha, dual = strong_multipliers(self.problem, current.z)
         worth = judge(self.problem, current.z, alpha, dual)
         point = Point(current.piece, current.z, alpha, dual, worth)
         if point.stationary:
             self.keep(point)
             return point
+        better = self.first_better(current, self.pieces_around(current))
         both = self.pairs_at_zero(current)
-        if len(both) > MOST_DEGENERATE:
-            return None
+        if better is not None or self.exhausted or len(both) > MOST_DEGENERATE:
+            return better
         sizes = range(1, len(both) + 1)
         flips: list[Ints] = [np.array(some) for size in sizes for some in combinations(both, size)]
-        better = self.first_better(current, flips)
+        better = self.first_better(current, flipped(current.piece, flips))
         if better is not None or self.exhausted:
             return better
         point = replace(current, settled=True)
         self.keep(point)
         return point if point.stationary else None
 
-    def first_better(self, current: Point, flips: list[Ints]) -> Point | None:
-        """The first of the pieces with pairs flipped that is better or stationary."""
-        for flip in flips:
-            piece = current.piece.copy()
-            piece[flip] = ~piece[flip]
+    def pieces_around(self, point: Point) -> Iterator[Bools]:
+        """Pieces of the contact forces when one tension changes a little."""
+        n_a = len(self.problem.lb)
+        step = NEARBY * max(np.abs(point.z).max(initial=0.0), NEARBY)
+        for move in step * np.vstack([np.eye(n_a), -np.eye(n_a)]):
+            a = np.clip(point.z[:n_a] + move, self.problem.lb, self.problem.ub)
+            found, piece, _ = feasible_start(self.problem, a, point.piece)
+            if found:
+                yield piece
+
+    def first_better(self, current: Point, pieces: Iterable[Bools]) -> Point | None:
+        """The first of some pieces whose optimum is better, or as good and stationary."""
+        for piece in pieces:
             point = self.visit(piece)
             if point is not None and point.beats(current):
                 return point
@@ -199,3 +213,11 @@ class Descent:
         beta, w = pair_values(self.problem, point.z, values, sizes)
         pairs: Ints = np.flatnonzero((beta <= ACTIVE) & (w <= ACTIVE))
         return pairs
+
+
+def flipped(piece: Bools, flips: Iterable[Ints]) -> Iterator[Bools]:
+    """The piece with some pairs flipped, for each choice of pairs."""
+    for flip in flips:
+        other = piece.copy()
+        other[flip] = ~other[flip]
+        yield other

@@ -9,7 +9,7 @@ descent of the first phase runs.
 from __future__ import annotations
 
 import heapq
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from time import perf_counter
 
 import numpy as np
@@ -23,6 +23,7 @@ from tauten.model.arrays import Array
 CROSSED = 1e-10  # a pair whose smaller side is below this needs no branching
 REACHED = 1e-7  # relative, how far a piece's optimum may lie above its relaxation
 Choice = NDArray[np.int8]  # (k,) 1 pushes, -1 open, 0 undecided
+Node = tuple[float, int, Choice]  # bound, a number that breaks ties, choice
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +48,8 @@ class Proof:
     """What a search has shown.
 
     Attributes:
-        bound: no point has a lower scaled objective, constant excluded; +inf: there is no point.
+        bound: no point but the best one has a lower scaled objective, constant excluded; +inf: there
+            is no other.
         nodes: relaxations solved.
     """
 
@@ -59,26 +61,32 @@ def branch_and_bound(descent: Descent, offset: float, budget: Budget) -> Proof:
     """Improve `descent.best` until it is shown to be the global optimum or the budget is spent.
 
     Args:
-        descent: where points are kept; its pivot limit is not this search's.
+        descent: where points are kept.
         offset: the problem's constant in scaled units, to which the gap is relative.
         budget: when to stop.
     """
-    tree = Tree(descent.problem)
-    end = perf_counter() + budget.seconds
-    root: Choice = np.zeros(tree.k, dtype=np.int8)
-    heap: list[tuple[float, int, Choice]] = [(-np.inf, 0, root)]
-    nodes, lost = 0, np.inf  # lost: lowest value of a node whose piece could not be solved
+    proof = explore(Tree(descent.problem), descent, offset, budget)
+    best = descent.best
+    if best is not None and proof.bound >= close_enough(best, offset, budget.gap):
+        descent.best = replace(best, settled=True)
+    return proof
+
+
+def explore(tree: Tree, descent: Descent, offset: float, budget: Budget) -> Proof:
+    """Best bound first, until nothing below the best point is left or the budget is spent."""
     if not tree.usable:
-        return Proof(-np.inf, nodes)
+        return Proof(-np.inf, 0)
+    end = perf_counter() + budget.seconds
+    heap: list[Node] = [(-np.inf, 0, np.zeros(tree.k, dtype=np.int8))]
+    nodes, lost = 0, np.inf  # lost: lowest value of a node whose piece could not be solved
     while heap:
         bound, _, choice = heap[0]
         best = descent.best
-        if best is not None and (
-            budget.any_point or bound >= close_enough(best, offset, budget.gap)
-        ):
-            return Proof(min(bound, best.worth.objective), nodes)
+        enough = np.inf if best is None else close_enough(best, offset, budget.gap)
+        if bound >= enough or (best is not None and budget.any_point):
+            return Proof(min(bound, lost), nodes)
         if nodes >= budget.nodes or perf_counter() > end:
-            return Proof(bound, nodes)
+            return Proof(min(bound, lost), nodes)
         heapq.heappop(heap)
         nodes += 1
         value, z = tree.relax(choice)
@@ -94,8 +102,7 @@ def branch_and_bound(descent: Descent, offset: float, budget: Budget) -> Proof:
                 child = choice.copy()
                 child[undecided] = side
                 heapq.heappush(heap, (max(value, bound), 4 * nodes + side, child))
-    best = descent.best
-    return Proof(min(lost, np.inf if best is None else best.worth.objective), nodes)
+    return Proof(lost, nodes)
 
 
 def close_enough(best: Point, offset: float, gap: float) -> float:
