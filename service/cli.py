@@ -116,6 +116,7 @@ def stream(
         float, typer.Option(min=0.0, max=1.0, help="Of the largest pull, for reach.")
     ] = 0.8,
     repeat: Annotated[bool, typer.Option(help="Start a CSV again at its end.")] = False,
+    await_plant: Annotated[bool, typer.Option(help="Wait for a plant, too.")] = False,
     json: Annotated[bool, typer.Option(help="Send JSON rather than CDR.")] = False,
     port: Port = None,
     zenoh_config: ZenohConfig = None,
@@ -134,7 +135,7 @@ def stream(
     number = 0 if effector is None else names.index(effector)
     with stop_on_signals() as stop:
         settings = PathSettings(number, rate, size, period, plane, fraction, repeat)
-        sending = StreamSettings(rate, duration, json, number)
+        sending = StreamSettings(rate, duration, json, number, await_plant)
         made = make_path(path, loaded, settings)
         run(loaded, made, sending, _network(port, zenoh_config), stop)
 

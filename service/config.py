@@ -111,6 +111,8 @@ def warm_controller(setup: Setup) -> Controller:
     away = controller.effector + 0.1 * setup.robot.mesh.size / np.sqrt(3.0)
     for _ in range(_WARM_UP):
         controller.step(away)
+    controller.hold()
+    controller.advance()
     controller.reset()
     controller.prepare()
     return controller

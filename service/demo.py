@@ -15,12 +15,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO
 
-import zenoh
-
-from tauten.model import load_robot
+from tauten.service.config import load_setup
 from tauten.service.figures import draw_run
 from tauten.service.keys import Keys
-from tauten.service.network import Network, Role, open_session
+from tauten.service.network import Network, Role, is_alive, open_session
 from tauten.service.paths import PathSettings, TargetPath, make_path
 from tauten.service.report import Report, make_report
 from tauten.service.run import read_run
@@ -77,7 +75,7 @@ class Child:
         code = self.process.poll()
         if code not in (None, 0):
             lines = self.output.read_text(encoding="utf-8", errors="replace").strip().splitlines()
-            last = lines[-1] if lines else "no output"
+            last = lines[-1].removeprefix("tauten: ") if lines else "no output"
             raise DemoError(f"tauten {self.name} ended with {code}: {last} (see {self.output})")
 
 
@@ -91,10 +89,10 @@ def run_demo(settings: DemoSettings, stop: StopFlag, say: Callable[[str], None])
 
     Raises:
         DemoError: a process failed.
-        RobotFileError, MeshError, PathError: the robot or the path cannot be used.
+        RobotFileError, MeshError, BasisError, PathError: what cannot be used, and why.
         LogError: nothing was recorded.
     """
-    robot = load_robot(settings.robot)
+    robot = load_setup(settings.robot, basis=settings.basis).robot
     folder = settings.folder
     folder.mkdir(parents=True, exist_ok=True)
     port = free_ports()
@@ -103,28 +101,32 @@ def run_demo(settings: DemoSettings, stop: StopFlag, say: Callable[[str], None])
     say("finding targets that can be reached, kernels are compiled the first time")
     path_settings = PathSettings(period=settings.period, fraction=settings.fraction)
     save_path(make_path(settings.path, robot, path_settings), targets)
-    say("starting node and plant")
+    say("starting node, plant and stream")
     with contextlib.ExitStack() as stack:
         serving = [settings.robot, "--record", str(log), *common]
         if settings.basis is not None:
             serving += ["--basis", settings.basis]
+        sending = [str(targets), "--robot", settings.robot, "--repeat", "--await-plant", *common]
+        sending += ["--rate", repr(robot.config.controller.rate)]
+        sending += ["--duration", repr(settings.seconds)]
         node = stack.enter_context(child("serve", serving, folder))
         plant = stack.enter_context(child("plant", [settings.robot, *common], folder))
-        _wait_alive(Keys(robot.name), Network(port), (node, plant), stop)
-        streaming = [str(targets), "--robot", settings.robot, "--repeat", *common]
-        rate = ["--rate", repr(robot.config.controller.rate)]
-        duration = ["--duration", repr(settings.seconds)]
+        sender = stack.enter_context(child("stream", sending, folder))
+        _wait_alive(Keys(robot.name), Network(port), (node, plant, sender), stop)
         say(f"following targets for {settings.seconds:g} s")
-        sender = stack.enter_context(child("stream", [*streaming, *rate, *duration], folder))
         _wait_end(sender, (node, plant), stop)
         say("releasing the cables")
         _end(node)
         _end(plant)
     say("reading the log")
-    run = read_run(log)
+    return _report(folder, robot.cable_names)
+
+
+def _report(folder: Path, cables: tuple[str, ...]) -> Report:
+    run = read_run(folder / LOG)
     report = make_report(run)
     report.save(folder / REPORT)
-    draw_run(run, robot.cable_names, folder / FIGURE)
+    draw_run(run, cables, folder / FIGURE)
     return report
 
 
@@ -202,11 +204,6 @@ def _wait_alive(keys: Keys, network: Network, children: tuple[Child, ...], stop:
             time.sleep(0.1)
     finally:
         session.close()  # type: ignore[no-untyped-call]
-
-
-def is_alive(session: zenoh.Session, token: str) -> bool:
-    """Whether a liveliness token is declared."""
-    return any(reply.ok is not None for reply in session.liveliness().get(token, timeout=1.0))
 
 
 def _wait_end(sender: Child, others: tuple[Child, ...], stop: StopFlag) -> None:

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+
 from tauten.model.arrays import Array
 from tauten.service.report import distance_to_goal
 from tauten.service.run import Run
@@ -14,6 +15,7 @@ from tauten.service.run import Run
 _TARGET, _MODEL, _PLANT, _LIMIT = "#222222", "#0072b2", "#d55e00", "#999999"
 _CABLES = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
 _MM = 1e3
+_LEAD = 0.5  # s shown before the first goal
 
 
 def draw_run(run: Run, cables: tuple[str, ...], path: Path) -> None:
@@ -27,7 +29,8 @@ def draw_run(run: Run, cables: tuple[str, ...], path: Path) -> None:
     draw_error(run, axes[2])
     draw_step_time(run, axes[3])
     axes[-1].set_xlabel("time [s]")
-    axes[-1].set_xlim(0.0, max(float(run.time[-1]), 1e-3))
+    active = run.time[run.active]
+    axes[-1].set_xlim(active[0] - _LEAD, max(float(run.time[-1]), active[0] + _LEAD))
     for axis in axes:
         axis.grid(alpha=0.3)
     time_box.align_ylabels(axes)

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from enum import IntEnum
 
 import numpy as np
+
 from tauten.model.arrays import Array
 from tauten.service.messages import HEALTH, Fault, from_cdr, header, new, to_cdr
 

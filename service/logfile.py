@@ -10,6 +10,7 @@ from pathlib import Path
 from mcap.exceptions import McapError
 from mcap.records import Channel, Footer, McapRecord, Message, Metadata
 from mcap.stream_reader import StreamReader
+
 from tauten.service.record import METADATA
 
 

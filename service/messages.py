@@ -109,6 +109,8 @@ def typestore() -> Typestore:
     store = get_typestore(Stores.ROS2_HUMBLE)
     store.max_sequence_length = MAX_PAYLOAD
     store.register(get_types_from_msg(TICK_DEFINITION, TICK))
+    for kind in (POINT, JOINTS, HEALTH, FLOAT, TICK):
+        store.get_msgdef(kind)  # its code is generated now rather than in somebody's loop
     return store
 
 

@@ -110,3 +110,8 @@ def read_config(path: Path) -> zenoh.Config:
         return zenoh.Config.from_file(path)
     except zenoh.ZError as error:
         raise NetworkError(f"{path}: no Zenoh configuration: {error}") from error
+
+
+def is_alive(session: zenoh.Session, token: str) -> bool:
+    """Whether a liveliness token is declared."""
+    return any(reply.ok is not None for reply in session.liveliness().get(token, timeout=1.0))

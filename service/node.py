@@ -33,6 +33,7 @@ from tauten.service.messages import (
     Point,
     encode_joints,
     encode_point,
+    typestore,
 )
 from tauten.service.network import Network, NetworkError, Role, open_session
 from tauten.service.outlet import Outlet
@@ -220,6 +221,7 @@ def serve(setup: Setup, network: Network, log_path: Path | None, stop: StopFlag)
     with ExitStack() as stack:
         stack.enter_context(one_blas_thread())
         loop = ControlLoop(warm_controller(setup))
+        typestore()
         session = open_session(network, Role.NODE, setup.robot.name)
         stack.callback(session.close)
         refuse_second_node(session, keys)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import zenoh
+
 from tauten.service.messages import CDR
 
 

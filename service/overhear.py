@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 
 import zenoh
+
 from tauten.model import Robot
 from tauten.service.keys import Keys
 from tauten.service.messages import (

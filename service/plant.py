@@ -29,6 +29,7 @@ from tauten.service.messages import (
     encode_float,
     encode_joints,
     encode_point,
+    typestore,
 )
 from tauten.service.network import Network, Role, open_session
 from tauten.service.outlet import Outlet
@@ -153,6 +154,7 @@ def simulate(robot: Robot, network: Network, stop: StopFlag) -> None:
     with ExitStack() as stack:
         stack.enter_context(one_blas_thread())
         simulator = warm_simulator(robot)
+        typestore()
         session = open_session(network, Role.PLANT, robot.name)
         stack.callback(session.close)
         plant = Plant(robot, simulator, session)

@@ -14,6 +14,7 @@ from io import BufferedWriter
 from pathlib import Path
 
 from mcap.writer import CompressionType, Writer
+
 from tauten.service.messages import definition
 
 log = logging.getLogger(__name__)

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+
 from tauten.model.arrays import Array
 from tauten.service.config import Setup, load_setup, one_blas_thread, warm_controller
 from tauten.service.keys import Keys

@@ -33,12 +33,12 @@ class TrackingError:
 
 @dataclass(frozen=True, slots=True)
 class Report:
-    """What a run was.
+    """What a run was, from the first to the last tick that followed a goal.
 
     Attributes:
         robot: name.
-        duration_s: first to last tick.
-        ticks: number.
+        duration_s: seconds between these.
+        ticks: their number.
         following: ticks that followed a goal.
         rate_hz: ticks a second that were asked for.
         achieved_hz: ticks a second that were.
@@ -55,7 +55,7 @@ class Report:
         plant_penetration_mm: deepest in the plant; None without plant.
         peak_pull_mm: one a cable.
         peak_tension_n: one a cable.
-        modes: ticks by mode.
+        modes: ticks by mode, of the whole run.
         statuses: decisions by status.
         clamped: ticks at which the guard changed the actuation.
         extra_columns: most contacts that joined the basis at a tick.
@@ -100,16 +100,16 @@ class Report:
 
 def make_report(run: Run) -> Report:
     """Numbers of a run."""
-    ticks, following = run.ticks, run.following
+    ticks, time = run.ticks[run.active], run.time[run.active]
     decided = [tick for tick in ticks if tick.status]
-    duration = float(run.time[-1])
+    duration = float(time[-1] - time[0])
     gaps = np.array([tick.deepest_gap for tick in decided])
     gap = run.plant_gap.value
     return Report(
         robot=run.metadata["robot"],
         duration_s=duration,
         ticks=len(ticks),
-        following=int(following.sum()),
+        following=int(run.following.sum()),
         rate_hz=float(run.metadata["rate"]),
         achieved_hz=(len(ticks) - 1) / duration if duration > 0.0 else 0.0,
         step_ms=spread([1e3 * tick.step for tick in decided]),
@@ -125,7 +125,7 @@ def make_report(run: Run) -> Report:
         plant_penetration_mm=1e3 * max(-float(gap.min()), 0.0) if gap.size else None,
         peak_pull_mm=(1e3 * run.pull.value.max(axis=0)).tolist(),
         peak_tension_n=run.tension.value.max(axis=0).tolist(),
-        modes=dict(Counter(tick.mode.value for tick in ticks)),
+        modes=dict(Counter(tick.mode.value for tick in run.ticks)),
         statuses=dict(Counter(tick.status for tick in decided)),
         clamped=sum(tick.clamped for tick in ticks),
         extra_columns=max((tick.extra_columns for tick in ticks), default=0),

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+
 from tauten.model.arrays import Array
 from tauten.service.health import Diagnostic, decode_health
 from tauten.service.keys import Keys
@@ -65,6 +66,12 @@ class Run:
     def following(self) -> Array:
         """(m,) bool: ticks that followed a goal."""
         return np.array([tick.mode is Mode.RUN for tick in self.ticks])
+
+    @property
+    def active(self) -> slice:
+        """Ticks from the first to the last that followed a goal; all where none did."""
+        found = np.flatnonzero(self.following)
+        return slice(int(found[0]), int(found[-1]) + 1) if len(found) else slice(None)
 
 
 def read_run(path: Path) -> Run:

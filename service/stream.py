@@ -7,11 +7,12 @@ import time
 from dataclasses import dataclass
 
 import zenoh
+
 from tauten.model import Robot
 from tauten.service.clock import Clock
 from tauten.service.keys import Keys
 from tauten.service.messages import CDR, JSON, POINT, Point, encode_point, point_json
-from tauten.service.network import Network, Role, open_session
+from tauten.service.network import Network, Role, is_alive, open_session
 from tauten.service.paths import TargetPath
 from tauten.service.stopping import StopFlag
 
@@ -29,12 +30,14 @@ class StreamSettings:
         duration: seconds; None: until the path ends, or until asked to stop.
         json: as JSON rather than CDR.
         effector: number of the effector they are for.
+        await_plant: whether to wait for a plant, too.
     """
 
     rate: float
     duration: float | None
     json: bool
     effector: int
+    await_plant: bool
 
 
 def stream(
@@ -49,7 +52,8 @@ def stream(
     key = keys.targets(robot.effector_names)[settings.effector]
     session = open_session(network, Role.OTHER, robot.name)
     try:
-        if not wait_for_node(session, keys, stop):
+        tokens = [keys.token, *([keys.plant_token] if settings.await_plant else [])]
+        if not all(wait_for(session, token, stop) for token in tokens):
             return 0
         encoding = f"{JSON if settings.json else CDR};{POINT}"
         publisher = session.declare_publisher(key, encoding=encoding, express=True)
@@ -79,14 +83,14 @@ def _send(
     return count
 
 
-def wait_for_node(session: zenoh.Session, keys: Keys, stop: StopFlag) -> bool:
-    """Wait until the robot's node is alive; False when asked to stop before."""
+def wait_for(session: zenoh.Session, token: str, stop: StopFlag) -> bool:
+    """Wait until a liveliness token is there; False when asked to stop before."""
     waiting = False
     while not stop.requested:
-        if any(reply.ok is not None for reply in session.liveliness().get(keys.token, timeout=1.0)):
+        if is_alive(session, token):
             return True
         if not waiting:
-            log.info("waiting for `tauten serve %s`", keys.robot)
+            log.info("waiting for %s", token)
         waiting = True
         time.sleep(_ASK_AGAIN)
     return False

@@ -14,7 +14,7 @@ import numpy as np
 import zenoh
 from bodies import box_mesh
 
-from tauten.service.demo import is_alive
+from tauten.service.network import is_alive
 from tauten.service.keys import Keys
 
 ROBOT = """\

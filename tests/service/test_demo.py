@@ -54,7 +54,7 @@ def test_its_log_replays_exactly(folder: Path) -> None:
 
 def test_a_process_that_fails_is_named_with_its_last_words(tmp_path: Path) -> None:
     with (
-        pytest.raises(DemoError, match=r"tauten plant ended with 2: tauten: no robot 'nobody'"),
+        pytest.raises(DemoError, match=r"tauten plant ended with 2: no robot 'nobody'"),
         child("plant", ["nobody"], tmp_path) as process,
     ):
         process.process.wait(60.0)
