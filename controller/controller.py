@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
+
 from tauten.controller.qpcc import QpccSettings
 from tauten.controller.solution import Certificate, Status
 from tauten.controller.step import (

@@ -14,6 +14,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
+
 from tauten.controller.compliance import Response
 from tauten.controller.inverse import inverse_problem
 from tauten.controller.qpcc import QpccSettings, Start, solve_qpcc

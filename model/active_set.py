@@ -16,6 +16,7 @@ Inside, rows are scaled by s_i = 1/√w_ii, which makes the diagonal 1 + ρ.
 from __future__ import annotations
 
 import numpy as np
+
 from tauten.model.arrays import Array, Bools, Ints
 from tauten.model.cholesky import append_row, back_substitute, delete_row, forward_substitute
 from tauten.model.jit import kernel

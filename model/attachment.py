@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+
 from tauten.model.arrays import Array, Ints
 from tauten.model.mesh import TetMesh
 

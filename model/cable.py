@@ -12,6 +12,7 @@ from itertools import pairwise
 
 import numpy as np
 import scipy.sparse as sp
+
 from tauten.model.arrays import Array, Ints
 from tauten.model.attachment import Points
 from tauten.model.jit import kernel

@@ -7,6 +7,7 @@ away one row costs f² operations instead of f³.
 from __future__ import annotations
 
 import numpy as np
+
 from tauten.model.arrays import Array
 from tauten.model.jit import kernel
 

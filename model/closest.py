@@ -7,6 +7,7 @@ A triangle's features are numbered: 0 its interior, 1 + k the edge from corner k
 from __future__ import annotations
 
 import numpy as np
+
 from tauten.model.arrays import Array, Ints
 from tauten.model.jit import kernel
 from tauten.model.vector import Vector3, add, cross, dot, row, scale, subtract, unit

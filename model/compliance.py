@@ -8,6 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+
 from tauten.model.arrays import Array
 from tauten.model.system import System
 

@@ -34,6 +34,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
+
 from tauten.model.arrays import Array, Ints
 from tauten.model.jit import kernel
 from tauten.model.narrow_phase import gap_and_normal, no_feet, search

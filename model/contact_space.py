@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
+
 from tauten.model.arrays import Array, Ints
 from tauten.model.rows import ContactRows
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import scipy.sparse as sp
+
 from tauten.model.arrays import Array, Ints
 from tauten.model.attachment import Points
 from tauten.model.rows import Rows

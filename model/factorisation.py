@@ -16,6 +16,7 @@ from typing import Any, Protocol
 import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.linalg import splu
+
 from tauten.model.arrays import Array, Ints
 
 log = logging.getLogger(__name__)

@@ -19,6 +19,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+
 from tauten.model.active_set import pushing_forces
 from tauten.model.arrays import Array
 from tauten.model.jit import kernel

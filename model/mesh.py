@@ -9,6 +9,7 @@ import meshio
 import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
+
 from tauten.model.arrays import Array, Ints
 
 UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}

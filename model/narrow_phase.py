@@ -8,6 +8,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+
 from tauten.model.arrays import Array, Ints
 from tauten.model.broad_phase import Grid, cell_of, make_grid, triangle_box
 from tauten.model.closest import (

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
+
 from tauten.model.arrays import Array, Ints
 from tauten.model.attachment import Points
 from tauten.model.cable import CableSet, add_cable_stiffness

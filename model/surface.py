@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from scipy.spatial import cKDTree
+
 from tauten.model.arrays import Array, Ints
 from tauten.model.jit import kernel
 

@@ -16,6 +16,7 @@ Efficient Elasticity for Character Skinning with Contact and Collisions, 2011.)
 from __future__ import annotations
 
 import numpy as np
+
 from tauten.model.arrays import Array, Ints
 from tauten.model.jit import kernel
 from tauten.model.mesh import TetMesh

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
 import json
-import os
 from collections import Counter
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -11,7 +11,10 @@ from pathlib import Path
 import numpy as np
 
 from tauten.model.arrays import Array
+from tauten.service.files import write_text
+from tauten.service.machine import Machine, machine
 from tauten.service.run import Run, Series
+from tauten.service.tick import Tick
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,6 +47,7 @@ class Report:
         achieved_hz: ticks a second that were.
         step_ms: decide, advance and prepare together.
         decide_ms: the decision alone.
+        overhead_ms: everything else that a tick does.
         lateness_ms: how late ticks began.
         latency_ms: from a target's header to the actuation that answers it.
         missed: deadlines missed.
@@ -62,7 +66,7 @@ class Report:
         health: last health of the node.
         complete: whether the log was finished.
         metadata: what the node wrote about the run, its robot file left out.
-        cpus: number of processors.
+        machine: that the report was made on, with its load.
     """
 
     robot: str
@@ -73,6 +77,7 @@ class Report:
     achieved_hz: float
     step_ms: Spread
     decide_ms: Spread
+    overhead_ms: Spread
     lateness_ms: Spread
     latency_ms: Spread
     missed: int
@@ -91,11 +96,11 @@ class Report:
     health: dict[str, dict[str, str]]
     complete: bool
     metadata: dict[str, str]
-    cpus: int | None
+    machine: Machine
 
     def save(self, path: Path) -> None:
         """Write as JSON."""
-        path.write_text(json.dumps(asdict(self), indent=2) + "\n", encoding="utf-8")
+        write_text(path, json.dumps(asdict(self), indent=2) + "\n")
 
 
 def make_report(run: Run) -> Report:
@@ -114,6 +119,7 @@ def make_report(run: Run) -> Report:
         achieved_hz=(len(ticks) - 1) / duration if duration > 0.0 else 0.0,
         step_ms=spread([1e3 * tick.step for tick in decided]),
         decide_ms=spread([1e3 * tick.decide for tick in decided]),
+        overhead_ms=spread(overheads(ticks, 1.0 / float(run.metadata["rate"]))),
         lateness_ms=spread([1e3 * tick.lateness for tick in ticks]),
         latency_ms=spread([1e3 * tick.latency for tick in ticks]),
         missed=sum(tick.slack < 0.0 for tick in ticks),
@@ -132,8 +138,19 @@ def make_report(run: Run) -> Report:
         health={name: {"message": h.message, **h.values} for name, h in run.health.items()},
         complete=run.complete,
         metadata={k: v for k, v in run.metadata.items() if k != "robot_file"},
-        cpus=os.cpu_count(),
+        machine=machine(),
     )
+
+
+def overheads(ticks: tuple[Tick, ...], period: float) -> list[float]:
+    """Work of each tick beside the control step [ms], from when it began and what it left over.
+
+    Args:
+        ticks: one after another.
+        period: seconds.
+    """
+    pairs = itertools.pairwise(ticks)
+    return [1e3 * (period - tick.lateness - after.slack - tick.step) for tick, after in pairs]
 
 
 def spread(values: list[float]) -> Spread:
@@ -191,6 +208,7 @@ def table_rows(report: Report) -> list[tuple[str, str]]:
         ("rate, asked / achieved", f"{report.rate_hz:.1f} / {report.achieved_hz:.2f} Hz"),
         ("step p50 / p99 / max", ms(report.step_ms)),
         ("decide p50 / p99 / max", ms(report.decide_ms)),
+        ("node overhead p50 / p99 / max", ms(report.overhead_ms)),
         ("target to actuation p50 / p99 / max", ms(report.latency_ms)),
         ("tick jitter p50 / p99 / max", ms(report.lateness_ms)),
         ("deadlines missed / ticks", f"{report.missed} / {report.ticks}"),

@@ -14,8 +14,8 @@ import numpy as np
 import zenoh
 from bodies import box_mesh
 
-from tauten.service.network import is_alive
 from tauten.service.keys import Keys
+from tauten.service.network import is_alive
 
 ROBOT = """\
 name = "beam"

@@ -16,6 +16,7 @@ from pathlib import Path
 
 import meshio
 import numpy as np
+
 from tauten.model.arrays import Array, Ints
 from tauten.model.mesh import oriented
 

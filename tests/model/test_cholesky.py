@@ -3,6 +3,7 @@
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
+
 from tauten.model.cholesky import append_row, back_substitute, delete_row, forward_substitute
 
 SIZE = 12

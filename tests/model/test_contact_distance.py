@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+
 from tauten.model.arrays import Array, Ints
 from tauten.model.contact import ContactPair, ContactSet, contact_rows
 from tauten.model.surface import boundary_triangles

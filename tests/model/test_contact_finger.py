@@ -4,6 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+
 from tauten.model.contact import ContactPair, ContactSet, contact_rows
 from tauten.model.lcp import solve_lcp, solve_pgs
 from tauten.model.robot import Robot

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+
 from tauten.model.arrays import Array, Ints
 from tauten.model.contact import ContactPair, ContactSet, contact_rows
 

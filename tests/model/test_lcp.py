@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import nnls
+
 from tauten.model.arrays import Array
 from tauten.model.lcp import complementarity, solve_lcp, solve_pgs
 

@@ -7,8 +7,8 @@ from pathlib import Path
 import meshio
 import numpy as np
 import pytest
-
 from bodies import box_mesh
+
 from tauten.model.attachment import attach
 from tauten.model.mesh import MeshError, read_mesh
 

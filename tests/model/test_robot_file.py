@@ -8,8 +8,8 @@ from pathlib import Path
 import meshio
 import numpy as np
 import pytest
-
 from bodies import beam_config, box_mesh
+
 from tauten.model.config import RobotConfig, RobotFileError
 from tauten.model.load import build_robot, load_robot
 
@@ -98,8 +98,14 @@ CHANGES = {
     r"beam.toml: fixed: needs three nodes not on a line": ("[0.0, 0.02, 0.02]", "[0.0, 0.02, 0.0]"),
     r"beam.toml: fixed: holds every node": ("upper = [0.0, 0.02, 0.02]", "upper = [1, 1, 1]"),
     r"beam.toml: fixed.0: lower .* must not exceed upper": ("upper = [0.0, 0", "upper = [-1.0, 0"),
-    r"beam.toml: surfaces.top: no boundary triangle has its centre in": ("0.05, 0.0, 0.019", "0.05, 0.0, 0.0209"),
-    r"beam.toml: contacts.0: surface 'side' is not defined, known are bottom, top": ('"bottom"\npoints', '"side"\npoints'),
+    r"beam.toml: surfaces.top: no boundary triangle has its centre in": (
+        "0.05, 0.0, 0.019",
+        "0.05, 0.0, 0.0209",
+    ),
+    r"beam.toml: contacts.0: surface 'side' is not defined, known are bottom, top": (
+        '"bottom"\npoints',
+        '"side"\npoints',
+    ),
     r"beam.toml: surfaces: name 'top' is used twice": ('name = "bottom"', 'name = "top"'),
     r"beam.vtu: the mesh is 100 m long, .* check length_unit": ('length_unit = "mm"', ""),
     r"missing.vtu: no such mesh file": ("beam.vtu", "missing.vtu"),
@@ -126,7 +132,9 @@ def test_digest_follows_contact_physics_and_nothing_else() -> None:
     mesh = box_mesh(SIZE, (4, 2, 2))
 
     def digest(**changes: object) -> str:
-        return build_robot(RobotConfig.model_validate(beam_config(SIZE, **changes)), mesh, "b").digest
+        return build_robot(
+            RobotConfig.model_validate(beam_config(SIZE, **changes)), mesh, "b"
+        ).digest
 
     stiffer = {"young_modulus": 2e6, "poisson_ratio": 0.3, "density": 1000.0}
     assert digest() == digest(gravity=[0.0, 0.0, -1.0], controller={"rate": 200.0})

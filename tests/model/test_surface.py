@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial import cKDTree
+
 from tauten.model.arrays import Array, Ints
 from tauten.model.robot import Robot
 from tauten.model.surface import boundary_triangles, spread_points, triangle_areas
