@@ -105,7 +105,7 @@ class ContactRange(Section):
     """Distances of contact handling [m]."""
 
     alarm_distance: Positive = 2e-3
-    tolerance: Positive = 1e-4
+    tolerance: Positive = 5e-5
 
 
 class IntegrationSettings(Section):
@@ -134,12 +134,21 @@ class ServiceSettings(Section):
     release_time: Positive = 1.0
 
 
-class RobotConfig(Section):
-    """A robot file."""
+class RobotSettings(Section):
+    """What every robot file says, whatever the robot is made of."""
 
     name: Name
     frame: Name = "base"
     gravity: Vector = (0.0, 0.0, -9.81)
+    contact: ContactRange = ContactRange()
+    integration: IntegrationSettings = IntegrationSettings()
+    controller: ControllerSettings = ControllerSettings()
+    service: ServiceSettings = ServiceSettings()
+
+
+class RobotConfig(RobotSettings):
+    """The file of a robot made of tetrahedra."""
+
     mesh: MeshSettings
     material: MaterialSettings
     fixed: Annotated[list[Box], Field(min_length=1)]
@@ -147,10 +156,6 @@ class RobotConfig(Section):
     effectors: Annotated[list[EffectorSettings], Field(min_length=1)]
     surfaces: list[SurfaceSettings] = []
     contacts: list[ContactSettings] = []
-    contact: ContactRange = ContactRange()
-    integration: IntegrationSettings = IntegrationSettings()
-    controller: ControllerSettings = ControllerSettings()
-    service: ServiceSettings = ServiceSettings()
 
     @model_validator(mode="after")
     def _names(self) -> RobotConfig:

@@ -42,7 +42,7 @@ class FingerShape:
     width: float = 0.015
     height: float = 0.015
     ligament: float = 0.005
-    opening: float = 0.002
+    opening: float = 0.003
     blocks: int = 6
     along: int = 4
     across: int = 4
