@@ -3,7 +3,8 @@
 from tauten.model.config import RobotFileError
 from tauten.model.load import load_robot
 from tauten.model.mesh import MeshError
-from tauten.model.robot import Robot
+from tauten.model.robot import Robot, State
 from tauten.model.simulator import Simulator
+from tauten.model.tet_robot import TetRobot
 
-__all__ = ["MeshError", "Robot", "RobotFileError", "Simulator", "load_robot"]
+__all__ = ["MeshError", "Robot", "RobotFileError", "Simulator", "State", "TetRobot", "load_robot"]

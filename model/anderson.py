@@ -1,4 +1,4 @@
-"""Anderson acceleration of a fixed-point iteration q ← g(q)."""
+"""Anderson acceleration of a fixed-point iteration q ← q ⊕ f(q)."""
 
 from __future__ import annotations
 
@@ -18,21 +18,25 @@ class Anderson:
     def __init__(self, depth: int) -> None:
         """Keep at most `depth` differences of iterates."""
         self._depth = depth
-        self._steps: list[Array] = []  # f = g(q) − q
-        self._images: list[Array] = []  # g(q)
+        self._steps: list[Array] = []  # f(q)
+        self._moves: list[Array] = []  # by which the iterates moved
 
-    def next(self, q: Array, image: Array) -> Array:
-        """The next iterate after g(q) = image, both (n,)."""
-        step = image - q
+    def next(self, step: Array) -> Array:
+        """The move (n,) to make where the plain iteration would make `step` (n,).
+
+        Only increments enter, so configurations need not be a vector space; where they are not, a
+        move counts as if made from the next iterate, which small steps allow.
+        """
         if self._steps and np.abs(step).max() > 2.0 * np.abs(self._steps[-1]).max():
             self._steps.clear()  # what touches has changed: the past says nothing any more
-            self._images.clear()
+            self._moves.clear()
         self._steps = [*self._steps[-self._depth :], step]
-        self._images = [*self._images[-self._depth :], image]
-        if len(self._steps) < 2:
-            return image
-        dF = np.diff(self._steps, axis=0).T  # (n, m)
-        dG = np.diff(self._images, axis=0).T  # (n, m)
-        gamma = np.linalg.lstsq(dF, step, rcond=1e-10)[0]  # (m,)
-        combined: Array = image - dG @ gamma
-        return combined
+        self._moves = self._moves[-self._depth :]
+        move = step
+        if len(self._steps) > 1:
+            dF = np.diff(self._steps, axis=0).T  # (n, m)
+            dQ = np.array(self._moves).T  # (n, m)
+            gamma = np.linalg.lstsq(dF, step, rcond=1e-10)[0]  # (m,)
+            move = step - (dQ + dF) @ gamma
+        self._moves.append(move)
+        return move

@@ -31,6 +31,7 @@ of the body: in a thinner wall a candidate of one side is also behind the other 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import scipy.sparse as sp
@@ -39,7 +40,7 @@ from tauten.model.arrays import Array, Ints
 from tauten.model.jit import kernel
 from tauten.model.narrow_phase import gap_and_normal, no_feet, search
 from tauten.model.patch import Patches, join_patches
-from tauten.model.rows import ContactRows, Rows
+from tauten.model.rows import ContactRows, PairSlots, Rows
 from tauten.model.vector import row
 
 
@@ -122,6 +123,17 @@ class ContactSet:
     def n_slots(self) -> int:
         """Number of candidates."""
         return len(self._nodes)
+
+    @property
+    def pair_slots(self) -> tuple[PairSlots, ...]:
+        """The pairs' names and slots, in order."""
+        slots = pairwise(self._first.tolist())
+        return tuple(PairSlots(p.name, *s) for p, s in zip(self.pairs, slots, strict=True))
+
+    def positions(self, x: Array) -> Array:
+        """Positions of all candidates at vertex positions x (n_vertices, 3): (n_c, 3) [m]."""
+        positions: Array = np.einsum("mj,mji->mi", self._weights, x[self._nodes])
+        return positions
 
     def detect(self, x: Array) -> Detection:
         """Gaps of the candidates in range at vertex positions x (n_vertices, 3) [m].

@@ -84,12 +84,25 @@ def triangle(indptr: Ints, indices: Ints) -> tuple[Ints, Ints, Ints]:
     return np.concatenate([[0], np.cumsum(counts)]), indices[places], places
 
 
-class SuperLU:
+class Analysed:
+    """Pickled as its pattern: the other side analyses again and starts without factors."""
+
+    name: str
+
+    def __init__(self, indptr: Ints, indices: Ints) -> None:
+        self._pattern = indptr, indices
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return make_factorisation, (*self._pattern, self.name)
+
+
+class SuperLU(Analysed):
     """scipy's SuperLU; the column ordering is found once and applied to the values afterwards."""
 
     name = "superlu"
 
     def __init__(self, indptr: Ints, indices: Ints) -> None:
+        super().__init__(indptr, indices)
         n = len(indptr) - 1
         numbers = sp.csc_array((np.arange(len(indices)), indices, indptr), shape=(n, n))
         column = np.repeat(np.arange(n), np.diff(indptr))
@@ -126,7 +139,7 @@ class SuperLU:
 SUPERLU_OPTIONS = {"SymmetricMode": True, "DiagPivotThresh": 0.0}
 
 
-class Cholmod:
+class Cholmod(Analysed):
     """CHOLMOD's supernodal Cholesky as shipped in cvxopt's wheels."""
 
     name = "cholmod"
@@ -134,6 +147,7 @@ class Cholmod:
     def __init__(self, indptr: Ints, indices: Ints) -> None:
         from cvxopt import cholmod, matrix, spmatrix
 
+        super().__init__(indptr, indices)
         self._cholmod, self._to_matrix = cholmod, matrix
         lower_ptr, lower, self._places = triangle(indptr, indices)
         columns = np.repeat(np.arange(len(indptr) - 1), np.diff(lower_ptr))
@@ -158,7 +172,7 @@ class Cholmod:
         return np.asarray(X).reshape(B.shape, order="F")
 
 
-class Pardiso:
+class Pardiso(Analysed):
     """MKL PARDISO for positive definite matrices, through the library pypardiso finds."""
 
     name = "pardiso"
@@ -166,6 +180,7 @@ class Pardiso:
     def __init__(self, indptr: Ints, indices: Ints) -> None:
         from pypardiso import PyPardisoSolver
 
+        super().__init__(indptr, indices)
         # The lower triangle by columns is the upper triangle by rows, which PARDISO wants.
         lower_ptr, lower, self._places = triangle(indptr, indices)
         self._ia, self._ja = (lower_ptr + 1).astype(np.int32), (lower + 1).astype(np.int32)

@@ -1,4 +1,4 @@
-"""From a robot file to a `Robot`: read, check against the mesh, build once."""
+"""From a robot file to a robot: read, check against the mesh, build once."""
 
 from __future__ import annotations
 
@@ -13,16 +13,23 @@ from numpy.typing import NDArray
 from tauten.model.arrays import Array, Bools, Ints
 from tauten.model.attachment import Points, attach
 from tauten.model.cable import Cable, CableSet, make_cables
-from tauten.model.config import Box, RobotConfig, RobotFileError, SurfaceSettings, read_config
+from tauten.model.config import (
+    Box,
+    RobotConfig,
+    RobotFileError,
+    SurfaceSettings,
+    read_config,
+)
 from tauten.model.contact import ContactPair, ContactSet
 from tauten.model.effector import effector_matrix
 from tauten.model.factorisation import make_factorisation
 from tauten.model.limits import Limits
 from tauten.model.material import Material
 from tauten.model.mesh import TetMesh, read_mesh
-from tauten.model.robot import Elements, Robot
+from tauten.model.robot import Robot
 from tauten.model.surface import boundary_triangles, spread_points
 from tauten.model.system import Integration, make_pattern
+from tauten.model.tet_robot import Elements, TetRobot
 from tauten.model.tetrahedra import lumped_mass, rest_gradients
 
 
@@ -45,13 +52,19 @@ def robot_path(name_or_path: str | Path) -> Path:
     return shipped
 
 
-def load_robot(name_or_path: str | Path, rate: float | None = None, refinements: int = 0) -> Robot:
+def load_robot(
+    name_or_path: str | Path,
+    rate: float | None = None,
+    refinements: int = 0,
+    factorisation: str | None = None,
+) -> Robot:
     """Load a robot by name ("finger") or from a robot file.
 
     Args:
         name_or_path: name of a shipped robot, or a path that ends in .toml.
         rate: another control rate than the file's [Hz]; the time step is 1 / rate.
         refinements: how often every tetrahedron is cut into eight.
+        factorisation: another back end than the file's.
 
     Raises:
         RobotFileError: the file, or what it says about the mesh, cannot be used.
@@ -62,13 +75,16 @@ def load_robot(name_or_path: str | Path, rate: float | None = None, refinements:
     if rate is not None:
         controller = config.controller.model_copy(update={"rate": rate})
         config = config.model_copy(update={"controller": controller})
+    if factorisation is not None:
+        scheme = config.integration.model_copy(update={"factorisation": factorisation})
+        config = config.model_copy(update={"integration": scheme})
     mesh = read_mesh(path.parent / config.mesh.file, config.mesh.length_unit)
     for _ in range(refinements):
         mesh = mesh.refine()
     return build_robot(config, mesh, str(path))
 
 
-def build_robot(config: RobotConfig, mesh: TetMesh, source: str) -> Robot:
+def build_robot(config: RobotConfig, mesh: TetMesh, source: str) -> TetRobot:
     """Build a robot from a validated configuration and a checked mesh.
 
     Raises:
@@ -84,7 +100,7 @@ def build_robot(config: RobotConfig, mesh: TetMesh, source: str) -> Robot:
     contacts = build_contacts(config, mesh, source)
     mass = lumped_mass(mesh, material.density)[~fixed]  # (n / 3,)
     scheme = config.integration
-    return Robot(
+    return TetRobot(
         config=config,
         digest=digest(mesh, material, fixed, cables, contacts),
         mesh=mesh,
@@ -98,7 +114,7 @@ def build_robot(config: RobotConfig, mesh: TetMesh, source: str) -> Robot:
         pattern=pattern,
         elements=elements,
         mass=np.repeat(mass, 3),
-        weight=np.outer(mass, config.gravity).ravel(),
+        load=np.outer(mass, config.gravity).ravel(),
         cables=cables,
         cable_slot=pattern.blocks(cables.nodes),
         limits=build_limits(config),

@@ -54,6 +54,15 @@ class ContactRows:
         return gaps
 
 
+@dataclass(frozen=True, slots=True)
+class PairSlots:
+    """Slots first … end − 1 of λ_c belong to the contact pair of this name."""
+
+    name: str
+    first: int
+    end: int
+
+
 def stack(parts: list[Rows]) -> Rows:
     """One Rows with the given ones below each other: H (Σm, n), delta (Σm,)."""
     return Rows(

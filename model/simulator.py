@@ -101,7 +101,7 @@ class Simulator:
     @property
     def gaps(self) -> Array:
         """Signed gap of every candidate, +inf where out of range: (n_c,) [m]."""
-        return self.robot.contact_rows(self.robot.nodes(self.state)).gaps()
+        return self.robot.rows(self.state).contacts.gaps()
 
     @property
     def lam_c(self) -> Array:
@@ -120,7 +120,7 @@ class Simulator:
         Raises:
             ValueError: not exactly one of the two, or a wrong shape, or not finite.
         """
-        result, movement = self._advance(self._command(pull, tension), None)
+        result, movement = self._advance(self._command(pull, tension))
         return _report(result, 1, movement, result.converged)
 
     def settle(
@@ -145,16 +145,13 @@ class Simulator:
             ValueError: not exactly one of pull and tension, or a wrong shape, or not finite.
         """
         command = self._command(pull, tension)
-        near = 2e-3 * self.robot.mesh.size  # from here on the iteration is nearly linear
+        near = 2e-3 * self.robot.size  # from here on the iteration is nearly linear
         iteration, movement, anderson = 0, np.inf, Anderson(depth=5)
         while iteration < max_iterations:
             iteration += 1
-            before = self.state.q
-            result, movement = self._advance(command, self._static)
+            result, movement = self._advance(command, self._static, anderson, near)
             if movement < tolerance or not np.isfinite(movement):
                 break
-            if movement < near:
-                self.state = State(anderson.next(before, self.state.q), self.state.v)
         self.state = State(self.state.q, np.zeros_like(self.state.v))
         return _report(result, iteration, movement, movement < tolerance and result.converged)
 
@@ -183,14 +180,20 @@ class Simulator:
         return lam_c
 
     def _advance(
-        self, command: Command, integration: Integration | None
+        self,
+        command: Command,
+        integration: Integration | None = None,
+        anderson: Anderson | None = None,
+        near: float = 0.0,
     ) -> tuple[ForwardStep, float]:
         system, result = forward_step(
             self.robot, self.state, self._space, command, self._enrichment, self.forces, integration
         )
-        limit = 0.05 * self.robot.mesh.size if integration is not None else np.inf
-        movement = float(np.abs(system.h * (system.v + result.dv)).max(initial=0.0))
-        dv = result.dv * min(1.0, limit / movement) if movement > 0.0 else result.dv
+        movement, dv = self.robot.displacement(system.h * (system.v + result.dv)), result.dv
+        if anderson is not None and movement < near:
+            dv = anderson.next(system.h * dv) / system.h
+        elif anderson is not None:
+            dv = dv * min(1.0, 0.05 * self.robot.size / movement)
         self.state = self.robot.advance(self.state, system, dv)
         self.forces = result.forces
         return result, movement

@@ -112,7 +112,7 @@ class _Ledger:
             return None
         start = Start(parts[-1].q[:, -1], parts[-1].tension[:, -1]) if parts else None
         piece = run.piece(first, first + CHUNK)
-        return Task(self.robot.config, self.robot.mesh, self.origin, piece, index, start)
+        return Task(self.robot, self.origin, piece, index, start)
 
 
 def _work(ledger: _Ledger, executor: Executor, advance: Callable[[int], None]) -> None:

@@ -13,10 +13,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from tauten.model.arrays import Array
-from tauten.model.config import RobotConfig
 from tauten.model.factorisation import FactorisationError
-from tauten.model.load import build_robot
-from tauten.model.mesh import TetMesh
 from tauten.model.robot import Robot, State
 from tauten.model.simulator import Simulator
 from tauten.reduction.designs import Run
@@ -36,19 +33,17 @@ class Start:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Task:
-    """All that a worker needs; a robot is sent as what it is built from.
+    """All that a worker needs.
 
     Attributes:
-        config: the robot file.
-        mesh: the robot's body.
+        robot: whose equilibria are wanted.
         origin: of the snapshots.
         run: the equilibria of this chunk alone.
         index: number of the run they belong to.
         start: end of the chunk before; None starts at rest.
     """
 
-    config: RobotConfig
-    mesh: TetMesh
+    robot: Robot
     origin: Origin
     run: Run
     index: int
@@ -62,10 +57,9 @@ def visit(task: Task) -> Snapshots:
     and the next one is tried from the last state that did not.
     """
     with threadpool_limits(1):  # more threads would change sums, and workers are many already
-        robot = build_robot(task.config, task.mesh, task.config.name)
-        simulator = Simulator(robot, contact="full")
+        simulator = Simulator(task.robot, contact="full")
         if task.start is not None:
-            simulator.state = State(task.start.q, np.zeros(robot.n))
+            simulator.state = State(task.start.q, np.zeros(task.robot.n))
             simulator.forces = replace(simulator.forces, tension=task.start.tension)
         columns = [_column(simulator, task.run, i) for i in range(len(task.run))]
     lam, tension, effector, q, converged = (list(part) for part in zip(*columns, strict=True))
@@ -83,15 +77,9 @@ def visit(task: Task) -> Snapshots:
     )
 
 
-def under(robot: Robot, gravity: Array, effector_force: Array) -> Robot:
-    """The robot under another gravity (3,) [m/s²] and forces on its effectors (n_e,) [N]."""
-    body = robot.mass * np.tile(gravity, robot.n // 3)  # (n,)
-    return replace(robot, weight=body + robot.H_e.T @ effector_force)
-
-
 def _column(simulator: Simulator, run: Run, i: int) -> tuple[Array, Array, Array, Array, bool]:
     """λ_c (n_c,), tension (n_a,), effector (n_e,), q (n,) at equilibrium i; whether it is one."""
-    simulator.robot = under(simulator.robot, run.gravity[:, i], run.effector_force[:, i])
+    simulator.robot = simulator.robot.loaded(run.gravity[:, i], run.effector_force[:, i])
     before = simulator.state, simulator.forces
     try:
         report = simulator.settle(run.pull[:, i], None, TOLERANCE, MAX_ITERATIONS)

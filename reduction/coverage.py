@@ -35,10 +35,9 @@ def coverage(robot: Robot, basis: ContactBasis) -> tuple[PairCoverage, ...]:
         BasisError: it was made for another robot.
     """
     basis.check_robot(robot)
-    first = np.cumsum([0, *(len(pair.nodes) for pair in robot.contacts.pairs)])
     result = []
-    for i, pair in enumerate(robot.contacts.pairs):
-        slots = np.arange(first[i], first[i + 1])
+    for pair in robot.pairs:
+        slots = np.arange(pair.first, pair.end)
         weights = basis.Psi[slots]  # (m, k)
         untouched = slots[~weights.any(axis=1)]
         result.append(

@@ -5,12 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from matplotlib.figure import Figure
 
 from tauten.model.arrays import Array
 from tauten.model.robot import Robot
-from tauten.model.surface import boundary_triangles
 from tauten.reduction.contact_basis import ContactBasis
 
 _PER_ROW = 5
@@ -35,7 +33,7 @@ def draw_modes(robot: Robot, basis: ContactBasis, path: str | Path, modes: int =
     columns = min(shown, _PER_ROW)
     width, height = _PITCH * columns + 1.2, _HEIGHT * rows  # inches; 1.2 for the scale
     figure = Figure(figsize=(width, height))
-    points = candidate_points(robot)
+    points = robot.candidates(robot.rest())
     for i in range(shown):
         row, column = divmod(i, columns)
         # 3D axes fill a square: they may overlap, for bodies are seldom as wide as they are long
@@ -51,21 +49,16 @@ def draw_modes(robot: Robot, basis: ContactBasis, path: str | Path, modes: int =
     figure.savefig(path, dpi=150)
 
 
-def candidate_points(robot: Robot) -> Array:
-    """Rest positions of all contact candidates: (n_c, 3) [m]."""
-    nodes = robot.mesh.nodes
-    points = [
-        np.einsum("mj,mji->mi", pair.weights, nodes[pair.nodes]) for pair in robot.contacts.pairs
-    ]
-    return np.concatenate(points)
-
-
 def _draw(axes: Any, robot: Robot, points: Array, share: Array) -> Any:
     """Body and candidates, in scale, seen obliquely; share (n_c,) in 0 … 1 is the colour."""
-    nodes = robot.mesh.nodes
-    surface = boundary_triangles(robot.mesh.tets)
+    nodes = robot.points(robot.rest())
     axes.plot_trisurf(
-        *nodes.T, triangles=surface, color="0.8", alpha=0.08, edgecolor=(0.5, 0.5, 0.5, 0.1), lw=0.3
+        *nodes.T,
+        triangles=robot.triangles,
+        color="0.8",
+        alpha=0.08,
+        edgecolor=(0.5, 0.5, 0.5, 0.1),
+        lw=0.3,
     )
     pushing = share > 0.0
     axes.scatter(*points[~pushing].T, s=0.3, color="0.6", depthshade=False)

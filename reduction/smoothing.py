@@ -8,7 +8,6 @@ import numpy as np
 
 from tauten.model.robot import Robot, State
 from tauten.model.simulator import Simulator
-from tauten.reduction.chunk import under
 from tauten.reduction.snapshots import Snapshots
 
 
@@ -28,7 +27,7 @@ def smoothed(robot: Robot, snapshots: Snapshots, regularisation: float) -> Snaps
     lam = np.zeros_like(snapshots.lam)  # (n_c, s)
     for i in np.flatnonzero(snapshots.converged):
         gravity, force = snapshots.gravity[:, i], snapshots.effector_force[:, i]
-        simulator.robot = under(simulator.robot, gravity, force)
+        simulator.robot = simulator.robot.loaded(gravity, force)
         simulator.state = State(snapshots.q[:, i], np.zeros(robot.n))
         simulator.forces = replace(simulator.forces, tension=snapshots.tension[:, i])
         lam[:, i] = simulator.smooth_contact_forces(regularisation)

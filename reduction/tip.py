@@ -10,7 +10,7 @@ from tauten.model.arrays import Array, Bools
 from tauten.model.forward import Enrichment
 from tauten.model.robot import Robot
 from tauten.model.simulator import Simulator
-from tauten.reduction.chunk import MAX_ITERATIONS, TOLERANCE, under
+from tauten.reduction.chunk import MAX_ITERATIONS, TOLERANCE
 from tauten.reduction.contact_basis import ContactBasis
 from tauten.reduction.snapshots import Snapshots
 
@@ -56,8 +56,8 @@ def tip_errors(
     for i in range(len(snapshots)):
         if i == 0 or snapshots.run[i] != snapshots.run[i - 1]:
             simulator.reset()
-        simulator.robot = under(
-            simulator.robot, snapshots.gravity[:, i], snapshots.effector_force[:, i]
+        simulator.robot = simulator.robot.loaded(
+            snapshots.gravity[:, i], snapshots.effector_force[:, i]
         )
         report = simulator.settle(snapshots.pull[:, i], None, TOLERANCE, MAX_ITERATIONS)
         converged[i], extra[i] = report.converged, report.extra_columns

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from time import perf_counter
 
 import numpy as np
@@ -27,7 +27,7 @@ class Sizes:
     """Sizes of a robot's problems."""
 
     nodes: int
-    tetrahedra: int
+    elements: int
     unknowns: int
     cables: int
     candidates: int
@@ -98,8 +98,7 @@ class StepBench:
 
 def sizes_of(robot: Robot, modes: int = 0) -> Sizes:
     """Sizes of a robot's problems."""
-    mesh = robot.mesh
-    return Sizes(len(mesh.nodes), len(mesh.tets), robot.n, robot.n_a, robot.n_c, modes)
+    return Sizes(robot.n_nodes, robot.n_elements, robot.n, robot.n_a, robot.n_c, modes)
 
 
 def bench_control(
@@ -134,7 +133,7 @@ def bench_control(
         machine=machine(),
         robot=robot.name,
         rate_hz=1.0 / robot.h,
-        factorisation=robot.factorisation.name,
+        factorisation=robot.linear_solver,
         sizes=sizes_of(robot, basis.k),
         control=tuple(control),
         tip_error=tuple(errors),
@@ -186,24 +185,18 @@ def bench_steps(
     """
     meshes = []
     for count in range(refinements + 1):
-        robot = with_factorisation(load_robot(robot_file, refinements=count), factorisation)
+        robot = load_robot(robot_file, None, count, factorisation)
         with one_blas_thread():
             meshes.append(
                 SizeTimes(
                     sizes=sizes_of(robot),
-                    factorisation=robot.fork().factorisation.name,
+                    factorisation=robot.linear_solver,
                     forward_ms=time_forward(robot, steps),
                     inverse_ms=time_inverse(robot, steps),
                 )
             )
         progress(1.0 / (refinements + 1))
     return StepBench(machine(), robot.name, tuple(meshes))
-
-
-def with_factorisation(robot: Robot, backend: str) -> Robot:
-    """The robot, its forks with this back end."""
-    integration = robot.config.integration.model_copy(update={"factorisation": backend})
-    return replace(robot, config=robot.config.model_copy(update={"integration": integration}))
 
 
 def time_forward(robot: Robot, steps: int, warm_up: int = 5) -> Spread:

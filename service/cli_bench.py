@@ -86,7 +86,7 @@ def _ms(value: Spread) -> str:
 def _show_control(result: ControlBench) -> None:
     sizes = result.sizes
     table = Table(
-        title=f"{result.robot}: {sizes.nodes} nodes, {sizes.tetrahedra} tetrahedra, "
+        title=f"{result.robot}: {sizes.nodes} nodes, {sizes.elements} elements, "
         f"{sizes.candidates} candidates; {result.factorisation}; median / p99 in ms"
     )
     table.add_column("stage")
@@ -109,9 +109,9 @@ def _show_control(result: ControlBench) -> None:
 
 def _show_steps(result: StepBench) -> None:
     table = Table(title=f"{result.robot}: one step without contact, median / p99 in ms")
-    for column in ("nodes", "tetrahedra", "factorisation", "forward", "inverse"):
+    for column in ("nodes", "elements", "factorisation", "forward", "inverse"):
         table.add_column(column, justify="right")
     for mesh in result.meshes:
-        sizes = (str(mesh.sizes.nodes), str(mesh.sizes.tetrahedra))
+        sizes = (str(mesh.sizes.nodes), str(mesh.sizes.elements))
         table.add_row(*sizes, mesh.factorisation, _ms(mesh.forward_ms), _ms(mesh.inverse_ms))
     Console().print(table)

@@ -70,7 +70,7 @@ class Setup:
             "rate": repr(robot.config.controller.rate),
             "basis": self.basis_name,
             "basis_digest": self.basis_digest(),
-            "factorisation": robot.factorisation.name,
+            "factorisation": robot.linear_solver,
             "python": platform.python_version(),
             "machine": f"{platform.system()} {platform.machine()}",
             **{f"version {name}": found for name, found in versions().items()},
@@ -108,7 +108,7 @@ def warm_controller(setup: Setup) -> Controller:
     fast as the others.
     """
     controller = Controller(setup.robot, setup.contact)
-    away = controller.effector + 0.1 * setup.robot.mesh.size / np.sqrt(3.0)
+    away = controller.effector + 0.1 * setup.robot.size / np.sqrt(3.0)
     for _ in range(_WARM_UP):
         controller.step(away)
     controller.hold()

@@ -40,7 +40,7 @@ def description(setup: Setup) -> dict[str, Any]:
         "frame": robot.frame,
         "rate": robot.config.controller.rate,
         "target_timeout": robot.config.service.target_timeout,
-        "size": robot.mesh.size,
+        "size": robot.size,
         "cables": cables,
         "effectors": effectors,
         "keys": {
@@ -49,12 +49,12 @@ def description(setup: Setup) -> dict[str, Any]:
             "health": {"key": keys.health, "type": HEALTH},
         },
         "model": {
-            "nodes": len(robot.mesh.nodes),
-            "tetrahedra": len(robot.mesh.tets),
+            "nodes": robot.n_nodes,
+            "elements": robot.n_elements,
             "unknowns": robot.n,
             "candidates": robot.n_c,
             "digest": robot.digest,
-            "factorisation": robot.factorisation.name,
+            "factorisation": robot.linear_solver,
         },
         "basis": {
             "name": setup.basis_name,

@@ -74,7 +74,7 @@ class Node:
             for key in self._targets
         ]
         settings = robot.config.service
-        reach = reach_of(robot.mesh.size)
+        reach = reach_of(robot.size)
         rest = robot.effector(robot.rest())
         self._inbox = Inbox(sources, robot.frame, rest, reach, settings.target_timeout)
         self._plant = None if recorder is None else PlantRecorder(session, robot, recorder)
@@ -84,7 +84,7 @@ class Node:
         self._health = Outlet(session, keys.health, HEALTH, urgent=False)
         self._vitals = Vitals()
         self._facts = {
-            "factorisation": robot.factorisation.name,
+            "factorisation": robot.linear_solver,
             "qp_solver": robot.config.controller.qp_solver,
             "basis": setup.basis_name,
             "digest": robot.digest,

@@ -89,7 +89,7 @@ def make_path(name: str, robot: Robot, settings: PathSettings) -> TargetPath:
     for shape in SHAPES:
         if name == shape:
             start = robot.effector(robot.rest())[settings.effector]
-            size = 0.1 * robot.mesh.size if settings.size is None else settings.size
+            size = 0.1 * robot.size if settings.size is None else settings.size
             return shape_path(shape, start, size, settings.period, settings.plane)
     if not name.endswith(".csv"):
         allowed = ", ".join([*SHAPES, "reach"])

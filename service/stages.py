@@ -15,12 +15,12 @@ from tauten.model.arrays import Array
 from tauten.model.compliance import compliance
 from tauten.model.contact_space import ContactSpace
 from tauten.model.robot import Robot
-from tauten.model.system import make_system
 from tauten.service.report import Spread, spread
 
 T = TypeVar("T")
 
-STAGES = ("assembly", "factorisation", "detection", "reduction", "compliance")
+# linearise is assembly, factorisation and one solution
+STAGES = ("assembly", "linearise", "detection", "reduction", "compliance")
 WHOLE = ("prepare", "decide", "advance", "step")
 
 
@@ -114,13 +114,8 @@ def _time_stages(controller: Controller, watch: _Watch) -> int:
     The controller's own `prepare` comes afterwards and overwrites the factorisation used here.
     """
     robot, state, forces = controller.robot, controller.state, controller.forces
-    force, K = watch.time("assembly", lambda: robot.forces(state, forces.tension, exact=True))
-    system = watch.time(
-        "factorisation",
-        lambda: make_system(
-            robot.pattern, robot.factorisation, robot.integration, K, robot.mass, force, state.v
-        ),
-    )
+    watch.time("assembly", lambda: robot.forces(state, forces.tension, exact=True))
+    system = watch.time("linearise", lambda: robot.linearise(state, forces.tension))
     rows = watch.time("detection", lambda: robot.rows(state, contacts=controller.sees_contact))
     reduced = watch.time("reduction", lambda: controller.space.reduce(rows.contacts))
     H = np.vstack([rows.effectors.H.toarray(), rows.actuators.H.toarray(), reduced.H])

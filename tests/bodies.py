@@ -8,8 +8,8 @@ from tauten.model.arrays import Array, Ints
 from tauten.model.config import RobotConfig
 from tauten.model.load import build_robot
 from tauten.model.mesh import TetMesh, oriented
-from tauten.model.robot import Robot
 from tauten.model.robots.make_finger import split_cells
+from tauten.model.tet_robot import TetRobot
 
 
 def box_mesh(size: tuple[float, float, float], cells: tuple[int, int, int]) -> TetMesh:
@@ -48,7 +48,7 @@ def beam_config(size: tuple[float, float, float], **changes: object) -> dict[str
     return settings
 
 
-def beam_robot(mesh: TetMesh, size: tuple[float, float, float], **changes: object) -> Robot:
+def beam_robot(mesh: TetMesh, size: tuple[float, float, float], **changes: object) -> TetRobot:
     """A robot made of a beam."""
     config = RobotConfig.model_validate(beam_config(size, **changes))
     return build_robot(config, mesh, "beam")

@@ -12,7 +12,7 @@ matplotlib.use("Agg")
 import pytest
 
 from tauten.model.load import load_robot
-from tauten.model.robot import Robot
+from tauten.model.tet_robot import TetRobot
 
 
 @pytest.fixture(scope="session")
@@ -26,6 +26,8 @@ def reference() -> Path:
 
 
 @pytest.fixture(scope="session")
-def finger() -> Robot:
+def finger() -> TetRobot:
     """The shipped finger."""
-    return load_robot("finger")
+    robot = load_robot("finger")
+    assert isinstance(robot, TetRobot)
+    return robot

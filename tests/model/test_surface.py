@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 from scipy.spatial import cKDTree
 
 from tauten.model.arrays import Array, Ints
-from tauten.model.robot import Robot
 from tauten.model.surface import boundary_triangles, spread_points, triangle_areas
+from tauten.model.tet_robot import TetRobot
 
 
 def rectangle(width: float, height: float) -> tuple[Array, Ints]:
@@ -19,7 +19,7 @@ def rectangle(width: float, height: float) -> tuple[Array, Ints]:
     return x, np.array([[0, 1, 4], [4, 1, 2], [4, 2, 3], [0, 4, 3]])
 
 
-def test_boundary_of_the_finger_encloses_its_volume(finger: Robot) -> None:
+def test_boundary_of_the_finger_encloses_its_volume(finger: TetRobot) -> None:
     """Gauss: ∮ x·n dA = 3 V, which fails when a triangle is missing or turned over."""
     mesh = finger.mesh
     corners = mesh.nodes[boundary_triangles(mesh.tets)]  # (t, 3, 3)
@@ -29,7 +29,7 @@ def test_boundary_of_the_finger_encloses_its_volume(finger: Robot) -> None:
     assert volume == pytest.approx(mesh.volumes.sum(), rel=1e-12)
 
 
-def test_boundary_edges_are_shared_by_two(finger: Robot) -> None:
+def test_boundary_edges_are_shared_by_two(finger: TetRobot) -> None:
     triangles = boundary_triangles(finger.mesh.tets)
     edges = triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
     assert len(np.unique(edges, axis=0)) == len(edges)  # each sense once
@@ -74,7 +74,7 @@ def test_area_per_point_is_even() -> None:
     assert 0.5 < share.min() < share.max() < 1.6
 
 
-def test_same_surface_same_points(finger: Robot) -> None:
+def test_same_surface_same_points(finger: TetRobot) -> None:
     triangles = finger.contacts.pairs[0].triangles
     first, again = (spread_points(finger.mesh.nodes, triangles, 99) for _ in range(2))
     np.testing.assert_array_equal(first[0], again[0])

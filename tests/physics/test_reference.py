@@ -13,13 +13,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tauten.model import robot as robot_room
+from tauten.model import tet_robot as robot_room
 from tauten.model.arrays import Array, Ints
 from tauten.model.config import RobotConfig
 from tauten.model.load import build_robot
 from tauten.model.mesh import TetMesh, checked, read_mesh
-from tauten.model.robot import Robot
 from tauten.model.simulator import Simulator
+from tauten.model.tet_robot import TetRobot
 
 ROUTE = np.array(
     [[-x, 12.5, 2.5] for x in (17.5, 32.5, 47.5, 62.5, 77.5)]
@@ -28,7 +28,7 @@ ROUTE = np.array(
 )
 
 
-def softrobots_finger(mesh: TetMesh) -> Robot:
+def softrobots_finger(mesh: TetMesh) -> TetRobot:
     config = RobotConfig.model_validate(
         {
             "name": "softrobots_finger",
@@ -84,7 +84,7 @@ def assemble_with_edge_rotations(rest: Array):  # type: ignore[no-untyped-def]
     return assemble
 
 
-def pull_curve(robot: Robot, reference: Path, every: int) -> tuple[Array, Array, Array]:
+def pull_curve(robot: TetRobot, reference: Path, every: int) -> tuple[Array, Array, Array]:
     """Pulls [mm], tip errors [mm] and relative tension errors against the reference curve."""
     curve = np.loadtxt(reference / "softrobots_finger_pull_polar.csv", delimiter=",", skiprows=1)
     simulator, tips, tensions = Simulator(robot, contact="none"), [], []
@@ -132,7 +132,7 @@ def test_refined_finger_is_softer_and_converges(reference: Path) -> None:
     assert 0.0 < second < 0.6 * first
 
 
-def beam(reference: Path) -> Robot:
+def beam(reference: Path) -> TetRobot:
     nodes = np.loadtxt(reference / "beam_coarse_nodes.csv", delimiter=",")
     tets = np.loadtxt(reference / "beam_coarse_tets.csv", delimiter=",").astype(np.int64)
     config = RobotConfig.model_validate(
@@ -170,7 +170,7 @@ def test_beam_under_gravity_follows_sofas_load_curve(
     state = Simulator(robot, contact="none").state
     # past nine tenths, Newton without the turning of SOFA's rotations needs hundreds of iterations
     for fraction, *displacement in curve[:9, :4]:
-        simulator = Simulator(replace(robot, weight=fraction * robot.weight), contact="none")
+        simulator = Simulator(replace(robot, load=fraction * robot.load), contact="none")
         simulator.state = state
         assert simulator.settle(tension=[0.0], tolerance=1e-9).converged
         state = simulator.state

@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 
 from tauten.model.arrays import Array
-from tauten.model.robot import Robot, State
+from tauten.model.robot import State
 from tauten.model.simulator import Simulator
+from tauten.model.tet_robot import TetRobot
 
 
 @pytest.fixture(scope="module")
-def bent(finger: Robot) -> Simulator:
+def bent(finger: TetRobot) -> Simulator:
     simulator = Simulator(finger, contact="full")
     for pull in (0.010, 0.020, 0.025):
         assert simulator.settle(pull=[pull], tolerance=1e-6).converged
@@ -23,7 +24,7 @@ def central(function, q: Array, d: Array, eps: float = 1e-8) -> Array:  # type: 
     return difference
 
 
-def test_effector_and_actuator_rows_are_derivatives(finger: Robot, bent: Simulator) -> None:
+def test_effector_and_actuator_rows_are_derivatives(finger: TetRobot, bent: Simulator) -> None:
     q = bent.state.q
     rows = finger.rows(bent.state)
     for seed in range(3):
@@ -38,7 +39,7 @@ def test_effector_and_actuator_rows_are_derivatives(finger: Robot, bent: Simulat
             assert np.allclose(H @ d, central(delta, q, d), atol=1e-6 * np.abs(H @ d).max())
 
 
-def test_contact_rows_are_derivatives(finger: Robot, bent: Simulator) -> None:
+def test_contact_rows_are_derivatives(finger: TetRobot, bent: Simulator) -> None:
     q, contacts = bent.state.q, finger.rows(bent.state).contacts
     assert len(contacts) > 100
 
@@ -52,7 +53,7 @@ def test_contact_rows_are_derivatives(finger: Robot, bent: Simulator) -> None:
     assert close.mean() > 0.98
 
 
-def test_contact_forces_balance(finger: Robot, bent: Simulator) -> None:
+def test_contact_forces_balance(finger: TetRobot, bent: Simulator) -> None:
     """A contact pushes both sides equally: no net force, no net moment."""
     contacts = finger.rows(bent.state).contacts
     x = finger.nodes(bent.state)[finger.pattern.dof >= 0]
@@ -64,7 +65,7 @@ def test_contact_forces_balance(finger: Robot, bent: Simulator) -> None:
     assert np.abs(total).max() < 1e-9  # the finger's notches are far from its fixed face
 
 
-def test_settled_finger_is_in_balance(finger: Robot, bent: Simulator) -> None:
+def test_settled_finger_is_in_balance(finger: TetRobot, bent: Simulator) -> None:
     """Elastic, gravity, cable and contact forces add up to nothing."""
     rows = finger.rows(bent.state)
     force, _ = finger.forces(bent.state)
@@ -75,11 +76,11 @@ def test_settled_finger_is_in_balance(finger: Robot, bent: Simulator) -> None:
     assert np.abs(residual).max() < 1e-3 * np.abs(cable).max()
 
 
-def test_work_of_the_cable_is_the_energy_stored(finger: Robot) -> None:
+def test_work_of_the_cable_is_the_energy_stored(finger: TetRobot) -> None:
     """Without contact and gravity, ∫ λ dδ_a over a slow pull equals what comes back on release."""
     from dataclasses import replace
 
-    robot = replace(finger, weight=0.0 * finger.weight)
+    robot = replace(finger, load=0.0 * finger.load)
     pulls = np.linspace(0.0, 0.01, 41)
     out, back = [], []
     simulator = Simulator(robot, contact="none")

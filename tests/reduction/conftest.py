@@ -11,8 +11,8 @@ from tauten.model.arrays import Array
 from tauten.model.config import RobotConfig
 from tauten.model.load import build_robot
 from tauten.model.mesh import TetMesh
-from tauten.model.robot import Robot
 from tauten.model.robots.make_finger import FingerShape, make_finger
+from tauten.model.tet_robot import TetRobot
 from tauten.reduction.cone import coordinates
 
 
@@ -47,7 +47,7 @@ def forces() -> Array:
 
 
 @pytest.fixture(scope="session")
-def thumb() -> Robot:
+def thumb() -> TetRobot:
     """Three blocks and two notches: a robot small enough to run campaigns in seconds."""
     nodes, tets = make_finger(
         FingerShape(length=0.05, opening=0.0016, blocks=3, along=2, across=2, below=1, above=2)

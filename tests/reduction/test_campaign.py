@@ -7,10 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tauten.model.robot import Robot
+from tauten.model.tet_robot import TetRobot
 from tauten.reduction import campaign, executors
 from tauten.reduction.campaign import run_campaign
-from tauten.reduction.chunk import under
 from tauten.reduction.designs import Design, Ranges, latin_hypercube, ramp
 from tauten.reduction.snapshots import SnapshotError, Snapshots
 
@@ -46,19 +45,21 @@ def short_chunks() -> Iterator[None]:
 
 
 @pytest.fixture(scope="module")
-def design(thumb: Robot, short_chunks: None) -> Design:
+def design(thumb: TetRobot, short_chunks: None) -> Design:
     """Three runs of two chunks each, the second shorter."""
     ranges = Ranges(pull=(0.5, 1.0), tilt=0.8, force=0.05)
     return latin_hypercube(thumb, ranges, runs=3, seed=1, steps=STEPS)
 
 
 @pytest.fixture(scope="module")
-def snapshots(thumb: Robot, design: Design, tmp_path_factory: pytest.TempPathFactory) -> Snapshots:
+def snapshots(
+    thumb: TetRobot, design: Design, tmp_path_factory: pytest.TempPathFactory
+) -> Snapshots:
     return run_campaign(thumb, design, tmp_path_factory.mktemp("whole"), show_progress=False)
 
 
 def test_snapshots_are_what_the_design_asked_for(
-    thumb: Robot, design: Design, snapshots: Snapshots
+    thumb: TetRobot, design: Design, snapshots: Snapshots
 ) -> None:
     assert len(snapshots) == design.size
     assert snapshots.converged.mean() > 0.98
@@ -70,11 +71,11 @@ def test_snapshots_are_what_the_design_asked_for(
 
 
 def test_recorded_forces_hold_the_robot_in_place(
-    thumb: Robot, design: Design, snapshots: Snapshots
+    thumb: TetRobot, design: Design, snapshots: Snapshots
 ) -> None:
     """Force balance at a recorded equilibrium: body, cable and contact forces sum to zero."""
     for i in (STEPS - 1, len(snapshots) - 1):
-        robot = under(thumb, snapshots.gravity[:, i], snapshots.effector_force[:, i])
+        robot = thumb.loaded(snapshots.gravity[:, i], snapshots.effector_force[:, i])
         state = dataclasses.replace(robot.rest(), q=snapshots.q[:, i])
         rows = robot.rows(state)
         body, _ = robot.forces(state)
@@ -88,7 +89,7 @@ def test_recorded_forces_hold_the_robot_in_place(
 
 @pytest.mark.parametrize("chunks", [0, 1, 4])
 def test_interrupted_campaign_goes_on_to_the_same_result(
-    thumb: Robot, design: Design, snapshots: Snapshots, tmp_path: Path, chunks: int
+    thumb: TetRobot, design: Design, snapshots: Snapshots, tmp_path: Path, chunks: int
 ) -> None:
     with pytest.raises(KeyboardInterrupt):
         run_campaign(thumb, design, tmp_path, Interrupted(chunks), show_progress=False)
@@ -98,21 +99,21 @@ def test_interrupted_campaign_goes_on_to_the_same_result(
 
 
 def test_complete_campaign_is_not_done_again(
-    thumb: Robot, design: Design, snapshots: Snapshots, tmp_path: Path
+    thumb: TetRobot, design: Design, snapshots: Snapshots, tmp_path: Path
 ) -> None:
     run_campaign(thumb, design, tmp_path, show_progress=False)
     assert_same(run_campaign(thumb, design, tmp_path, Interrupted(0), False), snapshots)
 
 
 def test_workers_do_not_change_the_result(
-    thumb: Robot, design: Design, snapshots: Snapshots, tmp_path: Path
+    thumb: TetRobot, design: Design, snapshots: Snapshots, tmp_path: Path
 ) -> None:
     with executors.processes(2) as pool:
         assert_same(run_campaign(thumb, design, tmp_path, pool, show_progress=False), snapshots)
 
 
 def test_dask_cluster_does_not_change_the_result(
-    thumb: Robot, design: Design, snapshots: Snapshots, tmp_path: Path
+    thumb: TetRobot, design: Design, snapshots: Snapshots, tmp_path: Path
 ) -> None:
     distributed = pytest.importorskip("distributed", reason="needs the extra tauten[cluster]")
     with (
@@ -123,7 +124,7 @@ def test_dask_cluster_does_not_change_the_result(
     assert_same(found, snapshots)
 
 
-def test_ctrl_c_saves_what_is_under_way(thumb: Robot, design: Design, tmp_path: Path) -> None:
+def test_ctrl_c_saves_what_is_under_way(thumb: TetRobot, design: Design, tmp_path: Path) -> None:
     """The interrupt comes when the first of three chunks is back: all three are kept."""
     with pytest.raises(KeyboardInterrupt):
         run_campaign(thumb, design, tmp_path, Interrupted(chunks=3), show_progress=False)
@@ -131,7 +132,7 @@ def test_ctrl_c_saves_what_is_under_way(thumb: Robot, design: Design, tmp_path: 
     assert starts == [f"run{run:04d}-000000.snapshots" for run in range(3)]
 
 
-def test_folder_of_another_campaign_is_left_alone(thumb: Robot, tmp_path: Path) -> None:
+def test_folder_of_another_campaign_is_left_alone(thumb: TetRobot, tmp_path: Path) -> None:
     run_campaign(thumb, ramp(thumb, step=0.004), tmp_path, show_progress=False)
     before = {path: path.read_bytes() for path in tmp_path.iterdir()}
     with pytest.raises(SnapshotError, match=r"run0000-000000\.snapshots: belongs to another"):
@@ -139,7 +140,7 @@ def test_folder_of_another_campaign_is_left_alone(thumb: Robot, tmp_path: Path) 
     assert {path: path.read_bytes() for path in tmp_path.iterdir()} == before
 
 
-def test_damaged_chunk_is_named(thumb: Robot, tmp_path: Path) -> None:
+def test_damaged_chunk_is_named(thumb: TetRobot, tmp_path: Path) -> None:
     run_campaign(thumb, ramp(thumb, step=0.004), tmp_path, show_progress=False)
     (path,) = tmp_path.iterdir()
     path.write_bytes(path.read_bytes()[:1000])
@@ -147,7 +148,7 @@ def test_damaged_chunk_is_named(thumb: Robot, tmp_path: Path) -> None:
         run_campaign(thumb, ramp(thumb, step=0.004), tmp_path, show_progress=False)
 
 
-def test_impossible_equilibrium_is_recorded_as_such(thumb: Robot, tmp_path: Path) -> None:
+def test_impossible_equilibrium_is_recorded_as_such(thumb: TetRobot, tmp_path: Path) -> None:
     """A force that tears the robot out of the linear range: not converged, and the run goes on."""
     (run,) = ramp(thumb, step=0.002).runs
     force = np.zeros((3, len(run)))
@@ -159,14 +160,14 @@ def test_impossible_equilibrium_is_recorded_as_such(thumb: Robot, tmp_path: Path
     np.testing.assert_array_equal(found.q[:, 2], found.q[:, 1])
 
 
-def test_gravity_and_force_change_the_weight_alone(thumb: Robot) -> None:
-    same = under(thumb, np.array(thumb.config.gravity), np.zeros(3))
-    np.testing.assert_allclose(same.weight, thumb.weight)
-    pushed = under(thumb, np.zeros(3), np.array([0.0, 0.0, 0.3]))
-    np.testing.assert_allclose(pushed.weight.reshape(-1, 3).sum(axis=0), [0.0, 0.0, 0.3])
+def test_gravity_and_force_change_the_weight_alone(thumb: TetRobot) -> None:
+    same = thumb.loaded(np.array(thumb.config.gravity), np.zeros(3))
+    np.testing.assert_allclose(same.load, thumb.load)
+    pushed = thumb.loaded(np.zeros(3), np.array([0.0, 0.0, 0.3]))
+    np.testing.assert_allclose(pushed.load.reshape(-1, 3).sum(axis=0), [0.0, 0.0, 0.3])
 
 
-def test_worker_counts(thumb: Robot) -> None:
+def test_worker_counts(thumb: TetRobot) -> None:
     with pytest.raises(ValueError, match="0 workers asked for"), executors.processes(0):
         pass
 

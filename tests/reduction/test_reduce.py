@@ -11,7 +11,7 @@ from tauten.model.simulator import Simulator
 from tauten.reduction.contact_basis import BasisError, ContactBasis
 from tauten.reduction.coverage import coverage
 from tauten.reduction.designs import ramp
-from tauten.reduction.modes_figure import candidate_points, draw_modes
+from tauten.reduction.modes_figure import draw_modes
 from tauten.reduction.positive_basis import Factorisation, factorise
 from tauten.reduction.reduce import Reduction, provenance, reduce_robot
 from tauten.reduction.smoothing import smoothed
@@ -135,7 +135,7 @@ def test_coverage_names_the_candidates_without_mode(thumb: Robot, reduction: Red
 
 
 def test_candidates_lie_in_the_notches(thumb: Robot) -> None:
-    points = candidate_points(thumb)
+    points = thumb.candidates(thumb.rest())
     assert points.shape == (48, 3)
     assert (points[:, 0] > 0.005).all()
     nearest = np.abs(points[:, 2, None] + np.array([0.05 / 3, 0.1 / 3])).min(axis=1)
