@@ -16,6 +16,7 @@ from rich.console import Console
 from rich.table import Table
 
 from tauten.service.cli_bench import bench
+from tauten.service.cli_compare import compare
 from tauten.service.cli_reduction import inspect, reduce
 
 if TYPE_CHECKING:
@@ -30,6 +31,7 @@ app = typer.Typer(
 app.add_typer(bench, name="bench")
 app.command()(reduce)
 app.command()(inspect)
+app.command()(compare)
 
 RobotName = Annotated[str, typer.Argument(help="A shipped robot's name, or a robot file.")]
 Port = Annotated[
@@ -222,6 +224,7 @@ def _setup_errors() -> tuple[type[Exception], ...]:
     from tauten.reduction.designs import DesignError
     from tauten.reduction.executors import ClusterError
     from tauten.reduction.snapshots import SnapshotError
+    from tauten.service.compare import CompareError
     from tauten.service.demo import DemoError
     from tauten.service.logfile import LogError
     from tauten.service.network import NetworkError
@@ -229,4 +232,13 @@ def _setup_errors() -> tuple[type[Exception], ...]:
 
     room_errors = (RobotFileError, MeshError, BasisError)
     reduction_errors = (ChoiceError, DesignError, ClusterError, SnapshotError)
-    return (*room_errors, *reduction_errors, DemoError, LogError, NetworkError, PathError, OSError)
+    return (
+        *room_errors,
+        *reduction_errors,
+        CompareError,
+        DemoError,
+        LogError,
+        NetworkError,
+        PathError,
+        OSError,
+    )

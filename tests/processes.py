@@ -100,3 +100,10 @@ class Served:
     keys: Keys
     port: int
     log: Path
+
+
+def tauten(*arguments: object) -> subprocess.CompletedProcess[str]:
+    """Run a command to its end."""
+    command = [sys.executable, "-m", "tauten.service", "--log-level", "error"]
+    command += [str(argument) for argument in arguments]
+    return subprocess.run(command, capture_output=True, text=True, timeout=120.0, check=False)

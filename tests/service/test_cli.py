@@ -3,24 +3,16 @@
 from __future__ import annotations
 
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
-from processes import ROBOT, write_robot
-
-
-def tauten(*arguments: object) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "tauten.service", "--log-level", "error"]
-    command += [str(argument) for argument in arguments]
-    return subprocess.run(command, capture_output=True, text=True, timeout=120.0, check=False)
+from processes import ROBOT, tauten, write_robot
 
 
 def test_help_names_every_command() -> None:
     result = tauten("--help")
     assert result.returncode == 0
-    commands = "serve plant stream demo replay reduce inspect bench"
+    commands = "serve plant stream demo replay reduce inspect bench compare"
     for command in commands.split():
         assert re.search(rf"\b{command}\b", result.stdout)
 
