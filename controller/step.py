@@ -104,7 +104,7 @@ def prepare(
     pushed = forces.extra[forces.extra_beta > 0.0]
     extra = np.flatnonzero(np.isin(rows.contacts.slots, pushed))
     H_extra, delta_extra = unit_rows(rows.contacts, extra)
-    H = np.vstack([rows.effectors.H.toarray(), rows.actuators.H.toarray(), reduced.H, H_extra])
+    H = np.vstack([rows.effectors.dense(), rows.actuators.dense(), reduced.H, H_extra])
     delta = np.concatenate([rows.effectors.delta, rows.actuators.delta, reduced.delta, delta_extra])
     return Prepared(state, system, rows, reduced, extra, compliance(system, H, delta))
 

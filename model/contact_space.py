@@ -89,7 +89,7 @@ class FullSpace:
 
     def reduce(self, contacts: ContactRows) -> ReducedContacts:
         """The rows as they are, dense."""
-        return ReducedContacts(contacts.rows.H.toarray(), contacts.rows.delta, contacts.slots)
+        return ReducedContacts(contacts.rows.dense(), contacts.rows.delta, contacts.slots)
 
     def lift(self, beta: Array) -> Array:
         """The coefficients are the forces."""

@@ -21,7 +21,7 @@ from tauten.model.compliance import Compliance, compliance, extended
 from tauten.model.contact_space import ContactSpace, EmptySpace
 from tauten.model.lcp import solve_lcp
 from tauten.model.robot import Robot, RobotRows, State
-from tauten.model.rows import ContactRows
+from tauten.model.rows import ContactRows, dense
 from tauten.model.system import Integration, System
 
 
@@ -195,7 +195,7 @@ def forward_step(
 
 def unit_rows(contacts: ContactRows, chosen: Ints) -> tuple[Array, Array]:
     """Dense H (r, n) and gaps (r,) of single candidates."""
-    return contacts.rows.H[chosen].toarray(), contacts.rows.delta[chosen]
+    return dense(contacts.rows.H[chosen]), contacts.rows.delta[chosen]
 
 
 def condense(system: System, rows: RobotRows, H: Array, delta: Array, chosen: Ints) -> Compliance:
@@ -203,7 +203,7 @@ def condense(system: System, rows: RobotRows, H: Array, delta: Array, chosen: In
     H_unit, delta_unit = unit_rows(rows.contacts, chosen)
     return compliance(
         system,
-        np.vstack([rows.actuators.H.toarray(), H, H_unit]),
+        np.vstack([rows.actuators.dense(), H, H_unit]),
         np.concatenate([rows.actuators.delta, delta, delta_unit]),
     )
 

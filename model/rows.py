@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 import scipy.sparse as sp
 
 from tauten.model.arrays import Array, Ints
+
+# Sparse where the unknowns are the mesh's, dense where they are the few of a state basis.
+Jacobian: TypeAlias = sp.csr_array | Array
 
 
 @dataclass(frozen=True, slots=True)
@@ -15,15 +19,19 @@ class Rows:
     """Constraint rows δ(q) and their Jacobian H = ∂δ/∂q.
 
     Attributes:
-        H: sparse (m, n), row values per configuration change.
+        H: (m, n), row values per configuration change.
         delta: (m,) row values [m].
     """
 
-    H: sp.csr_array
+    H: Jacobian
     delta: Array
 
     def __len__(self) -> int:
         return int(self.delta.shape[0])
+
+    def dense(self) -> Array:
+        """H (m, n) as a dense array."""
+        return dense(self.H)
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,6 +69,11 @@ class PairSlots:
     name: str
     first: int
     end: int
+
+
+def dense(H: Jacobian) -> Array:
+    """A Jacobian as a dense array."""
+    return H if isinstance(H, np.ndarray) else np.asarray(H.toarray())
 
 
 def stack(parts: list[Rows]) -> Rows:

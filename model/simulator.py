@@ -169,7 +169,7 @@ class Simulator:
         if len(rows.contacts) == 0:
             return lam_c
         system = self.robot.linearise(self.state, self.forces.tension, self._static)
-        H = np.vstack([rows.actuators.H.toarray(), rows.contacts.rows.H.toarray()])
+        H = np.vstack([rows.actuators.dense(), rows.contacts.rows.dense()])
         response = compliance(
             system, H, np.concatenate([rows.actuators.delta, rows.contacts.rows.delta])
         )

@@ -73,6 +73,8 @@ class ContactBasis:
         modes = np.flatnonzero(weights.any(axis=0))  # (k',)
         weights = weights[:, modes]  # (m, k')
         H_c = contacts.rows.H
+        if isinstance(H_c, np.ndarray):
+            return ReducedContacts(weights.T @ H_c, weights.T @ contacts.rows.delta, modes)
         H = np.zeros((len(modes), H_c.shape[1]))  # (k', n)
         _accumulate(H, weights, H_c.indptr, H_c.indices, H_c.data)
         return ReducedContacts(H, weights.T @ contacts.rows.delta, modes)

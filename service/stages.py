@@ -118,7 +118,7 @@ def _time_stages(controller: Controller, watch: _Watch) -> int:
     system = watch.time("linearise", lambda: robot.linearise(state, forces.tension))
     rows = watch.time("detection", lambda: robot.rows(state, contacts=controller.sees_contact))
     reduced = watch.time("reduction", lambda: controller.space.reduce(rows.contacts))
-    H = np.vstack([rows.effectors.H.toarray(), rows.actuators.H.toarray(), reduced.H])
+    H = np.vstack([rows.effectors.dense(), rows.actuators.dense(), reduced.H])
     delta = np.concatenate([rows.effectors.delta, rows.actuators.delta, reduced.delta])
     watch.time("compliance", lambda: compliance(system, H, delta))
     return len(reduced)
