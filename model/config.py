@@ -128,10 +128,18 @@ class ControllerSettings(Section):
 
 
 class ServiceSettings(Section):
-    """The node: hold after `target_timeout`, release within `release_time` at least [s]."""
+    """The node.
+
+    Hold after `target_timeout` without target, `late_limit` deadlines missed in a row or, in a closed loop,
+    `measurement_timeout` without measurement; release within `release_time` at least [s]. A closed loop
+    corrects targets with gain `feedback_gain` [1/s].
+    """
 
     target_timeout: Positive = 0.5
     release_time: Positive = 1.0
+    late_limit: Annotated[int, Field(ge=1)] = 10
+    measurement_timeout: Positive = 0.25
+    feedback_gain: Positive = 2.0
 
 
 class RobotSettings(Section):

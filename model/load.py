@@ -57,6 +57,7 @@ def load_robot(
     rate: float | None = None,
     refinements: int = 0,
     factorisation: str | None = None,
+    young_scale: float = 1.0,
 ) -> Robot:
     """Load a robot by name ("finger") or from a robot file.
 
@@ -65,6 +66,7 @@ def load_robot(
         rate: another control rate than the file's [Hz]; the time step is 1 / rate.
         refinements: how often every tetrahedron is cut into eight.
         factorisation: another back end than the file's.
+        young_scale: Young's modulus as a multiple of the file's, for robots that are not as modelled.
 
     Raises:
         RobotFileError: the file, or what it says about the mesh, cannot be used.
@@ -78,6 +80,10 @@ def load_robot(
     if factorisation is not None:
         scheme = config.integration.model_copy(update={"factorisation": factorisation})
         config = config.model_copy(update={"integration": scheme})
+    if young_scale != 1.0:
+        young_modulus = young_scale * config.material.young_modulus
+        material = config.material.model_copy(update={"young_modulus": young_modulus})
+        config = config.model_copy(update={"material": material})
     mesh = read_mesh(path.parent / config.mesh.file, config.mesh.length_unit)
     for _ in range(refinements):
         mesh = mesh.refine()
