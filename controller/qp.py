@@ -205,13 +205,11 @@ class RepeatedQp:
         self.usable = bool(flag >= 0) and len(qp.f) > 0
         self._lower = qp.lower
 
-    def solve(self, upper: Array) -> tuple[float, Array]:
-        """Optimal value and y (n,); +inf when infeasible, -inf when unbounded or not solved."""
+    def solve(self, upper: Array) -> QpAnswer:
+        """The answer with upper limits (n + m,)."""
         self._model.update(bupper=upper, blower=self._lower)
-        y, value, flag, _ = self._model.solve()
-        if flag <= 0:
-            value = np.inf if flag == DAQP_INFEASIBLE else -np.inf
-        return value, y
+        y, _, flag, info = self._model.solve()
+        return QpAnswer(flag == DAQP_INFEASIBLE, y, info["lam"])
 
 
 DIRECT: dict[str, Backend] = {

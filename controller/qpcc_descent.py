@@ -75,13 +75,16 @@ class Point:
 def solve_piece(problem: Scaled, piece: Bools, backend: Backend) -> Point | None:
     """Optimum of one piece; None when it is empty or could not be solved.
 
-    An answer that is not exact is polished; where that fails, daqp is asked.
+    An answer that is not exact is polished; where that fails, daqp is asked. So it is where another
+    library sees an empty set: proxqp does at times where there is an interior.
     """
     possible, H, f, A, lower, upper, reduction = reduce_piece(problem, piece)
     if not possible:
         return None
     qp = Qp(H, f, A, lower, upper)
     answer = backend(qp)
+    if answer.infeasible and backend is not solve_daqp:
+        answer = solve_daqp(qp)
     if answer.infeasible:
         return None
     point = conclude(problem, piece, reduction, answer)

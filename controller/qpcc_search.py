@@ -15,7 +15,9 @@ from time import perf_counter
 import numpy as np
 from numpy.typing import NDArray
 
+from tauten.controller.lcp_start import feasible_start
 from tauten.controller.qp import UNBOUNDED, Qp, RepeatedQp
+from tauten.controller.qp_bound import lower_bound
 from tauten.controller.qpcc_descent import NOISE, Descent, Point
 from tauten.controller.qpcc_scaling import Scaled
 from tauten.model.arrays import Array
@@ -23,7 +25,7 @@ from tauten.model.arrays import Array
 CROSSED = 1e-10  # a pair whose smaller side is below this needs no branching
 REACHED = 1e-7  # relative, how far a piece's optimum may lie above its relaxation
 Choice = NDArray[np.int8]  # (k,) 1 pushes, -1 open, 0 undecided
-Node = tuple[float, int, Choice]  # bound, a number that breaks ties, choice
+Node = tuple[float, int, float, Choice]  # rank, a number that breaks ties, bound, choice
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,48 +69,76 @@ def branch_and_bound(descent: Descent, offset: float, budget: Budget) -> Proof:
     """
     proof = explore(Tree(descent.problem), descent, offset, budget)
     best = descent.best
-    if best is not None and proof.bound >= close_enough(best, offset, budget.gap):
+    if best is not None and proof.bound >= close_enough(descent, best, offset, budget.gap):
         descent.best = replace(best, settled=True)
+        if proof.bound >= close_enough(descent, best, offset, 0.0):
+            proof = replace(proof, bound=np.inf)
     return proof
 
 
 def explore(tree: Tree, descent: Descent, offset: float, budget: Budget) -> Proof:
-    """Best bound first, until nothing below the best point is left or the budget is spent."""
+    """Until nothing below the best point is left or the budget is spent.
+
+    The lowest bound comes first; the deepest node, where any point will do.
+    """
     if not tree.usable:
         return Proof(-np.inf, 0)
     end = perf_counter() + budget.seconds
-    heap: list[Node] = [(-np.inf, 0, np.zeros(tree.k, dtype=np.int8))]
+    heap: list[Node] = [(-np.inf, 0, -np.inf, np.zeros(tree.k, dtype=np.int8))]
     nodes, lost = 0, np.inf  # lost: lowest value of a node whose piece could not be solved
     while heap:
-        bound, _, choice = heap[0]
-        best = descent.best
-        enough = np.inf if best is None else close_enough(best, offset, budget.gap)
-        if bound >= enough or (best is not None and budget.any_point):
-            return Proof(min(bound, lost), nodes)
-        if nodes >= budget.nodes or perf_counter() > end:
-            return Proof(min(bound, lost), nodes)
-        heapq.heappop(heap)
+        if (
+            finished(descent, offset, budget, heap[0])
+            or nodes >= budget.nodes
+            or perf_counter() > end
+        ):
+            return Proof(-np.inf if budget.any_point else min(heap[0][2], lost), nodes)
+        _, _, bound, choice = heapq.heappop(heap)
         nodes += 1
         value, z = tree.relax(choice)
         if value == np.inf:
             continue
-        undecided, piece = tree.look(choice, z)
-        descent.run(piece)
+        undecided, piece = try_node(tree, descent, choice, z)
         if undecided is None and not reached(descent.best, value):
             undecided = tree.any_undecided(choice)
             lost = min(lost, value) if undecided is None else lost
         if undecided is not None:
-            for side in (-1, 1):
+            bound = max(value, bound)
+            rank = -float(np.count_nonzero(choice)) if budget.any_point else bound
+            for number, side in enumerate((1, -1) if piece[undecided] else (-1, 1)):
                 child = choice.copy()
                 child[undecided] = side
-                heapq.heappush(heap, (max(value, bound), 4 * nodes + side, child))
+                heapq.heappush(heap, (rank, 2 * nodes + number, bound, child))
     return Proof(lost, nodes)
 
 
-def close_enough(best: Point, offset: float, gap: float) -> float:
+def finished(descent: Descent, offset: float, budget: Budget, first: Node) -> bool:
+    """Whether what was asked for is there: a point, or none that could be lower."""
+    best = descent.best
+    if best is None:
+        return False
+    return budget.any_point or first[2] >= close_enough(descent, best, offset, budget.gap)
+
+
+def try_node(
+    tree: Tree, descent: Descent, choice: Choice, z: Array
+) -> tuple[int | None, NDArray[np.bool_]]:
+    """Descend from what the point of a relaxation suggests; what `Tree.look` says of it."""
+    undecided, piece = tree.look(choice, z)
+    descent.run(piece)
+    if descent.best is None:  # the contact forces at these tensions are complementary
+        n_a = len(descent.problem.lb)
+        found, complementary, _ = feasible_start(descent.problem, z[:n_a], piece)
+        if found:
+            descent.run(complementary)
+    return undecided, piece
+
+
+def close_enough(descent: Descent, best: Point, offset: float, gap: float) -> float:
     """The bound from which on a point counts as the global optimum."""
-    value = best.worth.objective
-    return value - gap * abs(value + offset) - NOISE * best.worth.terms
+    value, slope = best.worth.objective, np.abs(descent.problem.c).max(initial=0.0)
+    # curvatures are one or less: slope² is what objectives are differences of, also around z = 0
+    return float(value - gap * abs(value + offset) - NOISE * (best.worth.terms + slope**2))
 
 
 def reached(best: Point | None, value: float) -> bool:
@@ -135,19 +165,23 @@ class Tree:
         limits = slice(2 * k, None)
         lower = np.concatenate([problem.lb, zero, -self._r, problem.lo[limits]])
         self._upper = np.concatenate([problem.ub, free, free, problem.hi[limits]])
-        self._qp = RepeatedQp(Qp(H, f, np.ascontiguousarray(rows), lower, self._upper))
+        self._qp = Qp(H, f, np.ascontiguousarray(rows), lower, self._upper)
+        self._solver = RepeatedQp(self._qp)
 
     @property
     def usable(self) -> bool:
         """Whether the QP library takes the problem."""
-        return self._qp.usable
+        return self._solver.usable
 
     def relax(self, choice: Choice) -> tuple[float, Array]:
         """The lower bound of a node's pieces, +inf when they are empty, and where it is taken."""
         upper, n_a, k = self._upper.copy(), self._n_a, self.k
         upper[n_a : n_a + k][choice < 0] = 0.0
         upper[n_a + k : n_a + 2 * k][choice > 0] = -self._r[choice > 0]
-        return self._qp.solve(upper)
+        answer = self._solver.solve(upper)
+        if answer.infeasible:
+            return np.inf, answer.y
+        return lower_bound(self._qp, upper, answer.y, answer.multipliers), answer.y
 
     def any_undecided(self, choice: Choice) -> int | None:
         """A mode that is still free."""

@@ -78,7 +78,7 @@ class Solution:
     @property
     def gap(self) -> float:
         """How far the objective may lie above the global optimum, relative; +inf when unknown."""
-        if not isfinite(self.objective):
+        if not (isfinite(self.objective) and isfinite(self.bound)):
             return inf
         excess = self.objective - self.bound
         return 0.0 if excess <= 0.0 else excess / max(abs(self.objective), abs(self.bound))
