@@ -125,10 +125,13 @@ def solve_osqp(qp: Qp) -> QpAnswer:
 
     rows = csc_matrix(np.vstack([np.eye(len(qp.f)), qp.A]))
     solver = osqp.OSQP()
-    solver.setup(
-        csc_matrix(np.triu(qp.H)), qp.f, rows, qp.lower, qp.upper,
-        eps_abs=ROUGH, eps_rel=ROUGH, max_iter=4000, polishing=False, verbose=False,
-    )  # fmt: skip
+    try:
+        solver.setup(
+            csc_matrix(np.triu(qp.H)), qp.f, rows, qp.lower, qp.upper,
+            eps_abs=ROUGH, eps_rel=ROUGH, max_iter=4000, polishing=False, verbose=False,
+        )  # fmt: skip
+    except osqp.OSQPException:  # it finds H, convex up to round-off, not convex
+        return nothing(qp, infeasible=False)
     result = solver.solve(raise_error=False)
     infeasible = result.info.status_val == osqp.SolverStatus.OSQP_PRIMAL_INFEASIBLE
     return nothing(qp, infeasible) if result.x is None else QpAnswer(infeasible, result.x, result.y)

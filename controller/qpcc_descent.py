@@ -9,7 +9,7 @@ from itertools import combinations
 import numpy as np
 
 from tauten.controller.lcp_start import feasible_start
-from tauten.controller.qp import Backend, Qp, QpAnswer, solve_daqp
+from tauten.controller.qp import Backend, Qp, QpAnswer, nothing, solve_daqp
 from tauten.controller.qp_polish import polished
 from tauten.controller.qpcc_pieces import Reduction, reduce_piece
 from tauten.controller.qpcc_recovery import recover
@@ -82,7 +82,7 @@ def solve_piece(problem: Scaled, piece: Bools, backend: Backend) -> Point | None
     if not possible:
         return None
     qp = Qp(H, f, A, lower, upper)
-    answer = backend(qp)
+    answer = backend(qp) if len(f) > 0 else nothing(qp, infeasible=False)
     if answer.infeasible and backend is not solve_daqp:
         answer = solve_daqp(qp)
     if answer.infeasible:

@@ -218,8 +218,8 @@ def normalise(H: Array, f: Array, A: Array, T: Array, lower: Array, upper: Array
         tau = 1.0
     f /= tau
     for i in range(len(lower)):
-        lower[i] = max(lower[i] / tau, -UNBOUNDED)
-        upper[i] = min(upper[i] / tau, UNBOUNDED)
+        lower[i] = min(max(lower[i] / tau, -UNBOUNDED), UNBOUNDED)
+        upper[i] = min(max(upper[i] / tau, -UNBOUNDED), UNBOUNDED)
     return tau
 
 

@@ -136,7 +136,8 @@ def try_node(
 
 def close_enough(descent: Descent, best: Point, offset: float, gap: float) -> float:
     """The bound from which on a point counts as the global optimum."""
-    value, slope = best.worth.objective, np.abs(descent.problem.c).max(initial=0.0)
+    value = best.worth.objective
+    slope = min(float(np.abs(descent.problem.c).max(initial=0.0)), 1e100)
     # curvatures are one or less: slope² is what objectives are differences of, also around z = 0
     return float(value - gap * abs(value + offset) - NOISE * (best.worth.terms + slope**2))
 
