@@ -68,32 +68,53 @@ def serve(
     rate: Rate = None,
     basis: Basis = None,
     record: Annotated[Path | None, typer.Option(help="MCAP file to record the run to.")] = None,
+    closed_loop: Annotated[
+        bool, typer.Option("--closed-loop", help="Measurements correct the targets.")
+    ] = False,
+    wait: Annotated[
+        bool, typer.Option("--wait", help="Stay idle until an operator's enable.")
+    ] = False,
     port: Port = None,
     zenoh_config: ZenohConfig = None,
 ) -> None:
     """Serve a robot: targets in, actuation out. Ctrl-C releases the cables in a ramp."""
     from tauten.service.config import load_setup
-    from tauten.service.node import serve as run
+    from tauten.service.serving import ServeSettings
+    from tauten.service.serving import serve as run
     from tauten.service.stopping import stop_on_signals
 
+    settings = ServeSettings(record, closed_loop, wait)
     with stop_on_signals() as stop:
-        run(load_setup(robot, rate, basis), _network(port, zenoh_config), record, stop)
+        run(load_setup(robot, rate, basis), _network(port, zenoh_config), settings, stop)
 
 
 @app.command()
 def plant(
     robot: RobotName,
     rate: Rate = None,
+    measure: Annotated[
+        bool, typer.Option("--measure", help="Publish the effectors as measurements, too.")
+    ] = False,
+    young_scale: Annotated[
+        float, typer.Option(min=0.01, max=100.0, help="Times the file's Young's modulus.")
+    ] = 1.0,
+    drive: Annotated[
+        Literal["pull", "tension"], typer.Option(help="What the winches obey.")
+    ] = "pull",
     port: Port = None,
     zenoh_config: ZenohConfig = None,
 ) -> None:
     """Simulate a robot, full-order with pointwise contact; it obeys actuation."""
     from tauten.model import load_robot
-    from tauten.service.plant import simulate
+    from tauten.service.plant import PlantSettings, simulate
     from tauten.service.stopping import stop_on_signals
 
+    loaded, settings = (
+        load_robot(robot, rate=rate, young_scale=young_scale),
+        PlantSettings(measure, drive),
+    )
     with stop_on_signals() as stop:
-        simulate(load_robot(robot, rate=rate), _network(port, zenoh_config), stop)
+        simulate(loaded, _network(port, zenoh_config), settings, stop)
 
 
 @app.command()

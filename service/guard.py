@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -45,6 +46,7 @@ class Guard:
             h: control period [s].
         """
         self._limits = limits
+        self._h = h
         self._step = limits.rate * h  # (n_a,) m
         self._rounding_pull = ROUNDING * (limits.pull_max - limits.pull_min)
         self._rounding_tension = ROUNDING * limits.tension_max
@@ -59,10 +61,6 @@ class Guard:
             np.clip(zero, limits.tension_min, limits.tension_max),
             False,
         )
-
-    def reset(self) -> None:
-        """Back to rest; only for winches that are there."""
-        self.last = self.rest()
 
     def __call__(self, pull: Array, tension: Array) -> Guarded:
         """Clamp what is about to leave.
@@ -92,8 +90,19 @@ class Guard:
         self.last = Guarded(safe_pull, safe_tension, clamped)
         return self.last
 
-    def release_steps(self, release_time: float, h: float) -> int:
-        """Periods of a controlled release: `release_time`, or more where the rate asks for it."""
-        way = np.abs(self.last.pull - self.rest().pull)  # (n_a,) m
+    def release(self, release_time: float) -> Iterator[Guarded]:
+        """Values that let the cables go, period by period, in a straight ramp from those that left last.
+
+        Args:
+            release_time: seconds it takes at least; longer where the rate asks for it.
+        """
+        start, rest = self.last, self.rest()
+        way = np.abs(start.pull - rest.pull)  # (n_a,) m
         slowest = float((way / self._step).max(initial=0.0))
-        return max(int(np.ceil(release_time / h)), int(np.ceil(slowest)), 1)
+        steps = max(int(np.ceil(release_time / self._h)), int(np.ceil(slowest)), 1)
+        for step in range(1, steps + 1):
+            left = 1.0 - step / steps
+            yield self(
+                rest.pull + left * (start.pull - rest.pull),
+                rest.tension + left * (start.tension - rest.tension),
+            )

@@ -1,4 +1,4 @@
-"""Targets as they arrive: decoded, judged, counted; the latest good one is the goal.
+"""Positions as they arrive, targets or measurements: decoded, judged, counted; the latest count.
 
 Zenoh keeps the last samples of a key in a ring of its own, outside the interpreter; the loop takes
 them out at its tick. So a flood of targets costs the loop a bounded time, and no other thread runs
@@ -16,18 +16,28 @@ import numpy as np
 
 from tauten.model.arrays import Array
 from tauten.service.health import Tally
-from tauten.service.messages import Fault, Point, Reason, decode_point
+from tauten.service.messages import MAX_PAYLOAD, Fault, Point, Reason, decode_point
 
 # Samples of a key looked at each tick; older ones are dropped unseen.
 RING = 64
+
+
+class Payload(Protocol):
+    """What the inbox reads of zenoh.ZBytes."""
+
+    def __len__(self) -> int:
+        """Bytes."""
+
+    def __bytes__(self) -> bytes:
+        """A copy."""
 
 
 class Sample(Protocol):
     """What the inbox reads of a zenoh.Sample."""
 
     @property
-    def payload(self) -> object:
-        """Bytes-like."""
+    def payload(self) -> Payload:
+        """What was sent."""
 
     @property
     def encoding(self) -> object:
@@ -43,7 +53,7 @@ class Source(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Received:
-    """A target that was accepted: which effector, the message as it came, and what it says."""
+    """A position that was accepted: which effector, the message as it came, and what it says."""
 
     effector: int
     payload: bytes
@@ -67,10 +77,11 @@ class Goal:
 
 
 class Inbox:
-    """Collects targets.
+    """Collects positions of a robot's effectors.
 
     Attributes:
         tally: counts by what became of them.
+        fresh: whether any arrived for this tick.
     """
 
     def __init__(
@@ -82,8 +93,8 @@ class Inbox:
             sources: one an effector.
             frame: the only frame accepted, beside an empty one.
             rest: (p, 3) effectors at rest [m].
-            reach: targets farther than this from where the effector rests are refused [m].
-            timeout: age of the last target from which on there is no goal [s].
+            reach: positions farther than this from where the effector rests are refused [m].
+            timeout: age from which on a position counts no more [s].
         """
         self.tally = Tally()
         self._sources = tuple(sources)
@@ -91,13 +102,13 @@ class Inbox:
         self._rest = rest.copy()  # (p, 3)
         self._reach = reach
         self._timeout = timeout
-        self._positions = np.full_like(rest, np.nan)  # (p, 3), NaN before the first target
+        self._positions = np.full_like(rest, np.nan)  # (p, 3), NaN before the first
         self._stamp = 0
-        self._last = -math.inf
-        self._fresh = False
+        self._arrived = np.full(len(rest), -math.inf)  # (p,) when the last one came [s]
+        self.fresh = False
 
     def drain(self, now: float) -> list[Received]:
-        """Take what has arrived; returns the targets that were accepted, oldest first.
+        """Take what has arrived; returns what was accepted, oldest first.
 
         Args:
             now: monotonic time [s].
@@ -108,18 +119,17 @@ class Inbox:
                 sample = source.try_recv()
                 if sample is None:
                     break
-                found = self.judge(effector, bytes(sample.payload), str(sample.encoding))  # type: ignore[call-overload]
+                found = self._read(effector, sample)
                 if isinstance(found, Fault):
                     self.tally.refuse(found)
                 else:
                     accepted.append(found)
-        for target in accepted:
-            self._positions[target.effector] = target.point.xyz
-            self._stamp = target.point.stamp
-        self._fresh = bool(accepted)
+        for item in accepted:
+            self._positions[item.effector] = item.point.xyz
+            self._arrived[item.effector] = now
+            self._stamp = item.point.stamp
+        self.fresh = bool(accepted)
         self.tally.accepted += len(accepted)
-        if accepted:
-            self._last = now
         return accepted
 
     def goal(self, now: float, effectors: Array) -> Goal | None:
@@ -129,13 +139,29 @@ class Inbox:
             now: monotonic time [s].
             effectors: (p, 3) where they are [m]; one that never got a target is asked to stay there.
         """
-        if now - self._last > self._timeout:
+        if now - self._arrived.max() > self._timeout:
             return None
         positions = np.where(np.isnan(self._positions), effectors, self._positions)
-        return Goal(positions, self._stamp, self._fresh)
+        return Goal(positions, self._stamp, self.fresh)
+
+    def complete(self, now: float) -> Array | None:
+        """Positions (p, 3) [m]; None unless that of every effector is young enough.
+
+        Args:
+            now: monotonic time [s].
+        """
+        if now - self._arrived.min() > self._timeout:
+            return None
+        return self._positions.copy()
+
+    def _read(self, effector: int, sample: Sample) -> Received | Fault:
+        payload = payload_of(sample)
+        if isinstance(payload, Fault):
+            return payload
+        return self.judge(effector, payload, str(sample.encoding))
 
     def judge(self, effector: int, payload: bytes, encoding: str) -> Received | Fault:
-        """Decode a target and check what does not depend on the others."""
+        """Decode a position and check what does not depend on the others."""
         point = decode_point(payload, encoding)
         if isinstance(point, Fault):
             return point
@@ -147,6 +173,14 @@ class Inbox:
             detail = f"{distance:.3g} m from the effector at rest, allowed are {self._reach:.3g} m"
             return Fault(Reason.OUT_OF_REACH, detail)
         return Received(effector, payload, encoding, point)
+
+
+def payload_of(sample: Sample) -> bytes | Fault:
+    """The bytes of a sample; one that is too large is not even copied."""
+    size = len(sample.payload)
+    if size > MAX_PAYLOAD:
+        return Fault(Reason.TOO_LARGE, f"{size} bytes, allowed are {MAX_PAYLOAD}")
+    return bytes(sample.payload)
 
 
 def reach_of(size: float) -> float:

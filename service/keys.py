@@ -29,10 +29,24 @@ class Keys:
         """Liveliness token of the node."""
         return self._key()
 
+    def claim(self, session: str) -> str:
+        """Liveliness token of a node that wants to serve the robot, under its session's id."""
+        return self._key("claim", session)
+
     @property
     def description(self) -> str:
         """Queryable: the robot's description as JSON."""
         return self._key("description")
+
+    @property
+    def command(self) -> str:
+        """The operator's, std_msgs/String: enable, hold, stop or reset."""
+        return self._key("command")
+
+    @property
+    def metrics(self) -> str:
+        """Queryable: counters and histograms of the node as Prometheus text."""
+        return self._key("metrics")
 
     @property
     def actuation(self) -> str:
@@ -77,6 +91,10 @@ class Keys:
     def targets(self, effectors: tuple[str, ...]) -> tuple[str, ...]:
         """Key of each effector's target, geometry_msgs/PointStamped [m]."""
         return tuple(self._key("target", *parts) for parts in _suffixes(effectors))
+
+    def measurements(self, effectors: tuple[str, ...]) -> tuple[str, ...]:
+        """Key of each effector's measured position, geometry_msgs/PointStamped [m]."""
+        return tuple(self._key("measurement", *parts) for parts in _suffixes(effectors))
 
     def effectors(self, effectors: tuple[str, ...]) -> tuple[str, ...]:
         """Key of each effector's position in the model, geometry_msgs/PointStamped [m]."""

@@ -1,7 +1,7 @@
-"""Controller, guard and mode together: what leaves at each tick, without time or network.
+"""Controller, guard and state machine together: what leaves at each tick, without time or network.
 
-The node and the replay run the same loop; the node gives it goals from Zenoh, the replay from a
-log.
+The node and the replay run the same loop; the node gives it what Zenoh brought, the replay what a
+log says.
 """
 
 from __future__ import annotations
@@ -12,8 +12,17 @@ from dataclasses import dataclass
 from tauten.controller.controller import NOTHING, Actuation, Controller
 from tauten.controller.solution import Certificate, Status
 from tauten.model.arrays import Array
-from tauten.service.guard import Guard
-from tauten.service.tick import Mode
+from tauten.service.guard import Guard, Guarded
+from tauten.service.state_machine import (
+    Cause,
+    Command,
+    Mode,
+    Signals,
+    State,
+    commanded,
+    judged,
+    transition,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,6 +31,7 @@ class Action:
 
     Attributes:
         mode: what the loop is doing.
+        cause: why it does not follow.
         pull: (n_a,) pulled lengths [m].
         tension: (n_a,) tensions [N].
         effector: (p, 3) where the model's effectors will be after the tick [m].
@@ -31,6 +41,7 @@ class Action:
     """
 
     mode: Mode
+    cause: Cause
     pull: Array
     tension: Array
     effector: Array
@@ -45,55 +56,90 @@ class ControlLoop:
     Attributes:
         controller: the model that follows.
         guard: the last clamp.
-        mode: what the loop is doing.
+        state: of the state machine.
     """
 
-    def __init__(self, controller: Controller) -> None:
-        """Start at rest, with a controller that is there too."""
+    def __init__(self, controller: Controller, enabled: bool = True) -> None:
+        """Start at rest, with a controller that is there too.
+
+        Args:
+            controller: the model.
+            enabled: whether targets are followed before an operator says so.
+        """
         robot = controller.robot
         self.controller = controller
         self.guard = Guard(robot.limits, robot.h)
-        self.mode = Mode.IDLE
+        self.state = State(enabled=enabled)
+        self._settings = robot.config.service
+        self._ramp: Iterator[Guarded] | None = None
 
-    def decide(self, goal: Array | None) -> Action:
-        """What leaves now.
+    @property
+    def released(self) -> bool:
+        """Whether a stop has let the cables go."""
+        last, rest = self.guard.last, self.guard.rest()
+        slack = (last.pull == rest.pull).all() and (last.tension == rest.tension).all()
+        return self._ramp is not None and bool(slack)
+
+    def command(self, command: Command) -> bool:
+        """Take an operator's command; False where it is not possible now."""
+        found = commanded(self.state, command, self.released)
+        if found is None:
+            return False
+        if command is Command.RESET:
+            self.rest()
+        self.state = found
+        return True
+
+    def tick(self, goal: Array | None, seen: Signals) -> Action:
+        """One tick: where the state machine goes, and what leaves.
 
         Args:
-            goal: (p, 3) positions [m]; None: the winches stand still.
+            goal: (p, 3) positions asked of the model [m]; None: nothing to follow.
+            seen: what the tick has seen.
         """
-        if goal is None:
-            self.mode = Mode.IDLE if self.mode is Mode.IDLE else Mode.HOLD
+        self.state = transition(self.state, seen, self._settings.late_limit)
+        return self.act(goal)
+
+    def act(self, goal: Array | None) -> Action:
+        """What leaves in the state the loop is in."""
+        if self.state.mode is Mode.STOP:
+            return self._release()
+        self._ramp = None
+        if self.state.mode is not Mode.RUN or goal is None:
             return self._guarded(self.controller.hold(), None)
         actuation = self.controller.decide(goal)
-        self.mode = Mode.RUN if actuation.status.usable else Mode.HOLD
+        self.state = judged(self.state, actuation.status.usable)
         return self._guarded(actuation, actuation.status)
 
     def prepare(self) -> None:
         """Move the model by the decision taken and make the next one ready."""
-        self.controller.advance()
-        self.controller.prepare()
+        if self.state.mode is not Mode.STOP:
+            self.controller.advance()
+            self.controller.prepare()
 
-    def release(self, release_time: float) -> Iterator[Action]:
-        """Actions that let the cables go, tick by tick, in a straight ramp within the rate limits.
+    def rest(self) -> None:
+        """The model back to rest, where a release has left the robot."""
+        self.controller.reset()
+        self._ramp = None
 
-        Args:
-            release_time: seconds it takes at least.
-        """
-        self.mode = Mode.STOP
-        start, rest, h = self.guard.last, self.guard.rest(), self.controller.robot.h
-        steps = self.guard.release_steps(release_time, h)
-        for step in range(1, steps + 1):
-            left = 1.0 - step / steps
-            safe = self.guard(
-                rest.pull + left * (start.pull - rest.pull),
-                rest.tension + left * (start.tension - rest.tension),
-            )
-            effector = self.controller.effector
-            yield Action(self.mode, safe.pull, safe.tension, effector, None, NOTHING, safe.clamped)
+    def _release(self) -> Action:
+        """Let the cables go in a straight ramp within the rate limits, then keep them slack."""
+        if self._ramp is None:
+            self._ramp = self.guard.release(self._settings.release_time)
+        safe = next(self._ramp, None)
+        if safe is None:  # asked for again: rounding may have left the last step a hair short
+            rest = self.guard.rest()
+            safe = self.guard(rest.pull, rest.tension)
+        state = self.state
+        return Action(
+            state.mode, state.cause, safe.pull, safe.tension, self.controller.effector,
+            None, NOTHING, safe.clamped,
+        )  # fmt: skip
 
     def _guarded(self, actuation: Actuation, status: Status | None) -> Action:
         safe = self.guard(actuation.pull, actuation.tension)
+        state = self.state
         return Action(
-            self.mode, safe.pull, safe.tension, actuation.effector,
+            state.mode, state.cause, safe.pull, safe.tension, actuation.effector,
             status, actuation.certificate, safe.clamped,
         )  # fmt: skip

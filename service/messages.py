@@ -2,10 +2,11 @@
 
 | message | keys | fields |
 |---|---|---|
-| geometry_msgs/PointStamped | target, effector, plant/effector | point [m] in header.frame_id |
+| geometry_msgs/PointStamped | target, measurement, effector, plant/effector | point [m] in header.frame_id |
 | sensor_msgs/JointState | actuation, plant/state | position = pull [m], effort = tension [N] |
 | diagnostic_msgs/DiagnosticArray | health, plant/health | see `tauten.service.health` |
 | std_msgs/Float64 | plant/gap | smallest gap [m] |
+| std_msgs/String | command | enable, hold, stop or reset |
 | tauten_msgs/Tick | tick | see `tauten.service.tick` |
 
 What arrives is judged, not trusted: decoding returns the message or a `Fault` and raises nothing.
@@ -30,14 +31,17 @@ POINT = "geometry_msgs/msg/PointStamped"
 JOINTS = "sensor_msgs/msg/JointState"
 HEALTH = "diagnostic_msgs/msg/DiagnosticArray"
 FLOAT = "std_msgs/msg/Float64"
+TEXT = "std_msgs/msg/String"
 TICK = "tauten_msgs/msg/Tick"
 
 TICK_DEFINITION = """\
 std_msgs/Header header
 uint64 tick
 string mode
+string cause
 string status
 geometry_msgs/Point[] goal
+geometry_msgs/Point[] correction
 builtin_interfaces/Time target_stamp
 float64 lateness
 float64 latency
@@ -73,6 +77,8 @@ class Reason(Enum):
     WRONG_SHAPE = "wrong_shape"
     NOT_FINITE = "not_finite"
     OUT_OF_REACH = "out_of_reach"
+    UNKNOWN = "unknown_command"
+    NOT_NOW = "not_possible_now"
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,7 +115,7 @@ def typestore() -> Typestore:
     store = get_typestore(Stores.ROS2_HUMBLE)
     store.max_sequence_length = MAX_PAYLOAD
     store.register(get_types_from_msg(TICK_DEFINITION, TICK))
-    for kind in (POINT, JOINTS, HEALTH, FLOAT, TICK):
+    for kind in (POINT, JOINTS, HEALTH, FLOAT, TEXT, TICK):
         store.get_msgdef(kind)  # its code is generated now rather than in somebody's loop
     return store
 

@@ -6,6 +6,8 @@ import gc
 import logging
 import time
 from contextlib import ExitStack
+from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 import zenoh
@@ -37,20 +39,37 @@ from tauten.service.stopping import StopFlag
 
 log = logging.getLogger(__name__)
 
+
+@dataclass(frozen=True, slots=True)
+class PlantSettings:
+    """How a plant behaves.
+
+    Attributes:
+        measure: whether it also publishes its effectors as measurements, as a camera would.
+        drive: whether its winches obey pulled lengths or tensions.
+    """
+
+    measure: bool = False
+    drive: Literal["pull", "tension"] = "pull"
+
+
 _HEALTH_PERIOD = 1.0  # s
 _WARM_UP = 12  # steps
 
 
 class Plant:
-    """Steps a simulator at the control rate under the pulled lengths that arrived last."""
+    """Steps a simulator at the control rate under the actuation that arrived last."""
 
-    def __init__(self, robot: Robot, simulator: Simulator, session: zenoh.Session) -> None:
+    def __init__(
+        self, robot: Robot, simulator: Simulator, session: zenoh.Session, settings: PlantSettings
+    ) -> None:
         """Declare subscriber and publishers.
 
         Args:
             robot: what is simulated.
             simulator: at rest and warm.
             session: open Zenoh session.
+            settings: how it behaves.
         """
         keys = Keys(robot.name)
         self._robot = robot
@@ -58,12 +77,13 @@ class Plant:
         # the latest actuation is all that counts
         self._source = session.declare_subscriber(keys.actuation, zenoh.handlers.RingChannel(1))
         self._state = Outlet(session, keys.plant_state, JOINTS)
-        self._effectors = [
-            Outlet(session, key, POINT) for key in keys.plant_effectors(robot.effector_names)
-        ]
+        names = robot.effector_names
+        groups = [keys.plant_effectors(names)] + [keys.measurements(names)] * settings.measure
+        self._effectors = [[Outlet(session, key, POINT) for key in group] for group in groups]
         self._gap = Outlet(session, keys.plant_gap, FLOAT)
         self._health = Outlet(session, keys.plant_health, HEALTH, urgent=False)
-        self._pull: Array = np.zeros(robot.n_a)
+        self._drive = settings.drive
+        self._command: Array = np.zeros(robot.n_a)
         self._tally = Tally()
         self._step = Window()
         self._unconverged = 0
@@ -93,12 +113,15 @@ class Plant:
             self._tally.refuse(joints)
             return
         self._tally.accepted += 1
-        self._pull = np.array(joints.pull)  # (n_a,)
+        found = joints.pull if self._drive == "pull" else joints.tension
+        self._command = np.array(found)  # (n_a,)
 
     def _advance(self) -> None:
         """One step; a simulation that blows up starts again at rest."""
         try:
-            report = self._simulator.step(pull=self._pull)
+            simulator, command = self._simulator, self._command
+            pulled = self._drive == "pull"
+            report = simulator.step(pull=command) if pulled else simulator.step(tension=command)
             self._unconverged += not report.converged
         except FactorisationError as error:
             log.error("the simulation has blown up and starts again at rest: %s", error)
@@ -107,8 +130,10 @@ class Plant:
 
     def _publish(self) -> None:
         robot, simulator, stamp = self._robot, self._simulator, time.time_ns()
-        for outlet, (x, y, z) in zip(self._effectors, simulator.effector.tolist(), strict=True):
-            outlet.put(encode_point(Point(stamp, robot.frame, (x, y, z))))
+        points = [Point(stamp, robot.frame, (x, y, z)) for x, y, z in simulator.effector.tolist()]
+        for outlets in self._effectors:
+            for outlet, point in zip(outlets, points, strict=True):
+                outlet.put(encode_point(point))
         pull, tension = tuple(simulator.pull.tolist()), tuple(simulator.tension.tolist())
         joints = Joints(stamp, robot.frame, robot.cable_names, pull, tension)
         self._state.put(encode_joints(joints))
@@ -145,8 +170,14 @@ def warm_simulator(robot: Robot) -> Simulator:
     return simulator
 
 
-def simulate(robot: Robot, network: Network, stop: StopFlag) -> None:
+def simulate(robot: Robot, network: Network, settings: PlantSettings, stop: StopFlag) -> None:
     """Be a robot until asked to stop.
+
+    Args:
+        robot: which.
+        network: where to meet.
+        settings: how it behaves.
+        stop: raised to stop.
 
     Raises:
         NetworkError: no session.
@@ -157,7 +188,7 @@ def simulate(robot: Robot, network: Network, stop: StopFlag) -> None:
         typestore()
         session = open_session(network, Role.PLANT, robot.name)
         stack.callback(session.close)
-        plant = Plant(robot, simulator, session)
+        plant = Plant(robot, simulator, session, settings)
         token = session.liveliness().declare_token(Keys(robot.name).plant_token)
         stack.callback(token.undeclare)
         stack.enter_context(collector_at_hand())

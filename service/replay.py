@@ -7,7 +7,7 @@ does not depend on the machine's speed.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +18,8 @@ from tauten.service.keys import Keys
 from tauten.service.logfile import LogError, LogReader
 from tauten.service.loop import Action, ControlLoop
 from tauten.service.messages import CDR, Fault, Joints, decode_joints
-from tauten.service.tick import Mode, Tick, decode_tick
+from tauten.service.state_machine import Mode
+from tauten.service.tick import Tick, decode_tick
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,16 +115,15 @@ def actions(
 ) -> Iterator[tuple[Tick, Joints, Action]]:
     """What the loop does now at each recorded tick."""
     loop = ControlLoop(warm_controller(setup))
-    release: Iterator[Action] | None = None
     for tick, actuation in ticks:
-        if tick.mode is Mode.STOP:
-            release = release or loop.release(setup.robot.config.service.release_time)
-            action = next(release, None)
-            if action is None:
-                return
-        else:
-            action = loop.decide(np.array(tick.goal) if tick.goal else None)
-            loop.prepare()
+        if loop.state.mode is Mode.STOP and tick.mode is not Mode.STOP:
+            loop.rest()  # what a reset did
+        # a decision that could not be used was one all the same
+        mode = Mode.RUN if tick.goal else tick.mode
+        loop.state = replace(loop.state, mode=mode, cause=tick.cause)
+        goal = np.array(tick.goal) if tick.goal else None
+        action = loop.act(goal if not tick.correction else goal + np.array(tick.correction))
+        loop.prepare()
         yield tick, actuation, action
 
 

@@ -21,7 +21,8 @@ from tauten.service.messages import (
     from_cdr,
     nanoseconds,
 )
-from tauten.service.tick import Mode, Tick, decode_tick
+from tauten.service.state_machine import Mode
+from tauten.service.tick import Tick, decode_tick
 
 
 @dataclass(frozen=True, slots=True)

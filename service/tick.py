@@ -7,12 +7,12 @@ depend on when a target arrived.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import StrEnum
 from typing import Any
 
 from tauten.service.messages import (
     TICK,
     Fault,
+    Reason,
     from_cdr,
     header,
     nanoseconds,
@@ -20,15 +20,9 @@ from tauten.service.messages import (
     time_message,
     to_cdr,
 )
+from tauten.service.state_machine import Cause, Mode
 
-
-class Mode(StrEnum):
-    """What the node is doing."""
-
-    IDLE = "idle"  # no target yet
-    RUN = "run"  # following targets
-    HOLD = "hold"  # targets have stopped, or the last decision cannot be used
-    STOP = "stop"  # releasing the cables
+Positions = tuple[tuple[float, float, float], ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,12 +34,14 @@ class Tick:
         frame: frame of the goal.
         index: ticks since the start.
         mode: what the node was doing.
+        cause: why it did not follow.
         status: name of the decision's `Status`, "" when nothing was decided.
-        goal: positions the decision was asked for, one an effector [m]; empty when none was.
+        goal: positions wanted, one an effector [m]; empty when nothing was decided.
+        correction: added to the goal in a closed loop, one an effector [m]; empty in an open one.
         target_stamp: time in the target's header [ns since the epoch], 0 without.
         lateness: how late the tick began [s].
         latency: from the target's header to the actuation, on the first tick that used it; NaN on
-            others [s].
+            others, and where the two clocks do not agree [s].
         decide: time `decide` took [s].
         step: time `decide`, `advance` and `prepare` took together [s].
         slack: what was left of the tick before this one; negative: a missed deadline [s].
@@ -61,8 +57,10 @@ class Tick:
     frame: str
     index: int
     mode: Mode
+    cause: Cause
     status: str
-    goal: tuple[tuple[float, float, float], ...]
+    goal: Positions
+    correction: Positions
     target_stamp: int
     lateness: float
     latency: float
@@ -79,13 +77,19 @@ class Tick:
 
 def encode_tick(tick: Tick) -> bytes:
     """A tick in CDR."""
+
+    def points(positions: Positions) -> list[Any]:
+        return [new("geometry_msgs/msg/Point", x=x, y=y, z=z) for x, y, z in positions]
+
     message = new(
         TICK,
         header=header(tick.stamp, tick.frame),
         tick=tick.index,
         mode=tick.mode.value,
+        cause=tick.cause.value,
         status=tick.status,
-        goal=[new("geometry_msgs/msg/Point", x=x, y=y, z=z) for x, y, z in tick.goal],
+        goal=points(tick.goal),
+        correction=points(tick.correction),
         target_stamp=time_message(tick.target_stamp),
         lateness=tick.lateness,
         latency=tick.latency,
@@ -107,13 +111,17 @@ def decode_tick(payload: bytes) -> Tick | Fault:
     message: Any = from_cdr(TICK, payload)
     if isinstance(message, Fault):
         return message
+    if message.mode not in set(Mode) or message.cause not in set(Cause):
+        return Fault(Reason.MALFORMED, f"no mode {message.mode[:20]!r} or cause")
     return Tick(
         stamp=nanoseconds(message.header.stamp),
         frame=message.header.frame_id,
         index=message.tick,
         mode=Mode(message.mode),
+        cause=Cause(message.cause),
         status=message.status,
         goal=tuple((point.x, point.y, point.z) for point in message.goal),
+        correction=tuple((point.x, point.y, point.z) for point in message.correction),
         target_stamp=nanoseconds(message.target_stamp),
         lateness=message.lateness,
         latency=message.latency,

@@ -5,22 +5,30 @@ from __future__ import annotations
 from collections import Counter
 
 from tauten.service.clock import Clock
-from tauten.service.health import Diagnostic, Level, Tally, Window
+from tauten.service.health import Diagnostic, Level, Window
+from tauten.service.histogram import Histogram
 from tauten.service.record import Recorder
-from tauten.service.tick import Mode, Tick
+from tauten.service.state_machine import Cause, Mode
+from tauten.service.tick import Tick
 
 _MS = 1e3
 
 
 class Vitals:
-    """Counts ticks and remembers how long they took."""
+    """Counts ticks and remembers how long they took.
+
+    Attributes:
+        times: histograms of "latency", target to actuation, and "jitter", how late ticks begin.
+    """
 
     def __init__(self) -> None:
+        self.times = {"latency": Histogram(), "jitter": Histogram()}
         self._ticks = 0
         self._modes: Counter[str] = Counter()
         self._statuses: Counter[str] = Counter()
         self._clamped = 0
         self._mode = Mode.IDLE
+        self._cause = Cause.NO_TARGET
         self._deepest = 0.0
         self._lateness = Window()
         self._latency = Window()
@@ -30,7 +38,9 @@ class Vitals:
     def add(self, tick: Tick) -> None:
         """Count a tick."""
         self._ticks += 1
-        self._mode = tick.mode
+        self._mode, self._cause = tick.mode, tick.cause
+        self.times["latency"].add(tick.latency)
+        self.times["jitter"].add(tick.lateness)
         self._modes[tick.mode.value] += 1
         self._clamped += tick.clamped
         self._lateness.add(tick.lateness)
@@ -42,17 +52,21 @@ class Vitals:
             self._step.add(tick.step)
 
     def diagnostics(
-        self, clock: Clock, targets: Tally, recorder: Recorder | None, fixed: dict[str, str]
+        self,
+        clock: Clock,
+        arrived: list[Diagnostic],
+        recorder: Recorder | None,
+        fixed: dict[str, str],
     ) -> list[Diagnostic]:
         """Health of the node.
 
         Args:
             clock: of the loop.
-            targets: counts of targets.
+            arrived: counts of messages.
             recorder: of the log, if there is one.
             fixed: facts that do not change, such as the factorisation's name.
         """
-        found = [self._loop(clock), self._decisions(), targets.diagnostic("targets")]
+        found = [self._loop(clock), self._decisions(), *arrived]
         if recorder is not None:
             found.append(_log(recorder))
         return [*found, Diagnostic("system", Level.OK, "", fixed)]
@@ -72,17 +86,20 @@ class Vitals:
                 **self._latency.entries("latency_ms", _MS),
                 **self._decide.entries("decide_ms", _MS),
                 **self._step.entries("step_ms", _MS),
+                **{f"{name}_histogram_ms": times.text() for name, times in self.times.items()},
             },
         )
 
     def _decisions(self) -> Diagnostic:
         bad = sum(count for name, count in self._statuses.items() if name != "OK")
-        values = {"mode": self._mode.value, "clamped": str(self._clamped)}
+        values = {"mode": self._mode.value, "cause": self._cause.value}
+        values["clamped"] = str(self._clamped)
         values |= {f"ticks_{mode}": str(count) for mode, count in self._modes.items()}
         values |= {f"status_{name}": str(count) for name, count in self._statuses.items()}
         values["deepest_penetration_mm"] = f"{_MS * max(-self._deepest, 0.0):.4g}"
         level = Level.WARN if bad or self._clamped else Level.OK
-        return Diagnostic("decisions", level, f"{self._mode.value}, {bad} not OK", values)
+        doing = f"{self._mode} ({self._cause})" if self._cause else self._mode.value
+        return Diagnostic("decisions", level, f"{doing}, {bad} not OK", values)
 
 
 def _log(recorder: Recorder) -> Diagnostic:

@@ -60,7 +60,10 @@ def test_a_release_is_as_long_as_asked_and_as_the_rate_needs(pulled: float, seco
     guard = Guard(LIMITS, H)
     for _ in range(100):
         guard(np.array([pulled, 0.0]), np.array([1.0, 1.0]))
-    steps = guard.release_steps(seconds, H)
+    ramp = list(guard.release(seconds))
+    steps = len(ramp)
+    np.testing.assert_allclose(ramp[-1].pull, 0.0, atol=1e-15)
+    assert not any(safe.clamped for safe in ramp)
     assert steps * H >= seconds * (1.0 - 1e-12)
     assert pulled / steps <= LIMITS.rate[0] * H * (1.0 + 1e-12)
     # and no longer than needed

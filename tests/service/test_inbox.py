@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tauten.service.inbox import RING, Inbox
-from tauten.service.messages import CDR, JSON, Point, encode_point, point_json
+from tauten.service.messages import CDR, JSON, MAX_PAYLOAD, Point, encode_point, point_json
 
 REST = np.array([[0.0, 0.0, -0.1], [0.0, 0.1, 0.0]])
 HERE = REST + 0.01  # where the effectors are
@@ -111,3 +111,22 @@ def test_a_flood_costs_a_bounded_time_a_tick(inbox: Inbox, queues: list[Queue]) 
     goal = inbox.goal(0.0, HERE)
     assert goal is not None
     assert goal.positions[0, 0] == pytest.approx(1e-5 * (10 * RING - 1))  # the newest survives
+
+
+def test_positions_are_complete_while_each_is_young(inbox: Inbox, queues: list[Queue]) -> None:
+    queues[0].put((0.01, 0.0, -0.1))
+    inbox.drain(1.0)
+    assert inbox.complete(1.0) is None
+    queues[1].put((0.0, 0.11, 0.0))
+    inbox.drain(1.2)
+    assert inbox.fresh
+    np.testing.assert_allclose(inbox.complete(1.5), [[0.01, 0.0, -0.1], [0.0, 0.11, 0.0]])
+    queues[1].put((0.0, 0.12, 0.0))
+    inbox.drain(1.51)
+    assert inbox.complete(1.51) is None  # the first is too old by now
+
+
+def test_a_payload_that_is_too_large_is_refused(inbox: Inbox, queues: list[Queue]) -> None:
+    queues[0].samples.append(Sample(bytes(MAX_PAYLOAD + 1)))
+    assert inbox.drain(0.0) == []
+    assert inbox.tally.refused == {"too_large": 1}

@@ -12,7 +12,7 @@ from tauten.controller.controller import Controller
 from tauten.model import Robot, Simulator
 from tauten.model.arrays import Array
 from tauten.service.loop import Action, ControlLoop
-from tauten.service.tick import Mode
+from tauten.service.state_machine import Cause, Command, Mode, Signals
 
 SIZE = (0.1, 0.02, 0.02)
 EFFECTORS = [
@@ -33,11 +33,18 @@ def goal_at(loop: ControlLoop, pull: float) -> Array:
     return simulator.effector
 
 
-def run(loop: ControlLoop, goal: Array | None, ticks: int) -> Action:
+def run(loop: ControlLoop, goal: Array | None, ticks: int, shutdown: bool = False) -> Action:
     for _ in range(ticks):
-        action = loop.decide(goal)
+        action = loop.tick(goal, Signals(goal is not None, shutdown=shutdown))
         loop.prepare()
     return action
+
+
+def release(loop: ControlLoop) -> list[Action]:
+    actions = [run(loop, None, 1, shutdown=True)]
+    while not loop.released:
+        actions.append(run(loop, None, 1, shutdown=True))
+    return actions
 
 
 def test_it_idles_at_rest_then_follows_then_holds(loop: ControlLoop) -> None:
@@ -70,16 +77,35 @@ def test_a_goal_out_of_reach_is_approached_within_the_limits(loop: ControlLoop) 
 
 def test_a_release_ends_slack_after_the_time_asked_for(loop: ControlLoop) -> None:
     before = run(loop, goal_at(loop, 0.004), 60)
-    actions = list(loop.release(0.4))
-    h = loop.controller.robot.h
-    assert len(actions) == max(round(0.4 / h), int(np.ceil(before.pull.max() / (0.05 * h))))
-    assert {action.mode for action in actions} == {Mode.STOP}
+    actions = release(loop)
+    h, least = loop.controller.robot.h, loop.controller.robot.config.service.release_time
+    assert len(actions) == max(round(least / h), int(np.ceil(before.pull.max() / (0.05 * h))))
+    assert {(action.mode, action.cause) for action in actions} == {(Mode.STOP, Cause.SHUTDOWN)}
     np.testing.assert_array_equal(actions[-1].pull, 0.0)
     np.testing.assert_array_equal(actions[-1].tension, 0.0)
     pulls = np.array([before.pull, *(action.pull for action in actions)])
     steps = -np.diff(pulls[:, 1])
     np.testing.assert_allclose(steps, before.pull[1] / len(actions), rtol=1e-9)  # a straight ramp
     assert not any(action.clamped for action in actions)
+
+
+def test_after_an_operators_stop_and_reset_it_follows_as_at_first(loop: ControlLoop) -> None:
+    goal = goal_at(loop, 0.004)
+    first = run(loop, goal, 40)
+    assert loop.command(Command.STOP)
+    stopped = run(loop, goal, 1)
+    assert (stopped.mode, stopped.cause) == (Mode.STOP, Cause.OPERATOR)
+    assert not loop.command(Command.RESET)  # not while cables are pulled
+    slack = run(loop, goal, 100)
+    np.testing.assert_array_equal(slack.pull, 0.0)
+    assert loop.released
+    assert not loop.command(Command.ENABLE)
+    assert loop.command(Command.RESET)
+    assert run(loop, None, 1).mode is Mode.IDLE
+    again = run(loop, goal, 40)
+    np.testing.assert_allclose(again.pull, first.pull, atol=1e-6)
+    assert loop.command(Command.HOLD)
+    assert run(loop, goal, 1).mode is Mode.HOLD
 
 
 # the inbox lets nothing farther through; NaN and infinity are for the controller to refuse
@@ -98,7 +124,7 @@ def test_hostile_goals_move_no_cable_out_of_its_limits(wanted: list[Array | None
     loop, limits = ControlLoop(Controller(robot)), robot.limits
     pull = np.zeros(1)
     actions = [run(loop, goal, 1) for goal in wanted]
-    for action in [*actions, *loop.release(0.1)]:
+    for action in [*actions, *release(loop)]:
         assert np.isfinite([action.pull, action.tension]).all()
         assert (limits.pull_min <= action.pull).all()
         assert (action.pull <= limits.pull_max).all()

@@ -12,84 +12,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 import zenoh
+from nodes import PERIOD, check_limits, last_health, ordered, point_at, recorded, send
 from processes import Served, start
 
 from tauten.model import Robot
-from tauten.service.health import Diagnostic, decode_health
 from tauten.service.logfile import LogReader
-from tauten.service.messages import (
-    CDR,
-    JSON,
-    POINT,
-    Joints,
-    Point,
-    decode_joints,
-    decode_point,
-    encode_point,
-    point_json,
-)
-from tauten.service.tick import Mode, Tick, decode_tick
-
-PERIOD = 0.02
-
-
-def point_at(beam: Robot, z: float, frame: str = "beam_base") -> Point:
-    x, y, z0 = beam.effector(beam.rest())[0].tolist()
-    return Point(time.time_ns(), frame, (x, y, z0 + z))
-
-
-def send(served: Served, beam: Robot, z: float, seconds: float, json: bool = False) -> None:
-    """Stream one target for a while."""
-    publisher = served.session.declare_publisher(
-        served.keys.targets(("tip",))[0], encoding=f"{JSON if json else CDR};{POINT}"
-    )
-    end = time.monotonic() + seconds
-    while time.monotonic() < end:
-        point = point_at(beam, z)
-        publisher.put(point_json(point) if json else encode_point(point))
-        time.sleep(PERIOD)
-
-
-def last_health(served: Served) -> dict[str, Diagnostic]:
-    """The next health message."""
-    subscriber = served.session.declare_subscriber(
-        served.keys.health, zenoh.handlers.FifoChannel(4)
-    )
-    found = decode_health(bytes(subscriber.recv().payload))
-    assert isinstance(found, dict)
-    return found
-
-
-def recorded(log: Path, beam: Robot) -> tuple[list[Tick], list[Joints], list[Point]]:
-    """Ticks, actuation and the model's tip of a log."""
-    keys, ticks, joints, tips = LogReader(log), [], [], []
-    for message in keys.messages():
-        if message.key.endswith("/tick"):
-            ticks.append(decode_tick(message.payload))
-        elif message.key.endswith("/actuation"):
-            joints.append(decode_joints(message.payload, CDR, beam.cable_names))
-        elif message.key == "tauten/beam/effector":
-            tips.append(decode_point(message.payload, CDR))
-    assert all(isinstance(tick, Tick) for tick in ticks)
-    assert all(isinstance(joint, Joints) for joint in joints)
-    return ticks, joints, tips  # type: ignore[return-value]
-
-
-def check_limits(joints: list[Joints], beam: Robot) -> None:
-    """Every actuation that left is finite, within limits, within the rate."""
-    limits = beam.limits
-    pull = np.array([joint.pull for joint in joints])
-    tension = np.array([joint.tension for joint in joints])
-    assert np.isfinite(pull).all()
-    assert np.isfinite(tension).all()
-    assert ((limits.pull_min <= pull) & (pull <= limits.pull_max)).all()
-    assert ((limits.tension_min <= tension) & (tension <= limits.tension_max)).all()
-    steps = np.abs(np.diff(pull, axis=0, prepend=0.0))
-    assert (steps <= limits.rate * PERIOD * (1.0 + 1e-12)).all()
+from tauten.service.messages import CDR, JSON, Point, encode_point
+from tauten.service.state_machine import Mode
 
 
 def test_it_follows_holds_and_releases(served: Served, beam: Robot) -> None:
-    time.sleep(0.1)
+    last_health(served)  # it has begun
     send(served, beam, 0.008, 1.2)
     send(served, beam, 0.005, 0.8, json=True)
     time.sleep(0.6)  # longer than the timeout
@@ -103,8 +36,7 @@ def test_it_follows_holds_and_releases(served: Served, beam: Robot) -> None:
     assert len(ticks) == len(joints)
     assert [tick.index for tick in ticks] == list(range(len(ticks)))
     modes = [tick.mode for tick in ticks]
-    order = [mode for i, mode in enumerate(modes) if i == 0 or modes[i - 1] is not mode]
-    assert order == [Mode.IDLE, Mode.RUN, Mode.HOLD, Mode.STOP]
+    assert ordered(modes) == [Mode.IDLE, Mode.RUN, Mode.HOLD, Mode.STOP]
     assert {tick.status for tick in ticks if tick.mode is Mode.RUN} == {"OK"}
     assert modes.count(Mode.STOP) == 20  # the 0.4 s of the robot file
     # the model's tip got as high as the last target, and the hold kept it there

@@ -32,6 +32,7 @@ from tauten.service.record import Entry, Recorder
 from tauten.service.replay import replay
 from tauten.service.report import make_report, table_rows
 from tauten.service.run import read_run
+from tauten.service.state_machine import Signals
 from tauten.service.tick import Tick, encode_tick
 
 TICKS = 60
@@ -43,24 +44,22 @@ def write_run(setup: Setup, path: Path) -> None:
     robot, keys = setup.robot, Keys(setup.robot.name)
     loop, recorder = ControlLoop(Controller(robot)), Recorder(path, setup.metadata())
     rest = robot.effector(robot.rest())
-    release = loop.release(0.4)
     for index in range(TICKS + 20):
         stamp = 10**18 + index * 20_000_000
         goal = None
         if 5 <= index < TICKS - 10:
             goal = rest + np.array([[0.0, 0.0, 1e-4 * index], [0.0, 0.0, 3e-5 * index]])
-        action = next(release) if index >= TICKS else loop.decide(goal)
-        if index < TICKS:
-            loop.prepare()
+        action = loop.tick(goal, Signals(goal is not None, shutdown=index >= TICKS))
+        loop.prepare()
         x, y, z = action.effector[0].tolist()
         joints = Joints(
             stamp, robot.frame, robot.cable_names, tuple(action.pull), tuple(action.tension)
         )
         tick = Tick(
-            stamp, robot.frame, index, action.mode,
+            stamp, robot.frame, index, action.mode, action.cause,
             "" if action.status is None else action.status.name,
             () if goal is None else tuple((a, b, c) for a, b, c in goal.tolist()),
-            0, 1e-4 * (index % 10), 2e-3 if goal is not None else float("nan"), 1e-3, 5e-3 + 1e-4 * index,
+            (), 0, 1e-4 * (index % 10), 2e-3 if goal is not None else float("nan"), 1e-3, 5e-3 + 1e-4 * index,
             -0.001 if index == 30 else 0.01, 2 if index == 30 else 0,
             action.certificate.deepest_gap, 0.0, 0.0, 0, action.clamped,
         )  # fmt: skip

@@ -1,0 +1,113 @@
+"""`tauten serve`: everything around a node's loop, set up in order and taken down in reverse."""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import zenoh
+
+from tauten.service.config import Setup, collector_at_hand, one_blas_thread, warm_controller
+from tauten.service.describe import description_json
+from tauten.service.keys import Keys
+from tauten.service.loop import ControlLoop
+from tauten.service.messages import JSON, typestore
+from tauten.service.network import Network, NetworkError, Role, is_alive, open_session
+from tauten.service.node import Node
+from tauten.service.record import Recorder
+from tauten.service.stopping import StopFlag
+
+log = logging.getLogger(__name__)
+
+_CLAIM = 0.3  # s; longer than a token takes to be known everywhere
+
+
+@dataclass(frozen=True, slots=True)
+class ServeSettings:
+    """How a robot is served.
+
+    Attributes:
+        record: MCAP file to record to; None: none.
+        closed_loop: whether measurements correct the targets.
+        wait: whether the node stays idle until an operator enables it.
+    """
+
+    record: Path | None = None
+    closed_loop: bool = False
+    wait: bool = False
+
+
+def serve(setup: Setup, network: Network, settings: ServeSettings, stop: StopFlag) -> None:
+    """Serve a robot until asked to stop.
+
+    Args:
+        setup: the robot.
+        network: where to meet.
+        settings: how.
+        stop: raised to stop.
+
+    Raises:
+        NetworkError: no session, or another node serves this robot already.
+        OSError: the log cannot be created.
+    """
+    keys = Keys(setup.robot.name)
+    with ExitStack() as stack:
+        stack.enter_context(one_blas_thread())
+        loop = ControlLoop(warm_controller(setup), enabled=not settings.wait)
+        typestore()
+        session = open_session(network, Role.NODE, setup.robot.name)
+        stack.callback(session.close)
+        stack.enter_context(claimed(session, keys))
+        recorder = None
+        if settings.record is not None:
+            recorder = Recorder(settings.record, setup.metadata())
+            stack.callback(recorder.close)
+        node = Node(setup, loop, session, recorder, settings.closed_loop)
+        stack.enter_context(answered(session, keys, description_json(setup)))
+        stack.enter_context(collector_at_hand())
+        log.info("serving %s at %g Hz", setup.robot.name, setup.robot.config.controller.rate)
+        node.run(stop)
+
+
+@contextmanager
+def claimed(session: zenoh.Session, keys: Keys) -> Iterator[None]:
+    """Make sure that no other node drives the same cables.
+
+    A claim is a liveliness token under the session's own id. Of nodes that claim a robot at the same
+    time, all see each other and the one with the smallest id goes on.
+
+    Raises:
+        NetworkError: another node serves the robot, or is about to.
+    """
+    mine = keys.claim(str(session.info.zid()))
+    token = session.liveliness().declare_token(mine)
+    try:
+        if not is_alive(session, keys.token):
+            time.sleep(_CLAIM)
+        claims = session.liveliness().get(keys.claim("*"), timeout=1.0)
+        others = [str(reply.ok.key_expr) for reply in claims if reply.ok is not None]
+        if is_alive(session, keys.token) or any(other < mine for other in others):
+            raise NetworkError(f"another node serves {keys.robot!r} already: stop it first")
+        yield
+    finally:
+        token.undeclare()  # type: ignore[no-untyped-call]
+
+
+@contextmanager
+def answered(session: zenoh.Session, keys: Keys, description: bytes) -> Iterator[None]:
+    """Declare the liveliness token and answer questions about the robot."""
+
+    def answer(query: zenoh.Query) -> None:
+        query.reply(keys.description, description, encoding=JSON)
+
+    queryable = session.declare_queryable(keys.description, answer)
+    token = session.liveliness().declare_token(keys.token)
+    try:
+        yield
+    finally:
+        token.undeclare()  # type: ignore[no-untyped-call]
+        queryable.undeclare()  # type: ignore[no-untyped-call]
