@@ -35,7 +35,8 @@ def enumerate_pieces(problem: Qpcc, solver: str = "daqp") -> tuple[float, Bools]
 def scip_optimum(problem: Qpcc, seconds: float = 60.0) -> tuple[float, float]:
     """The objective that SCIP finds and the bound it proves; both +inf when it says infeasible.
 
-    Its tolerances are absolute, 1e-8 on the scaled problem, so expect six digits or so to agree.
+    Its tolerances are absolute, 1e-8 on a problem whose objective is of order one before the constant is
+    added, so expect six digits of what the objective is summed from to agree.
 
     Raises:
         ValueError: the numbers of the problem are not usable.
@@ -43,14 +44,24 @@ def scip_optimum(problem: Qpcc, seconds: float = 60.0) -> tuple[float, float]:
     numbers, scaled, units = scale(problem)
     if numbers != USABLE:
         raise ValueError("the problem has numbers that are not finite or limits that cross")
-    model = scip_model(scaled)
+    tau = max(float(np.abs(scaled.c).max(initial=0.0)), 1e-12)
+    model = scip_model(shrunk(scaled, tau))
     model.setParam("limits/time", seconds)
     model.optimize()
     if model.getStatus() == "infeasible":
         return np.inf, np.inf
     objective = model.getObjVal() if model.getNSols() > 0 else np.inf
-    offset, bound = problem.constant, model.getDualbound()
-    return objective * units.cost + offset, bound * units.cost + offset
+    offset, cost, bound = problem.constant, units.cost * tau**2, model.getDualbound()
+    return objective * cost + offset, bound * cost + offset
+
+
+def shrunk(problem: Scaled, tau: float) -> Scaled:
+    """The problem in z / τ, with its objective divided by τ²."""
+    r, limits = problem.r / tau, []
+    for side in (problem.lb, problem.ub, problem.lo, problem.hi):
+        limits.append(np.where(np.abs(side) >= UNBOUNDED, side, side / tau))
+    lb, ub, lo, hi = limits
+    return Scaled(problem.Q, problem.c / tau, lb, ub, problem.R, r, lo, hi)
 
 
 def scip_model(problem: Scaled) -> Any:

@@ -95,17 +95,20 @@ def inspect_numbers(
     for i in range(len(g_lo)):
         if np.isnan(g_lo[i]) or np.isnan(g_hi[i]):
             numbers = NOT_FINITE
-    if numbers == USABLE and not (in_order(lb, ub) and in_order(g_lo, g_hi)):
+    if numbers == USABLE and not (in_order(lb, ub, np.inf) and in_order(g_lo, g_hi, np.inf)):
         return CROSSED_LIMITS
-    return numbers
+    # a lower limit that large is no number to compute with
+    within = in_order(scaled.lb, scaled.ub, UNBOUNDED)
+    within = within and in_order(scaled.lo, scaled.hi, UNBOUNDED)
+    return numbers if within else NOT_FINITE
 
 
 @kernel
-def in_order(lower: Array, upper: Array) -> bool:
-    """Whether a number fits between each pair of limits."""
+def in_order(lower: Array, upper: Array, end: float) -> bool:
+    """Whether a number between -end and end fits between each pair of limits."""
     fits = True
     for i in range(len(lower)):
-        fits = fits and lower[i] <= upper[i] and lower[i] < np.inf and upper[i] > -np.inf
+        fits = fits and lower[i] <= upper[i] and lower[i] < end and upper[i] > -end
     return fits
 
 

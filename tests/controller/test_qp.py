@@ -17,7 +17,7 @@ from tauten.controller.qp import (
 )
 from tauten.controller.qp_bound import lower_bound
 from tauten.controller.qp_polish import polished
-from tauten.model.arrays import Array
+from tauten.model.arrays import Array, Ints
 
 BACKENDS = available_backends()
 
@@ -185,7 +185,7 @@ def test_elimination_finds_rank_and_solution(rank: int) -> None:
     assert_transposed(matrix, E, rows[:found], cols[:found], rng.normal(size=found))
 
 
-def assert_transposed(matrix: Array, E: Array, rows: Array, cols: Array, x: Array) -> None:
+def assert_transposed(matrix: Array, E: Array, rows: Ints, cols: Ints, x: Array) -> None:
     """`solve_transposed` solves with the transpose of the eliminated block."""
     block = matrix[np.ix_(rows, cols)]
     y = x.copy()

@@ -1,0 +1,240 @@
+"""The controller on a beam with two cables: limits, bad targets, equilibria, resets."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from bodies import beam_robot, box_mesh
+
+from tauten.controller import Controller
+from tauten.controller.solution import Status
+from tauten.model import Robot, Simulator
+from tauten.model.arrays import Array
+from tauten.model.contact_space import EmptySpace
+
+SIZE = (0.1, 0.02, 0.02)
+DOWN = np.array([0.0, 0.0, -0.01])  # m, within reach
+NANOMETRE = 1e-9  # pulls are sums of terms of some centimetres, limits hold to 1e-8 of that
+
+
+def tendon(name: str, height: float) -> dict[str, object]:
+    return {
+        "name": name,
+        "points": [[0.01, 0.01, height], [0.1, 0.01, height]],
+        "max_tension": 20.0,
+        "max_pull": 0.015,
+        "max_rate": 0.05,
+    }
+
+
+@pytest.fixture(scope="module")
+def beam() -> Robot:
+    """A cable below and one above the middle, which can bend it both ways and shorten it."""
+    return beam_robot(
+        box_mesh(SIZE, (8, 2, 2)),
+        SIZE,
+        cables=[tendon("lower", 0.002), tendon("upper", 0.018)],
+        integration={"scheme": "implicit-euler", "rayleigh_stiffness": 0.02},
+        controller={"rate": 50.0},
+    )
+
+
+def follow(controller: Controller, target: Array, steps: int) -> None:
+    for _ in range(steps):
+        controller.step(target)
+
+
+def test_a_still_target_at_rest_needs_no_force(beam: Robot) -> None:
+    controller = Controller(beam)
+    tip = controller.effector[0]
+    actuation = controller.step(tip)
+    assert actuation.status is Status.OK
+    np.testing.assert_allclose(actuation.tension, 0.0, atol=1e-9)
+    np.testing.assert_allclose(actuation.pull, 0.0, atol=1e-12)
+    np.testing.assert_allclose(actuation.effector[0], tip, atol=1e-12)
+
+
+def test_targets_above_and_below_pull_the_cable_on_their_side(beam: Robot) -> None:
+    for sign, pulling in ((-1.0, 0), (1.0, 1)):
+        controller = Controller(beam)
+        target = controller.effector[0] - sign * DOWN
+        follow(controller, target, 60)
+        assert controller.tension[pulling] > 0.5
+        assert controller.pull[pulling] > controller.pull[1 - pulling]
+        # the end of a bent beam is nearer: the nearest it comes to a point right above or below
+        assert np.linalg.norm(controller.effector[0] - target) < 0.3 * np.linalg.norm(DOWN)
+
+
+def test_limits_are_kept_whatever_the_target(beam: Robot) -> None:
+    rng = np.random.default_rng(1)
+    controller, limits = Controller(beam), beam.limits
+    tip = controller.effector[0]
+    pull, reached = controller.pull, np.zeros(3, dtype=bool)
+    for step in range(200):
+        if step % 20 == 0:
+            target = tip + rng.normal(size=3) * 10.0 ** rng.uniform(-3.0, 3.0)
+        actuation = controller.step(target)
+        moved = np.abs(actuation.pull - pull) / (limits.rate * beam.h)
+        assert np.all(actuation.tension >= limits.tension_min)
+        assert np.all(actuation.tension <= limits.tension_max)
+        assert np.all(actuation.pull >= limits.pull_min - NANOMETRE)
+        assert np.all(actuation.pull <= limits.pull_max + NANOMETRE)
+        assert np.all(moved <= 1.0 + 1e-6)
+        assert actuation.status is not Status.NOT_FINITE
+        pull = actuation.pull
+        reached |= [
+            bool(np.any(moved >= 1.0 - 1e-6)),
+            bool(np.any(actuation.pull >= limits.pull_max - 1e-9)),
+            bool(np.any(actuation.tension <= 1e-9)),
+        ]
+    assert reached.all()  # the limits were there to be kept
+
+
+def test_a_target_out_of_reach_is_approached_and_then_held(beam: Robot) -> None:
+    controller = Controller(beam)
+    tip = controller.effector[0]
+    target = tip + 50.0 * DOWN
+    distances = []
+    for _ in range(150):
+        actuation = controller.step(target)
+        assert actuation.status is Status.OK
+        distances.append(np.linalg.norm(controller.effector[0] - target))
+    assert distances[-1] < distances[0] - 0.01
+    np.testing.assert_allclose(distances[-20:], distances[-1], atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    "target",
+    [
+        [np.nan, 0.0, 0.0],
+        [0.0, np.inf, 0.0],
+        [0.0, 0.0],
+        [],
+        [[0.0, 0.0, 0.0], [0.0, 0.0, 0.0]],
+        "here",
+        [0.0, "there", 0.0],
+        [None, 0.0, 0.0],
+        None,
+        [[1.0], [2.0, 3.0]],
+    ],
+    ids=str,
+)
+def test_a_target_that_is_none_holds_and_says_so(beam: Robot, target: object) -> None:
+    controller = Controller(beam)
+    goal = controller.effector[0] + DOWN
+    follow(controller, goal, 10)
+    pull = controller.pull.copy()
+    for _ in range(3):
+        actuation = controller.step(target)  # type: ignore[arg-type]
+        assert actuation.status is Status.NOT_FINITE
+        np.testing.assert_array_equal(actuation.pull, pull)
+        assert np.isfinite(actuation.tension).all()
+    assert controller.step(goal).status is Status.OK
+
+
+def test_the_equilibrium_reached_is_the_simulators(beam: Robot) -> None:
+    simulator = Simulator(beam, contact="none")
+    assert simulator.settle(pull=[0.006, 0.0]).converged
+    controller = Controller(beam)
+    follow(controller, simulator.effector[0], 400)
+    # the weight of the elastic energy keeps it from getting there altogether
+    error = np.linalg.norm(controller.effector - simulator.effector)
+    assert error < 1e-3 * np.linalg.norm(simulator.effector - beam.effector(beam.rest()))
+    settled = Simulator(beam, contact="none")
+    settled.settle(pull=controller.pull)
+    np.testing.assert_allclose(controller.effector, settled.effector, atol=1e-7)
+    np.testing.assert_allclose(controller.tension, settled.tension, rtol=1e-4, atol=1e-4)
+
+
+def test_predictions_come_true(beam: Robot) -> None:
+    controller = Controller(beam)
+    target = controller.effector[0] + DOWN
+    for _ in range(20):
+        actuation = controller.decide(target)
+        np.testing.assert_array_equal(controller.pull, actuation.pull)
+        controller.advance()
+        # the effector is linear in the nodes; the cable's length is not
+        np.testing.assert_allclose(controller.effector, actuation.effector, atol=1e-12)
+        actual = controller.robot.rows(controller.state, contacts=False).actuators.delta
+        np.testing.assert_allclose(actual, actuation.pull, atol=5e-5)
+
+
+def test_holding_keeps_the_winches_and_finds_the_equilibrium(beam: Robot) -> None:
+    controller = Controller(beam)
+    follow(controller, controller.effector[0] + DOWN, 15)
+    pull = controller.pull.copy()
+    for _ in range(300):
+        actuation = controller.hold()
+        controller.advance()
+        assert actuation.status is Status.OK
+        np.testing.assert_array_equal(actuation.pull, pull)
+        assert np.all(actuation.tension >= 0.0)
+    settled = Simulator(beam, contact="none")
+    settled.settle(pull=pull)
+    np.testing.assert_allclose(controller.effector, settled.effector, atol=1e-6)
+
+
+def test_deciding_moves_nothing_and_the_last_decision_counts(beam: Robot) -> None:
+    controller, other = Controller(beam), Controller(beam)
+    tip = controller.effector[0]
+    controller.prepare()
+    controller.prepare()
+    controller.decide(tip - DOWN)
+    np.testing.assert_array_equal(controller.effector[0], tip)
+    controller.reset()
+    controller.decide(tip + DOWN)
+    controller.advance()
+    controller.advance()  # nothing more to do
+    other.step(tip + DOWN)
+    np.testing.assert_array_equal(controller.effector, other.effector)
+
+
+def test_a_reset_forgets(beam: Robot) -> None:
+    controller = Controller(beam)
+    target = controller.effector[0] + DOWN
+    first = [controller.step(target).tension for _ in range(10)]
+    follow(controller, target + 0.02, 5)
+    controller.reset()
+    assert controller.status is Status.OK
+    np.testing.assert_array_equal(controller.pull, 0.0)
+    np.testing.assert_array_equal(controller.effector, beam.effector(beam.rest()))
+    second = [controller.step(target).tension for _ in range(10)]
+    np.testing.assert_array_equal(first, second)
+
+
+def test_controllers_and_simulators_of_one_robot_do_not_meet(beam: Robot) -> None:
+    alone, target = Controller(beam), beam.effector(beam.rest())[0] + DOWN
+    expected = [alone.step(target).pull for _ in range(10)]
+    controller, other = Controller(beam), Controller(beam)
+    simulator = Simulator(beam, contact="none")
+    pulls = []
+    for _ in range(10):
+        controller.prepare()
+        other.step(target - 2.0 * DOWN)
+        simulator.step(pull=[0.0, 0.01])
+        pulls.append(controller.decide(target).pull)
+        controller.advance()
+    np.testing.assert_array_equal(pulls, expected)
+
+
+def test_a_model_that_has_blown_up_stands_still(beam: Robot) -> None:
+    controller = Controller(beam)
+    target = controller.effector[0] + DOWN
+    follow(controller, target, 5)
+    pull = controller.pull.copy()
+    controller.state = replace(controller.state, q=np.full_like(controller.state.q, np.nan))
+    for _ in range(2):
+        actuation = controller.step(target)
+        assert actuation.status is Status.NOT_FINITE
+        np.testing.assert_array_equal(actuation.pull, pull)
+    controller.reset()
+    assert controller.step(target).status is Status.OK
+
+
+def test_contact_of_another_robot_is_refused(beam: Robot) -> None:
+    with pytest.raises(ValueError, match="the contact basis has 7 slots, the robot 0 candidates"):
+        Controller(beam, EmptySpace(7))
+    with pytest.raises(ValueError, match='contact is \'some\', allowed are "none", "full"'):
+        Controller(beam, "some")  # type: ignore[arg-type]

@@ -1,0 +1,105 @@
+"""The controller on the finger, whose notches close: what the certificate says is what happens."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tauten.controller import Controller
+from tauten.controller.solution import Status
+from tauten.model import Robot, Simulator
+from tauten.model.arrays import Array
+from tauten.model.forward import Enrichment
+
+CHECKED = Enrichment(tolerance=5e-5, rounds=5, per_pair=2)
+
+
+@pytest.fixture(scope="module")
+def bent(finger: Robot) -> Array:
+    """Where the tip is when the cable is pulled by 30 mm and the notches are closed."""
+    simulator = Simulator(finger, contact="full")
+    assert simulator.settle(pull=[0.030]).converged
+    return simulator.effector[0]
+
+
+def bend(controller: Controller, target: Array, steps: int) -> list[float]:
+    """Follow a target from rest; the deepest gap predicted at each step [m]."""
+    tip, gaps = controller.effector[0], []
+    for share in np.minimum(np.arange(1, steps + 1) / (0.7 * steps), 1.0):
+        actuation = controller.step(tip + share * (target - tip))
+        assert actuation.status.usable
+        gaps.append(actuation.certificate.deepest_gap)
+    return gaps
+
+
+def test_nobody_who_ignores_contact_notices_it(finger: Robot, bent: Array) -> None:
+    blind = Controller(finger, "none")
+    gaps = bend(blind, bent, 60)
+    assert np.all(np.isinf(gaps))
+    assert finger.rows(blind.state).contacts.gaps().min() < -5e-4
+
+
+def test_enrichment_adds_columns_until_the_gaps_are_kept(finger: Robot, bent: Array) -> None:
+    controller = Controller(finger, "none", CHECKED)
+    tip = controller.effector[0]
+    columns = []
+    for share in np.minimum(np.arange(1, 51) / 35, 1.0):
+        actuation = controller.step(tip + share * (bent - tip))
+        certificate = actuation.certificate
+        columns.append(certificate.extra_columns)
+        assert actuation.status.usable
+        assert certificate.deepest_gap >= -CHECKED.tolerance
+        # rows are linearised: what is predicted happens, but for what their normals turn in a step
+        actual = finger.rows(controller.state).contacts.gaps().min()
+        assert actual >= min(certificate.deepest_gap, 0.0) - 1e-4
+    assert columns[0] == 0
+    assert max(columns) >= 5
+
+
+def test_without_rounds_the_certificate_still_reports_the_deepest_gap(
+    finger: Robot, bent: Array
+) -> None:
+    unchecked = Enrichment(tolerance=np.inf, rounds=1, per_pair=1)
+    controller = Controller(finger, "none", unchecked)
+    gaps = bend(controller, bent, 45)
+    assert min(gaps) < -5e-4
+    assert gaps[-1] == pytest.approx(finger.rows(controller.state).contacts.gaps().min(), abs=1e-4)
+
+
+def test_reaching_a_target_reproduces_the_equilibrium_with_contact(
+    finger: Robot, bent: Array
+) -> None:
+    controller = Controller(finger, "full")
+    bend(controller, bent, 90)
+    actuation = controller.step(bent)
+    assert actuation.status is Status.OK
+    assert np.linalg.norm(controller.effector[0] - bent) < 2e-4
+    np.testing.assert_allclose(controller.pull, [0.030], atol=3e-4)
+    assert np.any(controller.forces.extra_beta > 0.0)
+
+
+def test_holding_with_contact_keeps_gaps(finger: Robot, bent: Array) -> None:
+    controller = Controller(finger, "none", CHECKED)
+    bend(controller, bent, 40)
+    pull = controller.pull.copy()
+    for _ in range(10):
+        actuation = controller.hold()
+        controller.advance()
+        np.testing.assert_array_equal(actuation.pull, pull)
+        assert actuation.certificate.deepest_gap >= -CHECKED.tolerance
+    assert actuation.status is Status.OK
+
+
+def test_limits_are_kept_in_contact(finger: Robot) -> None:
+    rng = np.random.default_rng(2)
+    controller, limits = Controller(finger, "none", CHECKED), finger.limits
+    tip, pull = controller.effector[0], controller.pull
+    for step in range(60):
+        if step % 15 == 0:
+            target = tip + rng.normal(size=3) * [0.1, 0.01, 0.1]
+        actuation = controller.step(target)
+        assert np.all(actuation.tension >= limits.tension_min)
+        assert np.all(actuation.tension <= limits.tension_max)
+        assert np.all(actuation.pull <= limits.pull_max + 1e-9)
+        assert np.all(np.abs(actuation.pull - pull) <= limits.rate * finger.h * (1 + 1e-6))
+        pull = actuation.pull
