@@ -9,7 +9,7 @@ import numpy as np
 
 from tauten.model.arrays import Array, Ints
 from tauten.reduction.cone import distances
-from tauten.reduction.positive_basis import Method, factorise_each
+from tauten.reduction.positive_basis import Method, checked, factorise_each
 from tauten.reduction.snapshots import Snapshots
 from tauten.reduction.weighting import Weighting, snapshot_weights
 
@@ -75,6 +75,7 @@ def cross_validate(
     Raises:
         ValueError: as `factorise`; or no k is within the rank.
     """
+    S = checked(S)
     weights = snapshot_weights(S, weighting)  # (s,)
     weighted = S * weights
     parts = [(weighted[:, fold != f], weighted[:, fold == f]) for f in np.unique(fold)]

@@ -77,7 +77,7 @@ def factorise_each(
     """
     ks = sorted(set(ks))
     _check_method(method)
-    S = _checked(S)
+    S = checked(S)
     rows = np.flatnonzero((S > 0.0).any(axis=1))  # candidates that touch
     columns = np.flatnonzero((S > 0.0).any(axis=0))  # snapshots with contact
     columns = columns[np.lexsort(S[rows][:, columns])]
@@ -120,8 +120,12 @@ def _check_method(method: str) -> None:
         raise ValueError(f"method {method!r} is unknown: choose one of {', '.join(METHODS)}")
 
 
-def _checked(S: Array) -> Array:
-    """S as float64, rounding-sized negatives cut to zero."""
+def checked(S: Array) -> Array:
+    """Snapshots (n_c, s) as float64, rounding-sized negatives cut to zero.
+
+    Raises:
+        ValueError: NaN or negative forces (says in which columns), or no contact in any snapshot.
+    """
     S = np.asarray(S, dtype=float)
     if S.ndim != 2:
         raise ValueError(

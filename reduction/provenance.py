@@ -25,7 +25,8 @@ class Provenance:
         k: number of modes.
         seed: of the factorisation.
         error: ‖S − Ψ B‖_F / ‖S‖_F on the weighted snapshots.
-        curve: (k, held-out error) pairs looked at when k was chosen, relative as `error`.
+        curve: (k, training error, held-out error, largest held-out error of a snapshot [N]) that were
+            looked at, the first two errors relative as `error`; empty when k was given.
         created: date and time, ISO 8601 in UTC.
         versions: (package, version) pairs, Python among them.
     """
@@ -40,7 +41,7 @@ class Provenance:
     k: int
     seed: int
     error: float
-    curve: tuple[tuple[int, float], ...]
+    curve: tuple[tuple[int, float, float, float], ...]
     created: str
     versions: tuple[tuple[str, str], ...]
 
@@ -56,7 +57,10 @@ class Provenance:
             KeyError, TypeError, ValueError: an entry is missing or of another type.
         """
         values = {field.name: entries[field.name] for field in fields(cls)}
-        values["curve"] = tuple((int(k), float(error)) for k, error in values["curve"])
+        values["curve"] = tuple(
+            (int(k), float(training), float(held_out), float(worst))
+            for k, training, held_out, worst in values["curve"]
+        )
         values["versions"] = tuple((str(name), str(found)) for name, found in values["versions"])
         return cls(**values)
 

@@ -10,13 +10,48 @@ from typing import Literal
 
 from tauten.model.robot import Robot
 from tauten.reduction.campaign import run_campaign
-from tauten.reduction.choose import Curve, choose_k, cross_validate, folds
+from tauten.reduction.choose import ChoiceError, Curve, choose_k, cross_validate, folds
 from tauten.reduction.contact_basis import ContactBasis
 from tauten.reduction.designs import Design
-from tauten.reduction.positive_basis import Factorisation, Method, factorise
+from tauten.reduction.positive_basis import METHODS, Factorisation, Method, factorise
 from tauten.reduction.provenance import Provenance, versions
 from tauten.reduction.snapshots import Snapshots
-from tauten.reduction.weighting import Weighting, snapshot_weights
+from tauten.reduction.weighting import WEIGHTINGS, Weighting, snapshot_weights
+
+
+@dataclass(frozen=True, slots=True)
+class ReduceSettings:
+    """How a basis is made from snapshots.
+
+    Attributes:
+        k: number of modes; "auto" for the smallest within `tolerance`.
+        method: of factorisation, see `factorise`.
+        weighting: how much each snapshot counts, see `snapshot_weights`.
+        tolerance: held-out relative force error that "auto" accepts.
+        seed: of the factorisation.
+        curve: find the error against k even where k is given.
+    """
+
+    k: int | Literal["auto"] = "auto"
+    method: Method = "hals"
+    weighting: Weighting = "equal"
+    tolerance: float = 0.1
+    seed: int = 0
+    curve: bool = False
+
+    def __post_init__(self) -> None:
+        if self.method not in METHODS:
+            raise ChoiceError(
+                f"method {self.method!r} is unknown: choose one of {', '.join(METHODS)}"
+            )
+        if self.weighting not in WEIGHTINGS:
+            raise ChoiceError(
+                f"weighting {self.weighting!r} is unknown: choose one of {', '.join(WEIGHTINGS)}"
+            )
+        if self.k != "auto" and self.k < 1:
+            raise ChoiceError(f"k is {self.k}: allowed are 1 and more, and auto")
+        if not 0.0 < self.tolerance < 1.0:
+            raise ChoiceError(f"tolerance is {self.tolerance}: allowed is 0 to 1, without the ends")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -40,11 +75,7 @@ def reduce_robot(
     robot: Robot,
     design: Design,
     folder: str | Path,
-    k: int | Literal["auto"] = 5,
-    method: Method = "hals",
-    seed: int = 0,
-    weighting: Weighting = "equal",
-    tolerance: float = 0.1,
+    settings: ReduceSettings,
     executor: Executor | None = None,
     show_progress: bool = True,
 ) -> Reduction:
@@ -54,31 +85,47 @@ def reduce_robot(
         robot: what the basis is for.
         design: what the robot is shown.
         folder: where the campaign is kept.
-        k: number of modes; "auto" for the smallest within `tolerance`.
-        method: of factorisation, see `factorise`.
-        seed: of the factorisation.
-        weighting: how much each snapshot counts, see `snapshot_weights`.
-        tolerance: held-out relative force error that "auto" accepts.
+        settings: how the basis is made.
         executor: see `tauten.reduction.executors`; None works in this process.
         show_progress: draw a bar on the terminal.
 
     Raises:
         SnapshotError: the folder holds another campaign, or a damaged file.
-        ChoiceError: no k is within the tolerance.
-        ValueError: as `factorise`: no contact at all, k beyond the rank.
+        ChoiceError: no contact at all, k beyond the rank, no k within the tolerance.
     """
+    if robot.n_c == 0:
+        raise ChoiceError(
+            f"robot {robot.name} has no contact candidates: there is nothing to reduce"
+        )
     everything = run_campaign(robot, design, folder, executor, show_progress)
     snapshots = everything.select(everything.converged)
-    curve = None
-    if k == "auto":
+    try:
+        basis, curve = make_basis(robot, snapshots, settings)
+    except ValueError as error:
+        raise ChoiceError(f"{folder}: {error}") from error
+    return Reduction(basis, snapshots, len(everything) - len(snapshots), curve)
+
+
+def make_basis(
+    robot: Robot, snapshots: Snapshots, settings: ReduceSettings
+) -> tuple[ContactBasis, Curve | None]:
+    """A basis from snapshots, and the error against k if it was found.
+
+    Raises:
+        ValueError: as `factorise`: no contact at all, k beyond the rank.
+        ChoiceError: no k is within the tolerance.
+    """
+    method, weighting, seed = settings.method, settings.weighting, settings.seed
+    curve, k = None, settings.k
+    if k == "auto" or settings.curve:
+        fold = folds(snapshots)
         curve = cross_validate(
-            snapshots.lam, folds(snapshots), method=method, seed=seed, weighting=weighting
-        )
-        k = choose_k(curve, tolerance)
+            snapshots.lam, fold, method=method, seed=seed, weighting=weighting
+        )  # fmt: skip
+        k = choose_k(curve, settings.tolerance) if k == "auto" else k
     weights = snapshot_weights(snapshots.lam, weighting)
     found = factorise(snapshots.lam * weights, k, method, seed)
-    basis = ContactBasis(found.Psi, provenance(robot, snapshots, found, weighting, curve))
-    return Reduction(basis, snapshots, len(everything) - len(snapshots), curve)
+    return ContactBasis(found.Psi, provenance(robot, snapshots, found, weighting, curve)), curve
 
 
 def provenance(
@@ -89,7 +136,10 @@ def provenance(
     curve: Curve | None = None,
 ) -> Provenance:
     """Where a basis made from these snapshots by this factorisation comes from."""
-    pairs = [] if curve is None else zip(curve.k.tolist(), curve.held_out.tolist(), strict=True)
+    points: list[tuple[int, float, float, float]] = []
+    if curve is not None:
+        columns = (curve.k, curve.training, curve.held_out, curve.worst)
+        points = list(zip(*(column.tolist() for column in columns), strict=True))
     return Provenance(
         robot=robot.name,
         robot_digest=robot.digest,
@@ -101,7 +151,7 @@ def provenance(
         k=found.k,
         seed=found.seed,
         error=found.error,
-        curve=tuple(pairs),
+        curve=tuple(points),
         created=datetime.now(UTC).isoformat(timespec="seconds"),
         versions=versions(),
     )

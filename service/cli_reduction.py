@@ -2,99 +2,188 @@
 
 from __future__ import annotations
 
+import math
+import os
+from contextlib import AbstractContextManager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal, cast
 
 import typer
 from rich.console import Console
-from rich.table import Table
 
 if TYPE_CHECKING:
+    from concurrent.futures import Executor
+
     from tauten.model import Robot
-    from tauten.reduction.designs import Design
+    from tauten.reduction.designs import Design, Ranges
+    from tauten.reduction.positive_basis import Method
+    from tauten.reduction.reduce import ReduceSettings, Reduction
+    from tauten.reduction.weighting import Weighting
 
 
 def reduce(
     robot: Annotated[str, typer.Argument(help="A shipped robot's name, or a robot file.")],
     out: Annotated[Path | None, typer.Option(help="Default: ROBOT.basis here.")] = None,
     design: Annotated[
-        str,
-        typer.Option(help="ramp, plackett-burman, latin-hypercube, or a CSV of loads."),
+        str, typer.Option(help="ramp, plackett-burman, latin-hypercube, or a CSV of loads.")
     ] = "ramp",
-    step: Annotated[float, typer.Option(min=0.0, help="Of the ramp [m].")] = 5e-5,
-    runs: Annotated[int, typer.Option(min=1, help="Of the Latin hypercube.")] = 20,
-    tilt: Annotated[float, typer.Option(min=0.0, help="Of gravity, in the designs [rad].")] = 0.0,
-    force: Annotated[float, typer.Option(min=0.0, help="On the effectors [N].")] = 0.0,
-    k: Annotated[str, typer.Option(help='Number of modes, or "auto".')] = "5",
-    method: Annotated[str, typer.Option(help="Of factorisation.")] = "hals",
+    step: Annotated[float, typer.Option(help="Of the ramp [m].")] = 5e-5,
+    steps: Annotated[int, typer.Option(min=1, help="Of a run, in the other designs.")] = 100,
+    runs: Annotated[int, typer.Option(help="Of the Latin hypercube.")] = 20,
+    pull: Annotated[
+        tuple[float, float],
+        typer.Option(
+            help="Least and largest final pull of a run, as a share of a cable's largest."
+        ),
+    ] = (0.5, 1.0),
+    tilt: Annotated[float, typer.Option(help="Of gravity, at most, in the designs [deg].")] = 0.0,
+    force: Annotated[float, typer.Option(help="On the effectors, a component [N].")] = 0.0,
+    k: Annotated[str, typer.Option(help='Number of modes, or "auto".')] = "auto",
+    tolerance: Annotated[
+        float, typer.Option(help='Held-out relative force error that "auto" accepts.')
+    ] = 0.1,
+    method: Annotated[str, typer.Option(help="hals, hals-nndsvd, als, greedy.")] = "hals",
+    weighting: Annotated[str, typer.Option(help="Of snapshots: equal or force.")] = "equal",
     seed: Annotated[int, typer.Option(help="Of what is random.")] = 0,
+    curve: Annotated[
+        Path | None, typer.Option(help="Draw the error against k into this picture.")
+    ] = None,
     snapshots: Annotated[
         Path | None, typer.Option(help="Folder that keeps the campaign; default: ROBOT-snapshots.")
     ] = None,
-    workers: Annotated[int, typer.Option(min=1, help="Processes.")] = 1,
-    cluster: Annotated[str | None, typer.Option(help="Dask scheduler, tcp://host:port.")] = None,
+    workers: Annotated[
+        int | None, typer.Option(min=1, help="Processes; default: one a processor.")
+    ] = None,
+    scheduler: Annotated[
+        str | None, typer.Option(help="Dask scheduler, tcp://host:port, instead of processes.")
+    ] = None,
 ) -> None:
-    """Show a robot its loads and make a contact basis of the contact forces."""
+    """Show a robot its loads and make a contact basis of the contact forces.
+
+    What is done is kept in the folder of snapshots: the same command goes on after Ctrl-C.
+    """
     from tauten.model import load_robot
-    from tauten.reduction.choose import ChoiceError
-    from tauten.reduction.executors import dask_cluster, processes
-    from tauten.reduction.positive_basis import METHODS
-    from tauten.reduction.reduce import reduce_robot
+    from tauten.reduction.curve_figure import draw_curve
+    from tauten.reduction.designs import Ranges
+    from tauten.reduction.reduce import ReduceSettings
 
-    if method not in METHODS:
-        raise typer.BadParameter(f"found {method}, allowed are {', '.join(METHODS)}")
-    if k != "auto" and not k.isdecimal():
-        raise typer.BadParameter(f"k is {k}, allowed are numbers and auto")
+    settings = ReduceSettings(
+        k=_modes(k),
+        method=cast("Method", method),  # ReduceSettings checks it
+        weighting=cast("Weighting", weighting),
+        tolerance=tolerance,
+        seed=seed,
+        curve=curve is not None,
+    )
     loaded = load_robot(robot)
+    target = _basis_path(out or Path(f"{loaded.name}.basis"))
+    ranges = Ranges(pull=pull, tilt=math.radians(tilt), force=force)
+    plan = _design(design, loaded, step, ranges, runs, steps, seed)
     folder = snapshots or Path(f"{loaded.name}-snapshots")
-    plan = _design(design, loaded, step, runs, tilt, force, seed)
-    modes: int | Literal["auto"] = "auto" if k == "auto" else int(k)
-    with dask_cluster(cluster) if cluster else processes(workers) as executor:
-        try:
-            made = reduce_robot(loaded, plan, folder, modes, method, seed, executor=executor)
-        except ValueError as error:
-            raise ChoiceError(f"{loaded.name}: {error}") from error
-    saved = made.basis.save(out or Path(f"{loaded.name}.basis"))
-    off = made.basis.provenance.error
-    typer.echo(f"{saved}: {made.basis.k} modes, relative force error {off:.3g}")
-
-
-def _design(
-    name: str, robot: Robot, step: float, runs: int, tilt: float, force: float, seed: int
-) -> Design:
-    from tauten.reduction import designs
-    from tauten.reduction.design_csv import from_csv
-
-    ranges = designs.Ranges(tilt=tilt, force=force)
-    if name == "ramp":
-        return designs.ramp(robot, step)
-    if name == "plackett-burman":
-        return designs.plackett_burman(robot, ranges)
-    if name == "latin-hypercube":
-        return designs.latin_hypercube(robot, ranges, runs, seed)
-    return from_csv(robot, name)
+    with _executor(scheduler, workers, len(plan.runs)) as executor:
+        made = _reduced(loaded, plan, folder, settings, executor)
+    saved = made.basis.save(target)
+    if curve is not None and made.curve is not None:
+        draw_curve(made.curve, curve, made.basis.k)
+    origin = made.basis.provenance
+    skipped = f"; {made.skipped} equilibria did not converge" if made.skipped else ""
+    typer.echo(
+        f"{saved}: {origin.k} modes of {origin.snapshots} snapshots by {origin.method}, "
+        f"relative force error {origin.error:.3g}{skipped}"
+    )
 
 
 def inspect(
     basis: Annotated[str, typer.Argument(help="A .basis file, or a shipped robot's name.")],
+    robot: Annotated[
+        str | None, typer.Option(help="Robot name or file; default: the one it was made for.")
+    ] = None,
+    figure: Annotated[
+        Path | None, typer.Option(help="Draw the modes on the robot into this picture.")
+    ] = None,
+    modes: Annotated[int, typer.Option(min=1, help="Modes to draw, at most.")] = 20,
+    curve: Annotated[
+        Path | None, typer.Option(help="Draw the error against k into this picture.")
+    ] = None,
 ) -> None:
-    """Say what a contact basis is and where it comes from."""
+    """Say what a contact basis is, where it comes from, and where it would miss contact."""
     from tauten.reduction import ContactBasis
+    from tauten.reduction.curve_figure import draw_curve
+    from tauten.reduction.modes_figure import draw_modes
+    from tauten.service.basis_report import found_robot, kept_curve, tables
 
     found = ContactBasis.load(basis)
-    table = Table("", str(basis), title="contact basis")
-    for name, value in basis_rows(found.provenance.to_dict()):
-        table.add_row(name, value)
-    table.add_row("candidates", str(found.n_c))
-    table.add_row("candidates no mode touches", str(len(found.untouched())))
-    Console().print(table)
+    errors = kept_curve(found, basis) if curve is not None else None
+    loaded = found_robot(found, robot, needed=robot is not None or figure is not None)
+    if errors is not None and curve is not None:
+        draw_curve(errors, curve, found.k)
+    if figure is not None and loaded is not None:
+        draw_modes(loaded, found, figure, modes)
+    for table in tables(found, basis, loaded):
+        Console().print(table)
 
 
-def basis_rows(provenance: dict[str, object]) -> list[tuple[str, str]]:
-    """A provenance as lines of a table."""
-    rows = []
-    for name, value in provenance.items():
-        if isinstance(value, list | tuple):
-            value = ", ".join(f"{first} {second}" for first, second in value)
-        rows.append((name.replace("_", " "), str(value)))
-    return rows
+def _modes(k: str) -> int | Literal["auto"]:
+    """The number of modes, or "auto"."""
+    from tauten.reduction.choose import ChoiceError
+
+    if k == "auto":
+        return "auto"
+    if not k.isdecimal():
+        raise ChoiceError(f"k is {k!r}: allowed are 1 and more, and auto")
+    return int(k)
+
+
+def _basis_path(path: Path) -> Path:
+    """Where the basis goes, checked before a campaign of minutes or hours."""
+    from tauten.reduction.contact_basis import SUFFIX, BasisError
+
+    if path.suffix != SUFFIX:
+        raise BasisError(f"{path}: a contact basis file ends in {SUFFIX}")
+    return path
+
+
+def _design(
+    name: str, robot: Robot, step: float, ranges: Ranges, runs: int, steps: int, seed: int
+) -> Design:
+    from tauten.reduction import designs
+    from tauten.reduction.design_csv import from_csv
+
+    if name == "ramp":
+        return designs.ramp(robot, step)
+    if name == "plackett-burman":
+        return designs.plackett_burman(robot, ranges, steps)
+    if name == "latin-hypercube":
+        return designs.latin_hypercube(robot, ranges, runs, seed, steps)
+    if not name.endswith(".csv"):
+        raise designs.DesignError(
+            f"no design {name!r}: allowed are ramp, plackett-burman, latin-hypercube and files "
+            "that end in .csv"
+        )
+    return from_csv(robot, name)
+
+
+def _executor(
+    scheduler: str | None, workers: int | None, runs: int
+) -> AbstractContextManager[Executor]:
+    """A Dask cluster or processes, not more than there are runs."""
+    from tauten.reduction.executors import dask_cluster, processes
+
+    if scheduler is not None:
+        return dask_cluster(scheduler)
+    return processes(min(workers or os.cpu_count() or 1, runs))
+
+
+def _reduced(
+    robot: Robot, design: Design, folder: Path, settings: ReduceSettings, executor: Executor
+) -> Reduction:
+    """The reduction; Ctrl-C says what is kept and exits as a shell would."""
+    from tauten.reduction.reduce import reduce_robot
+
+    try:
+        return reduce_robot(robot, design, folder, settings, executor)
+    except KeyboardInterrupt:
+        typer.echo(
+            f"stopped: {folder} keeps what is done, the same command goes on from there", err=True
+        )
+        raise typer.Exit(130) from None

@@ -6,12 +6,11 @@ forces move over the faces as the notches close, and most candidates never touch
 
 import numpy as np
 import pytest
+from thumb import thumb_mesh, thumb_settings
 
 from tauten.model.arrays import Array
 from tauten.model.config import RobotConfig
 from tauten.model.load import build_robot
-from tauten.model.mesh import TetMesh
-from tauten.model.robots.make_finger import FingerShape, make_finger
 from tauten.model.tet_robot import TetRobot
 from tauten.reduction.cone import coordinates
 
@@ -49,37 +48,4 @@ def forces() -> Array:
 @pytest.fixture(scope="session")
 def thumb() -> TetRobot:
     """Three blocks and two notches: a robot small enough to run campaigns in seconds."""
-    nodes, tets = make_finger(
-        FingerShape(length=0.05, opening=0.0016, blocks=3, along=2, across=2, below=1, above=2)
-    )
-    pitch = 0.05 / 3.0
-    surfaces, contacts = [], []
-    for notch in (1, 2):
-        z = -notch * pitch
-        box = {"lower": [0.005, 0.0, z - 0.002], "upper": [0.015, 0.015, z + 0.002]}
-        for side, normal in (("above", [0.0, 0.0, -1.0]), ("below", [0.0, 0.0, 1.0])):
-            surfaces.append({"name": f"notch{notch}_{side}", "box": box, "normal": normal})
-        contacts.append(
-            {"candidates": f"notch{notch}_below", "against": f"notch{notch}_above", "points": 24}
-        )
-    settings = {
-        "name": "thumb",
-        "mesh": {"file": "thumb.vtu"},
-        "material": {"young_modulus": 0.6e6, "poisson_ratio": 0.45, "density": 1100.0},
-        "fixed": [{"lower": [0.0, 0.0, 0.0], "upper": [0.015, 0.015, 0.0]}],
-        "cables": [
-            {
-                "name": "tendon",
-                "points": [[0.011, 0.0075, -0.002], [0.011, 0.0075, -0.048]],
-                "max_tension": 20.0,
-                "max_pull": 0.008,
-                "max_rate": 0.04,
-            }
-        ],
-        "effectors": [{"name": "tip", "point": [0.0075, 0.0075, -0.05]}],
-        "surfaces": surfaces,
-        "contacts": contacts,
-        "integration": {"scheme": "quasi-static"},
-        "controller": {"rate": 50.0},
-    }
-    return build_robot(RobotConfig.model_validate(settings), TetMesh(nodes, tets), "thumb")
+    return build_robot(RobotConfig.model_validate(thumb_settings()), thumb_mesh(), "thumb")

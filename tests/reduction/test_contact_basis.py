@@ -24,7 +24,7 @@ ORIGIN = Provenance(
     k=3,
     seed=0,
     error=0.0123,
-    curve=((1, 0.5), (3, 0.0123)),
+    curve=((1, 0.4, 0.5, 2.0), (3, 0.01, 0.0123, 0.1)),
     created="2026-01-02T03:04:05+00:00",
     versions=versions(),
 )

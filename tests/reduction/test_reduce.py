@@ -1,6 +1,7 @@
 """From campaign to reduced simulation on a robot with two notches."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -8,20 +9,23 @@ import pytest
 from tauten.model.forward import Enrichment
 from tauten.model.robot import Robot
 from tauten.model.simulator import Simulator
+from tauten.reduction.choose import ChoiceError
 from tauten.reduction.contact_basis import BasisError, ContactBasis
 from tauten.reduction.coverage import coverage
 from tauten.reduction.designs import ramp
 from tauten.reduction.modes_figure import draw_modes
 from tauten.reduction.positive_basis import Factorisation, factorise
-from tauten.reduction.reduce import Reduction, provenance, reduce_robot
+from tauten.reduction.reduce import ReduceSettings, Reduction, provenance, reduce_robot
 from tauten.reduction.smoothing import smoothed
 from tauten.reduction.tip import tip_errors
+
+FOUR = ReduceSettings(k=4)
 
 
 @pytest.fixture(scope="module")
 def reduction(thumb: Robot, tmp_path_factory: pytest.TempPathFactory) -> Reduction:
     folder = tmp_path_factory.mktemp("campaign")
-    return reduce_robot(thumb, ramp(thumb, step=2e-4), folder, k=4, show_progress=False)
+    return reduce_robot(thumb, ramp(thumb, step=2e-4), folder, FOUR, show_progress=False)
 
 
 @pytest.fixture(scope="module")
@@ -42,21 +46,40 @@ def test_basis_says_where_it_comes_from(thumb: Robot, reduction: Reduction) -> N
 
 
 def test_reduction_is_reproduced(thumb: Robot, reduction: Reduction, tmp_path: Path) -> None:
-    again = reduce_robot(thumb, ramp(thumb, step=2e-4), tmp_path, k=4, show_progress=False)
+    again = reduce_robot(thumb, ramp(thumb, step=2e-4), tmp_path, FOUR, show_progress=False)
     np.testing.assert_array_equal(again.basis.Psi, reduction.basis.Psi)
 
 
 def test_automatic_k_is_the_smallest_within_tolerance(
     thumb: Robot, reduction: Reduction, tmp_path: Path
 ) -> None:
-    found = reduce_robot(
-        thumb, ramp(thumb, step=2e-4), tmp_path, k="auto", tolerance=0.3, show_progress=False
-    )
-    curve = dict(found.basis.provenance.curve)
+    settings = ReduceSettings(k="auto", tolerance=0.3)
+    found = reduce_robot(thumb, ramp(thumb, step=2e-4), tmp_path, settings, show_progress=False)
+    curve = {k: held_out for k, _, held_out, _ in found.basis.provenance.curve}
     assert curve[found.basis.k] <= 0.3
     assert all(error > 0.3 for k, error in curve.items() if k < found.basis.k)
     assert found.curve is not None
     np.testing.assert_array_equal(found.curve.k, list(curve))
+
+
+def test_too_many_modes_are_refused(thumb: Robot, tmp_path: Path) -> None:
+    many = ReduceSettings(k=1000)
+    with pytest.raises(ChoiceError, match="k = 1000 modes asked for, but the snapshots have rank"):
+        reduce_robot(thumb, ramp(thumb, step=1e-3), tmp_path, many, show_progress=False)
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"k": 0}, "k is 0: allowed are 1 and more, and auto"),
+        ({"method": "svd"}, "method 'svd' is unknown: choose one of hals, "),
+        ({"weighting": "none"}, "weighting 'none' is unknown: choose one of equal, force"),
+        ({"tolerance": 0.0}, "tolerance is 0.0: allowed is 0 to 1"),
+    ],
+)
+def test_settings_that_make_no_sense(settings: dict[str, Any], message: str) -> None:
+    with pytest.raises(ChoiceError, match=message):
+        ReduceSettings(**settings)
 
 
 def test_basis_of_another_robot_is_refused(
