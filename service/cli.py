@@ -16,6 +16,7 @@ from rich.console import Console
 from rich.table import Table
 
 from tauten.service.cli_bench import bench
+from tauten.service.cli_closed_loop import closed_loop
 from tauten.service.cli_compare import compare
 from tauten.service.cli_reduction import inspect, reduce
 
@@ -28,6 +29,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     add_completion=False,
 )
+bench.command("closed-loop")(closed_loop)
 app.add_typer(bench, name="bench")
 app.command()(reduce)
 app.command()(inspect)
