@@ -48,6 +48,7 @@ class QpccSettings:
 
 DEFAULT = QpccSettings()
 UNLIMITED = 1_000_000
+NO_PIECE = ("complementarity",)  # what is in conflict where no limit can be blamed
 
 
 def solve_qpcc(problem: Qpcc, warm: Warm = None, settings: QpccSettings = DEFAULT) -> Solution:
@@ -86,7 +87,7 @@ def solve_qpcc(problem: Qpcc, warm: Warm = None, settings: QpccSettings = DEFAUL
         return finish(problem, descent.best, units, descent, bound)
     if violating is not None:
         return infeasible(problem, units, violating, descent.pivots)
-    return nothing(problem, Status.INFEASIBLE, lam_a, ("complementarity",))
+    return nothing(problem, Status.INFEASIBLE, lam_a, NO_PIECE)
 
 
 def rescue(descent: Descent, piece: Bools, settings: QpccSettings) -> Point | None:
@@ -103,6 +104,8 @@ def rescue(descent: Descent, piece: Bools, settings: QpccSettings) -> Point | No
         violating = least_violation(descent.problem, descent.backend, descent.max_pivots, piece)
     if violating is not None:
         descent.run(violating.piece)
+        if descent.best is None:
+            descent.stay(violating.z, violating.piece)
     best = descent.best
     if best is None or not best.stationary:
         budget = Budget(nodes=settings.rescue_nodes, gap=0.0, any_point=best is None)
@@ -144,7 +147,8 @@ def infeasible(problem: Qpcc, units: Units, violating: Point, pivots: int) -> So
         problem.name_of_bound(j)
         for j in np.flatnonzero(np.abs(violating.alpha) > pressing).tolist()
     ]
-    return solution_at(problem, units, violating, Status.INFEASIBLE, pivots, tuple(names))
+    conflict = tuple(names) or NO_PIECE
+    return solution_at(problem, units, violating, Status.INFEASIBLE, pivots, conflict)
 
 
 def solution_at(

@@ -64,7 +64,7 @@ def test_targets_above_and_below_pull_the_cable_on_their_side(beam: Robot) -> No
         assert controller.tension[pulling] > 0.5
         assert controller.pull[pulling] > controller.pull[1 - pulling]
         # the end of a bent beam is nearer: the nearest it comes to a point right above or below
-        assert np.linalg.norm(controller.effector[0] - target) < 0.3 * np.linalg.norm(DOWN)
+        assert np.linalg.norm(controller.effector[0] - target) < 0.4 * np.linalg.norm(DOWN)
 
 
 def test_limits_are_kept_whatever_the_target(beam: Robot) -> None:

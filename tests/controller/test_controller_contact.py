@@ -19,7 +19,8 @@ def bent(finger: Robot) -> Array:
     """Where the tip is when the cable is pulled by 30 mm and the notches are closed."""
     simulator = Simulator(finger, contact="full")
     assert simulator.settle(pull=[0.030]).converged
-    return simulator.effector[0]
+    tip: Array = simulator.effector[0]
+    return tip
 
 
 def bend(controller: Controller, target: Array, steps: int) -> list[float]:

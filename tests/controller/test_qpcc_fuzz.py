@@ -44,7 +44,10 @@ def fuzz(seeds: range, settings: QpccSettings) -> dict[Status, int]:
         begin = perf_counter()
         solution = solve_qpcc(problem, start if seed % 2 else None, settings)
         assert perf_counter() - begin < HANG
-        check(problem, solution)
+        try:
+            check(problem, solution)
+        except AssertionError as error:
+            raise AssertionError(f"seed {seed}") from error
         counts[solution.status] += 1
     return counts
 
