@@ -12,7 +12,10 @@ from tauten.model.arrays import Array
 from tauten.model.config import RobotConfig
 from tauten.model.load import build_robot
 from tauten.model.tet_robot import TetRobot
+from tauten.reduction.campaign import run_campaign
 from tauten.reduction.cone import coordinates
+from tauten.reduction.designs import ramp
+from tauten.reduction.snapshots import Snapshots
 
 
 def _hats(u: Array, nodes: int) -> Array:
@@ -49,3 +52,11 @@ def forces() -> Array:
 def thumb() -> TetRobot:
     """Three blocks and two notches: a robot small enough to run campaigns in seconds."""
     return build_robot(RobotConfig.model_validate(thumb_settings()), thumb_mesh(), "thumb")
+
+
+@pytest.fixture(scope="session")
+def thumb_ramp(thumb: TetRobot, tmp_path_factory: pytest.TempPathFactory) -> Snapshots:
+    """The thumb's equilibria from rest to its largest pull."""
+    folder = tmp_path_factory.mktemp("ramp")
+    found = run_campaign(thumb, ramp(thumb, step=2e-4), folder, show_progress=False)
+    return found.select(found.converged)

@@ -1,0 +1,174 @@
+"""StateBasis: configurations as combinations of a few modes (14), and the elements that stand for all."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, fields
+from importlib.resources import as_file, files
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tauten.model.arrays import Array, Ints
+from tauten.model.robot import Robot
+from tauten.reduction.storage import DamagedFile, read, write
+
+SUFFIX = ".states"
+_KIND = "tauten state basis"
+_SHIPPED = "tauten.model.robots"
+
+
+class StateBasisError(ValueError):
+    """A state basis that cannot be used; the text says which one, what was found and what fits."""
+
+
+@dataclass(frozen=True, slots=True)
+class StateOrigin:
+    """Where a state basis and its sample of elements come from.
+
+    Attributes:
+        robot: name of the robot.
+        robot_digest: sha256 of its model; a state basis fits no other one.
+        campaign: one line that says which snapshots.
+        snapshots_digest: sha256 of their contact forces, the same as in the contact basis.
+        snapshots: number of states.
+        r: number of modes.
+        responses: how many of them are static responses instead of modes of motion.
+        projection_error: root mean square of the motion left out, relative.
+        sample: number of elements in the sample.
+        sample_tolerance: relative residual asked for when they were chosen.
+        sample_error: relative residual reached.
+        tip_mean, tip_max: distance of the tip from the full model's on held-out paths [m]; NaN unchecked.
+        seed: of what is random.
+        created: date and time, ISO 8601 in UTC.
+        versions: (package, version) pairs, Python among them.
+    """
+
+    robot: str
+    robot_digest: str
+    campaign: str
+    snapshots_digest: str
+    snapshots: int
+    r: int
+    responses: int
+    projection_error: float
+    sample: int
+    sample_tolerance: float
+    sample_error: float
+    tip_mean: float
+    tip_max: float
+    seed: int
+    created: str
+    versions: tuple[tuple[str, str], ...]
+
+    @classmethod
+    def from_dict(cls, entries: dict[str, Any]) -> StateOrigin:
+        """From what `dataclasses.asdict` gave, through JSON.
+
+        Raises:
+            KeyError, TypeError, ValueError: an entry is missing or of another type.
+        """
+        values = {field.name: entries[field.name] for field in fields(cls)}
+        values["versions"] = tuple((str(name), str(found)) for name, found in values["versions"])
+        return cls(**values)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StateBasis:
+    """State modes of one robot, with the elements its forces are summed over.
+
+    Attributes:
+        Phi: (n, r) modes, orthonormal in the mass (`tauten.reduction.pod`).
+        elements: (s,) numbers of the sampled elements, ascending.
+        weights: (s,) how many elements each stands for, positive.
+        origin: where it comes from.
+    """
+
+    Phi: Array
+    elements: Ints
+    weights: Array
+    origin: StateOrigin
+
+    def __post_init__(self) -> None:
+        if self.Phi.ndim != 2 or self.Phi.shape[1] != self.origin.r:
+            raise StateBasisError(
+                f"Phi has shape {self.Phi.shape}: expected (n, {self.origin.r}), r as in the origin"
+            )
+        if not np.isfinite(self.Phi).all():
+            raise StateBasisError("Phi has entries that are not finite")
+        if self.elements.shape != self.weights.shape or not (self.weights > 0.0).all():
+            raise StateBasisError(
+                f"{len(self.elements)} elements and {len(self.weights)} weights: "
+                "expected one positive weight an element"
+            )
+
+    @property
+    def r(self) -> int:
+        """Number of modes."""
+        return int(self.Phi.shape[1])
+
+    def check_robot(self, robot: Robot) -> None:
+        """Make sure that this state basis was made for this robot.
+
+        Raises:
+            StateBasisError: it was made for another robot, or for an earlier state of this one.
+        """
+        made_for = self.origin
+        if made_for.robot_digest != robot.digest or len(self.Phi) != robot.n:
+            raise StateBasisError(
+                f"this state basis was made for robot {made_for.robot!r} with model digest "
+                f"{made_for.robot_digest[:12]}, not for {robot.name!r} with {robot.digest[:12]}: "
+                f"make one with `tauten reduce {robot.name} --states`"
+            )
+
+    def save(self, path: str | Path) -> Path:
+        """Write one .states file (npz with a JSON header), whole or not at all; returns its path.
+
+        Raises:
+            StateBasisError: the name does not end in .states.
+        """
+        path = Path(path)
+        if path.suffix != SUFFIX:
+            raise StateBasisError(f"{path}: a state basis file ends in {SUFFIX}")
+        arrays = {"Phi": self.Phi, "elements": self.elements, "weights": self.weights}
+        write(path, _KIND, {"origin": asdict(self.origin)}, arrays)
+        return path
+
+    @classmethod
+    def load(cls, name_or_path: str | Path) -> StateBasis:
+        """Read a .states file, or the one shipped for a robot of that name.
+
+        Raises:
+            StateBasisError: no such file, or it is damaged; says which and what was found.
+        """
+        path = Path(name_or_path)
+        if path.suffix == SUFFIX or path.is_file():
+            return _load(path)
+        resources = [p for p in files(_SHIPPED).iterdir() if p.name.endswith(SUFFIX)]
+        shipped = {p.name.removesuffix(SUFFIX): p for p in resources}
+        if str(name_or_path) not in shipped:
+            raise StateBasisError(
+                f"no state basis {str(name_or_path)!r}: expected a path ending in {SUFFIX} "
+                f"or one of the shipped ones ({', '.join(sorted(shipped)) or 'none'})"
+            )
+        with as_file(shipped[str(name_or_path)]) as file:
+            return _load(file)
+
+
+def _load(path: Path) -> StateBasis:
+    try:
+        header, arrays = read(path, _KIND)
+        return StateBasis(
+            Phi=np.ascontiguousarray(arrays["Phi"], dtype=float),
+            elements=arrays["elements"].astype(np.int64),
+            weights=arrays["weights"].astype(float),
+            origin=StateOrigin.from_dict(header["origin"]),
+        )
+    except OSError as error:
+        raise StateBasisError(
+            f"{path}: no state basis can be read there ({error.strerror})"
+        ) from error
+    except DamagedFile as error:
+        raise StateBasisError(str(error)) from error
+    except (StateBasisError, KeyError, TypeError, ValueError) as error:
+        raise StateBasisError(f"{path}: this state basis file is damaged ({error})") from error

@@ -1,0 +1,203 @@
+"""The reduced robot is the full one where its basis is complete, and near it where it is not."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tauten.controller import Controller
+from tauten.model.arrays import Array
+from tauten.model.factorisation import FactorisationError
+from tauten.model.robot import Robot, State
+from tauten.model.simulator import Simulator
+from tauten.model.system import Integration
+from tauten.model.tet_robot import TetRobot
+from tauten.reduction.ecsw import sample_elements
+from tauten.reduction.pod import pod
+from tauten.reduction.reduced_robot import ReducedRobot, reduced_robot
+from tauten.reduction.snapshots import Snapshots
+from tauten.reduction.state_basis import StateBasis, StateBasisError, StateOrigin
+
+DYNAMIC = Integration(0.01, False, 0.3, 0.02)
+STATIC = Integration(0.02, True)
+
+
+def basis_of(robot: TetRobot, Phi: Array, elements: Array, weights: Array) -> StateBasis:
+    origin = StateOrigin(
+        robot=robot.name, robot_digest=robot.digest, campaign="test", snapshots_digest="",
+        snapshots=0, r=Phi.shape[1], responses=0, projection_error=0.0, sample=len(elements),
+        sample_tolerance=0.0, sample_error=0.0, tip_mean=np.nan, tip_max=np.nan, seed=0,
+        created="", versions=(),
+    )  # fmt: skip
+    return StateBasis(Phi, elements, weights, origin)
+
+
+@pytest.fixture(scope="module")
+def complete(thumb: TetRobot) -> ReducedRobot:
+    """All of space as basis, turned so that no coordinate is a node's; all elements."""
+    turn = np.linalg.qr(np.random.default_rng(0).normal(size=(thumb.n, thumb.n)))[0]
+    every = np.arange(thumb.n_elements)
+    return reduced_robot(thumb, basis_of(thumb, turn, every, np.ones(len(every))))
+
+
+@pytest.fixture(scope="module")
+def reduced(thumb: TetRobot, thumb_ramp: Snapshots) -> ReducedRobot:
+    """Twelve modes and a sample of the elements."""
+    deviations = thumb_ramp.q - thumb.rest().q[:, None]
+    Phi = pod(deviations, thumb.mass, 12).Phi
+    alphas = Phi.T @ (thumb.mass[:, None] / (thumb.mass.sum() / 3.0) * deviations)
+    sample = sample_elements(thumb, Phi, alphas, tolerance=1e-3)
+    return reduced_robot(thumb, basis_of(thumb, Phi, sample.elements, sample.weights))
+
+
+@pytest.fixture(scope="module")
+def bent(thumb: TetRobot, thumb_ramp: Snapshots, complete: ReducedRobot) -> tuple[State, State]:
+    """A bent and moving thumb with its notches in contact, and the same in the complete basis."""
+    v = 1e-2 * np.random.default_rng(1).normal(size=thumb.n)
+    full = State(thumb_ramp.q[:, -1], v)
+    Phi = complete.states.Phi
+    return full, State(Phi.T @ (full.q - thumb.rest().q), Phi.T @ v)
+
+
+@pytest.mark.parametrize("exact", [True, False])
+def test_complete_basis_gives_forces_and_tangent(
+    thumb: TetRobot, complete: ReducedRobot, bent: tuple[State, State], exact: bool
+) -> None:
+    from scipy.sparse import csc_array
+
+    full, alpha = bent
+    Phi, pattern, tension = complete.states.Phi, thumb.pattern, np.array([2.0])
+    force, values = thumb.forces(full, tension, exact)
+    K = csc_array((values, pattern.indices, pattern.indptr), shape=(thumb.n, thumb.n))
+    found, tangent = complete.forces(alpha, tension, exact)
+    np.testing.assert_allclose(found, Phi.T @ force, atol=1e-9 * np.abs(force).max())
+    expected = Phi.T @ (K @ Phi)
+    np.testing.assert_allclose(tangent, expected, atol=1e-9 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("scheme", [DYNAMIC, STATIC])
+def test_complete_basis_gives_the_step(
+    thumb: TetRobot, complete: ReducedRobot, bent: tuple[State, State], scheme: Integration
+) -> None:
+    full, alpha = bent
+    Phi, tension = complete.states.Phi, np.array([2.0])
+    known, found = (
+        thumb.linearise(full, tension, scheme),
+        complete.linearise(alpha, tension, scheme),
+    )
+    scale = np.abs(known.v_free).max()
+    np.testing.assert_allclose(Phi @ found.v_free, known.v_free, atol=1e-7 * scale)
+    np.testing.assert_allclose(Phi @ found.v, known.v, atol=1e-12)
+    B = np.random.default_rng(2).normal(size=(thumb.n, 3))
+    X = known.solve(B)
+    np.testing.assert_allclose(Phi @ found.solve(Phi.T @ B), X, atol=1e-7 * np.abs(X).max())
+    moved = complete.advance(alpha, found, found.v_free - found.v)
+    expected = thumb.advance(full, known, known.v_free - known.v)
+    np.testing.assert_allclose(complete.lifted(moved).q, expected.q, atol=1e-9)
+
+
+def test_complete_basis_gives_the_rows(
+    thumb: TetRobot, complete: ReducedRobot, bent: tuple[State, State]
+) -> None:
+    full, alpha = bent
+    Phi, expected, found = complete.states.Phi, thumb.rows(full), complete.rows(alpha)
+    assert len(expected.contacts) > 5
+    for known, rows in (
+        (expected.effectors, found.effectors),
+        (expected.actuators, found.actuators),
+        (expected.contacts.rows, found.contacts.rows),
+    ):
+        np.testing.assert_allclose(rows.delta, known.delta, atol=1e-12)
+        np.testing.assert_allclose(rows.dense(), known.H @ Phi, atol=1e-10)
+    np.testing.assert_array_equal(found.contacts.slots, expected.contacts.slots)
+    np.testing.assert_array_equal(found.contacts.pair, expected.contacts.pair)
+    np.testing.assert_allclose(complete.points(alpha), thumb.points(full), atol=1e-12)
+    np.testing.assert_allclose(complete.candidates(alpha), thumb.candidates(full), atol=1e-12)
+
+
+def test_tangent_of_a_sample_is_the_derivative_of_its_force(reduced: ReducedRobot) -> None:
+    rng = np.random.default_rng(3)
+    alpha = 2e-3 * rng.normal(size=reduced.n)
+    _, K = reduced.forces(State(alpha, alpha), exact=True)
+    np.testing.assert_allclose(K, K.T, atol=1e-9 * np.abs(K).max())
+    for direction in rng.normal(size=(3, reduced.n)):
+        step = 1e-7 * direction
+        forth, _ = reduced.forces(State(alpha + step, alpha))
+        back, _ = reduced.forces(State(alpha - step, alpha))
+        expected = (back - forth) / 2e-7
+        np.testing.assert_allclose(K @ direction, expected, atol=1e-6 * np.abs(expected).max())
+
+
+def test_sample_has_an_energy(reduced: ReducedRobot) -> None:
+    """Work round a closed loop vanishes."""
+    loop = 1e-3 * np.random.default_rng(4).normal(size=(2, reduced.n))
+    angles = np.linspace(0.0, 2.0 * np.pi, 200, endpoint=False)  # trapezia: exact for a smooth loop
+    work, size = 0.0, 0.0
+    for angle in angles:
+        alpha = np.cos(angle) * loop[0] + np.sin(angle) * loop[1]
+        tangent = -np.sin(angle) * loop[0] + np.cos(angle) * loop[1]
+        force, _ = reduced.forces(State(alpha, alpha))
+        work, size = work + force @ tangent, size + abs(force @ tangent)
+    assert size > 0.0
+    assert abs(work) < 1e-9 * size
+
+
+def test_equilibria_are_those_of_the_full_thumb(
+    thumb_ramp: Snapshots, reduced: ReducedRobot
+) -> None:
+    simulator = Simulator(reduced, contact="full")
+    apart = []
+    for i in range(0, len(thumb_ramp), 4):
+        report = simulator.settle(pull=thumb_ramp.pull[:, i], tolerance=1e-6)
+        assert report.converged
+        assert report.deepest_gap > -1e-6
+        apart.append(np.linalg.norm(simulator.effector.ravel() - thumb_ramp.effector[:, i]))
+    assert max(apart) < 1e-4  # of 50 mm
+
+
+def test_controller_does_not_tell_them_apart(thumb: TetRobot, reduced: ReducedRobot) -> None:
+    """The same targets ask the same pulls of the cable."""
+    goals = [
+        np.array([0.0075 + 0.006 * s, 0.0075, -0.05 + 0.001 * s]) for s in np.linspace(0, 1, 25)
+    ]
+    pulls = []
+    robots: tuple[Robot, ...] = (thumb, reduced)
+    for robot in robots:
+        controller = Controller(robot, "full")
+        pulls.append([float(controller.step(goal).pull[0]) for goal in goals])
+    assert max(pulls[0]) > 2e-3
+    np.testing.assert_allclose(pulls[1], pulls[0], atol=5e-5)
+
+
+def test_fork_leaves_the_other_systems_alone(reduced: ReducedRobot) -> None:
+    state = reduced.rest()
+    system = reduced.linearise(state)
+    before = system.solve(np.ones(reduced.n))
+    reduced.fork().linearise(State(np.full(reduced.n, 1e-3), state.v))
+    np.testing.assert_array_equal(system.solve(np.ones(reduced.n)), before)
+
+
+def test_gravity_and_outer_forces_are_those_of_the_full_robot(
+    thumb: TetRobot, complete: ReducedRobot
+) -> None:
+    gravity, pull = np.array([1.0, -2.0, 3.0]), np.array([0.1, 0.0, 0.2])
+    expected = complete.states.Phi.T @ thumb.loaded(gravity, pull).load
+    np.testing.assert_allclose(complete.loaded(gravity, pull).load, expected)
+
+
+def test_projection_undoes_lifting(reduced: ReducedRobot) -> None:
+    rng = np.random.default_rng(5)
+    state = State(1e-3 * rng.normal(size=reduced.n), rng.normal(size=reduced.n))
+    back = reduced.projected(reduced.lifted(state))
+    np.testing.assert_allclose(back.q, state.q, atol=1e-12)
+    np.testing.assert_allclose(back.v, state.v, atol=1e-10)
+
+
+def test_state_that_is_not_finite_is_told(reduced: ReducedRobot) -> None:
+    with pytest.raises(FactorisationError, match="positive definite"):
+        reduced.linearise(State(np.full(reduced.n, np.nan), np.zeros(reduced.n)))
+
+
+def test_basis_of_another_robot_is_refused(finger: TetRobot, reduced: ReducedRobot) -> None:
+    with pytest.raises(StateBasisError, match="made for robot 'thumb'"):
+        reduced_robot(finger, reduced.states)
