@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal, Self, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
@@ -22,6 +22,9 @@ class Section(BaseModel):
     """A table of the robot file: unknown keys and non-finite numbers are errors."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+S = TypeVar("S", bound=Section)
 
 
 class MeshSettings(Section):
@@ -148,63 +151,82 @@ class RobotSettings(Section):
     name: Name
     frame: Name = "base"
     gravity: Vector = (0.0, 0.0, -9.81)
+    material: MaterialSettings
+    fixed: Annotated[list[Box], Field(min_length=1)]
+    cables: Annotated[list[CableSettings], Field(min_length=1)]
+    effectors: Annotated[list[EffectorSettings], Field(min_length=1)]
+    contacts: list[ContactSettings] = []
     contact: ContactRange = ContactRange()
     integration: IntegrationSettings = IntegrationSettings()
     controller: ControllerSettings = ControllerSettings()
     service: ServiceSettings = ServiceSettings()
+
+    @model_validator(mode="after")
+    def _names_once(self) -> Self:
+        check_unique("cables", [cable.name for cable in self.cables])
+        check_unique("effectors", [effector.name for effector in self.effectors])
+        return self
 
 
 class RobotConfig(RobotSettings):
     """The file of a robot made of tetrahedra."""
 
     mesh: MeshSettings
-    material: MaterialSettings
-    fixed: Annotated[list[Box], Field(min_length=1)]
-    cables: Annotated[list[CableSettings], Field(min_length=1)]
-    effectors: Annotated[list[EffectorSettings], Field(min_length=1)]
     surfaces: list[SurfaceSettings] = []
-    contacts: list[ContactSettings] = []
 
     @model_validator(mode="after")
-    def _names(self) -> RobotConfig:
-        groups = {
-            "cables": [cable.name for cable in self.cables],
-            "effectors": [effector.name for effector in self.effectors],
-            "surfaces": [surface.name for surface in self.surfaces],
-        }
-        for what, names in groups.items():
-            twice = sorted({name for name in names if names.count(name) > 1})
-            if twice:
-                raise ValueError(f"{what}: name {twice[0]!r} is used twice")
-        known = {surface.name for surface in self.surfaces}
-        for index, contact in enumerate(self.contacts):
-            for name in (contact.candidates, contact.against):
-                if name not in known:
-                    raise ValueError(
-                        f"contacts.{index}: surface {name!r} is not defined, "
-                        f"known are {', '.join(sorted(known)) or 'none'}"
-                    )
+    def _surfaces(self) -> RobotConfig:
+        check_unique("surfaces", [surface.name for surface in self.surfaces])
+        check_surfaces(self.contacts, {surface.name for surface in self.surfaces})
         return self
 
 
-def read_config(path: Path) -> RobotConfig:
-    """Read and validate a robot file.
+def check_unique(what: str, names: list[str]) -> None:
+    """Raise a ValueError when a name is used twice."""
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        raise ValueError(f"{what}: name {twice[0]!r} is used twice")
+
+
+def check_surfaces(contacts: list[ContactSettings], known: set[str]) -> None:
+    """Raise a ValueError when a contact names a surface that is not known."""
+    for index, contact in enumerate(contacts):
+        for name in (contact.candidates, contact.against):
+            if name not in known:
+                raise ValueError(
+                    f"contacts.{index}: surface {name!r} is not defined, "
+                    f"known are {', '.join(sorted(known)) or 'none'}"
+                )
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """What a TOML file says, not yet looked at.
 
     Raises:
-        RobotFileError: missing, not TOML, or a field that is not allowed.
+        RobotFileError: missing, or not TOML.
     """
     try:
-        raw = tomllib.loads(path.read_text(encoding="utf-8"))
+        return tomllib.loads(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError) as error:
         raise RobotFileError(f"{path}: cannot be read ({error})") from error
     except tomllib.TOMLDecodeError as error:
         raise RobotFileError(f"{path}: not TOML: {error}") from error
+
+
+def validated(kind: type[S], raw: object, path: Path) -> S:
+    """The contents of a file as a section of some kind.
+
+    Raises:
+        RobotFileError: a field that is not allowed; says which, what was found and what is allowed.
+    """
     try:
-        return RobotConfig.model_validate(raw)
+        return kind.model_validate(raw)
     except ValidationError as error:
         first = error.errors()[0]
         field = ".".join(str(part) for part in first["loc"])
-        found = "" if isinstance(first["input"], dict) else f", found {first['input']!r}"
+        text = repr(first["input"])
+        shown = text if len(text) <= 100 else f"{text[:97]}..."
+        found = "" if isinstance(first["input"], dict) else f", found {shown}"
         more = f" (and {error.error_count() - 1} more)" if error.error_count() > 1 else ""
         message = first["msg"].removeprefix("Value error, ")
         prefix = f"{field}: " if field else ""

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from tauten.model.arrays import Array
+from tauten.model.config import CableSettings
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,3 +27,14 @@ class Limits:
     pull_min: Array
     pull_max: Array
     rate: Array
+
+
+def limits_of(cables: list[CableSettings]) -> Limits:
+    """Limits of the cables of a robot file."""
+    return Limits(
+        tension_min=np.array([cable.min_tension for cable in cables]),
+        tension_max=np.array([cable.max_tension for cable in cables]),
+        pull_min=np.array([cable.min_pull for cable in cables]),
+        pull_max=np.array([cable.max_pull for cable in cables]),
+        rate=np.array([cable.max_rate for cable in cables]),
+    )

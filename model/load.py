@@ -5,32 +5,31 @@ from __future__ import annotations
 import hashlib
 from importlib import resources
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tauten.model.arrays import Array, Bools, Ints
+from tauten.model.arrays import Bools, Ints
 from tauten.model.attachment import Points, attach
+from tauten.model.beam_config import BeamConfig
 from tauten.model.cable import Cable, CableSet, make_cables
-from tauten.model.config import (
-    Box,
-    RobotConfig,
-    RobotFileError,
-    SurfaceSettings,
-    read_config,
-)
+from tauten.model.config import RobotConfig, RobotFileError, SurfaceSettings, read_toml, validated
 from tauten.model.contact import ContactPair, ContactSet
 from tauten.model.effector import effector_matrix
 from tauten.model.factorisation import make_factorisation
-from tauten.model.limits import Limits
+from tauten.model.limits import limits_of
+from tauten.model.load_beams import build_beam_robot, read_structure
 from tauten.model.material import Material
 from tauten.model.mesh import TetMesh, read_mesh
+from tauten.model.regions import in_box
 from tauten.model.robot import Robot
 from tauten.model.surface import boundary_triangles, spread_points
 from tauten.model.system import Integration, make_pattern
 from tauten.model.tet_robot import Elements, TetRobot
 from tauten.model.tetrahedra import lumped_mass, rest_gradients
+
+C = TypeVar("C", RobotConfig, BeamConfig)
 
 
 def robot_path(name_or_path: str | Path) -> Path:
@@ -73,7 +72,21 @@ def load_robot(
         MeshError: the mesh cannot be used.
     """
     path = robot_path(name_or_path)
-    config = read_config(path)
+    raw = read_toml(path)
+    if "beams" in raw:
+        beams = adjusted(validated(BeamConfig, raw, path), rate, factorisation, young_scale)
+        if refinements:
+            raise RobotFileError(f"{path}: refinements is {refinements}, beams are not refined")
+        return build_beam_robot(beams, read_structure(path.parent / beams.beams.file), str(path))
+    config = adjusted(validated(RobotConfig, raw, path), rate, factorisation, young_scale)
+    mesh = read_mesh(path.parent / config.mesh.file, config.mesh.length_unit)
+    for _ in range(refinements):
+        mesh = mesh.refine()
+    return build_robot(config, mesh, str(path))
+
+
+def adjusted(config: C, rate: float | None, factorisation: str | None, young_scale: float) -> C:
+    """A robot file with what `load_robot` was told otherwise."""
     if rate is not None:
         controller = config.controller.model_copy(update={"rate": rate})
         config = config.model_copy(update={"controller": controller})
@@ -84,10 +97,7 @@ def load_robot(
         young_modulus = young_scale * config.material.young_modulus
         material = config.material.model_copy(update={"young_modulus": young_modulus})
         config = config.model_copy(update={"material": material})
-    mesh = read_mesh(path.parent / config.mesh.file, config.mesh.length_unit)
-    for _ in range(refinements):
-        mesh = mesh.refine()
-    return build_robot(config, mesh, str(path))
+    return config
 
 
 def build_robot(config: RobotConfig, mesh: TetMesh, source: str) -> TetRobot:
@@ -123,21 +133,12 @@ def build_robot(config: RobotConfig, mesh: TetMesh, source: str) -> TetRobot:
         load=np.outer(mass, config.gravity).ravel(),
         cables=cables,
         cable_slot=pattern.blocks(cables.nodes),
-        limits=build_limits(config),
+        limits=limits_of(config.cables),
         effectors=effectors,
         H_e=effector_matrix(effectors, pattern.dof, pattern.n),
         contacts=contacts,
         factorisation=make_factorisation(pattern.indptr, pattern.indices, scheme.factorisation),
     )
-
-
-def in_box(points: Array, box: Box) -> Bools:
-    """Which points (m, 3) lie in the box, its faces included: (m,) bool.
-
-    The box is taken as written, without slack: give it some where the mesh is not exact.
-    """
-    inside: Bools = np.all((points >= box.lower) & (points <= box.upper), axis=1)
-    return inside
 
 
 def fixed_nodes(config: RobotConfig, mesh: TetMesh, source: str) -> Bools:
@@ -194,17 +195,6 @@ def place(
         return attach(mesh, np.array(points), what, slack)
     except ValueError as error:
         raise RobotFileError(str(error)) from error
-
-
-def build_limits(config: RobotConfig) -> Limits:
-    """Limits of the cables."""
-    return Limits(
-        tension_min=np.array([c.min_tension for c in config.cables]),
-        tension_max=np.array([c.max_tension for c in config.cables]),
-        pull_min=np.array([c.min_pull for c in config.cables]),
-        pull_max=np.array([c.max_pull for c in config.cables]),
-        rate=np.array([c.max_rate for c in config.cables]),
-    )
 
 
 def select_surface(settings: SurfaceSettings, mesh: TetMesh, boundary: Ints, source: str) -> Ints:
