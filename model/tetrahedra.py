@@ -62,23 +62,32 @@ def polar_rotation(F: Array, R: Array, C: Array) -> None:
             U[:, 2] = -U[:, 2]
             R[:] = U @ Vt
         return
+    # scalars, because numba keeps them in registers where it would reload array entries
+    a, b, c, d, e, f = R[0, 0], R[0, 1], R[0, 2], R[1, 0], R[1, 1], R[1, 2]
+    g, h, i = R[2, 0], R[2, 1], R[2, 2]
     for _ in range(30):
-        det = cofactor(R, C)
-        normR = normC = 0.0
-        for i in range(3):
-            for j in range(3):
-                normR += R[i, j] * R[i, j]
-                normC += C[i, j] * C[i, j]
+        ca, cb, cc = e * i - f * h, f * g - d * i, d * h - e * g
+        cd, ce, cf = c * h - b * i, a * i - c * g, b * g - a * h
+        cg, ch, ci = b * f - c * e, c * d - a * f, a * e - b * d
+        det = a * ca + b * cb + c * cc
+        normR = a * a + b * b + c * c + d * d + e * e + f * f + g * g + h * h + i * i
+        normC = ca * ca + cb * cb + cc * cc + cd * cd + ce * ce + cf * cf
+        normC += cg * cg + ch * ch + ci * ci
         # scaling makes the first iterations quadratic even for large stretch
-        zeta = (normC / (det * det * normR)) ** 0.25
-        change = 0.0
-        for i in range(3):
-            for j in range(3):
-                new = 0.5 * (zeta * R[i, j] + C[i, j] / (zeta * det))
-                change += (new - R[i, j]) ** 2
-                R[i, j] = new
-        if change < 1e-26:
-            return
+        zeta = np.sqrt(np.sqrt(normC / normR) / det)
+        x, y = 0.5 * zeta, 0.5 / (zeta * det)
+        # the change R ← x R + y C of every entry
+        da, db, dc = (x - 1.0) * a + y * ca, (x - 1.0) * b + y * cb, (x - 1.0) * c + y * cc
+        dd, de, df = (x - 1.0) * d + y * cd, (x - 1.0) * e + y * ce, (x - 1.0) * f + y * cf
+        dg, dh, di = (x - 1.0) * g + y * cg, (x - 1.0) * h + y * ch, (x - 1.0) * i + y * ci
+        a, b, c, d, e, f = a + da, b + db, c + dc, d + dd, e + de, f + df
+        g, h, i = g + dg, h + dh, i + di
+        change = da * da + db * db + dc * dc + dd * dd + de * de + df * df
+        change += dg * dg + dh * dh + di * di
+        if change < 1e-16:  # convergence is quadratic: what is left is rounding
+            break
+    R[0, 0], R[0, 1], R[0, 2], R[1, 0], R[1, 1], R[1, 2] = a, b, c, d, e, f
+    R[2, 0], R[2, 1], R[2, 2] = g, h, i
 
 
 @kernel
