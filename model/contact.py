@@ -210,8 +210,10 @@ def detect_all(
         gap[k], (normal[k, 0], normal[k, 1], normal[k, 2]) = gap_and_normal(
             s, row(points, s), x, patches, feet, reach
         )
-        vertices[k, :3], vertices[k, 3:] = nodes[s], patches.triangles[feet.triangle[s]]
-        coefficients[k, :3], coefficients[k, 3:] = weights[s], -feet.weights[s]
+        t = feet.triangle[s]
+        for j in range(3):  # entry by entry: slices cost more than what is in them
+            vertices[k, j], vertices[k, 3 + j] = nodes[s, j], patches.triangles[t, j]
+            coefficients[k, j], coefficients[k, 3 + j] = weights[s, j], -feet.weights[s, j]
     return slots, pairs[slots], gap, normal, vertices, coefficients
 
 

@@ -78,11 +78,11 @@ def stands_over(r: Vector3, x: Array, patches: Patches, t: int, feature: int) ->
 
 
 @kernel
-def shares_vertex(a: Ints, b: Ints) -> bool:
-    """Whether two triangles (3,), (3,) have a vertex in common."""
+def shares_vertex(own: Ints, s: int, triangles: Ints, t: int) -> bool:
+    """Whether row s of own (m, 3) and row t of triangles (t, 3) have a vertex in common."""
     for i in range(3):
         for j in range(3):
-            if a[i] == b[j]:
+            if own[s, i] == triangles[t, j]:
                 return True
     return False
 
@@ -136,7 +136,7 @@ def search(x: Array, points: Array, own: Ints, patches: Patches, pair: int, reac
                     s, distance = grid.order[place], length(r)
                     if (
                         distance < nearest[place]
-                        and not shares_vertex(own[s], triangles[t])
+                        and not shares_vertex(own, s, triangles, t)
                         and stands_over(r, x, patches, t, feature)
                     ):
                         nearest[place], feet.triangle[s], feet.feature[s] = distance, t, feature
