@@ -8,20 +8,28 @@ import numpy as np
 
 from tauten.controller.compliance import Response
 from tauten.controller.qpcc import Qpcc
-from tauten.model.arrays import Array
+from tauten.model.arrays import Array, Bools
 from tauten.model.limits import Limits
 
 
 def inverse_problem(
-    response: Response, target: Array, limits: Limits, pull_prev: Array, h: float, epsilon: float
+    response: Response,
+    target: Array,
+    limits: Limits,
+    pull_prev: Array,
+    h: float,
+    epsilon: float,
+    touching: Bools | None = None,
 ) -> Qpcc:
     """Build (T1); pure, nothing is solved.
 
     min  1/2 |δ_e|² + 1/2 ε s λ_a' W_aa λ_a,   δ_e = δ_e,free - target + W_ea λ_a + W_ec β
     s.t. tension limits,   pull and rate limits on δ_a,   0 <= δ_c ⟂ β >= 0
 
-    s = |W_ea|² / tr W_aa [m/N] makes ε unitless: the share of the objective's curvature that is spent on
-    the elastic energy of the cables. Without any coupling of cables and effectors s = tr W_aa / n_a.
+    s = |W̃_ea|² / tr W_aa [m/N] makes ε unitless: the share of the objective's curvature that is spent on
+    the elastic energy of the cables. W̃ is the compliance with the contacts that touch kept shut: where a
+    robot rests on itself its cables move the effectors a hundred times less, and an energy weighed by what
+    they move freely would win against the target. Without any coupling s = tr W_aa / n_a.
 
     Args:
         response: compliances and free motion, with effector positions in the effector rows.
@@ -30,13 +38,14 @@ def inverse_problem(
         pull_prev: (n_a,) pulled lengths commanded last [m].
         h: time step [s].
         epsilon: weight of the elastic energy, unitless.
+        touching: (k,) contacts that pushed last; None for none.
     """
     n_e, n_a = response.n_e, response.n_a
     e, a, c = slice(0, n_e), slice(n_e, n_e + n_a), slice(n_e + n_a, len(response.delta_free))
     W, z = response.W, slice(n_e, len(response.delta_free))
     error = response.delta_free[e] - target  # (n_e,)
     Q = W[e, z].T @ W[e, z]  # (n_a + k, n_a + k)
-    Q[:n_a, :n_a] += epsilon * energy_scale(W[e, a], W[a, a]) * W[a, a]
+    Q[:n_a, :n_a] += epsilon * energy_scale(shut(response, touching), W[a, a]) * W[a, a]
     reach = h * limits.rate  # (n_a,)
     free = response.delta_free[a]
     return Qpcc(
@@ -55,6 +64,22 @@ def inverse_problem(
             tuple(limits.pull_min >= pull_prev - reach), tuple(limits.pull_max <= pull_prev + reach)
         ),
     )
+
+
+def shut(response: Response, touching: Bools | None) -> Array:
+    """W̃_ea = W_ea − W_ec W_cc⁻¹ W_ca over the contacts that touch: (n_e, n_a) [m/N].
+
+    Redundant contacts make W_cc singular; a regularisation leaves the product as it is.
+    """
+    n_e, n_a, W = response.n_e, response.n_a, response.W
+    W_ea: Array = W[:n_e, n_e : n_e + n_a]
+    if touching is None or not touching.any():
+        return W_ea
+    c = n_e + n_a + np.flatnonzero(touching)
+    W_cc = W[np.ix_(c, c)]  # (m, m)
+    W_cc.flat[:: len(c) + 1] *= 1.0 + 1e-9
+    found: Array = W_ea - W[:n_e, c] @ np.linalg.solve(W_cc, W[c, n_e : n_e + n_a])
+    return found
 
 
 def energy_scale(W_ea: Array, W_aa: Array) -> float:

@@ -44,8 +44,9 @@ class Recorded:
     def problem(self) -> Qpcc:
         """The inverse problem."""
         return inverse_problem(
-            self.response, self.target, self.limits, self.pull_prev, self.h, self.epsilon
-        )
+            self.response, self.target, self.limits, self.pull_prev, self.h, self.epsilon,
+            self.start.piece,
+        )  # fmt: skip
 
 
 def save_recorded(path: Path, steps: list[Recorded]) -> None:

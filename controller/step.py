@@ -132,8 +132,10 @@ def decide(
         rows = prepared.response
         sizes = robot.n_e, robot.n_a, len(rows) - robot.n_e - robot.n_a
         response = Response(rows.W, rows.delta_free, *sizes)
-        problem = inverse_problem(response, target, robot.limits, pull, robot.h, settings.epsilon)
         start = Start(forces.tension, warm_piece(prepared, forces))
+        problem = inverse_problem(
+            response, target, robot.limits, pull, robot.h, settings.epsilon, start.piece
+        )
         return solve_qpcc(problem, start, settings.qpcc)
 
     return certified(robot, prepared, settings.enrichment, solve)

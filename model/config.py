@@ -125,7 +125,7 @@ class ControllerSettings(Section):
 
     rate: Annotated[float, Field(gt=0.0, le=10_000.0)] = 50.0
     qp_solver: Name = "proxqp"
-    regularisation: NonNegative = 1e-5
+    regularisation: NonNegative = 1e-3
     basis: str | None = None
     max_pivots: Annotated[int, Field(ge=1)] = 100
 

@@ -23,7 +23,7 @@ from tauten.controller.qpcc_problem import Qpcc
 from tauten.controller.recorded_qpcc import Recorded, save_recorded
 from tauten.controller.solution import Solution
 from tauten.model import Robot, Simulator, load_robot
-from tauten.model.arrays import Array
+from tauten.model.arrays import Array, Bools
 from tauten.model.forward import Enrichment
 from tauten.model.limits import Limits
 from tauten.reduction import ContactBasis, Provenance, factorise
@@ -54,12 +54,13 @@ class Recorder:
         self._asked: Recorded | None = None
 
     def build(
-        self, response: Response, target: Array, limits: Limits, pull: Array, h: float, eps: float
-    ) -> Qpcc:
+        self, response: Response, target: Array, limits: Limits, pull: Array, h: float, eps: float,
+        touching: Bools,
+    ) -> Qpcc:  # fmt: skip
         """In the place of `inverse_problem`."""
         nowhere = Start(np.zeros(response.n_a), np.zeros(response.n_c, dtype=bool))
         self._asked = Recorded(response, target.copy(), limits, pull.copy(), h, eps, nowhere)
-        return inverse_problem(response, target, limits, pull, h, eps)
+        return inverse_problem(response, target, limits, pull, h, eps, touching)
 
     def solve(self, problem: Qpcc, start: Start, settings: QpccSettings) -> Solution:
         """In the place of `solve_qpcc`."""

@@ -1,0 +1,60 @@
+"""Tracking while the robot rests on itself: neither bias nor chatter from the regularisation."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tauten.controller import Controller
+from tauten.controller.compliance import Response
+from tauten.controller.inverse import shut
+from tauten.model import Robot, Simulator
+from tauten.reduction import ContactBasis
+
+
+def test_shut_is_the_response_with_contacts_held() -> None:
+    """Forces at the touching contacts that keep their gaps: found as one bordered system."""
+    rng = np.random.default_rng(3)
+    J = rng.normal(size=(8, 12))
+    W = J @ J.T  # 3 effector rows, 2 cables, 3 contacts
+    touching = np.array([True, False, True])
+    held = 5 + np.flatnonzero(touching)
+    expected = np.zeros((3, 2))
+    for i in range(2):
+        push = -np.linalg.solve(W[np.ix_(held, held)], W[held, 3 + i])
+        expected[:, i] = W[:3, 3 + i] + W[:3, held] @ push
+    response = Response(W, np.zeros(8), 3, 2, 3)
+    np.testing.assert_allclose(shut(response, touching), expected, rtol=1e-6)
+    np.testing.assert_array_equal(shut(response, None), W[:3, 3:5])
+
+
+def test_shut_survives_redundant_contacts() -> None:
+    rng = np.random.default_rng(4)
+    J = rng.normal(size=(5, 9))
+    J = np.vstack([J, J[4]])  # the same contact twice
+    once, twice = (
+        shut(Response(J[:m] @ J[:m].T, np.zeros(m), 3, 1, m - 4), np.ones(m - 4, dtype=bool))
+        for m in (5, 6)
+    )
+    np.testing.assert_allclose(once, twice, rtol=1e-6)
+
+
+@pytest.fixture(scope="module")
+def closed_tip(finger: Robot) -> np.ndarray:
+    """Where the finger's tip is with its notches closed."""
+    simulator = Simulator(finger, contact="full")
+    assert simulator.settle(pull=[0.031]).converged
+    return simulator.effector[0]
+
+
+def test_still_target_still_tension(finger: Robot, closed_tip: np.ndarray) -> None:
+    controller = Controller(finger, ContactBasis.load("finger"))
+    start = controller.effector[0]
+    for share in np.linspace(0.0, 1.0, 80):
+        # the pull that ends there grows roughly along an arc; the way does not matter, the end does
+        controller.step(start + (closed_tip - start) * share)
+    for _ in range(100):
+        controller.step(closed_tip)
+    tensions = [controller.step(closed_tip).tension[0] for _ in range(50)]
+    assert np.ptp(tensions) < 1e-3 * np.mean(tensions)
+    assert np.linalg.norm(controller.effector[0] - closed_tip) < 0.3e-3
