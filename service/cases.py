@@ -147,7 +147,7 @@ def shares_of(name: str, n_a: int, seed: int) -> Callable[[Array], Array]:
         return np.tile(0.5 * (lag == 0.0), (len(phase), 1))
 
     def circle(phase: Array) -> Array:
-        return 0.6 * swell(phase) * turning(phase, 2.0)
+        return 0.6 * swell(phase) * turning(phase, 1.0)
 
     def figure_eight(phase: Array) -> Array:
         return swell(phase) * (0.4 * turning(phase, 1.0) + 0.2 * turning(phase, 2.0))
@@ -165,7 +165,7 @@ def shares_of(name: str, n_a: int, seed: int) -> Callable[[Array], Array]:
 
 def _random_walk(n_a: int, seed: int) -> Callable[[Array], Array]:
     """A smooth walk between 0 and 0.6, reflected at both."""
-    steps = np.random.default_rng(seed).normal(0.0, 0.2, (13, n_a))
+    steps = np.random.default_rng(seed).normal(0.0, 0.12, (13, n_a))
     walk = CubicSpline(np.linspace(0.0, 1.0, 13), np.cumsum(steps, axis=0))
 
     def at(phase: Array) -> Array:

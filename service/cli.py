@@ -5,7 +5,6 @@ Rooms are imported inside the commands, so that `tauten --help` does not wait fo
 
 from __future__ import annotations
 
-import logging
 import sys
 from datetime import datetime
 from pathlib import Path
@@ -18,7 +17,9 @@ from rich.table import Table
 from tauten.service.cli_bench import bench
 from tauten.service.cli_closed_loop import closed_loop
 from tauten.service.cli_compare import compare
+from tauten.service.cli_operate import Port, ZenohConfig, command, doctor, metrics
 from tauten.service.cli_reduction import inspect, reduce
+from tauten.service.logs import set_up_logging
 
 if TYPE_CHECKING:
     from tauten.service.network import Network
@@ -29,20 +30,8 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     add_completion=False,
 )
-bench.command("closed-loop")(closed_loop)
-app.add_typer(bench, name="bench")
-app.command()(reduce)
-app.command()(inspect)
-app.command()(compare)
 
 RobotName = Annotated[str, typer.Argument(help="A shipped robot's name, or a robot file.")]
-Port = Annotated[
-    int | None,
-    typer.Option(min=1024, max=65534, help="The node's TCP port; default: from the robot's name."),
-]
-ZenohConfig = Annotated[
-    Path | None, typer.Option(help="Zenoh configuration file instead of peers on loopback.")
-]
 Rate = Annotated[
     float | None, typer.Option(min=0.1, help="Control rate [Hz]; default: the robot file's.")
 ]
@@ -57,14 +46,14 @@ def options(
     log_level: Annotated[
         Literal["debug", "info", "warning", "error"], typer.Option(help="What goes to stderr.")
     ] = "info",
+    log_format: Annotated[
+        Literal["text", "json"], typer.Option(help="Lines to read, or one JSON object a line.")
+    ] = "text",
 ) -> None:
     """Set up logging before any command."""
-    logging.basicConfig(
-        level=log_level.upper(), format="%(asctime)s %(levelname)s %(name)s: %(message)s"
-    )
+    set_up_logging(log_level, log_format)
 
 
-@app.command()
 def serve(
     robot: RobotName,
     rate: Rate = None,
@@ -76,21 +65,29 @@ def serve(
     wait: Annotated[
         bool, typer.Option("--wait", help="Stay idle until an operator's enable.")
     ] = False,
+    priority: Annotated[
+        int | None, typer.Option(min=1, max=99, help="Of the loop under SCHED_FIFO.")
+    ] = None,
+    cpus: Annotated[
+        list[int] | None, typer.Option(min=0, help="Processor of the loop; may be repeated.")
+    ] = None,
     port: Port = None,
     zenoh_config: ZenohConfig = None,
 ) -> None:
     """Serve a robot: targets in, actuation out. Ctrl-C releases the cables in a ramp."""
     from tauten.service.config import load_setup
+    from tauten.service.realtime import RealtimeSettings
     from tauten.service.serving import ServeSettings
     from tauten.service.serving import serve as run
     from tauten.service.stopping import stop_on_signals
 
-    settings = ServeSettings(record, closed_loop, wait)
+    settings = ServeSettings(
+        record, closed_loop, wait, rate is not None, RealtimeSettings(priority, tuple(cpus or ()))
+    )
     with stop_on_signals() as stop:
         run(load_setup(robot, rate, basis), _network(port, zenoh_config), settings, stop)
 
 
-@app.command()
 def plant(
     robot: RobotName,
     rate: Rate = None,
@@ -119,7 +116,6 @@ def plant(
         simulate(loaded, _network(port, zenoh_config), settings, stop)
 
 
-@app.command()
 def stream(
     path: Annotated[
         str,
@@ -165,7 +161,6 @@ def stream(
         run(loaded, made, sending, _network(port, zenoh_config), stop)
 
 
-@app.command()
 def demo(
     robot: Annotated[str, typer.Argument(help="A shipped robot's name, or a file.")] = "finger",
     out: Annotated[Path | None, typer.Option(help="Folder for log, report and figure.")] = None,
@@ -194,7 +189,6 @@ def demo(
     console.print(f"log, report and figure are in {folder}")
 
 
-@app.command()
 def replay(
     log: Annotated[Path, typer.Argument(help="MCAP file of `serve --record` or `demo`.")],
     tolerance: Annotated[
@@ -221,6 +215,17 @@ def replay(
     for note in result.notes:
         console.print(f"note: {note}")
     raise typer.Exit(0 if result.same else 1)
+
+
+_COMMANDS = (
+    *(serve, plant, stream, demo, replay),
+    *(command, metrics, doctor),
+    *(reduce, inspect, compare),
+)
+for _command in _COMMANDS:
+    app.command()(_command)
+bench.command("closed-loop")(closed_loop)
+app.add_typer(bench, name="bench")
 
 
 def _network(port: int | None, config: Path | None) -> Network:
@@ -251,7 +256,9 @@ def _setup_errors() -> tuple[type[Exception], ...]:
     from tauten.service.demo import DemoError
     from tauten.service.logfile import LogError
     from tauten.service.network import NetworkError
+    from tauten.service.pace import RateError
     from tauten.service.paths import PathError
+    from tauten.service.realtime import RealtimeError
 
     room_errors = (RobotFileError, MeshError, BasisError)
     reduction_errors = (ChoiceError, DesignError, ClusterError, SnapshotError)
@@ -263,5 +270,7 @@ def _setup_errors() -> tuple[type[Exception], ...]:
         LogError,
         NetworkError,
         PathError,
+        RateError,
+        RealtimeError,
         OSError,
     )

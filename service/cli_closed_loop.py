@@ -53,21 +53,26 @@ def closed_loop(
 
 
 def show(outcomes: tuple[Outcome, ...]) -> None:
-    """A table of all runs."""
-    table = Table(title="distance of the full-order robot from its target, in mm")
-    for name in ("case", "plant", "contact", "loop"):
-        table.add_column(name)
-    columns = ("RMS", "max", "at the end", "settled [s]", "tension [N]", "chatter [mm/s]")
-    for name in (*columns, "latency [ms]", "misses", "not usable"):
-        table.add_column(name, justify="right")
+    """A table of all runs, a line a controller: open / closed loop."""
+    table = Table(
+        title="full-order robot against its target [mm], open / closed loop", pad_edge=False
+    )
+    for name in ("case", "contact"):
+        table.add_column(name, no_wrap=True)
+    for name in ("RMS", "at the end", "settled [s]", "latency p50 / p99 [ms]"):
+        table.add_column(name, justify="right", no_wrap=True)
+    lines: dict[tuple[str, str], list[Outcome]] = {}
     for one in outcomes:
-        plant = "as modelled" if one.young_scale == 1.0 else f"E x {one.young_scale:g}, {one.drive}"
-        settled = "-" if one.settling_s is None else f"{one.settling_s:.2f}"
-        latency = f"{one.latency_ms.p50:.2f} / {one.latency_ms.p99:.2f}"
+        plant = "" if one.young_scale == 1.0 else f", E x {one.young_scale:g}"
+        lines.setdefault((one.case + plant, one.contact), []).append(one)
+    for (case, contact), pair in lines.items():
+        settled = ("-" if one.settling_s is None else f"{one.settling_s:.2f}" for one in pair)
         table.add_row(
-            one.case, plant, one.contact, "closed" if one.closed else "open",
-            f"{one.rms_mm:.2f}", f"{one.max_mm:.2f}", f"{one.end_mm:.2f}", settled,
-            f"{one.effort_n:.2f}", f"{one.chatter_mm_s:.2f}", latency,
-            f"{one.misses} / {one.ticks}", str(one.unusable),
-        )  # fmt: skip
+            case,
+            contact,
+            " / ".join(f"{one.rms_mm:.2f}" for one in pair),
+            " / ".join(f"{one.end_mm:.2f}" for one in pair),
+            " / ".join(settled),
+            f"{pair[-1].latency_ms.p50:.2f} / {pair[-1].latency_ms.p99:.2f}",
+        )
     Console().print(table)

@@ -15,6 +15,7 @@ from tauten.service.closed_loop_run import Outcome, Trace
 from tauten.service.figures import widest_plane
 
 _COLORS = {"reduced": "#0072b2", "full": "#009e73", "none": "#d55e00"}
+_LABELS = {"reduced": "reduced contact", "full": "full contact", "none": "no contact"}
 _WIDTHS = {"reduced": 1.2, "full": 2.8, "none": 1.2}  # full lies under reduced
 _MM = 1e3
 
@@ -56,7 +57,11 @@ def draw_case(name: str, case: Case, runs: Runs, h: float, path: Path) -> None:
 def _draw_paths(case: Case, runs: Runs, axes: Axes) -> None:
     target = case.targets[:, 0]
     i, j = widest_plane(target)
-    axes.plot(_MM * target[:, i], _MM * target[:, j], color="#222222", lw=5.0, alpha=0.25)
+    line = ("o", 8.0) if case.from_tick else ("-", 0.0)  # a step has no points in between
+    axes.plot(
+        _MM * target[:, i], _MM * target[:, j], line[0], ms=line[1],
+        color="#222222", lw=5.0, alpha=0.25,
+    )  # fmt: skip
     for outcome, trace in reversed(runs):
         _line(axes, outcome, _MM * trace.effector[:, i], _MM * trace.effector[:, j])
     axes.set_aspect("equal", adjustable="datalim")
@@ -66,7 +71,7 @@ def _draw_paths(case: Case, runs: Runs, axes: Axes) -> None:
     axes.grid(alpha=0.3)
     known = [Line2D([], [], color="#222222", lw=5.0, alpha=0.25, label="target")]
     for contact in dict.fromkeys(outcome.contact for outcome, _ in runs):
-        known.append(Line2D([], [], color=_COLORS[contact], label=f"{contact} contact"))
+        known.append(Line2D([], [], color=_COLORS[contact], label=_LABELS[contact]))
     known.append(Line2D([], [], color="#777777", ls="--", label="open loop"))
     known.append(Line2D([], [], color="#777777", ls="-", label="closed loop"))
     axes.legend(handles=known, loc="best")

@@ -18,6 +18,8 @@ from tauten.service.loop import ControlLoop
 from tauten.service.messages import JSON, typestore
 from tauten.service.network import Network, NetworkError, Role, is_alive, open_session
 from tauten.service.node import Node
+from tauten.service.pace import check_rate, step_seconds
+from tauten.service.realtime import ORDINARY, RealtimeSettings, apply_realtime
 from tauten.service.record import Recorder
 from tauten.service.stopping import StopFlag
 
@@ -34,11 +36,16 @@ class ServeSettings:
         record: MCAP file to record to; None: none.
         closed_loop: whether measurements correct the targets.
         wait: whether the node stays idle until an operator enables it.
+        rate_asked: whether somebody asked for the rate; where the robot file did, one that the machine
+            cannot hold is only warned of.
+        realtime: priority and processors of the loop.
     """
 
     record: Path | None = None
     closed_loop: bool = False
     wait: bool = False
+    rate_asked: bool = False
+    realtime: RealtimeSettings = ORDINARY
 
 
 def serve(setup: Setup, network: Network, settings: ServeSettings, stop: StopFlag) -> None:
@@ -52,12 +59,16 @@ def serve(setup: Setup, network: Network, settings: ServeSettings, stop: StopFla
 
     Raises:
         NetworkError: no session, or another node serves this robot already.
+        RateError: the machine cannot hold the rate that was asked for.
+        RealtimeError: priority or processors are not to be had.
         OSError: the log cannot be created.
     """
-    keys = Keys(setup.robot.name)
+    keys, rate = Keys(setup.robot.name), setup.robot.config.controller.rate
     with ExitStack() as stack:
         stack.enter_context(one_blas_thread())
-        loop = ControlLoop(warm_controller(setup), enabled=not settings.wait)
+        controller = warm_controller(setup)
+        check_rate(rate, step_seconds(controller), settings.rate_asked)
+        loop = ControlLoop(controller, enabled=not settings.wait)
         typestore()
         session = open_session(network, Role.NODE, setup.robot.name)
         stack.callback(session.close)
@@ -69,7 +80,8 @@ def serve(setup: Setup, network: Network, settings: ServeSettings, stop: StopFla
         node = Node(setup, loop, session, recorder, settings.closed_loop)
         stack.enter_context(answered(session, keys, description_json(setup)))
         stack.enter_context(collector_at_hand())
-        log.info("serving %s at %g Hz", setup.robot.name, setup.robot.config.controller.rate)
+        apply_realtime(settings.realtime)
+        log.info("serving %s at %g Hz", setup.robot.name, rate)
         node.run(stop)
 
 

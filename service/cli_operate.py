@@ -1,0 +1,74 @@
+"""`tauten command`, `metrics` and `doctor`: for whoever keeps a node running."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+RobotName = Annotated[str, typer.Argument(help="Name of the robot that is served.")]
+Port = Annotated[
+    int | None,
+    typer.Option(min=1024, max=65534, help="The node's TCP port; default: from the robot's name."),
+]
+ZenohConfig = Annotated[
+    Path | None, typer.Option(help="Zenoh configuration file instead of peers on loopback.")
+]
+
+
+def command(
+    robot: RobotName,
+    word: Annotated[Literal["enable", "hold", "stop", "reset"], typer.Argument(help="What to do.")],
+    port: Port = None,
+    zenoh_config: ZenohConfig = None,
+) -> None:
+    """Tell a robot's node to hold, to follow again, to let the cables go, or to be idle after that."""
+    from tauten.service.network import Network
+    from tauten.service.operate import send_command
+    from tauten.service.state_machine import Command
+
+    tick = send_command(robot, Network(port, zenoh_config), Command(word))
+    why = f" ({tick.cause})" if tick.cause else ""
+    typer.echo(f"{robot}: {tick.mode}{why}")
+
+
+def metrics(
+    robot: RobotName,
+    http: Annotated[
+        int | None,
+        typer.Option(min=1, max=65535, help="Serve them on this loopback port for Prometheus."),
+    ] = None,
+    port: Port = None,
+    zenoh_config: ZenohConfig = None,
+) -> None:
+    """Metrics of a robot's node as Prometheus text."""
+    from tauten.service.network import Network, NetworkError
+    from tauten.service.operate import ask_metrics, node_of, serve_metrics
+    from tauten.service.stopping import stop_on_signals
+
+    with node_of(robot, Network(port, zenoh_config)) as session:
+        if http is not None:
+            with stop_on_signals() as stop:
+                serve_metrics(session, robot, http, stop)
+            return
+        text = ask_metrics(session, robot)
+        if text is None:
+            raise NetworkError(f"the node of {robot!r} does not answer")
+        typer.echo(text.decode(), nl=False)
+
+
+def doctor(
+    robot: Annotated[str, typer.Argument(help="A shipped robot's name, or a file.")] = "finger",
+    seconds: Annotated[float, typer.Option(min=0.5, help="That the loop is run.")] = 3.0,
+) -> None:
+    """Say what a node finds on this machine: libraries, clock, network, and the rate it holds."""
+    from tauten.service.config import load_setup
+    from tauten.service.doctor import examine
+
+    table = Table("", "found", "advice", title="tauten doctor")
+    for finding in examine(load_setup(robot), seconds):
+        table.add_row(finding.what, finding.found, finding.advice)
+    Console().print(table)

@@ -1,0 +1,63 @@
+"""A place of its own for the loop's thread: real-time priority and processors, where the system permits.
+
+Both are asked for once the other threads run: they keep the ordinary policy and all processors.
+"""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+
+
+class RealtimeError(RuntimeError):
+    """Priority or processors that the system does not give; the text says how to get them."""
+
+
+@dataclass(frozen=True, slots=True)
+class RealtimeSettings:
+    """What the loop's thread asks for.
+
+    Attributes:
+        priority: of SCHED_FIFO, 1 to 99; None: the ordinary scheduler.
+        cpus: processors it may use; empty: all.
+    """
+
+    priority: int | None = None
+    cpus: tuple[int, ...] = ()
+
+
+ORDINARY = RealtimeSettings()
+
+
+def apply_realtime(settings: RealtimeSettings) -> None:
+    """Set priority and processors of the thread that calls.
+
+    Raises:
+        RealtimeError: not permitted, or no such processor.
+    """
+    if settings.cpus:
+        allowed = os.sched_getaffinity(0)
+        missing = sorted(set(settings.cpus) - allowed)
+        if missing:
+            raise RealtimeError(f"no processor {missing[0]} here: allowed are {sorted(allowed)}")
+        os.sched_setaffinity(0, settings.cpus)
+    if settings.priority is not None:
+        try:
+            os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(settings.priority))
+        except PermissionError as error:
+            raise RealtimeError(
+                f"SCHED_FIFO at priority {settings.priority} is not permitted: run with the capability "
+                "CAP_SYS_NICE, set LimitRTPRIO in the systemd unit or rtprio in limits.conf, or "
+                "leave --priority out"
+            ) from error
+
+
+def realtime_permitted() -> bool:
+    """Whether SCHED_FIFO can be had; leaves everything as it is."""
+    before, param = os.sched_getscheduler(0), os.sched_getparam(0)
+    try:
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(1))
+    except PermissionError:
+        return False
+    os.sched_setscheduler(0, before, param)
+    return True
