@@ -67,6 +67,34 @@ def steps(
     _write(result, json_file)
 
 
+@bench.command()
+def qpcc(
+    json_file: Json = None,
+    markdown: Annotated[Path | None, typer.Option(help="Page to put the tables into.")] = None,
+    recorded: Annotated[Path | None, typer.Option(help="Folder of recorded problems.")] = None,
+) -> None:
+    """Times of QPCCs by size, start and QP library; how near the optimum their solutions are."""
+    from tauten.service.bench_qpcc import bench_qpcc
+    from tauten.service.qpcc_tables import tables, write_markdown
+
+    shipped = Path(__file__).resolve().parents[1] / "tests" / "controller" / "data"
+    folder: Path | None = recorded or shipped
+    if recorded is None and not shipped.is_dir():
+        folder = None  # an installed package comes without
+    if folder is not None and not list(folder.glob("*.npz")):
+        raise typer.BadParameter(f"{folder} has no recorded problems, files that end in .npz")
+    with Progress(console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("problems", total=1.0)
+        result = bench_qpcc(
+            folder, lambda share, what: bar.update(task, advance=share, description=what)
+        )
+    for table in tables(result):
+        Console().print(table.rich())
+    _write(result, json_file)
+    if markdown is not None:
+        write_markdown(result, markdown)
+
+
 def _with_bar(text: str, work: Callable[[Callable[[float], None]], R]) -> R:
     with Progress(console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task(text, total=1.0)
