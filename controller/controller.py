@@ -56,6 +56,8 @@ class Controller:
 
     Attributes:
         robot: the robot, with a factorisation of its own.
+        space: where its contact forces live.
+        settings: of its decisions.
         state: configuration and velocity of the model.
         forces: constraint forces of the last decision.
         status: how the last prepare or decide ended.
@@ -82,7 +84,7 @@ class Controller:
         self.space, default = contact_model(contact, robot.n_c, reduced)
         self.robot = robot.fork()
         settings = robot.config.controller
-        self._settings = DecideSettings(
+        self.settings = DecideSettings(
             epsilon=settings.regularisation,
             enrichment=enrichment or default,
             qpcc=QpccSettings(solver=settings.qp_solver, max_pivots=settings.max_pivots),
@@ -119,7 +121,7 @@ class Controller:
     @property
     def sees_contact(self) -> bool:
         """Whether contact is looked for at all."""
-        return self.space.k > 0 or self._settings.enrichment.rounds > 0
+        return self.space.k > 0 or self.settings.enrichment.rounds > 0
 
     @property
     def candidates_in_range(self) -> int:
@@ -132,7 +134,7 @@ class Controller:
             return
         try:
             self._prepared = prepare(
-                self.robot, self.space, self.state, self.forces, self._settings.enrichment
+                self.robot, self.space, self.state, self.forces, self.settings.enrichment
             )
         except FactorisationError:
             self.status = Status.NOT_FINITE
@@ -152,7 +154,7 @@ class Controller:
         self.prepare()
         if self._prepared is None:
             return self._stand(Status.NOT_FINITE)
-        decision = decide(self.robot, self._prepared, goal, self.pull, self.forces, self._settings)
+        decision = decide(self.robot, self._prepared, goal, self.pull, self.forces, self.settings)
         if not decision.solution.status.usable:
             return self._hold(decision.solution.status)
         return self._take(decision, decision.solution.status)
@@ -179,7 +181,7 @@ class Controller:
         self.prepare()
         if self._prepared is None:
             return self._stand(Status.NOT_FINITE)
-        decision = hold(self.robot, self._prepared, self.pull, self._settings.enrichment)
+        decision = hold(self.robot, self._prepared, self.pull, self.settings.enrichment)
         if not np.isfinite(decision.dv).all():
             return self._stand(Status.NOT_FINITE)
         # the winches have not moved, even where a slack cable's path is shorter than what they let out

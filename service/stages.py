@@ -11,6 +11,10 @@ from typing import Literal, TypeVar
 import numpy as np
 
 from tauten.controller import Controller
+from tauten.controller.compliance import Response
+from tauten.controller.inverse import inverse_problem
+from tauten.controller.qpcc import Start, solve_qpcc
+from tauten.controller.step import prepare, warm_piece
 from tauten.model.arrays import Array
 from tauten.model.compliance import compliance
 from tauten.model.contact_space import ContactSpace
@@ -19,8 +23,9 @@ from tauten.service.report import Spread, spread
 
 T = TypeVar("T")
 
-# linearise is assembly, factorisation and one solution
-STAGES = ("assembly", "linearise", "detection", "reduction", "compliance")
+# factorisation is what a linearisation takes beside assembly: factors and one solution;
+# the QPCC is part of decide, which goes on to predict all gaps
+STAGES = ("assembly", "factorisation", "detection", "reduction", "compliance", "qpcc")
 WHOLE = ("prepare", "decide", "advance", "step")
 
 
@@ -84,7 +89,7 @@ def time_steps(
         if index == warm_up:
             watch.times.clear()
             statuses.clear()
-        rows.append(_time_stages(controller, watch))
+        rows.append(_time_stages(controller, watch, target.ravel()))
         start = perf_counter()
         watch.time("prepare", controller.prepare)
         in_range.append(controller.candidates_in_range)
@@ -108,17 +113,28 @@ def time_steps(
     )
 
 
-def _time_stages(controller: Controller, watch: _Watch) -> int:
-    """Run the stages of `prepare` one by one on the controller's state; its number of contact rows.
+def _time_stages(controller: Controller, watch: _Watch, target: Array) -> int:
+    """Run the stages of a step one by one on the controller's state; its number of contact rows.
 
-    The controller's own `prepare` comes afterwards and overwrites the factorisation used here.
+    The controller's own step comes afterwards and overwrites the factorisation used here.
     """
     robot, state, forces = controller.robot, controller.state, controller.forces
+    space, settings = controller.space, controller.settings
     watch.time("assembly", lambda: robot.forces(state, forces.tension, exact=True))
-    system = watch.time("linearise", lambda: robot.linearise(state, forces.tension))
+    start = perf_counter()
+    robot.linearise(state, forces.tension)
+    factors = 1e3 * (perf_counter() - start) - watch.times["assembly"][-1]
+    watch.times.setdefault("factorisation", []).append(factors)
     rows = watch.time("detection", lambda: robot.rows(state, contacts=controller.sees_contact))
-    reduced = watch.time("reduction", lambda: controller.space.reduce(rows.contacts))
-    H = np.vstack([rows.effectors.dense(), rows.actuators.dense(), reduced.H])
-    delta = np.concatenate([rows.effectors.delta, rows.actuators.delta, reduced.delta])
-    watch.time("compliance", lambda: compliance(system, H, delta))
-    return len(reduced)
+    watch.time("reduction", lambda: space.reduce(rows.contacts))
+    prepared = prepare(robot, space, state, forces, settings.enrichment)
+    H, delta = prepared.response.H, prepared.response.delta_free
+    watch.time("compliance", lambda: compliance(prepared.system, H, delta))
+    sizes = robot.n_e, robot.n_a, len(prepared.response) - robot.n_e - robot.n_a
+    response = Response(prepared.response.W, prepared.response.delta_free, *sizes)
+    guess = Start(forces.tension, warm_piece(prepared, forces))
+    problem = inverse_problem(
+        response, target, robot.limits, controller.pull, robot.h, settings.epsilon, guess.piece
+    )
+    watch.time("qpcc", lambda: solve_qpcc(problem, guess, settings.qpcc))
+    return sizes[2]
