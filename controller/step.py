@@ -101,8 +101,7 @@ def prepare(
     system = robot.linearise(state, forces.tension)
     rows = robot.rows(state, contacts=space.k > 0 or enrichment.rounds > 0)
     reduced = space.reduce(rows.contacts)
-    pushed = forces.extra[forces.extra_beta > 0.0]
-    extra = np.flatnonzero(np.isin(rows.contacts.slots, pushed))
+    extra = rows.contacts.rows_of(forces.pushed)
     H_extra, delta_extra = unit_rows(rows.contacts, extra)
     H = np.vstack([rows.effectors.dense(), rows.actuators.dense(), reduced.H, H_extra])
     delta = np.concatenate([rows.effectors.delta, rows.actuators.delta, reduced.delta, delta_extra])
@@ -202,9 +201,11 @@ def certified(
 
 def warm_piece(prepared: Prepared, forces: Forces) -> Bools:
     """Which columns in play pushed in the last step: (k' + r,) bool."""
-    pushed = forces.extra[forces.extra_beta > 0.0]
+    known = forces.beta[prepared.reduced.modes] > 0.0
+    if len(prepared.extra) == 0:
+        return known
     slots = prepared.rows.contacts.slots[prepared.extra]
-    return np.concatenate([forces.beta[prepared.reduced.modes] > 0.0, np.isin(slots, pushed)])
+    return np.concatenate([known, np.isin(slots, forces.pushed)])
 
 
 def predicted_gaps(prepared: Prepared, dv: Array) -> Array:

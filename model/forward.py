@@ -69,6 +69,11 @@ class Forces:
     extra: Ints
     extra_beta: Array
 
+    @property
+    def pushed(self) -> Ints:
+        """Slots of the unit columns that pushed."""
+        return self.extra[self.extra_beta > 0.0]
+
 
 @dataclass(frozen=True, slots=True)
 class ForwardStep:
@@ -130,6 +135,8 @@ def worst_rows(contacts: ContactRows, gaps: Array, enrichment: Enrichment, known
         enrichment: tolerance and how many.
         known: slots that have a unit column already.
     """
+    if not gaps.min(initial=np.inf) < -enrichment.tolerance:  # nearly always
+        return np.zeros(0, dtype=np.int64)
     bad = np.flatnonzero((gaps < -enrichment.tolerance) & ~np.isin(contacts.slots, known))
     order = bad[np.argsort(gaps[bad], kind="stable")]
     pair = contacts.pair[order]
@@ -166,8 +173,7 @@ def forward_step(
     rows = robot.rows(state, contacts=space.k > 0 or enrichment.rounds > 0)
     reduced = space.reduce(rows.contacts)
     # unit columns that pushed in the last step start in play
-    pushed = previous.extra[previous.extra_beta > 0.0]
-    chosen = np.flatnonzero(np.isin(rows.contacts.slots, pushed))
+    chosen = rows.contacts.rows_of(previous.pushed)
     response = condense(system, rows, reduced.H, reduced.delta, chosen)
     k = robot.n_a + len(reduced)
     lam = np.concatenate([previous.tension, previous.beta[reduced.modes], np.zeros(len(chosen))])

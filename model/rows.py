@@ -61,6 +61,15 @@ class ContactRows:
         gaps[self.slots] = self.rows.delta
         return gaps
 
+    def rows_of(self, slots: Ints) -> Ints:
+        """Numbers of the rows of some slots, those in range, ascending."""
+        if len(slots) == 0 or len(self.slots) == 0:
+            return np.zeros(0, dtype=np.int64)
+        slots = np.sort(slots)
+        rows = np.minimum(np.searchsorted(self.slots, slots), len(self.slots) - 1)
+        found: Ints = rows[self.slots[rows] == slots]
+        return found
+
 
 @dataclass(frozen=True, slots=True)
 class PairSlots:

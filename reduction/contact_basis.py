@@ -69,12 +69,14 @@ class ContactBasis:
             H (k', n) dense, so that Hᵀ is a Fortran-ordered right-hand side as it stands;
             delta (k',) [m]; modes (k',) columns of Ψ, ascending.
         """
+        if isinstance(contacts.rows.H, np.ndarray):
+            return ReducedContacts(
+                *_condense(self.Psi, contacts.slots, contacts.rows.H, contacts.rows.delta)
+            )
         weights = self.Psi[contacts.slots]  # (m, k)
         modes = np.flatnonzero(weights.any(axis=0))  # (k',)
         weights = weights[:, modes]  # (m, k')
         H_c = contacts.rows.H
-        if isinstance(H_c, np.ndarray):
-            return ReducedContacts(weights.T @ H_c, weights.T @ contacts.rows.delta, modes)
         H = np.zeros((len(modes), H_c.shape[1]))  # (k', n)
         _accumulate(H, weights, H_c.indptr, H_c.indices, H_c.data)
         return ReducedContacts(H, weights.T @ contacts.rows.delta, modes)
@@ -151,6 +153,23 @@ def _load(path: Path) -> ContactBasis:
         raise BasisError(str(error)) from error
     except (BasisError, KeyError, TypeError, ValueError) as error:
         raise BasisError(f"{path}: this basis file is damaged ({error})") from error
+
+
+@kernel
+def _condense(Psi: Array, slots: Ints, H: Array, delta: Array) -> tuple[Array, Array, Ints]:
+    """Arrays of `ReducedContacts` for dense rows H (m, n), delta (m,) in these slots (m,)."""
+    H_r, delta_r = np.zeros((Psi.shape[1], H.shape[1])), np.zeros(Psi.shape[1])
+    touched = np.zeros(Psi.shape[1], np.bool_)
+    for row in range(slots.shape[0]):
+        for mode in range(Psi.shape[1]):
+            weight = Psi[slots[row], mode]
+            if weight != 0.0:
+                touched[mode] = True
+                delta_r[mode] += weight * delta[row]
+                for j in range(H.shape[1]):
+                    H_r[mode, j] += weight * H[row, j]
+    modes = np.flatnonzero(touched)
+    return H_r[modes], delta_r[modes], modes
 
 
 @kernel
