@@ -62,10 +62,10 @@ def visit(task: Task) -> Snapshots:
             simulator.state = State(task.start.q, np.zeros(task.robot.n))
             simulator.forces = replace(simulator.forces, tension=task.start.tension)
         columns = [_column(simulator, task.run, i) for i in range(len(task.run))]
-    lam, tension, effector, q, converged = (list(part) for part in zip(*columns, strict=True))
+    lam, pull, tension, effector, q, converged = (list(part) for part in zip(*columns, strict=True))
     return Snapshots(
         lam=np.stack(lam, axis=1),
-        pull=task.run.pull,
+        pull=np.stack(pull, axis=1) if task.run.tension is not None else task.run.pull,
         tension=np.stack(tension, axis=1),
         effector=np.stack(effector, axis=1),
         gravity=task.run.gravity,
@@ -77,12 +77,16 @@ def visit(task: Task) -> Snapshots:
     )
 
 
-def _column(simulator: Simulator, run: Run, i: int) -> tuple[Array, Array, Array, Array, bool]:
-    """λ_c (n_c,), tension (n_a,), effector (n_e,), q (n,) at equilibrium i; whether it is one."""
+def _column(
+    simulator: Simulator, run: Run, i: int
+) -> tuple[Array, Array, Array, Array, Array, bool]:
+    """λ_c (n_c,), pull and tension (n_a,), effector (n_e,), q at equilibrium i; whether it is one."""
     simulator.robot = simulator.robot.loaded(run.gravity[:, i], run.effector_force[:, i])
     before = simulator.state, simulator.forces
     try:
-        report = simulator.settle(run.pull[:, i], None, TOLERANCE, MAX_ITERATIONS)
+        pull = run.pull[:, i] if run.tension is None else None
+        tension = None if run.tension is None else run.tension[:, i]
+        report = simulator.settle(pull, tension, TOLERANCE, MAX_ITERATIONS)
         lam_c = simulator.smooth_contact_forces()
         converged = report.converged and bool(np.isfinite(lam_c).all())
     except FactorisationError:
@@ -91,4 +95,4 @@ def _column(simulator: Simulator, run: Run, i: int) -> tuple[Array, Array, Array
         simulator.state, simulator.forces = before
         lam_c = np.zeros(simulator.robot.n_c)
     forces, state = simulator.forces, simulator.state
-    return lam_c, forces.tension, simulator.effector.ravel(), state.q, converged
+    return lam_c, simulator.pull, forces.tension, simulator.effector.ravel(), state.q, converged

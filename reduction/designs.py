@@ -27,14 +27,16 @@ class Run:
     """Equilibria visited one after the other, from rest.
 
     Attributes:
-        pull: (n_a, s) pulled lengths [m].
+        pull: (n_a, s) pulled lengths [m]; NaN where tensions are held.
         gravity: (3, s) acceleration of gravity [m/s²].
         effector_force: (n_e, s) outer forces on the effectors [N].
+        tension: (n_a, s) tensions held instead of pulled lengths [N].
     """
 
     pull: Array
     gravity: Array
     effector_force: Array
+    tension: Array | None = None
 
     def __len__(self) -> int:
         return int(self.pull.shape[1])
@@ -42,7 +44,8 @@ class Run:
     def piece(self, first: int, end: int) -> Run:
         """Equilibria first … end − 1."""
         part = slice(first, end)
-        return Run(self.pull[:, part], self.gravity[:, part], self.effector_force[:, part])
+        tension = None if self.tension is None else self.tension[:, part]
+        return Run(self.pull[:, part], self.gravity[:, part], self.effector_force[:, part], tension)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -66,7 +69,8 @@ class Design:
         """SHA-256 of all levels of all runs."""
         hasher = hashlib.sha256()
         for run in self.runs:
-            for levels in (run.pull, run.gravity, run.effector_force):
+            held = () if run.tension is None else (run.tension,)
+            for levels in (run.pull, run.gravity, run.effector_force, *held):
                 hasher.update(repr(levels.shape).encode())
                 hasher.update(np.ascontiguousarray(levels).tobytes())
         return hasher.hexdigest()
@@ -80,18 +84,24 @@ class Ranges:
         pull: (low, high) final pull as a share of a cable's largest one.
         tilt: gravity is turned by −tilt … tilt about both horizontal axes [rad]; 0 leaves it alone.
         force: every component of the force on an effector is −force … force [N]; 0 leaves it out.
+        tension: (low, high) final tension as a share of a cable's largest one; given, tensions are held
+            and not pulled lengths, which suits cables that work against each other.
     """
 
     pull: tuple[float, float] = (0.5, 1.0)
     tilt: float = np.pi / 2
     force: float = 0.2
+    tension: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
         low, high = self.pull
-        if not 0.0 <= low <= high <= 1.0 or min(self.tilt, self.force) < 0.0:
+        least, most = self.tension or (0.0, 0.0)
+        good = 0.0 <= low <= high <= 1.0 and 0.0 <= least <= most <= 1.0
+        if not good or min(self.tilt, self.force) < 0.0:
+            held = "" if self.tension is None else f" tension {self.tension},"
             raise DesignError(
-                f"ranges are pull {self.pull}, tilt {self.tilt} rad, force {self.force} N: "
-                "pull must be two shares of 0 to 1 in this order, the others not negative"
+                f"ranges are pull {self.pull},{held} tilt {self.tilt} rad, force {self.force} N: "
+                "pull must be two shares of 0 to 1 in this order, tension too, the others not negative"
             )
 
 
@@ -169,29 +179,34 @@ def _factor_count(robot: Robot, ranges: Ranges) -> int:
 
 
 def _spread(robot: Robot, ranges: Ranges, levels: Array, steps: int, name: str) -> Design:
-    """Levels (runs, factors) of pulls, tilts, forces, in this order, made into runs."""
-    low, high = ranges.pull
+    """Levels (runs, factors) of cables, tilts, forces, in this order, made into runs."""
+    low, high = ranges.tension or ranges.pull
+    limit = robot.limits.tension_max if ranges.tension else robot.limits.pull_max  # (n_a,)
     tilts = robot.n_a + 2 * (ranges.tilt > 0.0)  # where the columns of the tilts end
     gravity = np.array(robot.config.gravity)
     axes = null_space(gravity[None])[:, :2]  # (3, 2) across gravity
     runs = []
     for row in levels:
-        final = (low + (high - low) * row[: robot.n_a]) * robot.limits.pull_max
+        final = (low + (high - low) * row[: robot.n_a]) * limit
         turn = np.zeros(2)
         turn[: tilts - robot.n_a] = ranges.tilt * (2.0 * row[robot.n_a : tilts] - 1.0)
         force = np.zeros(robot.n_e)
         force[: len(row) - tilts] = ranges.force * (2.0 * row[tilts:] - 1.0)
         turned = Rotation.from_rotvec(axes @ turn).apply(gravity)
-        runs.append(_from_rest(final, turned, force, steps))
-    varied = f"tilt {np.degrees(ranges.tilt):.0f} deg, force {ranges.force} N"
+        runs.append(_from_rest(final, turned, force, steps, ranges.tension is not None))
+    held = f"tension {low:g} to {high:g}, " if ranges.tension else ""
+    varied = f"{held}tilt {np.degrees(ranges.tilt):.0f} deg, force {ranges.force} N"
     return Design(f"{name}: {len(runs)} runs of {steps} steps, {varied}", tuple(runs))
 
 
-def _from_rest(final: Array, gravity: Array, force: Array, steps: int) -> Run:
-    """Pulls from just above 0 to final (n_a,), gravity (3,) and force (n_e,) held."""
-    share = np.arange(1, steps + 1) / steps  # (s,)
+def _from_rest(
+    final: Array, gravity: Array, force: Array, steps: int, tension: bool = False
+) -> Run:
+    """Pulls or tensions from just above 0 to final (n_a,), gravity (3,) and force (n_e,) held."""
+    rise = np.outer(final, np.arange(1, steps + 1) / steps)  # (n_a, s)
     return Run(
-        pull=np.outer(final, share),
+        pull=np.full_like(rise, np.nan) if tension else rise,
         gravity=np.tile(gravity[:, None], steps),
         effector_force=np.tile(force[:, None], steps),
+        tension=rise if tension else None,
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
@@ -35,6 +36,7 @@ def tip_errors(
     snapshots: Snapshots,
     basis: ContactBasis,
     enrichment: Enrichment | None = None,
+    held: Literal["pull", "tension"] = "pull",
 ) -> TipErrors:
     """Settle along the snapshots with reduced contact and compare effectors.
 
@@ -45,6 +47,8 @@ def tip_errors(
         snapshots: equilibria with full contact, runs one after the other.
         basis: contact modes.
         enrichment: when unit columns join; None leaves the basis as it is.
+        held: whether cables have the stored pulled lengths or the stored tensions. Tensions leave more
+            freedom to err.
 
     Raises:
         FactorisationError: the reduced model has blown up.
@@ -59,7 +63,9 @@ def tip_errors(
         simulator.robot = simulator.robot.loaded(
             snapshots.gravity[:, i], snapshots.effector_force[:, i]
         )
-        report = simulator.settle(snapshots.pull[:, i], None, TOLERANCE, MAX_ITERATIONS)
+        pull = snapshots.pull[:, i] if held == "pull" else None
+        tension = snapshots.tension[:, i] if held == "tension" else None
+        report = simulator.settle(pull, tension, TOLERANCE, MAX_ITERATIONS)
         converged[i], extra[i] = report.converged, report.extra_columns
         if converged[i] and snapshots.converged[i]:
             apart = simulator.effector - snapshots.effector[:, i].reshape(-1, 3)  # (p, 3)

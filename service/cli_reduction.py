@@ -36,6 +36,12 @@ def reduce(
             help="Least and largest final pull of a run, as a share of a cable's largest."
         ),
     ] = (0.5, 1.0),
+    tension: Annotated[
+        tuple[float, float] | None,
+        typer.Option(
+            help="Hold tensions instead: least and largest final one, as a share of a cable's largest."
+        ),
+    ] = None,
     tilt: Annotated[float, typer.Option(help="Of gravity, at most, in the designs [deg].")] = 0.0,
     force: Annotated[float, typer.Option(help="On the effectors, a component [N].")] = 0.0,
     k: Annotated[str, typer.Option(help='Number of modes, or "auto".')] = "auto",
@@ -77,7 +83,7 @@ def reduce(
     )
     loaded = load_robot(robot)
     target = _basis_path(out or Path(f"{loaded.name}.basis"))
-    ranges = Ranges(pull=pull, tilt=math.radians(tilt), force=force)
+    ranges = Ranges(pull=pull, tilt=math.radians(tilt), force=force, tension=tension)
     plan = _design(design, loaded, step, ranges, runs, steps, seed)
     folder = snapshots or Path(f"{loaded.name}-snapshots")
     with _executor(scheduler, workers, len(plan.runs)) as executor:
