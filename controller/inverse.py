@@ -69,7 +69,8 @@ def inverse_problem(
 def shut(response: Response, touching: Bools | None) -> Array:
     """W̃_ea = W_ea − W_ec W_cc⁻¹ W_ca over the contacts that touch: (n_e, n_a) [m/N].
 
-    Redundant contacts make W_cc singular; a regularisation leaves the product as it is.
+    Redundant contacts make W_cc singular, and so does one that no force opens; a regularisation leaves the
+    product as it is.
     """
     n_e, n_a, W = response.n_e, response.n_a, response.W
     W_ea: Array = W[:n_e, n_e : n_e + n_a]
@@ -77,7 +78,7 @@ def shut(response: Response, touching: Bools | None) -> Array:
         return W_ea
     c = n_e + n_a + np.flatnonzero(touching)
     W_cc = W[np.ix_(c, c)]  # (m, m)
-    W_cc.flat[:: len(c) + 1] *= 1.0 + 1e-9
+    W_cc.flat[:: len(c) + 1] += 1e-9 * np.trace(W_cc) / len(c) or 1.0
     found: Array = W_ea - W[:n_e, c] @ np.linalg.solve(W_cc, W[c, n_e : n_e + n_a])
     return found
 

@@ -17,6 +17,8 @@ from tauten.controller.qpcc_problem import Qpcc
 from tauten.controller.qpcc_scaling import USABLE, Scaled, scale
 from tauten.model.arrays import Bools
 
+FEASIBLE = 1e-7  # with 1e-8 its LP solver runs into numerical trouble
+
 
 def enumerate_pieces(problem: Qpcc, solver: str = "daqp") -> tuple[float, Bools]:
     """The lowest objective over all pieces, +inf without a feasible one, and its piece (k,)."""
@@ -35,7 +37,7 @@ def enumerate_pieces(problem: Qpcc, solver: str = "daqp") -> tuple[float, Bools]
 def scip_optimum(problem: Qpcc, seconds: float = 60.0) -> tuple[float, float]:
     """The objective that SCIP finds and the bound it proves; both +inf when it says infeasible.
 
-    Its tolerances are absolute, 1e-8 on a problem whose objective is of order one before the constant is
+    Its tolerances are absolute, 1e-7 on a problem whose objective is of order one before the constant is
     added, so expect six digits of what the objective is summed from to agree.
 
     Raises:
@@ -72,7 +74,7 @@ def scip_model(problem: Scaled) -> Any:
     k = n - n_a
     model = Model()
     model.hideOutput()
-    model.setParam("numerics/feastol", 1e-8)
+    model.setParam("numerics/feastol", FEASIBLE)
     model.setParam("limits/gap", 1e-8)
     lower = [*map(limit, problem.lb), *[0.0] * k]
     upper = [*map(limit, problem.ub), *[None] * k]

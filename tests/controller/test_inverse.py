@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from tauten.controller.inverse import energy_scale, inverse_problem
+from tauten.controller.inverse import energy_scale, inverse_problem, shut
 from tauten.controller.qpcc import Qpcc, solve_qpcc
 from tauten.controller.random_qpcc import robot_like
 
@@ -78,6 +78,35 @@ def test_epsilon_has_no_unit() -> None:
     )
     np.testing.assert_allclose(millimetres.Q, 1e6 * metres.Q, rtol=1e-12)
     np.testing.assert_allclose(millimetres.g_hi, 1e3 * metres.g_hi, rtol=1e-9, atol=1e-12)
+
+
+def test_contacts_kept_shut_stiffen_what_the_cables_move() -> None:
+    """W̃_ea is what the effectors move when the gaps of the touching contacts may not."""
+    touching = np.array([True, False, True, False])
+    c = 3 + N_A + np.flatnonzero(touching)
+    for column in range(N_A):
+        lam = np.zeros(len(RESPONSE.W))
+        lam[3 + column] = 1.0
+        lam[c] = np.linalg.solve(RESPONSE.W[np.ix_(c, c)], -RESPONSE.W[c, 3 + column])
+        expected = (RESPONSE.W @ lam)[:3]
+        np.testing.assert_allclose(shut(RESPONSE, touching)[:, column], expected, rtol=1e-6)
+    nothing = np.zeros(K, dtype=np.bool_)
+    np.testing.assert_array_equal(shut(RESPONSE, nothing), RESPONSE.W[:3, 3 : 3 + N_A])
+
+
+@pytest.mark.parametrize("kind", ["twins", "rigid", "all rigid"])
+def test_contacts_without_compliance_of_their_own_are_no_trouble(kind: str) -> None:
+    W = RESPONSE.W.copy()
+    first, second = 3 + N_A, 4 + N_A
+    if kind == "twins":
+        W[second], W[:, second] = W[first], W[:, first]
+        W[second, second] = W[first, first]
+    else:
+        rigid = slice(first, None if kind == "all rigid" else second)
+        W[rigid], W[:, rigid] = 0.0, 0.0
+    stiff = shut(replace(RESPONSE, W=W), np.ones(K, dtype=np.bool_))
+    assert np.isfinite(stiff).all()
+    assert np.abs(stiff).max() <= 1.01 * np.abs(W[:3]).max()
 
 
 def test_more_weight_on_energy_takes_less_of_it() -> None:
