@@ -18,6 +18,7 @@ import zenoh
 
 _HOST = "127.0.0.1"
 _FIRST_PORT = 17_447
+_MAX_MESSAGE = 2**20  # bytes; the description of a robot is the largest
 _PORTS = 10_000  # room for robots; two ports each
 
 
@@ -91,7 +92,9 @@ def loopback_config(first_port: int, role: Role) -> zenoh.Config:
             "period_increase_factor": 1.5,
         },
         "scouting/multicast/enabled": False,
-        # messages are far smaller than what shared memory is for
+        # honest messages are far smaller; a larger one is not even put together
+        "transport/link/rx/max_message_size": _MAX_MESSAGE,
+        # nor are they what shared memory is for
         "transport/shared_memory/enabled": False,
     }
     config = zenoh.Config()
