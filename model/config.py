@@ -130,6 +130,23 @@ class ControllerSettings(Section):
     max_pivots: Annotated[int, Field(ge=1)] = 100
 
 
+class ModelSettings(Section):
+    """Which model decides: the full one, or that of a state basis with its sample of elements.
+
+    `states` names the basis, and `max_tip_error` [m] is what it may err on held-out paths. While serving,
+    the full model is asked every `check_period` [s] how far it would move the tip from where the reduced one
+    has it: beyond `max_tip_error` health warns, and with `fall_back` the full model takes over, at
+    `fall_back_rate` [Hz].
+    """
+
+    order: Literal["full", "reduced"] = "full"
+    states: str | None = None
+    max_tip_error: Positive = 1e-3
+    check_period: Positive = 1.0
+    fall_back: bool = False
+    fall_back_rate: Annotated[float, Field(gt=0.0, le=10_000.0)] = 50.0
+
+
 class ServiceSettings(Section):
     """The node.
 
@@ -159,6 +176,7 @@ class RobotSettings(Section):
     contact: ContactRange = ContactRange()
     integration: IntegrationSettings = IntegrationSettings()
     controller: ControllerSettings = ControllerSettings()
+    model: ModelSettings = ModelSettings()
     service: ServiceSettings = ServiceSettings()
 
     @model_validator(mode="after")

@@ -17,7 +17,7 @@ from tauten.model.config import RobotConfig
 from tauten.model.contact import ContactSet
 from tauten.model.factorisation import FactorisationError
 from tauten.model.limits import Limits
-from tauten.model.robot import RobotRows, State
+from tauten.model.robot import Robot, RobotRows, State
 from tauten.model.rows import ContactRows, PairSlots, Rows
 from tauten.model.system import Integration, System
 from tauten.model.tet_robot import TetRobot
@@ -38,7 +38,7 @@ from tauten.reduction.reduced_kernels import (
     make_work,
     pulled_lengths,
 )
-from tauten.reduction.state_basis import StateBasis
+from tauten.reduction.state_basis import StateBasis, StateBasisError
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -263,13 +263,15 @@ class ReducedRobot:
         return ContactRows(Rows(np.zeros((0, self.n)), np.zeros(0)), none, none, self.n_c)
 
 
-def reduced_robot(robot: TetRobot, states: StateBasis) -> ReducedRobot:
+def reduced_robot(robot: Robot, states: StateBasis) -> ReducedRobot:
     """The robot seen through a state basis.
 
     Raises:
-        StateBasisError: the basis was made for another robot.
+        StateBasisError: the basis was made for another robot, or this one is not made of tetrahedra.
     """
     states.check_robot(robot)
+    if not isinstance(robot, TetRobot):
+        raise StateBasisError(f"robot {robot.name}: only robots made of tetrahedra have state bases")
     Phi = states.Phi
     body, tendons = (
         sampled_body(robot, Phi, states.elements, states.weights),

@@ -26,22 +26,22 @@ def sparse_nnls(C: Array, d: Array, tolerance: float) -> Array:
     """
     norms = np.linalg.norm(C, axis=0)  # (e,)
     usable = norms > NOTHING * norms.max(initial=0.0)
-    unit = C / np.where(usable, norms, 1.0)  # (m, e)
+    unit = np.ascontiguousarray((C / np.where(usable, norms, 1.0)).T)  # (e, m), a row a column of C
     size, limit = float(np.linalg.norm(d)), min(C.shape)
-    moments = unit.T @ d  # (e,)
+    moments = unit @ d  # (e,)
     w, active, f = np.zeros(len(norms)), np.zeros(limit, dtype=np.int64), 0
     inside, barred = np.zeros(len(norms), dtype=bool), ~usable
     L, residual = np.zeros((limit, limit)), d.copy()
     while float(np.linalg.norm(residual)) > tolerance * size and f < limit:
-        gain = np.where(inside | barred, -np.inf, unit.T @ residual)  # (e,)
+        gain = np.where(inside | barred, -np.inf, unit @ residual)  # (e,)
         best = int(np.argmax(gain))
         if not gain[best] > NOTHING * size:
             break
-        append_row(L, f, unit[:, active[:f]].T @ unit[:, best], 1.0, FLOOR)
+        append_row(L, f, unit[active[:f]] @ unit[best], 1.0, FLOOR)
         active[f], inside[best] = best, True
         f = settle(L, active, f + 1, moments, w, inside)
         barred = ~usable if inside[best] else barred | (np.arange(len(w)) == best)
-        residual = d - unit[:, active[:f]] @ w[active[:f]]
+        residual = d - w[active[:f]] @ unit[active[:f]]
     return np.where(usable, w / np.where(usable, norms, 1.0), 0.0)
 
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, fields
+import hashlib
+from dataclasses import asdict, dataclass, fields, replace
 from importlib.resources import as_file, files
 from pathlib import Path
 from typing import Any
@@ -106,6 +107,31 @@ class StateBasis:
     def r(self) -> int:
         """Number of modes."""
         return int(self.Phi.shape[1])
+
+    def digest(self) -> str:
+        """SHA-256 of modes, elements and weights."""
+        hasher = hashlib.sha256()
+        for array in (self.Phi, self.elements, self.weights):
+            hasher.update(np.ascontiguousarray(array).tobytes())
+        return hasher.hexdigest()
+
+    def with_tip_errors(self, mean: float, largest: float) -> StateBasis:
+        """The same with what it errs on held-out paths [m]."""
+        return replace(self, origin=replace(self.origin, tip_mean=mean, tip_max=largest))
+
+    def check_tip(self, allowed: float) -> None:
+        """Make sure that its tip error on held-out paths is within what a robot file allows [m].
+
+        Raises:
+            StateBasisError: it is larger, or was never measured.
+        """
+        if not self.origin.tip_max <= allowed:
+            raise StateBasisError(
+                f"this state basis takes the tip up to {1e3 * self.origin.tip_max:.3g} mm (mean "
+                f"{1e3 * self.origin.tip_mean:.3g} mm) from where the full model takes it, allowed are "
+                f"{1e3 * allowed:.3g} mm: use more modes, a finer sample or a wider campaign, or accept "
+                "the error"
+            )
 
     def check_robot(self, robot: Robot) -> None:
         """Make sure that this state basis was made for this robot.

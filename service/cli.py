@@ -39,6 +39,13 @@ Basis = Annotated[
     str | None,
     typer.Option(help='Contact basis, "none" or "full"; default: the robot file\'s.'),
 ]
+Model = Annotated[
+    Literal["full", "reduced"] | None,
+    typer.Option(help="The full model, or that of a state basis; default: the robot file's."),
+]
+AcceptError = Annotated[
+    bool, typer.Option("--accept-error", help="Take a state basis that errs more than allowed.")
+]
 
 
 @app.callback()
@@ -58,6 +65,8 @@ def serve(
     robot: RobotName,
     rate: Rate = None,
     basis: Basis = None,
+    model: Model = None,
+    accept_error: AcceptError = False,
     record: Annotated[Path | None, typer.Option(help="MCAP file to record the run to.")] = None,
     closed_loop: Annotated[
         bool, typer.Option("--closed-loop", help="Measurements correct the targets.")
@@ -85,7 +94,12 @@ def serve(
         record, closed_loop, wait, rate is not None, RealtimeSettings(priority, tuple(cpus or ()))
     )
     with stop_on_signals() as stop:
-        run(load_setup(robot, rate, basis), _network(port, zenoh_config), settings, stop)
+        run(
+            load_setup(robot, rate, basis, model, accept_error),
+            _network(port, zenoh_config),
+            settings,
+            stop,
+        )
 
 
 def plant(
@@ -171,6 +185,7 @@ def demo(
         float, typer.Option(min=0.0, max=1.0, help="Of the largest pull, for reach.")
     ] = 0.8,
     basis: Basis = None,
+    model: Model = None,
 ) -> None:
     """Run node, plant and stream as processes; leave a log, a report and a figure."""
     from tauten.service.demo import DemoSettings, run_demo
@@ -179,7 +194,7 @@ def demo(
 
     folder = out or Path(f"tauten-demo-{datetime.now():%Y%m%d-%H%M%S}")
     console = Console()
-    settings = DemoSettings(robot, folder, seconds, path, period, fraction, basis)
+    settings = DemoSettings(robot, folder, seconds, path, period, fraction, basis, model)
     with stop_on_signals() as stop, console.status("starting") as status:
         report = run_demo(settings, stop, status.update)
     table = Table("", f"{report.robot}, {report.duration_s:.1f} s", title="tauten demo")
@@ -197,11 +212,15 @@ def replay(
     against: Annotated[
         str | None, typer.Option(help="Another robot than the recorded one: name or file.")
     ] = None,
+    model: Annotated[
+        Literal["full", "reduced"] | None,
+        typer.Option(help="Another model than the recorded one."),
+    ] = None,
 ) -> None:
     """Run the controller on a log's targets; exit 0 when it decides the same, else 1."""
     from tauten.service.replay import replay as run
 
-    result = run(log, tolerance, against)
+    result = run(log, tolerance, against, model)
     table = Table("cable", "pull differs by [mm]", "tension differs by [N]", title=str(log))
     for name, pull, tension in zip(result.cables, result.pull, result.tension, strict=True):
         table.add_row(name, f"{1e3 * pull:.3g}", f"{tension:.3g}")
@@ -252,6 +271,7 @@ def _setup_errors() -> tuple[type[Exception], ...]:
     from tauten.reduction.designs import DesignError
     from tauten.reduction.executors import ClusterError
     from tauten.reduction.snapshots import SnapshotError
+    from tauten.reduction.state_basis import StateBasisError
     from tauten.service.compare import CompareError
     from tauten.service.demo import DemoError
     from tauten.service.logfile import LogError
@@ -260,7 +280,7 @@ def _setup_errors() -> tuple[type[Exception], ...]:
     from tauten.service.paths import PathError
     from tauten.service.realtime import RealtimeError
 
-    room_errors = (RobotFileError, MeshError, BasisError)
+    room_errors = (RobotFileError, MeshError, BasisError, StateBasisError)
     reduction_errors = (ChoiceError, DesignError, ClusterError, SnapshotError)
     return (
         *room_errors,

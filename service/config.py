@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import Literal
+from typing import Literal, TypeAlias
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -19,6 +19,10 @@ from tauten.controller.controller import Controller
 from tauten.model import Robot, load_robot
 from tauten.model.load import robot_path
 from tauten.reduction import ContactBasis
+from tauten.reduction.reduced_robot import reduced_robot
+from tauten.reduction.state_basis import StateBasis
+
+Order: TypeAlias = Literal["full", "reduced"]
 
 _WARM_UP = 12  # control steps; enough for every kernel to be compiled or loaded
 _PACKAGES = (
@@ -46,18 +50,25 @@ class Setup:
         path: its file.
         contact: what the controller knows of contact: a basis, all of it, or nothing.
         basis_name: as asked for.
+        states: state basis of the reduced model; None with the full one.
     """
 
     robot: Robot
     path: Path
     contact: Literal["none", "full"] | ContactBasis
     basis_name: str
+    states: StateBasis | None = None
 
     def basis_digest(self) -> str:
         """SHA-256 of the modes; "" without basis."""
         if isinstance(self.contact, str):
             return ""
         return hashlib.sha256(np.ascontiguousarray(self.contact.Psi).tobytes()).hexdigest()
+
+    @property
+    def order(self) -> Order:
+        """Which model decides."""
+        return "full" if self.states is None else "reduced"
 
     def metadata(self) -> dict[str, str]:
         """What a log says about the run, all as text."""
@@ -70,6 +81,8 @@ class Setup:
             "rate": repr(robot.config.controller.rate),
             "basis": self.basis_name,
             "basis_digest": self.basis_digest(),
+            "model": self.order,
+            "states_digest": "" if self.states is None else self.states.digest(),
             "factorisation": robot.linear_solver,
             "python": platform.python_version(),
             "machine": f"{platform.system()} {platform.machine()}",
@@ -77,28 +90,68 @@ class Setup:
         }
 
 
-def load_setup(robot: str | Path, rate: float | None = None, basis: str | None = None) -> Setup:
-    """Load a robot and the contact basis it asks for.
+def load_setup(
+    robot: str | Path,
+    rate: float | None = None,
+    basis: str | None = None,
+    model: Order | None = None,
+    accept_error: bool = False,
+) -> Setup:
+    """Load a robot, the contact basis it asks for, and its state basis where the model is reduced.
 
     Args:
         robot: name of a shipped robot or path of a robot file.
         rate: another control rate than the file's [Hz].
         basis: another basis than the file's; "none" for no contact, "full" for pointwise contact.
+        model: another model than the file's.
+        accept_error: take a state basis that errs more than the robot file allows.
 
     Raises:
-        RobotFileError, MeshError, BasisError: what cannot be used, and why.
+        RobotFileError, MeshError, BasisError, StateBasisError: what cannot be used, and why.
     """
     path = robot_path(robot)
     loaded = load_robot(path, rate=rate)
     name = basis or loaded.config.controller.basis or "none"
+    contact = load_contact(loaded, path, name)
+    if (model or loaded.config.model.order) == "full":
+        return Setup(loaded, path, contact, name)
+    states = load_states(loaded, path, accept_error)
+    return Setup(reduced_robot(loaded, states), path, contact, name, states)
+
+
+def load_contact(robot: Robot, path: Path, name: str) -> Literal["none", "full"] | ContactBasis:
+    """What a name says a controller knows of contact: "none", "full", or a basis that fits the robot.
+
+    Raises:
+        BasisError: there is no such basis, or it was made for another robot.
+    """
     if name == "none":
-        return Setup(loaded, path, "none", name)
+        return "none"
     if name == "full":
-        return Setup(loaded, path, "full", name)
-    beside = path.parent / name
-    found = ContactBasis.load(beside if beside.is_file() else name)
-    found.check_robot(loaded)
-    return Setup(loaded, path, found, name)
+        return "full"
+    found = ContactBasis.load(beside(path, name))
+    found.check_robot(robot)
+    return found
+
+
+def load_states(robot: Robot, path: Path, accept_error: bool) -> StateBasis:
+    """The state basis that the robot file at `path` names, or the shipped one of the robot's name.
+
+    Raises:
+        StateBasisError: there is none, it was made for another robot, or it errs more than the file allows.
+    """
+    settings = robot.config.model
+    states = StateBasis.load(beside(path, settings.states or robot.name))
+    states.check_robot(robot)
+    if not accept_error:
+        states.check_tip(settings.max_tip_error)
+    return states
+
+
+def beside(path: Path, name: str) -> Path | str:
+    """The file of this name in the folder of the robot file, where there is one; else the name."""
+    found = path.parent / name
+    return found if found.is_file() else name
 
 
 def warm_controller(setup: Setup) -> Controller:

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO
 
-from tauten.service.config import load_setup
+from tauten.service.config import Order, load_setup
 from tauten.service.figures import draw_run
 from tauten.service.keys import Keys
 from tauten.service.network import Network, Role, is_alive, open_session
@@ -47,6 +47,7 @@ class DemoSettings:
         period: of one pass [s].
         fraction: of the largest pull, for "reach".
         basis: of the node, as for `tauten serve`.
+        model: of the node, as for `tauten serve`.
     """
 
     robot: str
@@ -56,6 +57,7 @@ class DemoSettings:
     period: float = 10.0
     fraction: float = 0.8
     basis: str | None = None
+    model: Order | None = None
 
 
 @dataclass(slots=True)
@@ -92,7 +94,7 @@ def run_demo(settings: DemoSettings, stop: StopFlag, say: Callable[[str], None])
         RobotFileError, MeshError, BasisError, PathError: what cannot be used, and why.
         LogError: nothing was recorded.
     """
-    robot = load_setup(settings.robot, basis=settings.basis).robot
+    robot = load_setup(settings.robot, basis=settings.basis, model=settings.model).robot
     folder = settings.folder
     folder.mkdir(parents=True, exist_ok=True)
     port = free_ports()
@@ -106,6 +108,8 @@ def run_demo(settings: DemoSettings, stop: StopFlag, say: Callable[[str], None])
         serving = [settings.robot, "--record", str(log), *common]
         if settings.basis is not None:
             serving += ["--basis", settings.basis]
+        if settings.model is not None:
+            serving += ["--model", settings.model]
         sending = [str(targets), "--robot", settings.robot, "--repeat", "--await-plant", *common]
         sending += ["--rate", repr(robot.config.controller.rate)]
         sending += ["--duration", repr(settings.seconds)]

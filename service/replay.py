@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from tauten.model.arrays import Array
-from tauten.service.config import Setup, load_setup, one_blas_thread, warm_controller
+from tauten.service.config import Order, Setup, load_setup, one_blas_thread, warm_controller
 from tauten.service.keys import Keys
 from tauten.service.logfile import LogError, LogReader
 from tauten.service.loop import Action, ControlLoop
@@ -54,13 +54,16 @@ class Replay:
         return self.fraction <= self.tolerance and self.statuses == 0
 
 
-def replay(path: Path, tolerance: float, against: str | None = None) -> Replay:
+def replay(
+    path: Path, tolerance: float, against: str | None = None, model: Order | None = None
+) -> Replay:
     """Run the controller on a log.
 
     Args:
         path: MCAP file that `tauten serve --record` or `tauten demo` made.
         tolerance: accepted difference as a fraction of each cable's range of pull and tension.
         against: robot to use instead of the recorded one, a name or a file.
+        model: model to use instead of the recorded one.
 
     Raises:
         LogError: no log, or none that fits the robot.
@@ -73,7 +76,8 @@ def replay(path: Path, tolerance: float, against: str | None = None) -> Replay:
         name = against or recorded_robot(metadata)
     except (KeyError, ValueError) as error:
         raise LogError(f"{path}: its metadata lack {error}") from error
-    setup = load_setup(name, rate=rate, basis=None if against else basis)
+    recorded: Order = "reduced" if metadata.get("model") == "reduced" else "full"
+    setup = load_setup(name, rate, None if against else basis, model or recorded, accept_error=True)
     with one_blas_thread():
         return _compare(reader, setup, metadata, tolerance)
 
@@ -154,6 +158,6 @@ def _changes(reader: LogReader, setup: Setup, metadata: dict[str, str]) -> Itera
     if not reader.complete:
         yield "the log was cut short"
     now = setup.metadata()
-    for key in ("robot_digest", "robot_file", "basis_digest", "factorisation"):
+    for key in ("robot_digest", "robot_file", "basis_digest", "states_digest", "factorisation"):
         if metadata.get(key, "") != now[key]:
             yield f"{key.replace('_', ' ')} has changed"

@@ -1,0 +1,66 @@
+"""The second half of `tauten reduce --states`: a state basis from the same campaign."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+if TYPE_CHECKING:
+    from tauten.model import Robot
+    from tauten.reduction import ContactBasis
+    from tauten.reduction.reduce_states import StateSettings
+    from tauten.reduction.snapshots import Snapshots
+
+States = Annotated[
+    bool, typer.Option("--states", help="Make a state basis, too, beside the contact basis.")
+]
+StateModes = Annotated[str, typer.Option(help='Number of state modes, or "auto".')]
+Sample = Annotated[
+    float, typer.Option(help="Relative residual of the forces summed over sampled elements.")
+]
+AcceptError = Annotated[
+    bool, typer.Option("--accept-error", help="Keep a state basis that errs more than allowed.")
+]
+
+
+def state_settings(modes: str, sample: float, seed: int) -> StateSettings:
+    """Settings from the command line.
+
+    Raises:
+        StateBasisError: not allowed.
+    """
+    from tauten.reduction.reduce_states import StateSettings
+    from tauten.reduction.state_basis import StateBasisError
+
+    if modes != "auto" and not modes.isdecimal():
+        raise StateBasisError(f"state modes are {modes!r}: allowed are 1 and more, and auto")
+    r: int | Literal["auto"] = "auto" if modes == "auto" else int(modes)
+    return StateSettings(r=r, sample=sample, seed=seed)
+
+
+def save_states(
+    robot: Robot,
+    snapshots: Snapshots,
+    basis: ContactBasis,
+    settings: StateSettings,
+    path: Path,
+    accept_error: bool,
+) -> None:
+    """Make the state basis, compare it with the full model on held-out paths, and keep it.
+
+    Raises:
+        StateBasisError: it errs more than the robot file allows, and that is not accepted.
+    """
+    from tauten.reduction.reduce_states import reduce_states
+
+    states = reduce_states(robot, snapshots, basis, settings)
+    if not accept_error:
+        states.check_tip(robot.config.model.max_tip_error)
+    origin, saved = states.origin, states.save(path)
+    typer.echo(
+        f"{saved}: {origin.r} state modes of {origin.snapshots} snapshots, {origin.sample} of "
+        f"{robot.n_elements} elements; tip off by {1e3 * origin.tip_mean:.3g} mm in the mean, "
+        f"{1e3 * origin.tip_max:.3g} mm at most on paths held out"
+    )
