@@ -8,12 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from tauten.model.arrays import Array, Ints
-from tauten.reduction.cone import distances
-from tauten.reduction.positive_basis import Method, checked, factorise_each
+from tauten.reduction.contact_problem import ContactProblem
+from tauten.reduction.fit import BasisMethod, Quality, fit_each, quality
+from tauten.reduction.positive_basis import checked
 from tauten.reduction.snapshots import Snapshots
-from tauten.reduction.weighting import Weighting, snapshot_weights
 
-DEFAULT_KS = (1, 2, 3, 4, 5, 6, 7, 8, 10, 12, 14, 16, 18, 20, 25, 30, 40)
+DEFAULT_KS = (1, 2, 3, 4, 5, 6, 8, 10, 12, 15, 20, 25, 30, 40)
+_SWEEPS = 12  # of the energy method: enough to compare
 _BLOCKS = 40  # pieces a single run is cut into, dealt to the folds in turn
 
 
@@ -23,22 +24,24 @@ class ChoiceError(ValueError):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Curve:
-    """Error against the number of modes, every entry for one k.
+    """Error against the number of modes, every entry for one k; see `tauten.reduction.fit.Quality`.
 
     Attributes:
         k: (m,) numbers of modes, ascending.
-        training: (m,) ‖S − Ψ B‖_F / ‖S‖_F, the weighted snapshots factored themselves.
-        held_out: (m,) the same over snapshots each held out once, with B ≥ 0 as good as Ψ allows.
-        worst: (m,) largest force error of a held-out snapshot, Euclidean over the candidates [N].
+        training: (m,) energy error on the problems the modes were fitted to.
+        held_out: (m,) energy error on problems each held out once.
+        force: (m,) largest error of the sum of contact forces in a held-out problem [N].
+        tip: (m,) largest effector error in a held-out problem, to first order [m].
     """
 
     k: Ints
     training: Array
     held_out: Array
-    worst: Array
+    force: Array
+    tip: Array
 
 
-def folds(snapshots: Snapshots, count: int = 5) -> Ints:
+def folds(snapshots: Snapshots, count: int = 4) -> Ints:
     """Which fold holds out each snapshot: (s,), 0 … count − 1.
 
     Whole runs are held out together: neighbours within a run are nearly equal, and leaving out
@@ -57,56 +60,63 @@ def folds(snapshots: Snapshots, count: int = 5) -> Ints:
 def cross_validate(
     S: Array,
     fold: Ints,
+    problems: Sequence[ContactProblem],
     ks: Sequence[int] = DEFAULT_KS,
-    method: Method = "hals",
+    method: BasisMethod = "energy",
     seed: int = 0,
-    weighting: Weighting = "equal",
 ) -> Curve:
     """Error against k, training and held out.
 
     Args:
-        S: (n_c, s) contact forces [N].
+        S: (n_c, s) weighted contact forces.
         fold: (s,) which fold holds out each column.
+        problems: contact problems of some of the columns.
         ks: numbers of modes to look at; those beyond the rank of any training set are left out.
-        method: see `factorise`.
+        method: see `fit_each`.
         seed: see `factorise`.
-        weighting: see `snapshot_weights`.
 
     Raises:
         ValueError: as `factorise`; or no k is within the rank.
     """
     S = checked(S)
-    weights = snapshot_weights(S, weighting)  # (s,)
-    weighted = S * weights
-    parts = [(weighted[:, fold != f], weighted[:, fold == f]) for f in np.unique(fold)]
-    rank = min(int(np.linalg.matrix_rank(training)) for training, _ in parts)
+    parts = np.unique(fold[[problem.column for problem in problems]])
+    rank = min(int(np.linalg.matrix_rank(S[:, fold != part])) for part in parts)
     usable = sorted({k for k in ks if 1 <= k <= rank})
     if not usable:
         raise ValueError(f"none of k = {list(ks)} lies in 1 to the rank of the snapshots, {rank}")
-    training = [found.error for found in factorise_each(weighted, usable, method, seed)]
-    missed = np.zeros((len(usable), S.shape[1]))  # (m, s), weighted
-    for f, (known, held_out) in zip(np.unique(fold), parts, strict=True):
-        for row, found in enumerate(factorise_each(known, usable, method, seed)):
-            missed[row, fold == f] = distances(found.Psi, held_out)
+    training, held_out = [], []  # rows of Quality, a part each
+    for part in parts:
+        known = [problem for problem in problems if fold[problem.column] != part]
+        hidden = [problem for problem in problems if fold[problem.column] == part]
+        fits = fit_each(S[:, fold != part], known, usable, method, seed, _SWEEPS)
+        training.append([quality(fit.Psi, known) for fit in fits])
+        held_out.append([quality(fit.Psi, hidden) for fit in fits])
     return Curve(
         k=np.array(usable),
-        training=np.array(training),
-        held_out=np.linalg.norm(missed, axis=1) / np.linalg.norm(weighted),
-        worst=(missed / weights).max(axis=1),
+        training=_mean_energy(training),
+        held_out=_mean_energy(held_out),
+        force=np.array([[q.force for q in row] for row in held_out]).max(axis=0),
+        tip=np.array([[q.tip for q in row] for row in held_out]).max(axis=0),
     )
 
 
+def _mean_energy(rows: Sequence[Sequence[Quality]]) -> Array:
+    """Root mean square over the parts: (m,)."""
+    errors: Array = np.sqrt(np.mean([[q.energy**2 for q in row] for row in rows], axis=0))
+    return errors
+
+
 def choose_k(curve: Curve, tolerance: float) -> int:
-    """The smallest k whose held-out error is within the tolerance.
+    """The smallest k whose held-out effector error is within the tolerance [m].
 
     Raises:
         ChoiceError: none is; names the best.
     """
-    good = np.flatnonzero(curve.held_out <= tolerance)
+    good = np.flatnonzero(curve.tip <= tolerance)
     if len(good) == 0:
-        best = int(np.argmin(curve.held_out))
+        best = int(np.argmin(curve.tip))
         raise ChoiceError(
-            f"no k up to {curve.k[-1]} has a held-out error within {tolerance}: the best is "
-            f"{curve.held_out[best]:.3g} with k = {curve.k[best]}; raise the tolerance"
+            f"no k up to {curve.k[-1]} has a held-out effector error within {1e3 * tolerance:.3g} mm: "
+            f"the best is {1e3 * curve.tip[best]:.3g} mm with k = {curve.k[best]}; raise the tolerance"
         )
     return int(curve.k[good[0]])

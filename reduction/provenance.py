@@ -11,6 +11,25 @@ _PACKAGES = ("tauten", "numpy", "scipy", "numba")
 
 
 @dataclass(frozen=True, slots=True)
+class CurvePoint:
+    """What was found of one k, as in `tauten.reduction.choose.Curve`.
+
+    Attributes:
+        k: number of modes.
+        training: energy error on what they were fitted to.
+        held_out: energy error on what was held out.
+        force: largest held-out error of the sum of contact forces [N].
+        tip: largest held-out effector error [m].
+    """
+
+    k: int
+    training: float
+    held_out: float
+    force: float
+    tip: float
+
+
+@dataclass(frozen=True, slots=True)
 class Provenance:
     """Origin of a basis.
 
@@ -24,9 +43,10 @@ class Provenance:
         method: of the factorisation.
         k: number of modes.
         seed: of the factorisation.
-        error: ‖S − Ψ B‖_F / ‖S‖_F on the weighted snapshots.
-        curve: (k, training error, held-out error, largest held-out error of a snapshot [N]) that were
-            looked at, the first two errors relative as `error`; empty when k was given.
+        error: ‖S − Ψ B‖_F / ‖S‖_F on the weighted snapshots; of the start of "energy".
+        energy_error: √ of the share of the contact energy that the modes lose, see `Quality`.
+        tip_error: largest effector error on the snapshots, to first order [m].
+        curve: a CurvePoint each for the k that were looked at; empty when k was given.
         created: date and time, ISO 8601 in UTC.
         versions: (package, version) pairs, Python among them.
     """
@@ -41,7 +61,9 @@ class Provenance:
     k: int
     seed: int
     error: float
-    curve: tuple[tuple[int, float, float, float], ...]
+    energy_error: float
+    tip_error: float
+    curve: tuple[CurvePoint, ...]
     created: str
     versions: tuple[tuple[str, str], ...]
 
@@ -57,10 +79,7 @@ class Provenance:
             KeyError, TypeError, ValueError: an entry is missing or of another type.
         """
         values = {field.name: entries[field.name] for field in fields(cls)}
-        values["curve"] = tuple(
-            (int(k), float(training), float(held_out), float(worst))
-            for k, training, held_out, worst in values["curve"]
-        )
+        values["curve"] = tuple(CurvePoint(**point) for point in values["curve"])
         values["versions"] = tuple((str(name), str(found)) for name, found in values["versions"])
         return cls(**values)
 

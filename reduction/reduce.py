@@ -12,11 +12,15 @@ from tauten.model.robot import Robot
 from tauten.reduction.campaign import run_campaign
 from tauten.reduction.choose import ChoiceError, Curve, choose_k, cross_validate, folds
 from tauten.reduction.contact_basis import ContactBasis
+from tauten.reduction.contact_problem import contact_problems
 from tauten.reduction.designs import Design
-from tauten.reduction.positive_basis import METHODS, Factorisation, Method, factorise
-from tauten.reduction.provenance import Provenance, versions
+from tauten.reduction.fit import BASIS_METHODS, BasisMethod, Fit, Quality, fit_each, quality
+from tauten.reduction.positive_basis import checked
+from tauten.reduction.provenance import CurvePoint, Provenance, versions
 from tauten.reduction.snapshots import Snapshots
 from tauten.reduction.weighting import WEIGHTINGS, Weighting, snapshot_weights
+
+TOLERANCE = 1e-3  # of the robot's size: the effector error that "auto" accepts
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,24 +29,24 @@ class ReduceSettings:
 
     Attributes:
         k: number of modes; "auto" for the smallest within `tolerance`.
-        method: of factorisation, see `factorise`.
+        method: see `fit_each`.
         weighting: how much each snapshot counts, see `snapshot_weights`.
-        tolerance: held-out relative force error that "auto" accepts.
+        tolerance: held-out effector error that "auto" accepts [m]; None for 1/1000 of the robot.
         seed: of the factorisation.
         curve: find the error against k even where k is given.
     """
 
     k: int | Literal["auto"] = "auto"
-    method: Method = "hals"
+    method: BasisMethod = "energy"
     weighting: Weighting = "equal"
-    tolerance: float = 0.1
+    tolerance: float | None = None
     seed: int = 0
     curve: bool = False
 
     def __post_init__(self) -> None:
-        if self.method not in METHODS:
+        if self.method not in BASIS_METHODS:
             raise ChoiceError(
-                f"method {self.method!r} is unknown: choose one of {', '.join(METHODS)}"
+                f"method {self.method!r} is unknown: choose one of {', '.join(BASIS_METHODS)}"
             )
         if self.weighting not in WEIGHTINGS:
             raise ChoiceError(
@@ -50,8 +54,8 @@ class ReduceSettings:
             )
         if self.k != "auto" and self.k < 1:
             raise ChoiceError(f"k is {self.k}: allowed are 1 and more, and auto")
-        if not 0.0 < self.tolerance < 1.0:
-            raise ChoiceError(f"tolerance is {self.tolerance}: allowed is 0 to 1, without the ends")
+        if self.tolerance is not None and not self.tolerance > 0.0:
+            raise ChoiceError(f"tolerance is {self.tolerance} m: it must be positive")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -115,42 +119,47 @@ def make_basis(
         ValueError: as `factorise`: no contact at all, k beyond the rank.
         ChoiceError: no k is within the tolerance.
     """
-    method, weighting, seed = settings.method, settings.weighting, settings.seed
+    weights = snapshot_weights(checked(snapshots.lam), settings.weighting)
+    S, method, seed = snapshots.lam * weights, settings.method, settings.seed
+    problems = contact_problems(robot, snapshots)
     curve, k = None, settings.k
     if k == "auto" or settings.curve:
-        fold = folds(snapshots)
-        curve = cross_validate(
-            snapshots.lam, fold, method=method, seed=seed, weighting=weighting
-        )  # fmt: skip
-        k = choose_k(curve, settings.tolerance) if k == "auto" else k
-    weights = snapshot_weights(snapshots.lam, weighting)
-    found = factorise(snapshots.lam * weights, k, method, seed)
-    return ContactBasis(found.Psi, provenance(robot, snapshots, found, weighting, curve)), curve
+        curve = cross_validate(S, folds(snapshots), problems, method=method, seed=seed)
+    if k == "auto":
+        assert curve is not None
+        k = choose_k(curve, settings.tolerance or TOLERANCE * robot.size)
+    (fit,) = fit_each(S, problems, (k,), method, seed)
+    found = quality(fit.Psi, problems)
+    return ContactBasis(fit.Psi, provenance(robot, snapshots, settings, fit, found, curve)), curve
 
 
 def provenance(
     robot: Robot,
     snapshots: Snapshots,
-    found: Factorisation,
-    weighting: Weighting,
+    settings: ReduceSettings,
+    fit: Fit,
+    found: Quality,
     curve: Curve | None = None,
 ) -> Provenance:
-    """Where a basis made from these snapshots by this factorisation comes from."""
-    points: list[tuple[int, float, float, float]] = []
+    """Where a basis made from these snapshots by this fit comes from."""
+    points: list[CurvePoint] = []
     if curve is not None:
-        columns = (curve.k, curve.training, curve.held_out, curve.worst)
-        points = list(zip(*(column.tolist() for column in columns), strict=True))
+        columns = (curve.k, curve.training, curve.held_out, curve.force, curve.tip)
+        rows = zip(*(column.tolist() for column in columns), strict=True)
+        points = [CurvePoint(*row) for row in rows]
     return Provenance(
         robot=robot.name,
         robot_digest=robot.digest,
         campaign=snapshots.origin.campaign,
         snapshots_digest=snapshots.digest(),
         snapshots=len(snapshots),
-        weighting=weighting,
-        method=found.method,
-        k=found.k,
-        seed=found.seed,
-        error=found.error,
+        weighting=settings.weighting,
+        method=settings.method,
+        k=fit.k,
+        seed=settings.seed,
+        error=fit.error,
+        energy_error=found.energy,
+        tip_error=found.tip,
         curve=tuple(points),
         created=datetime.now(UTC).isoformat(timespec="seconds"),
         versions=versions(),

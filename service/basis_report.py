@@ -12,6 +12,7 @@ from tauten.model.arrays import Ints
 from tauten.reduction import BasisError, ContactBasis
 from tauten.reduction.choose import Curve
 from tauten.reduction.coverage import coverage
+from tauten.reduction.provenance import CurvePoint
 
 _RANGES = 8  # runs of slots that a line of the table names
 
@@ -49,15 +50,20 @@ def kept_curve(basis: ContactBasis, name: str) -> Curve:
         raise BasisError(
             f"{name}: keeps no error curve, k was given: `tauten reduce --curve FILE` makes one"
         )
-    k, training, held_out, worst = zip(*points, strict=True)
-    return Curve(np.array(k), np.array(training), np.array(held_out), np.array(worst))
+    return Curve(
+        k=np.array([point.k for point in points]),
+        training=np.array([point.training for point in points]),
+        held_out=np.array([point.held_out for point in points]),
+        force=np.array([point.force for point in points]),
+        tip=np.array([point.tip for point in points]),
+    )
 
 
 def tables(basis: ContactBasis, name: str, robot: Robot | None) -> list[Table]:
     """Provenance, coverage, and the error curve if there is one."""
     result = [_provenance(basis, name), _coverage(basis, robot)]
     if basis.provenance.curve:
-        result.append(_errors(kept_curve(basis, name), basis.k))
+        result.append(_errors(basis.provenance.curve, basis.k))
     return result
 
 
@@ -89,13 +95,14 @@ def _coverage(basis: ContactBasis, robot: Robot | None) -> Table:
     return table
 
 
-def _errors(curve: Curve, chosen: int) -> Table:
-    table = Table(title="relative force error against k; worst held-out snapshot")
-    for column in ("k", "training", "held out", "worst [N]"):
+def _errors(points: Sequence[CurvePoint], chosen: int) -> Table:
+    table = Table(title="error against k: √ of contact energy lost, largest held-out errors")
+    for column in ("k", "training", "held out", "force [N]", "effector [mm]"):
         table.add_column(column, justify="right")
-    for k, *values in zip(curve.k, curve.training, curve.held_out, curve.worst, strict=True):
-        style = "bold" if k == chosen else None
-        table.add_row(str(k), *(f"{value:.3g}" for value in values), style=style)
+    for point in points:
+        values = (point.training, point.held_out, point.force, 1e3 * point.tip)
+        style = "bold" if point.k == chosen else None
+        table.add_row(str(point.k), *(f"{value:.3g}" for value in values), style=style)
     return table
 
 

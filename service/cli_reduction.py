@@ -11,12 +11,21 @@ from typing import TYPE_CHECKING, Annotated, Literal, cast
 import typer
 from rich.console import Console
 
+from tauten.service.cli_states import (
+    AcceptError,
+    Sample,
+    StateModes,
+    States,
+    save_states,
+    state_settings,
+)
+
 if TYPE_CHECKING:
     from concurrent.futures import Executor
 
     from tauten.model import Robot
     from tauten.reduction.designs import Design, Ranges
-    from tauten.reduction.positive_basis import Method
+    from tauten.reduction.fit import BasisMethod
     from tauten.reduction.reduce import ReduceSettings, Reduction
     from tauten.reduction.weighting import Weighting
 
@@ -46,9 +55,10 @@ def reduce(
     force: Annotated[float, typer.Option(help="On the effectors, a component [N].")] = 0.0,
     k: Annotated[str, typer.Option(help='Number of modes, or "auto".')] = "auto",
     tolerance: Annotated[
-        float, typer.Option(help='Held-out relative force error that "auto" accepts.')
-    ] = 0.1,
-    method: Annotated[str, typer.Option(help="hals, hals-nndsvd, als, greedy.")] = "hals",
+        float | None,
+        typer.Option(help='Effector error that "auto" accepts [m]; default: 1/1000 of the robot.'),
+    ] = None,
+    method: Annotated[str, typer.Option(help="energy, hals, hals-nndsvd, als, greedy.")] = "energy",
     weighting: Annotated[str, typer.Option(help="Of snapshots: equal or force.")] = "equal",
     seed: Annotated[int, typer.Option(help="Of what is random.")] = 0,
     curve: Annotated[
@@ -63,8 +73,14 @@ def reduce(
     scheduler: Annotated[
         str | None, typer.Option(help="Dask scheduler, tcp://host:port, instead of processes.")
     ] = None,
+    states: States = False,
+    state_modes: StateModes = "auto",
+    sample: Sample = 1e-2,
+    accept_error: AcceptError = False,
 ) -> None:
     """Show a robot its loads and make a contact basis of the contact forces.
+
+    With --states also a state basis of the configurations, and the elements that stand for all.
 
     What is done is kept in the folder of snapshots: the same command goes on after Ctrl-C.
     """
@@ -75,12 +91,13 @@ def reduce(
 
     settings = ReduceSettings(
         k=_modes(k),
-        method=cast("Method", method),  # ReduceSettings checks it
+        method=cast("BasisMethod", method),  # ReduceSettings checks it
         weighting=cast("Weighting", weighting),
         tolerance=tolerance,
         seed=seed,
         curve=curve is not None,
     )
+    chosen = state_settings(state_modes, sample, seed)
     loaded = load_robot(robot)
     target = _basis_path(out or Path(f"{loaded.name}.basis"))
     ranges = Ranges(pull=pull, tilt=math.radians(tilt), force=force, tension=tension)
@@ -95,8 +112,11 @@ def reduce(
     skipped = f"; {made.skipped} equilibria did not converge" if made.skipped else ""
     typer.echo(
         f"{saved}: {origin.k} modes of {origin.snapshots} snapshots by {origin.method}, "
-        f"relative force error {origin.error:.3g}{skipped}"
+        f"effector error to first order {1e3 * origin.tip_error:.3g} mm at most{skipped}"
     )
+    if states:
+        path = saved.with_suffix(".states")
+        save_states(loaded, made.snapshots, made.basis, chosen, path, accept_error)
 
 
 def inspect(

@@ -14,6 +14,7 @@ from tauten.model.load import build_robot
 from tauten.model.tet_robot import TetRobot
 from tauten.reduction.campaign import run_campaign
 from tauten.reduction.cone import coordinates
+from tauten.reduction.contact_problem import ContactProblem, contact_problems
 from tauten.reduction.designs import ramp
 from tauten.reduction.snapshots import Snapshots
 
@@ -60,3 +61,9 @@ def thumb_ramp(thumb: TetRobot, tmp_path_factory: pytest.TempPathFactory) -> Sna
     folder = tmp_path_factory.mktemp("ramp")
     found = run_campaign(thumb, ramp(thumb, step=2e-4), folder, show_progress=False)
     return found.select(found.converged)
+
+
+@pytest.fixture(scope="session")
+def thumb_problems(thumb: TetRobot, thumb_ramp: Snapshots) -> tuple[ContactProblem, ...]:
+    """The contact problems of all its equilibria with contact."""
+    return contact_problems(thumb, thumb_ramp)

@@ -3,10 +3,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tauten.model.arrays import Array, Ints
+from tauten.model.arrays import Ints
 from tauten.reduction.choose import ChoiceError, Curve, choose_k, cross_validate, folds
+from tauten.reduction.contact_problem import ContactProblem
 from tauten.reduction.curve_figure import draw_curve
 from tauten.reduction.snapshots import Origin, Snapshots
+
+Problems = tuple[ContactProblem, ...]
 
 
 def with_runs(run: Ints) -> Snapshots:
@@ -32,39 +35,47 @@ def test_single_run_is_held_out_in_blocks() -> None:
 
 
 @pytest.fixture(scope="module")
-def curve(forces: Array) -> Curve:
-    fold = folds(with_runs(np.zeros(forces.shape[1], dtype=np.int64)))
-    return cross_validate(forces, fold, ks=(1, 2, 4, 8, 16, 10_000))
+def curve(thumb_ramp: Snapshots, thumb_problems: Problems) -> Curve:
+    S = thumb_ramp.lam
+    return cross_validate(S, folds(thumb_ramp), thumb_problems, ks=(1, 2, 4, 8, 10_000))
 
 
 def test_held_out_error_is_above_training_and_falls(curve: Curve) -> None:
-    np.testing.assert_array_equal(curve.k, [1, 2, 4, 8, 16])  # 10,000 is beyond the rank
+    np.testing.assert_array_equal(curve.k, [1, 2, 4, 8])  # 10,000 is beyond the rank
     assert (np.diff(curve.training) < 0.0).all()
     assert (curve.held_out >= 0.99 * curve.training).all()
-    assert curve.held_out[-1] < 0.6 * curve.held_out[0]
-    assert (curve.worst > 0.0).all()
+    for falls in (curve.held_out, curve.force, curve.tip):
+        assert falls[-1] < 0.5 * falls[0]
+        assert (falls > 0.0).all()
 
 
-def test_a_pattern_never_shown_is_seen_as_error() -> None:
-    """Two runs that touch different candidates: nothing of one can be made from the other."""
-    S = np.zeros((4, 8))
-    S[:2, :4], S[2:, 4:] = np.random.default_rng(0).random((2, 2, 4))
-    found = cross_validate(S, np.repeat([0, 1], 4), ks=(1, 2))
-    np.testing.assert_allclose(found.held_out, 1.0)
-    assert found.training[-1] < 0.8
-    np.testing.assert_allclose(found.worst, np.linalg.norm(S, axis=0).max())
+def test_a_contact_never_shown_is_seen_as_error(
+    thumb_ramp: Snapshots, thumb_problems: Problems
+) -> None:
+    """Modes fitted to light contact do not hold what closes later."""
+    late = (np.arange(len(thumb_ramp)) > 0.7 * len(thumb_ramp)).astype(np.int64)
+    mixed = np.arange(len(thumb_ramp)) // 4 % 2
+    never, shown = (
+        cross_validate(thumb_ramp.lam, fold, thumb_problems, ks=(4,)) for fold in (late, mixed)
+    )
+    assert never.held_out[0] > 1.3 * shown.held_out[0]
 
 
 def test_auto_takes_the_smallest_good_k(curve: Curve) -> None:
     for index in range(len(curve.k)):
-        assert choose_k(curve, 1.0001 * curve.held_out[index]) == curve.k[index]
-    with pytest.raises(ChoiceError, match=r"no k up to 16 .* within 1e-06: the best is .* k = 16"):
-        choose_k(curve, 1e-6)
+        tolerance = 1.0001 * curve.tip[index]
+        chosen = choose_k(curve, tolerance)
+        assert curve.tip[curve.k == chosen] <= tolerance
+        assert (curve.tip[curve.k < chosen] > tolerance).all()
+    with pytest.raises(
+        ChoiceError, match=r"no k up to 8 .* within 1e-06 mm: the best is .* k = [48]"
+    ):
+        choose_k(curve, 1e-9)
 
 
-def test_no_k_within_the_rank(forces: Array) -> None:
+def test_no_k_within_the_rank(thumb_ramp: Snapshots, thumb_problems: Problems) -> None:
     with pytest.raises(ValueError, match="to the rank of the snapshots"):
-        cross_validate(forces, np.arange(forces.shape[1]) % 2, ks=(10_000,))
+        cross_validate(thumb_ramp.lam, folds(thumb_ramp), thumb_problems, ks=(10_000,))
 
 
 def test_curve_is_drawn(curve: Curve, tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ from tauten.model.arrays import Array
 from tauten.model.rows import ContactRows, Rows
 from tauten.reduction import storage
 from tauten.reduction.contact_basis import BasisError, ContactBasis
-from tauten.reduction.provenance import Provenance, versions
+from tauten.reduction.provenance import CurvePoint, Provenance, versions
 
 ORIGIN = Provenance(
     robot="thumb",
@@ -24,7 +24,9 @@ ORIGIN = Provenance(
     k=3,
     seed=0,
     error=0.0123,
-    curve=((1, 0.4, 0.5, 2.0), (3, 0.01, 0.0123, 0.1)),
+    energy_error=0.01,
+    tip_error=1e-5,
+    curve=(CurvePoint(1, 0.4, 0.5, 2.0, 1e-3), CurvePoint(3, 0.01, 0.0123, 0.1, 1e-5)),
     created="2026-01-02T03:04:05+00:00",
     versions=versions(),
 )

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tauten.model.arrays import Array
 from tauten.model.forward import Enrichment
 from tauten.model.robot import Robot
 from tauten.model.simulator import Simulator
@@ -13,10 +14,12 @@ from tauten.reduction.choose import ChoiceError
 from tauten.reduction.contact_basis import BasisError, ContactBasis
 from tauten.reduction.coverage import coverage
 from tauten.reduction.designs import ramp
+from tauten.reduction.fit import Fit, Quality
 from tauten.reduction.modes_figure import draw_modes
-from tauten.reduction.positive_basis import Factorisation, factorise
+from tauten.reduction.positive_basis import factorise
 from tauten.reduction.reduce import ReduceSettings, Reduction, provenance, reduce_robot
 from tauten.reduction.smoothing import smoothed
+from tauten.reduction.snapshots import Snapshots
 from tauten.reduction.tip import tip_errors
 
 FOUR = ReduceSettings(k=4)
@@ -31,18 +34,25 @@ def reduction(thumb: Robot, tmp_path_factory: pytest.TempPathFactory) -> Reducti
 @pytest.fixture(scope="module")
 def whole(thumb: Robot, reduction: Reduction) -> ContactBasis:
     """A unit column for every candidate."""
-    everything = Factorisation(np.eye(thumb.n_c), np.zeros((48, 0)), 0.0, np.zeros(0), "hals", 0)
-    return ContactBasis(everything.Psi, provenance(thumb, reduction.snapshots, everything, "equal"))
+    return basis_of(thumb, reduction.snapshots, np.eye(thumb.n_c))
+
+
+def basis_of(robot: Robot, snapshots: Snapshots, Psi: Array) -> ContactBasis:
+    """A basis whose provenance says nothing about its quality."""
+    nothing = Quality(0.0, 0.0, 0.0)
+    origin = provenance(robot, snapshots, ReduceSettings(), Fit(Psi, 0.0), nothing)
+    return ContactBasis(Psi, origin)
 
 
 def test_basis_says_where_it_comes_from(thumb: Robot, reduction: Reduction) -> None:
     origin = reduction.basis.provenance
     assert (origin.robot, origin.robot_digest) == ("thumb", thumb.digest)
-    assert (origin.k, origin.method, origin.weighting, origin.seed) == (4, "hals", "equal", 0)
+    assert (origin.k, origin.method, origin.weighting, origin.seed) == (4, "energy", "equal", 0)
     assert origin.campaign.startswith("ramp: each cable to its largest pull in 40 steps [")
     assert origin.snapshots == len(reduction.snapshots) == 40 - reduction.skipped
     assert origin.snapshots_digest == reduction.snapshots.digest()
     assert 0.0 < origin.error < 0.2
+    assert 0.0 < origin.energy_error < 0.1
 
 
 def test_reduction_is_reproduced(thumb: Robot, reduction: Reduction, tmp_path: Path) -> None:
@@ -53,11 +63,11 @@ def test_reduction_is_reproduced(thumb: Robot, reduction: Reduction, tmp_path: P
 def test_automatic_k_is_the_smallest_within_tolerance(
     thumb: Robot, reduction: Reduction, tmp_path: Path
 ) -> None:
-    settings = ReduceSettings(k="auto", tolerance=0.3)
+    settings = ReduceSettings(k="auto", tolerance=3e-5)
     found = reduce_robot(thumb, ramp(thumb, step=2e-4), tmp_path, settings, show_progress=False)
-    curve = {k: held_out for k, _, held_out, _ in found.basis.provenance.curve}
-    assert curve[found.basis.k] <= 0.3
-    assert all(error > 0.3 for k, error in curve.items() if k < found.basis.k)
+    curve = {point.k: point.tip for point in found.basis.provenance.curve}
+    assert curve[found.basis.k] <= 3e-5
+    assert all(error > 3e-5 for k, error in curve.items() if k < found.basis.k)
     assert found.curve is not None
     np.testing.assert_array_equal(found.curve.k, list(curve))
 
@@ -72,9 +82,9 @@ def test_too_many_modes_are_refused(thumb: Robot, tmp_path: Path) -> None:
     ("settings", "message"),
     [
         ({"k": 0}, "k is 0: allowed are 1 and more, and auto"),
-        ({"method": "svd"}, "method 'svd' is unknown: choose one of hals, "),
+        ({"method": "svd"}, "method 'svd' is unknown: choose one of energy, hals, "),
         ({"weighting": "none"}, "weighting 'none' is unknown: choose one of equal, force"),
-        ({"tolerance": 0.0}, "tolerance is 0.0: allowed is 0 to 1"),
+        ({"tolerance": 0.0}, "tolerance is 0.0 m: it must be positive"),
     ],
 )
 def test_settings_that_make_no_sense(settings: dict[str, Any], message: str) -> None:
@@ -128,7 +138,7 @@ def test_modes_keep_the_tip_in_place(thumb: Robot, reduction: Reduction) -> None
 def test_more_modes_and_enrichment_come_closer(thumb: Robot, reduction: Reduction) -> None:
     path = reduction.snapshots.select(np.arange(3, len(reduction.snapshots), 6))
     found = factorise(reduction.snapshots.lam, 1)
-    poor = ContactBasis(found.Psi, provenance(thumb, reduction.snapshots, found, "force"))
+    poor = basis_of(thumb, reduction.snapshots, found.Psi)
     alone = np.nanmax(tip_errors(thumb, path, poor).error)
     assert np.nanmax(tip_errors(thumb, path, reduction.basis).error) < 0.5 * alone
     tight = Enrichment(tolerance=1e-8, rounds=60, per_pair=8)
@@ -152,8 +162,6 @@ def test_coverage_names_the_candidates_without_mode(thumb: Robot, reduction: Red
     untouched = np.concatenate([pair.untouched for pair in pairs])
     np.testing.assert_array_equal(untouched, reduction.basis.untouched())
     assert 0 < len(untouched) < 48
-    never = ~reduction.snapshots.lam.any(axis=1)
-    assert set(np.flatnonzero(never)) <= set(untouched)
     assert {mode for pair in pairs for mode in pair.modes} == set(range(4))
 
 

@@ -90,7 +90,21 @@ def make_basis(robot: Robot, k: int) -> ContactBasis:
         columns.append(simulator.smooth_contact_forces())
     found = factorise(np.array(columns).T, k)
     nowhere = Provenance(
-        robot.name, robot.digest, "", "", len(columns), "", "hals", k, 0, found.error, (), "", ()
+        robot.name,
+        robot.digest,
+        "",
+        "",
+        len(columns),
+        "",
+        "hals",
+        k,
+        0,
+        found.error,
+        0.0,
+        0.0,
+        (),
+        "",
+        (),
     )
     return ContactBasis(found.Psi, nowhere)
 

@@ -1,0 +1,98 @@
+"""Modes of least contact energy, and the contact problems they are measured on."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tauten.model.arrays import Array
+from tauten.model.robot import Robot
+from tauten.model.simulator import Simulator
+from tauten.reduction.contact_problem import ContactProblem, contact_problems
+from tauten.reduction.energy_basis import energy_error, refine
+from tauten.reduction.fit import fit_each, quality
+from tauten.reduction.snapshots import Snapshots
+
+Problems = tuple[ContactProblem, ...]
+
+
+def random_problem(rng: np.random.Generator, n_c: int, column: int) -> ContactProblem:
+    """Springs with gaps to close, W of full rank, some candidates out of range."""
+    slots = np.sort(rng.choice(n_c, size=rng.integers(2, n_c + 1), replace=False))
+    root = rng.normal(size=(len(slots), len(slots)))
+    W = root @ root.T + 0.1 * np.eye(len(slots))
+    lam = rng.random(len(slots)) * (rng.random(len(slots)) < 0.7)
+    lam[0] += 0.1
+    delta = (
+        np.where(lam > 0.0, 0.0, rng.random(len(slots))) - W @ lam
+    )  # gaps close where lam pushes
+    energy = -float(0.5 * lam @ W @ lam + delta @ lam)
+    return ContactProblem(W, rng.normal(size=(3, len(slots))), delta, slots, lam, energy, column)
+
+
+@settings(deadline=None, max_examples=30)
+@given(seed=st.integers(0, 2**32 - 1), k=st.integers(1, 6))
+def test_descent_never_ascends_and_keeps_a_basis(seed: int, k: int) -> None:
+    rng = np.random.default_rng(seed)
+    problems = [random_problem(rng, 8, column) for column in range(6)]
+    start = rng.random((8, k)) + 1e-3
+    Psi, history = refine(start, problems)
+    assert (Psi >= 0.0).all()
+    np.testing.assert_allclose(np.linalg.norm(Psi, axis=0), 1.0, rtol=1e-12)
+    assert (np.diff(history) <= 1e-8).all()
+    assert 0.0 <= history[-1] <= history[0] <= 1.0 + 1e-12
+    np.testing.assert_allclose(history[-1], energy_error(Psi, problems), atol=1e-7)
+
+
+@settings(deadline=None, max_examples=30)
+@given(seed=st.integers(0, 2**32 - 1))
+def test_forces_themselves_lose_nothing(seed: int) -> None:
+    """A basis that holds the forces of every problem is exact, and so is the whole of them."""
+    rng = np.random.default_rng(seed)
+    problems = [random_problem(rng, 8, column) for column in range(4)]
+    shown = np.zeros((8, 4))
+    for problem in problems:
+        shown[problem.slots, problem.column] = problem.lam
+    for Psi in (shown / np.linalg.norm(shown, axis=0), np.eye(8)):
+        found = quality(Psi, problems)
+        assert found.energy < 1e-6
+        assert max(found.force, found.tip) < 1e-6
+
+
+def test_problems_are_the_equilibria(
+    thumb: Robot, thumb_ramp: Snapshots, thumb_problems: Problems
+) -> None:
+    """Their forces hold the cable at the tension of the equilibrium and move nothing further."""
+    assert len(thumb_problems) == np.count_nonzero(thumb_ramp.lam.any(axis=0))
+    largest = thumb_ramp.lam.sum(axis=0).max()
+    for problem in thumb_problems:
+        total = thumb_ramp.lam[:, problem.column].sum()
+        assert abs(problem.lam.sum() - total) < 1e-3 * largest
+        gaps = problem.delta + problem.W @ problem.lam
+        assert gaps.min() > -1e-9
+        assert problem.energy > 0.0
+    assert len(contact_problems(thumb, thumb_ramp, count=5)) == 5
+
+
+def test_first_order_effector_error_is_what_the_simulator_finds(
+    thumb: Robot, thumb_ramp: Snapshots, thumb_problems: Problems
+) -> None:
+    """Without any contact mode the tip error of light contact is that of passing through."""
+    problem = thumb_problems[2]
+    nothing = np.zeros(len(problem.slots))
+    simulator = Simulator(thumb, contact="none")
+    simulator.settle(pull=thumb_ramp.pull[:, problem.column])
+    apart = simulator.effector.ravel() - thumb_ramp.effector[:, problem.column]
+    np.testing.assert_allclose(problem.tip_error(nothing), np.linalg.norm(apart), rtol=0.1)
+
+
+@pytest.mark.parametrize("k", [2, 4, 8])
+def test_energy_modes_beat_the_factorisation(
+    thumb_ramp: Snapshots, thumb_problems: Problems, k: int
+) -> None:
+    S: Array = thumb_ramp.lam
+    known = thumb_problems[::2]
+    (energy,), (plain,) = (fit_each(S, known, (k,), method) for method in ("energy", "hals"))
+    others = thumb_problems[1::2]
+    assert quality(energy.Psi, others).energy < 0.8 * quality(plain.Psi, others).energy
+    assert quality(energy.Psi, others).tip < quality(plain.Psi, others).tip
