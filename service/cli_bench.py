@@ -6,7 +6,7 @@ import json
 from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
 
 import typer
 from rich.console import Console
@@ -16,6 +16,7 @@ from rich.table import Table
 from tauten.service.files import write_text
 
 if TYPE_CHECKING:
+    from tauten.reduction import ContactBasis
     from tauten.service.bench_robot import ControlBench, StepBench
     from tauten.service.report import Spread
 
@@ -31,15 +32,35 @@ def finger(
     robot: Annotated[str, typer.Option(help="Another robot to do the same with.")] = "finger",
     seconds: Annotated[float, typer.Option(min=1.0, help="Length of the path followed.")] = 12.0,
     pulls: Annotated[int, typer.Option(min=2, help="Equilibria compared.")] = 201,
+    model: Annotated[
+        Literal["full", "reduced"], typer.Option(help="Contact alone reduced, or the state, too.")
+    ] = "full",
+    refinements: Annotated[
+        int, typer.Option(min=0, max=2, help="Of the mesh, for the reduced model.")
+    ] = 0,
+    snapshots: Annotated[
+        Path | None,
+        typer.Option(help="Folder of the reduced model's campaigns; default: ROBOT-bench."),
+    ] = None,
+    markdown: Annotated[
+        Path | None, typer.Option(help="Page to put the reduced model's tables into.")
+    ] = None,
 ) -> None:
-    """Stage times of a control step with contact none, full, reduced; tips of reduced against full."""
+    """Stage times of a control step with contact none, full, reduced; tips of reduced against full.
+
+    With --model reduced: number of state modes and sampled elements against errors and step times.
+    """
     from tauten.service.bench_robot import bench_control
     from tauten.service.config import load_setup
 
-    setup = load_setup(robot)
+    setup = load_setup(robot, model="full")
     if isinstance(setup.contact, str):
         raise typer.BadParameter(f"{robot} has no contact basis: tauten reduce {robot} makes one")
     basis = setup.contact
+    if model == "reduced":
+        folder = snapshots or Path(f"{setup.robot.name}-bench")
+        _reduced(robot, basis, folder, refinements, seconds, json_file, markdown)
+        return
     result = _with_bar(
         f"control steps of {robot}",
         lambda progress: bench_control(setup.robot, basis, seconds, pulls, progress),
@@ -88,6 +109,32 @@ def qpcc(
         result = bench_qpcc(
             folder, lambda share, what: bar.update(task, advance=share, description=what)
         )
+    for table in tables(result):
+        Console().print(table.rich())
+    _write(result, json_file)
+    if markdown is not None:
+        write_markdown(result, markdown)
+
+
+def _reduced(
+    robot: str,
+    basis: ContactBasis,
+    folder: Path,
+    refinements: int,
+    seconds: float,
+    json_file: Path | None,
+    markdown: Path | None,
+) -> None:
+    """The reduced model's benchmark."""
+    from tauten.service.bench_reduced import bench_reduced
+    from tauten.service.reduced_tables import tables, write_markdown
+
+    with Progress(console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("reduced models", total=1.0)
+        result = bench_reduced(
+            robot, basis, folder, refinements, seconds,
+            lambda share, what: bar.update(task, advance=share, description=what),
+        )  # fmt: skip
     for table in tables(result):
         Console().print(table.rich())
     _write(result, json_file)

@@ -119,12 +119,21 @@ def write_markdown(result: QpccBench, path: Path) -> None:
         ValueError: the page has no such marks.
         OSError: it cannot be read or written.
     """
-    page = path.read_text(encoding="utf-8")
-    head, begin, rest = page.partition(BEGIN)
-    _, end, tail = rest.partition(END)
-    if not (begin and end):
-        raise ValueError(f"{path}: no place for the tables, which go between {BEGIN} and {END}")
     machine = result.machine
     measured = f"Measured on {machine.cores} x {machine.processor}, load {machine.load:.1f}."
     body = "\n".join([measured, "", *(table.markdown() for table in tables(result))])
-    write_text(path, f"{head}{BEGIN}\n{body}{END}{tail}")
+    put_between(path, BEGIN, END, body)
+
+
+def put_between(path: Path, begin: str, end: str, body: str) -> None:
+    """Replace what is between two marks of a page.
+
+    Raises:
+        ValueError: the page has no such marks.
+        OSError: it cannot be read or written.
+    """
+    head, found, rest = path.read_text(encoding="utf-8").partition(begin)
+    _, closed, tail = rest.partition(end)
+    if not (found and closed):
+        raise ValueError(f"{path}: no place for the tables, which go between {begin} and {end}")
+    write_text(path, f"{head}{begin}\n{body}{end}{tail}")
