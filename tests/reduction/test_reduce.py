@@ -18,7 +18,6 @@ from tauten.reduction.fit import Fit, Quality
 from tauten.reduction.modes_figure import draw_modes
 from tauten.reduction.positive_basis import factorise
 from tauten.reduction.reduce import ReduceSettings, Reduction, provenance, reduce_robot
-from tauten.reduction.smoothing import smoothed
 from tauten.reduction.snapshots import Snapshots
 from tauten.reduction.tip import tip_errors
 
@@ -145,14 +144,6 @@ def test_more_modes_and_enrichment_come_closer(thumb: Robot, reduction: Reductio
     enriched = tip_errors(thumb, path, poor, tight)
     assert np.nanmax(enriched.error) < 1e-5
     assert enriched.extra_columns.any()
-
-
-def test_smoother_forces_are_easier_to_factor(thumb: Robot, reduction: Reduction) -> None:
-    some = reduction.snapshots.select(np.arange(0, len(reduction.snapshots), 2))
-    same, smooth = (smoothed(thumb, some, regularisation) for regularisation in (1e-6, 1e-2))
-    np.testing.assert_allclose(same.lam, some.lam, atol=1e-6 * some.lam.max())
-    assert np.linalg.norm(smooth.lam) < np.linalg.norm(some.lam)
-    assert factorise(smooth.lam, 4).error < factorise(some.lam, 4).error
 
 
 def test_coverage_names_the_candidates_without_mode(thumb: Robot, reduction: Reduction) -> None:
