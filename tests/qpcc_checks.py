@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 
 from tauten.controller.certificate import certify
-from tauten.controller.lcp_start import solve_lcp
 from tauten.controller.qpcc import Qpcc
 from tauten.controller.recorded_qpcc import Recorded, load_recorded
 from tauten.controller.solution import Certificate, Solution
-from tauten.model.arrays import Array, Bools
+from tauten.model.arrays import Array
+from tauten.model.lcp import solve_lcp
 
 EXACT = 1e-8  # the residuals a solution may have
 RECORDED = ("finger_5", "finger_20", "three_cables_5", "three_cables_20")
@@ -59,10 +59,10 @@ def assert_solves(problem: Qpcc, solution: Solution, strongly: bool = True) -> N
     assert abs(solution.objective - value) <= 1e-11 * terms
 
 
-def staying(problem: Qpcc, lam_a: Array, piece: Bools) -> tuple[float, float]:
+def staying(problem: Qpcc, lam_a: Array) -> tuple[float, float]:
     """Objective and violation at tensions lam_a (n_a,) with the contact forces they cause."""
     n_a = len(lam_a)
-    q = problem.m + problem.M[:, :n_a] @ lam_a
-    found, _, beta = solve_lcp(problem.M[:, n_a:].copy(), q, piece)
-    assert found
+    contact = solve_lcp(problem.M[:, n_a:], problem.m + problem.M[:, :n_a] @ lam_a)
+    assert contact.converged
+    beta = contact.lam
     return problem.objective(lam_a, beta), violation(problem, lam_a, beta)

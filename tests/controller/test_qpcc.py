@@ -162,7 +162,7 @@ def test_never_worse_than_staying() -> None:
     for n_a, k in ((1, 5), (3, 10), (9, 23)) * 20:
         problem = robot_like(rng, n_a, k).problem()
         lam_a, piece = rng.uniform(0.0, 3.0, n_a), np.zeros(k, dtype=np.bool_)
-        objective, outside = staying(problem, lam_a, piece)
+        objective, outside = staying(problem, lam_a)
         solution = solve_qpcc(problem, Start(lam_a, piece))
         if outside > 1e-12:
             continue

@@ -82,7 +82,7 @@ def test_never_worse_than_the_tensions_before(name: str) -> None:
     compared = 0
     for step in recorded(name):
         problem = step.problem()
-        objective, outside = staying(problem, step.start.lam_a, step.start.piece)
+        objective, outside = staying(problem, step.start.lam_a)
         if outside > 1e-12:
             continue
         compared += 1
