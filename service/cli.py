@@ -17,7 +17,7 @@ from rich.table import Table
 from tauten.service.cli_bench import bench
 from tauten.service.cli_closed_loop import closed_loop
 from tauten.service.cli_compare import compare
-from tauten.service.cli_operate import Port, ZenohConfig, command, doctor, metrics
+from tauten.service.cli_operate import Port, ZenohConfig, alive, command, doctor, metrics, record
 from tauten.service.cli_reduction import inspect, reduce
 from tauten.service.logs import set_up_logging
 
@@ -238,7 +238,7 @@ def replay(
 
 _COMMANDS = (
     *(serve, plant, stream, demo, replay),
-    *(command, metrics, doctor),
+    *(command, record, metrics, alive, doctor),
     *(reduce, inspect, compare),
 )
 for _command in _COMMANDS:

@@ -15,7 +15,10 @@ Port = Annotated[
     typer.Option(min=1024, max=65534, help="The node's TCP port; default: from the robot's name."),
 ]
 ZenohConfig = Annotated[
-    Path | None, typer.Option(help="Zenoh configuration file instead of peers on loopback.")
+    Path | None,
+    typer.Option(
+        envvar="TAUTEN_ZENOH_CONFIG", help="Zenoh configuration file instead of peers on loopback."
+    ),
 ]
 
 
@@ -58,6 +61,39 @@ def metrics(
         if text is None:
             raise NetworkError(f"the node of {robot!r} does not answer")
         typer.echo(text.decode(), nl=False)
+
+
+def record(
+    robot: RobotName,
+    file: Annotated[Path, typer.Argument(help="MCAP file to make.")],
+    port: Port = None,
+    zenoh_config: ZenohConfig = None,
+) -> None:
+    """Record all that a robot's processes say until Ctrl-C; `serve --record` is what replays."""
+    from tauten.service.network import Network
+    from tauten.service.recording import record_robot
+    from tauten.service.stopping import stop_on_signals
+
+    with stop_on_signals() as stop:
+        count = record_robot(robot, file, Network(port, zenoh_config), stop)
+    typer.echo(f"{file}: {count} messages")
+
+
+def alive(
+    robot: RobotName,
+    plant: Annotated[bool, typer.Option("--plant", help="Its plant rather than its node.")] = False,
+    port: Port = None,
+    zenoh_config: ZenohConfig = None,
+) -> None:
+    """Say whether a robot's node is there: exit 0 or 1, for health checks."""
+    from tauten.service.keys import Keys
+    from tauten.service.network import Network
+    from tauten.service.operate import is_there
+
+    keys = Keys(robot)
+    found = is_there(robot, Network(port, zenoh_config), keys.plant_token if plant else keys.token)
+    typer.echo(f"{robot}: {'alive' if found else 'not there'}")
+    raise typer.Exit(0 if found else 1)
 
 
 def doctor(

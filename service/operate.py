@@ -25,6 +25,20 @@ _EFFECT = 0.3  # s from a command to ticks that show it
 _CONTENT = "text/plain; version=0.0.4; charset=utf-8"
 
 
+def is_there(robot: str, network: Network, token: str, patience: float = 2.0) -> bool:
+    """Whether a liveliness token shows up within some seconds."""
+    session = open_session(network, Role.OTHER, robot)
+    try:
+        end = time.monotonic() + patience
+        while not is_alive(session, token):
+            if time.monotonic() > end:
+                return False
+            time.sleep(0.1)
+        return True
+    finally:
+        session.close()  # type: ignore[no-untyped-call]
+
+
 @contextmanager
 def node_of(robot: str, network: Network) -> Iterator[zenoh.Session]:
     """A session with the robot's node in sight.

@@ -12,7 +12,8 @@ from processes import ROBOT, tauten, write_robot
 def test_help_names_every_command() -> None:
     result = tauten("--help")
     assert result.returncode == 0
-    commands = "serve plant stream demo replay reduce inspect bench compare"
+    commands = "serve plant stream demo replay command record metrics alive doctor"
+    commands += " reduce inspect compare bench"
     for command in commands.split():
         assert re.search(rf"\b{command}\b", result.stdout)
 
