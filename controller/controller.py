@@ -171,6 +171,17 @@ class Controller:
         self.forces = forces_of(self.robot, self.space, self._decision)
         self._prepared = self._decision = None
 
+    def take_over(self, other: Controller, state: State) -> None:
+        """Go on from where another controller of the same robot and cables is.
+
+        Args:
+            other: where forces and actuation are taken from; it has the same contact basis.
+            state: its state in this one's coordinates.
+        """
+        self.state, self.forces, self.status = state, other.forces, other.status
+        self._actuation = other._actuation
+        self._prepared = self._decision = None
+
     def step(self, target: Sequence[float] | Array) -> Actuation:
         """Prepare, decide and advance: one control step towards a target (3,) or (p, 3) [m]."""
         actuation = self.decide(target)

@@ -160,8 +160,12 @@ def warm_controller(setup: Setup) -> Controller:
     It first follows a target a tenth of the robot's size away, so that the first real step is as
     fast as the others.
     """
-    controller = Controller(setup.robot, setup.contact)
-    away = controller.effector + 0.1 * setup.robot.size / np.sqrt(3.0)
+    return warm_up(Controller(setup.robot, setup.contact))
+
+
+def warm_up(controller: Controller) -> Controller:
+    """The controller back at rest, after steps enough for every kernel it needs to be compiled."""
+    away = controller.effector + 0.1 * controller.robot.size / np.sqrt(3.0)
     for _ in range(_WARM_UP):
         controller.step(away)
     controller.hold()

@@ -117,6 +117,14 @@ class ControlLoop:
             self.controller.advance()
             self.controller.prepare()
 
+    def take_over(self, controller: Controller) -> None:
+        """Go on with another controller, which has taken over from this one at a time step of its own."""
+        last = self.guard.last
+        self.controller = controller
+        self.guard = Guard(controller.robot.limits, controller.robot.h)
+        self.guard.last = last
+        self._ramp = None
+
     def rest(self) -> None:
         """The model back to rest, where a release has left the robot."""
         self.controller.reset()

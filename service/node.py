@@ -18,6 +18,7 @@ import zenoh
 from tauten.model.arrays import Array
 from tauten.service.clock import Beat, Clock
 from tauten.service.config import Setup
+from tauten.service.fall_back import FallBack
 from tauten.service.health import Diagnostic
 from tauten.service.inbox import Goal
 from tauten.service.intake import Intake
@@ -66,6 +67,7 @@ class Node:
         session: zenoh.Session,
         recorder: Recorder | None,
         closed_loop: bool,
+        fall_back: FallBack | None = None,
     ) -> None:
         """Declare subscribers and publishers.
 
@@ -75,8 +77,10 @@ class Node:
             session: open Zenoh session.
             recorder: of the log; None: none is kept.
             closed_loop: whether measurements correct the targets.
+            fall_back: what watches a reduced model; None with the full one.
         """
         robot = setup.robot
+        self._fall_back = fall_back
         self._robot = robot
         self._loop = loop
         self._recorder = recorder
@@ -101,6 +105,8 @@ class Node:
         try:
             while not stop.requested:
                 self._tick(clock, clock.wait(), shutdown=False)
+                if self._fall_back is not None and self._fall_back.wanted:
+                    clock = Clock(self._fall_back.switch(self._loop))
         finally:
             log.info("releasing the cables")
             self._tick(clock, clock.wait(), shutdown=True)
@@ -174,6 +180,8 @@ class Node:
         """What does not belong to the tick: the plant's messages, metrics, health, garbage."""
         if self._plant is not None:
             self._plant.drain(self._index)
+        if self._fall_back is not None:
+            self._fall_back.watch.look(self._loop.controller)
         self._metrics.reply(lambda: self._diagnostics(clock), self._vitals.times)
         now = time.monotonic()
         if now >= self._next_health:
@@ -186,6 +194,8 @@ class Node:
 
     def _diagnostics(self, clock: Clock) -> list[Diagnostic]:
         arrived = self._intake.diagnostics()
+        if self._fall_back is not None:
+            arrived.append(self._fall_back.watch.diagnostic())
         return self._vitals.diagnostics(clock, arrived, self._recorder, self._facts)
 
 

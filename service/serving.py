@@ -13,6 +13,7 @@ import zenoh
 
 from tauten.service.config import Setup, collector_at_hand, one_blas_thread, warm_controller
 from tauten.service.describe import description_json
+from tauten.service.fall_back import make_fall_back
 from tauten.service.keys import Keys
 from tauten.service.loop import ControlLoop
 from tauten.service.messages import JSON, typestore
@@ -77,7 +78,10 @@ def serve(setup: Setup, network: Network, settings: ServeSettings, stop: StopFla
         if settings.record is not None:
             recorder = Recorder(settings.record, setup.metadata())
             stack.callback(recorder.close)
-        node = Node(setup, loop, session, recorder, settings.closed_loop)
+        fall_back = make_fall_back(setup)
+        if fall_back is not None:
+            stack.callback(fall_back.watch.close)
+        node = Node(setup, loop, session, recorder, settings.closed_loop, fall_back)
         stack.enter_context(answered(session, keys, description_json(setup)))
         stack.enter_context(collector_at_hand())
         apply_realtime(settings.realtime)

@@ -1,0 +1,128 @@
+"""A reduced model watched by the full one, in a process of its own: is it still where it was trained?
+
+The loop only sends a state now and then and looks whether an answer is back; the process runs at
+low priority and ends with the loop.
+"""
+
+from __future__ import annotations
+
+import os
+import time
+from multiprocessing import get_context
+from multiprocessing.connection import Connection
+from typing import Literal
+
+from tauten.controller.controller import Controller
+from tauten.model.contact_space import ContactSpace
+from tauten.reduction.model_error import TipCheck
+from tauten.reduction.reduced_robot import ReducedRobot
+from tauten.service.config import one_blas_thread
+from tauten.service.health import Diagnostic, Level
+
+_NICE = 10
+_IN_A_ROW = 3  # answers beyond the bound before the full model is called for
+
+
+class ModelWatch:
+    """Asks the full model at intervals how far it would move the tip.
+
+    Attributes:
+        error: the last answer [m]; None before the first.
+        largest: of all answers [m].
+        exceeded: answers in a row that were beyond the bound.
+        fallen_back: whether the full model has taken over.
+    """
+
+    def __init__(
+        self, robot: ReducedRobot, contact: Literal["none", "full"] | ContactSpace
+    ) -> None:
+        """Start the process.
+
+        Args:
+            robot: the reduced model; its robot file says how often to ask and what is allowed.
+            contact: what its controller knows of contact.
+        """
+        self._settings = robot.config.model
+        self._pipe, far = get_context("spawn").Pipe()
+        self._process = get_context("spawn").Process(
+            target=answer, args=(far, robot, contact), daemon=True, name="tauten model watch"
+        )
+        self._process.start()
+        far.close()
+        self._asked = False
+        self._next = time.monotonic()
+        self.error: float | None = None
+        self.largest = 0.0
+        self.exceeded = 0
+        self.fallen_back = False
+
+    @property
+    def wants_full(self) -> bool:
+        """Whether the full model should take over now."""
+        return self._settings.fall_back and not self.fallen_back and self.exceeded >= _IN_A_ROW
+
+    def look(self, controller: Controller) -> None:
+        """Take the answer if it is back; ask again when it is time. Never blocks, never raises."""
+        if self.fallen_back:
+            return
+        try:
+            if self._asked and self._pipe.poll():
+                self._take(float(self._pipe.recv()))
+            if not self._asked and time.monotonic() >= self._next:
+                self._pipe.send((controller.state, controller.tension, controller.pull))
+                self._asked, self._next = True, time.monotonic() + self._settings.check_period
+        except (
+            OSError,
+            EOFError,
+        ):  # the process is gone: health says that nothing is known any more
+            self.error, self._asked, self._next = None, False, float("inf")
+
+    def _take(self, error: float) -> None:
+        self._asked, self.error = False, error
+        self.largest = max(self.largest, error)
+        self.exceeded = self.exceeded + 1 if error > self._settings.max_tip_error else 0
+
+    def diagnostic(self) -> Diagnostic:
+        """As health."""
+        allowed = 1e3 * self._settings.max_tip_error
+        values = {"allowed_mm": f"{allowed:.3g}", "largest_mm": f"{1e3 * self.largest:.3g}"}
+        if self.fallen_back:
+            rate = f"{self._settings.fall_back_rate:g} Hz"
+            return Diagnostic(
+                "model", Level.WARN, f"the full model has taken over at {rate}", values
+            )
+        if self.error is None:
+            alive = self._process.is_alive()
+            text = "reduced, not compared yet" if alive else "reduced, nothing compares it any more"
+            return Diagnostic("model", Level.OK if alive else Level.WARN, text, values)
+        values["error_mm"] = f"{1e3 * self.error:.3g}"
+        if self.exceeded:
+            text = (
+                f"reduced, outside of what it was trained for: the full model has the tip "
+                f"{1e3 * self.error:.3g} mm elsewhere, allowed are {allowed:.3g} mm"
+            )
+            return Diagnostic("model", Level.WARN, text, values)
+        return Diagnostic("model", Level.OK, "reduced, where it was trained", values)
+
+    def close(self) -> None:
+        """End the process."""
+        self._pipe.close()
+        self._process.join(1.0)
+        if self._process.is_alive():
+            self._process.kill()
+            self._process.join()
+
+
+def answer(
+    pipe: Connection, robot: ReducedRobot, contact: Literal["none", "full"] | ContactSpace
+) -> None:
+    """What the process does: tip errors of the states it is sent, until the pipe is closed."""
+    os.nice(_NICE)
+    with one_blas_thread():
+        check = TipCheck(robot, contact)
+        while True:
+            try:
+                state, tension, pull = pipe.recv()
+                pipe.send(check(state, tension, pull))
+            except (EOFError, OSError, KeyboardInterrupt):
+                return

@@ -1,0 +1,58 @@
+"""The full model asked at one state knows how far the reduced one has gone astray."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tauten.model.simulator import Simulator
+from tauten.model.tet_robot import TetRobot
+from tauten.reduction.contact_basis import ContactBasis
+from tauten.reduction.model_error import TipCheck
+from tauten.reduction.reduce import ReduceSettings, make_basis
+from tauten.reduction.reduce_states import StateSettings, reduce_states
+from tauten.reduction.reduced_robot import ReducedRobot, reduced_robot
+from tauten.reduction.snapshots import Snapshots
+
+
+@pytest.fixture(scope="module")
+def basis(thumb: TetRobot, thumb_ramp: Snapshots) -> ContactBasis:
+    return make_basis(thumb, thumb_ramp, ReduceSettings(k=3))[0]
+
+
+@pytest.fixture(scope="module")
+def reduced(thumb: TetRobot, thumb_ramp: Snapshots, basis: ContactBasis) -> ReducedRobot:
+    states = reduce_states(thumb, thumb_ramp, basis, StateSettings(r=8))
+    assert states.origin.tip_mean <= states.origin.tip_max < 5e-4  # of 50 mm
+    return reduced_robot(thumb, states)
+
+
+def settled(robot: TetRobot | ReducedRobot, contact: object, pull: float) -> Simulator:
+    simulator = Simulator(robot, contact)  # type: ignore[arg-type]
+    for share in (0.25, 0.5, 0.75, 1.0):
+        assert simulator.settle(pull=[share * pull], tolerance=1e-6).converged
+    return simulator
+
+
+@pytest.mark.parametrize(
+    ("gravity", "astray"), [((0.0, 0.0, -9.81), False), ((0.0, 60.0, -9.81), True)]
+)
+def test_estimate_is_the_distance_to_the_full_model(
+    reduced: ReducedRobot, basis: ContactBasis, gravity: tuple[float, float, float], astray: bool
+) -> None:
+    """Trained on bending in one plane: a load across it is outside of the basis."""
+    load, pull = (np.array(gravity), np.zeros(3)), 0.006
+    near, full = reduced.loaded(*load), reduced.full.loaded(*load)
+    simulator = settled(near, basis, pull)
+    true = float(np.linalg.norm(simulator.effector - settled(full, "full", pull).effector))
+    found = TipCheck(near, basis)(simulator.state, simulator.tension, np.array([pull]))
+    assert (true > 1e-3) == astray
+    assert found == pytest.approx(true, rel=0.5, abs=1e-4)
+
+
+def test_state_that_is_not_finite_is_infinitely_far(
+    reduced: ReducedRobot, basis: ContactBasis
+) -> None:
+    state = reduced.rest()
+    state.q[0] = np.nan
+    assert TipCheck(reduced, basis)(state, np.zeros(1), np.zeros(1)) == np.inf
