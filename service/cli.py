@@ -6,19 +6,26 @@ Rooms are imported inside the commands, so that `tauten --help` does not wait fo
 from __future__ import annotations
 
 import sys
-from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
-from rich.console import Console
-from rich.table import Table
 
 from tauten.service.cli_bench import bench
 from tauten.service.cli_closed_loop import closed_loop
 from tauten.service.cli_compare import compare
-from tauten.service.cli_operate import Port, ZenohConfig, alive, command, doctor, metrics, record
+from tauten.service.cli_operate import alive, command, doctor, metrics, record
+from tauten.service.cli_options import (
+    AcceptError,
+    Basis,
+    Model,
+    Port,
+    Rate,
+    RobotName,
+    ZenohConfig,
+)
 from tauten.service.cli_reduction import inspect, reduce
+from tauten.service.cli_runs import demo, replay
 from tauten.service.logs import set_up_logging
 
 if TYPE_CHECKING:
@@ -30,22 +37,6 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     add_completion=False,
 )
-
-RobotName = Annotated[str, typer.Argument(help="A shipped robot's name, or a robot file.")]
-Rate = Annotated[
-    float | None, typer.Option(min=0.1, help="Control rate [Hz]; default: the robot file's.")
-]
-Basis = Annotated[
-    str | None,
-    typer.Option(help='Contact basis, "none" or "full"; default: the robot file\'s.'),
-]
-Model = Annotated[
-    Literal["full", "reduced"] | None,
-    typer.Option(help="The full model, or that of a state basis; default: the robot file's."),
-]
-AcceptError = Annotated[
-    bool, typer.Option("--accept-error", help="Take a state basis that errs more than allowed.")
-]
 
 
 @app.callback()
@@ -173,67 +164,6 @@ def stream(
         sending = StreamSettings(rate, duration, json, number, await_plant)
         made = make_path(path, loaded, settings)
         run(loaded, made, sending, _network(port, zenoh_config), stop)
-
-
-def demo(
-    robot: Annotated[str, typer.Argument(help="A shipped robot's name, or a file.")] = "finger",
-    out: Annotated[Path | None, typer.Option(help="Folder for log, report and figure.")] = None,
-    seconds: Annotated[float, typer.Option(min=1.0, help="Of targets.")] = 20.0,
-    path: Annotated[str, typer.Option(help="As for `tauten stream`.")] = "reach",
-    period: Annotated[float, typer.Option(min=0.1, help="Seconds of one pass.")] = 10.0,
-    fraction: Annotated[
-        float, typer.Option(min=0.0, max=1.0, help="Of the largest pull, for reach.")
-    ] = 0.8,
-    basis: Basis = None,
-    model: Model = None,
-) -> None:
-    """Run node, plant and stream as processes; leave a log, a report and a figure."""
-    from tauten.service.demo import DemoSettings, run_demo
-    from tauten.service.report import table_rows
-    from tauten.service.stopping import stop_on_signals
-
-    folder = out or Path(f"tauten-demo-{datetime.now():%Y%m%d-%H%M%S}")
-    console = Console()
-    settings = DemoSettings(robot, folder, seconds, path, period, fraction, basis, model)
-    with stop_on_signals() as stop, console.status("starting") as status:
-        report = run_demo(settings, stop, status.update)
-    table = Table("", f"{report.robot}, {report.duration_s:.1f} s", title="tauten demo")
-    for row in table_rows(report):
-        table.add_row(*row)
-    console.print(table)
-    console.print(f"log, report and figure are in {folder}")
-
-
-def replay(
-    log: Annotated[Path, typer.Argument(help="MCAP file of `serve --record` or `demo`.")],
-    tolerance: Annotated[
-        float, typer.Option(min=0.0, help="Accepted difference, of each cable's range.")
-    ] = 1e-4,
-    against: Annotated[
-        str | None, typer.Option(help="Another robot than the recorded one: name or file.")
-    ] = None,
-    model: Annotated[
-        Literal["full", "reduced"] | None,
-        typer.Option(help="Another model than the recorded one."),
-    ] = None,
-) -> None:
-    """Run the controller on a log's targets; exit 0 when it decides the same, else 1."""
-    from tauten.service.replay import replay as run
-
-    result = run(log, tolerance, against, model)
-    table = Table("cable", "pull differs by [mm]", "tension differs by [N]", title=str(log))
-    for name, pull, tension in zip(result.cables, result.pull, result.tension, strict=True):
-        table.add_row(name, f"{1e3 * pull:.3g}", f"{tension:.3g}")
-    console = Console()
-    console.print(table)
-    verdict = "the same" if result.same else "different"
-    console.print(
-        f"{verdict}: {result.ticks} ticks, at most {result.fraction:.2g} of the range apart "
-        f"(tick {result.worst_tick}, tolerance {tolerance:g}), {result.statuses} other statuses"
-    )
-    for note in result.notes:
-        console.print(f"note: {note}")
-    raise typer.Exit(0 if result.same else 1)
 
 
 _COMMANDS = (

@@ -9,21 +9,13 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-RobotName = Annotated[str, typer.Argument(help="Name of the robot that is served.")]
-Port = Annotated[
-    int | None,
-    typer.Option(min=1024, max=65534, help="The node's TCP port; default: from the robot's name."),
-]
-ZenohConfig = Annotated[
-    Path | None,
-    typer.Option(
-        envvar="TAUTEN_ZENOH_CONFIG", help="Zenoh configuration file instead of peers on loopback."
-    ),
-]
+from tauten.service.cli_options import Port, ZenohConfig
+
+ServedName = Annotated[str, typer.Argument(help="Name of the robot that is served.")]
 
 
 def command(
-    robot: RobotName,
+    robot: ServedName,
     word: Annotated[Literal["enable", "hold", "stop", "reset"], typer.Argument(help="What to do.")],
     port: Port = None,
     zenoh_config: ZenohConfig = None,
@@ -39,7 +31,7 @@ def command(
 
 
 def metrics(
-    robot: RobotName,
+    robot: ServedName,
     http: Annotated[
         int | None,
         typer.Option(min=1, max=65535, help="Serve them on this loopback port for Prometheus."),
@@ -64,7 +56,7 @@ def metrics(
 
 
 def record(
-    robot: RobotName,
+    robot: ServedName,
     file: Annotated[Path, typer.Argument(help="MCAP file to make.")],
     port: Port = None,
     zenoh_config: ZenohConfig = None,
@@ -80,7 +72,7 @@ def record(
 
 
 def alive(
-    robot: RobotName,
+    robot: ServedName,
     plant: Annotated[bool, typer.Option("--plant", help="Its plant rather than its node.")] = False,
     port: Port = None,
     zenoh_config: ZenohConfig = None,

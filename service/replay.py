@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
+from time import perf_counter
 
 import numpy as np
 
@@ -23,12 +24,30 @@ from tauten.service.tick import Tick, decode_tick
 
 
 @dataclass(frozen=True, slots=True)
+class Courses:
+    """Recorded and replayed actuation, tick by tick.
+
+    Attributes:
+        time: (m,) of the ticks, from the first one [s].
+        pull: (2, m, n_a) pulled lengths, recorded and replayed [m].
+        tension: (2, m, n_a) tensions, recorded and replayed [N].
+        status: of the decisions, recorded and replayed, "" where nothing was decided.
+    """
+
+    time: Array
+    pull: Array
+    tension: Array
+    status: tuple[tuple[str, str], ...]
+
+
+@dataclass(frozen=True, slots=True)
 class Replay:
     """How far a replay is from its log.
 
     Attributes:
         cables: names.
-        ticks: compared.
+        courses: all of it.
+        seconds: that the replay took.
         pull: (n_a,) largest difference of pulled lengths [m].
         tension: (n_a,) largest difference of tensions [N].
         fraction: largest difference as a fraction of the cable's range.
@@ -39,7 +58,8 @@ class Replay:
     """
 
     cables: tuple[str, ...]
-    ticks: int
+    courses: Courses
+    seconds: float
     pull: Array
     tension: Array
     fraction: float
@@ -47,6 +67,16 @@ class Replay:
     statuses: int
     tolerance: float
     notes: tuple[str, ...]
+
+    @property
+    def ticks(self) -> int:
+        """How many were compared."""
+        return len(self.courses.time)
+
+    @property
+    def speed(self) -> float:
+        """How much faster than the run the replay was."""
+        return float(self.courses.time[-1]) / self.seconds
 
     @property
     def same(self) -> bool:
@@ -132,26 +162,48 @@ def actions(
 
 
 def _compare(reader: LogReader, setup: Setup, metadata: dict[str, str], tolerance: float) -> Replay:
-    limits = setup.robot.limits
-    pull_range, tension_range = limits.pull_max - limits.pull_min, limits.tension_max
-    pull, tension = np.zeros(setup.robot.n_a), np.zeros(setup.robot.n_a)
-    count, statuses, largest, worst = 0, 0, 0.0, 0
-    recorded = recorded_ticks(reader, setup, metadata["robot"])
-    for tick, actuation, action in actions(recorded, setup):
-        off_pull = np.abs(action.pull - actuation.pull)  # (n_a,)
-        off_tension = np.abs(action.tension - actuation.tension)  # (n_a,)
-        fraction = float(max((off_pull / pull_range).max(), (off_tension / tension_range).max()))
-        if fraction > largest:
-            largest, worst = fraction, tick.index
-        pull, tension = np.maximum(pull, off_pull), np.maximum(tension, off_tension)
-        statuses += ("" if action.status is None else action.status.name) != tick.status
-        count += 1
-    if count == 0:
+    begin = perf_counter()
+    courses = _courses(recorded_ticks(reader, setup, metadata["robot"]), setup)
+    if len(courses.time) == 0:
         raise LogError(f"{reader.path}: no tick to replay")
+    seconds = perf_counter() - begin
+    limits = setup.robot.limits
+    off_pull = np.abs(courses.pull[1] - courses.pull[0])  # (m, n_a)
+    off_tension = np.abs(courses.tension[1] - courses.tension[0])  # (m, n_a)
+    shares = np.maximum(
+        off_pull / (limits.pull_max - limits.pull_min), off_tension / limits.tension_max
+    ).max(axis=1)  # (m,)
     return Replay(
-        setup.robot.cable_names, count, pull, tension, largest, worst, statuses, tolerance,
-        tuple(_changes(reader, setup, metadata)),
-    )  # fmt: skip
+        cables=setup.robot.cable_names,
+        courses=courses,
+        seconds=seconds,
+        pull=off_pull.max(axis=0),
+        tension=off_tension.max(axis=0),
+        fraction=float(shares.max()),
+        worst_tick=int(shares.argmax()),
+        statuses=sum(before != now for before, now in courses.status),
+        tolerance=tolerance,
+        notes=tuple(_changes(reader, setup, metadata)),
+    )
+
+
+def _courses(recorded: Iterator[tuple[Tick, Joints]], setup: Setup) -> Courses:
+    stamps, status = [], []
+    pull: list[tuple[Array, Array]] = []
+    tension: list[tuple[Array, Array]] = []
+    for tick, actuation, action in actions(recorded, setup):
+        stamps.append(tick.stamp)
+        pull.append((np.array(actuation.pull), action.pull))
+        tension.append((np.array(actuation.tension), action.tension))
+        status.append((tick.status, "" if action.status is None else action.status.name))
+    time: Array = 1e-9 * (np.array(stamps) - stamps[0] if stamps else np.zeros(0))
+    shape = (len(stamps), 2, setup.robot.n_a)
+    return Courses(
+        time=time,
+        pull=np.array(pull).reshape(shape).swapaxes(0, 1),
+        tension=np.array(tension).reshape(shape).swapaxes(0, 1),
+        status=tuple(status),
+    )
 
 
 def _changes(reader: LogReader, setup: Setup, metadata: dict[str, str]) -> Iterator[str]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import csv
+import json
 import shutil
 from dataclasses import asdict
 from pathlib import Path
@@ -30,6 +32,8 @@ from tauten.service.messages import (
 )
 from tauten.service.record import Entry, Recorder
 from tauten.service.replay import replay
+from tauten.service.replay_report import TICKS as TABLE
+from tauten.service.replay_report import VERDICT, write_report
 from tauten.service.report import make_report, table_rows
 from tauten.service.run import read_run
 from tauten.service.state_machine import Signals
@@ -172,8 +176,6 @@ def test_the_report_says_what_happened(log: Path) -> None:
 
 
 def test_the_report_is_saved_and_shown(log: Path, tmp_path: Path) -> None:
-    import json
-
     report = make_report(read_run(log))
     report.save(tmp_path / "report.json")
     found = json.loads((tmp_path / "report.json").read_text())
@@ -215,3 +217,20 @@ def test_the_robot_file_is_in_the_log(log: Path, beam_file: Path, tmp_path: Path
     shutil.copy(beam_file.parent / "beam.vtu", tmp_path)
     (tmp_path / "again.toml").write_text(metadata["robot_file"])
     assert load_robot(tmp_path / "again.toml").digest == metadata["robot_digest"]
+
+
+def test_a_report_shows_every_tick_and_the_difference(log: Path, tmp_path: Path) -> None:
+    text = ROBOT.replace("young_modulus = 1e6", "young_modulus = 1.1e6")
+    result = replay(log, tolerance=1e-4, against=str(write_robot(tmp_path, text)))
+    write_report(result, "log.mcap", tmp_path / "out")
+    verdict = json.loads((tmp_path / "out" / VERDICT).read_text())
+    assert verdict["same"] is False
+    assert verdict["cables"]["upper"]["tension_n"] == pytest.approx(result.tension[1])
+    assert verdict["notes"] == list(result.notes)
+    rows = list(csv.DictReader((tmp_path / "out" / TABLE).read_text().splitlines()))
+    assert len(rows) == result.ticks
+    worst = rows[result.worst_tick]
+    off = float(worst["tension upper replayed"]) - float(worst["tension upper recorded"])
+    assert abs(off) == pytest.approx(result.tension[1], rel=1e-6)
+    assert (tmp_path / "out" / "replay.png").read_bytes().startswith(b"\x89PNG")
+    assert result.speed > 1.0

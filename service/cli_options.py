@@ -1,0 +1,34 @@
+"""Options that several commands share."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+RobotName = Annotated[str, typer.Argument(help="A shipped robot's name, or a robot file.")]
+Rate = Annotated[
+    float | None, typer.Option(min=0.1, help="Control rate [Hz]; default: the robot file's.")
+]
+Basis = Annotated[
+    str | None,
+    typer.Option(help='Contact basis, "none" or "full"; default: the robot file\'s.'),
+]
+Model = Annotated[
+    Literal["full", "reduced"] | None,
+    typer.Option(help="The full model, or that of a state basis; default: the robot file's."),
+]
+AcceptError = Annotated[
+    bool, typer.Option("--accept-error", help="Take a state basis that errs more than allowed.")
+]
+Port = Annotated[
+    int | None,
+    typer.Option(min=1024, max=65534, help="The node's TCP port; default: from the robot's name."),
+]
+ZenohConfig = Annotated[
+    Path | None,
+    typer.Option(
+        envvar="TAUTEN_ZENOH_CONFIG", help="Zenoh configuration file instead of peers on loopback."
+    ),
+]
