@@ -9,7 +9,9 @@ import numpy as np
 from tauten.controller.compliance import Response
 from tauten.controller.qpcc import Qpcc
 from tauten.model.arrays import Array, Bools
+from tauten.model.jit import kernel
 from tauten.model.limits import Limits
+from tauten.reduction.dense_factors import cholesky, solve_rows
 
 
 def inverse_problem(
@@ -72,24 +74,44 @@ def shut(response: Response, touching: Bools | None) -> Array:
     Redundant contacts make W_cc singular, and so does one that no force opens; a regularisation leaves the
     product as it is.
     """
-    n_e, n_a, W = response.n_e, response.n_a, response.W
-    W_ea: Array = W[:n_e, n_e : n_e + n_a]
-    if touching is None or not touching.any():
-        return W_ea
+    if touching is None:
+        return response.W[: response.n_e, response.n_e : response.n_e + response.n_a]
+    return _shut(response.W, response.n_e, response.n_a, touching)
+
+
+@kernel
+def _shut(W: Array, n_e: int, n_a: int, touching: Bools) -> Array:
+    """W̃_ea of `shut`."""
+    W_ea = W[:n_e, n_e : n_e + n_a].copy()
     c = n_e + n_a + np.flatnonzero(touching)
-    W_cc = W[np.ix_(c, c)]  # (m, m)
-    W_cc.flat[:: len(c) + 1] += 1e-9 * np.trace(W_cc) / len(c) or 1.0
-    found: Array = W_ea - W[:n_e, c] @ np.linalg.solve(W_cc, W[c, n_e : n_e + n_a])
-    return found
+    m = len(c)
+    W_cc, L, rows = np.empty((m, m)), np.zeros((m, m)), np.empty((n_a, m))
+    for i in range(m):
+        for j in range(m):
+            W_cc[i, j] = W[c[i], c[j]]
+        for j in range(n_a):
+            rows[j, i] = W[n_e + j, c[i]]
+    trace = np.trace(W_cc)
+    for i in range(m):
+        W_cc[i, i] += 1e-9 * trace / m if trace > 0.0 else 1.0
+    if not cholesky(W_cc, L):  # not finite
+        return W_ea
+    pushes = solve_rows(L, rows)  # (n_a, m)
+    for i in range(n_e):
+        for j in range(n_a):
+            for k in range(m):
+                W_ea[i, j] -= W[i, c[k]] * pushes[j, k]
+    return W_ea
 
 
+@kernel
 def energy_scale(W_ea: Array, W_aa: Array) -> float:
     """What makes ε unitless [m/N]."""
     trace = float(np.trace(W_aa))
     if not trace > 0.0:
         return 0.0
-    coupling = float(np.vdot(W_ea, W_ea))
-    return coupling / trace if coupling > 0.0 else trace / len(W_aa)
+    coupling = float(np.sum(W_ea * W_ea))
+    return coupling / trace if coupling > 0.0 else trace / W_aa.shape[0]
 
 
 @lru_cache(maxsize=64)
