@@ -124,7 +124,7 @@ class ControllerSettings(Section):
     """Inverse control: rate [Hz], the QP back end, the weight ε of (T1), the contact basis."""
 
     rate: Annotated[float, Field(gt=0.0, le=10_000.0)] = 50.0
-    qp_solver: Name = "proxqp"
+    qp_solver: Name = "daqp"
     regularisation: NonNegative = 1e-3
     basis: str | None = None
     max_pivots: Annotated[int, Field(ge=1)] = 100
