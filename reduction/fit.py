@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal, TypeAlias
 
 import numpy as np
@@ -24,10 +24,12 @@ class Fit:
     Attributes:
         Psi: (n_c, k) contact modes, unit columns.
         error: ‖S − Ψ B‖_F / ‖S‖_F of the factorisation; for "energy" that of its start.
+        asked: number of modes asked for; "als" may kill some.
     """
 
     Psi: Array
     error: float
+    asked: int
 
     @property
     def k(self) -> int:
@@ -57,9 +59,12 @@ def fit_each(
         ValueError: as `factorise`.
     """
     start: Method = "hals" if method == "energy" else method
-    fits = [Fit(found.Psi, found.error) for found in factorise_each(S, ks, start, seed)]
+    fits = [
+        Fit(found.Psi, found.error, k)
+        for k, found in zip(sorted(set(ks)), factorise_each(S, ks, start, seed), strict=True)
+    ]
     if method == "energy":
-        fits = [Fit(refine(fit.Psi, problems, max_sweeps)[0], fit.error) for fit in fits]
+        fits = [replace(fit, Psi=refine(fit.Psi, problems, max_sweeps)[0]) for fit in fits]
     return tuple(fits)
 
 

@@ -116,6 +116,44 @@ def qpcc(
         write_markdown(result, markdown)
 
 
+@bench.command()
+def contact_basis(
+    robot: Annotated[str, typer.Argument(help="A shipped robot's name, or a robot file.")],
+    json_file: Json = None,
+    markdown: Annotated[Path | None, typer.Option(help="Page to put the tables into.")] = None,
+    figure: Annotated[Path | None, typer.Option(help="Picture to draw.")] = None,
+    snapshots: Annotated[
+        Path | None, typer.Option(help="Folder of campaigns; default: ROBOT-snapshots.")
+    ] = None,
+    equilibria: Annotated[int, typer.Option(min=2, help="Settled on the training path.")] = 25,
+    steps: Annotated[int, typer.Option(min=2, help="Of a held-out path.")] = 20,
+) -> None:
+    """Errors of contact bases on and off their training path; certificate, LCP. Ctrl-C keeps what is done."""
+    from tauten.service import bench_contact_basis, contact_basis_tables
+    from tauten.service.config import load_setup
+    from tauten.service.contact_basis_figure import draw
+    from tauten.service.stopping import stop_on_signals
+
+    setup = load_setup(robot)
+    if isinstance(setup.contact, str):
+        raise typer.BadParameter(f"{robot} has no contact basis: tauten reduce {robot} makes one")
+    folder = snapshots or Path(f"{setup.robot.name}-snapshots")
+    inputs = bench_contact_basis.Inputs(setup.robot, setup.contact, folder, equilibria, steps)
+    with stop_on_signals() as stop, Progress(console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("", total=1.0)
+        result = bench_contact_basis.bench_contact_basis(
+            inputs, stop, lambda share, what: bar.update(task, advance=share, description=what)
+        )
+    for table in contact_basis_tables.tables(result):
+        Console().print(table.rich())
+    Console().print(contact_basis_tables.certificate(result))
+    _write(result, json_file)
+    if markdown is not None:
+        contact_basis_tables.write_markdown(result, markdown)
+    if figure is not None:
+        draw(result, figure)
+
+
 def _reduced(
     robot: str,
     basis: ContactBasis,

@@ -39,7 +39,7 @@ def whole(thumb: Robot, reduction: Reduction) -> ContactBasis:
 def basis_of(robot: Robot, snapshots: Snapshots, Psi: Array) -> ContactBasis:
     """A basis whose provenance says nothing about its quality."""
     nothing = Quality(0.0, 0.0, 0.0)
-    origin = provenance(robot, snapshots, ReduceSettings(), Fit(Psi, 0.0), nothing)
+    origin = provenance(robot, snapshots, ReduceSettings(), Fit(Psi, 0.0, Psi.shape[1]), nothing)
     return ContactBasis(Psi, origin)
 
 
