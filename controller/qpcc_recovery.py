@@ -54,23 +54,31 @@ def eliminated_multipliers(
 ) -> None:
     """Complete `dual`: equations w_I = 0 from the columns of β_I, then β_J = 0 from their own."""
     n_a, k, rank = len(problem.lb), len(pushes), pushing.rank
+    g = gradient(problem, z, dual)  # (n,)
     x = np.empty(rank)
     for s in range(rank):
-        x[s] = -gradient(problem, z, dual, n_a + pushing.cols[s])
+        x[s] = -g[n_a + pushing.cols[s]]
     solve_transposed(pushing.E, x, rank)
     for s in range(rank):
-        dual[k + pushing.rows[s]] += x[s]
+        i = k + pushing.rows[s]
+        dual[i] += x[s]
+        for j in range(len(g)):
+            g[j] += x[s] * problem.R[i, j]
     for i in range(k):
-        if not pushes[i]:
-            dual[i] = -gradient(problem, z, dual, n_a + i)
+        if not pushes[i]:  # row i of R is that of β_i alone
+            dual[i] -= g[n_a + i]
 
 
 @kernel
-def gradient(problem: Scaled, z: Array, dual: Array, j: int) -> float:
-    """Entry j of Qz + c + R'dual."""
-    total = float(problem.c[j])
+def gradient(problem: Scaled, z: Array, dual: Array) -> Array:
+    """Qz + c + R'dual: (n,)."""
+    total = problem.c.copy()
     for i in range(len(z)):
-        total += problem.Q[i, j] * z[i]
+        if z[i] != 0.0:
+            for j in range(len(z)):
+                total[j] += problem.Q[i, j] * z[i]
     for i in range(len(dual)):
-        total += problem.R[i, j] * dual[i]
+        if dual[i] != 0.0:
+            for j in range(len(z)):
+                total[j] += problem.R[i, j] * dual[i]
     return total
