@@ -39,8 +39,8 @@ class StateSettings:
     """
 
     r: int | Literal["auto"] = "auto"
-    motion: float = 1e-5
-    responses: int = 0
+    motion: float = 5e-5
+    responses: int = 10
     sample: float = 1e-2
     seed: int = 0
 

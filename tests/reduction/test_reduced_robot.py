@@ -201,3 +201,17 @@ def test_state_that_is_not_finite_is_told(reduced: ReducedRobot) -> None:
 def test_basis_of_another_robot_is_refused(finger: TetRobot, reduced: ReducedRobot) -> None:
     with pytest.raises(StateBasisError, match="made for robot 'thumb'"):
         reduced_robot(finger, reduced.states)
+
+
+def test_what_detection_remembers_changes_nothing(
+    thumb_ramp: Snapshots, reduced: ReducedRobot
+) -> None:
+    robot = reduced.fork()
+    for i in range(0, len(thumb_ramp), 5):
+        full = State(thumb_ramp.q[:, i], np.zeros(len(thumb_ramp.q)))
+        state = robot.projected(full)
+        known, fresh = robot.rows(state).contacts, reduced.fork().rows(state).contacts
+        np.testing.assert_array_equal(known.slots, fresh.slots)
+        np.testing.assert_array_equal(known.rows.delta, fresh.rows.delta)
+        np.testing.assert_array_equal(known.rows.H, fresh.rows.H)
+    assert len(known) > 5
