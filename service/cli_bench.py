@@ -30,6 +30,9 @@ Json = Annotated[Path | None, typer.Option("--json", help="Write the numbers to 
 def finger(
     json_file: Json = None,
     robot: Annotated[str, typer.Option(help="Another robot to do the same with.")] = "finger",
+    basis: Annotated[
+        str | None, typer.Option(help="Another contact basis than the robot file's.")
+    ] = None,
     seconds: Annotated[float, typer.Option(min=1.0, help="Length of the path followed.")] = 12.0,
     pulls: Annotated[int, typer.Option(min=2, help="Equilibria compared.")] = 201,
     model: Annotated[
@@ -53,17 +56,17 @@ def finger(
     from tauten.service.bench_robot import bench_control
     from tauten.service.config import load_setup
 
-    setup = load_setup(robot, model="full")
+    setup = load_setup(robot, basis=basis, model="full")
     if isinstance(setup.contact, str):
         raise typer.BadParameter(f"{robot} has no contact basis: tauten reduce {robot} makes one")
-    basis = setup.contact
+    modes = setup.contact
     if model == "reduced":
         folder = snapshots or Path(f"{setup.robot.name}-bench")
-        _reduced(robot, basis, folder, refinements, seconds, json_file, markdown)
+        _reduced(robot, modes, folder, refinements, seconds, json_file, markdown)
         return
     result = _with_bar(
         f"control steps of {robot}",
-        lambda progress: bench_control(setup.robot, basis, seconds, pulls, progress),
+        lambda progress: bench_control(setup.robot, modes, seconds, pulls, progress),
     )
     _show_control(result)
     _write(result, json_file)
