@@ -5,14 +5,16 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from matplotlib.figure import Figure
 
 from tauten.model.arrays import Array
 from tauten.model.robot import Robot
 from tauten.reduction.contact_basis import ContactBasis
 
-_PER_ROW = 5
-_PITCH, _HEIGHT = 1.6, 4.2  # of a picture [inch]
+_PER_ROW = 8
+_PITCH, _HEIGHT = 1.25, 4.2  # of a picture [inch]
+_SMALL = 0.01  # share of a mode's largest force that is drawn as none
 
 
 def draw_modes(robot: Robot, basis: ContactBasis, path: str | Path, modes: int = 20) -> None:
@@ -45,8 +47,8 @@ def draw_modes(robot: Robot, basis: ContactBasis, path: str | Path, modes: int =
         title = (column + 0.5) * _PITCH / width, 1.0 - (row + 0.05) / rows
         figure.text(*title, f"mode {i + 1}", ha="center")
     scale = figure.add_axes((1.0 - 0.9 / width, 0.3, 0.12 / width, 0.4))
-    figure.colorbar(colours, cax=scale, label="force, share of the largest")
-    figure.savefig(path, dpi=150)
+    figure.colorbar(colours, cax=scale, label="force, share of the mode's largest")
+    figure.savefig(path, dpi=110)
 
 
 def _draw(axes: Any, robot: Robot, points: Array, share: Array) -> Any:
@@ -55,16 +57,18 @@ def _draw(axes: Any, robot: Robot, points: Array, share: Array) -> Any:
     axes.plot_trisurf(
         *nodes.T,
         triangles=robot.triangles,
-        color="0.8",
-        alpha=0.08,
-        edgecolor=(0.5, 0.5, 0.5, 0.1),
+        color="0.75",
+        alpha=0.10,
+        edgecolor=(0.3, 0.35, 0.4, 0.10),
         lw=0.3,
     )
-    pushing = share > 0.0
-    axes.scatter(*points[~pushing].T, s=0.3, color="0.6", depthshade=False)
+    pushing = share > _SMALL
+    axes.scatter(*points[~pushing].T, s=0.4, color="0.55", depthshade=False)
+    order = np.argsort(share[pushing])  # the strongest last, on top
+    strong, shares = points[pushing][order], share[pushing][order]
     colours = axes.scatter(
-        *points[pushing].T, s=2.0 + 14.0 * share[pushing], c=share[pushing], cmap="viridis_r",
-        vmin=0.0, vmax=1.0, depthshade=False, linewidths=0.0,
+        *strong.T, s=4.0 + 26.0 * shares, c=shares, cmap="YlOrRd", vmin=0.0, vmax=1.0,
+        depthshade=False, linewidths=0.25, edgecolors="0.25",
     )  # fmt: skip
     low, high = nodes.min(axis=0), nodes.max(axis=0)
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
