@@ -13,6 +13,7 @@ from rich.console import Console
 
 from tauten.service.cli_states import (
     AcceptError,
+    Responses,
     Sample,
     StateModes,
     States,
@@ -75,6 +76,7 @@ def reduce(
     ] = None,
     states: States = False,
     state_modes: StateModes = "auto",
+    responses: Responses = 10,
     sample: Sample = 1e-2,
     accept_error: AcceptError = False,
 ) -> None:
@@ -97,7 +99,7 @@ def reduce(
         seed=seed,
         curve=curve is not None,
     )
-    chosen = state_settings(state_modes, sample, seed)
+    chosen = state_settings(state_modes, responses, sample, seed)
     loaded = load_robot(robot)
     target = _basis_path(out or Path(f"{loaded.name}.basis"))
     ranges = Ranges(pull=pull, tilt=math.radians(tilt), force=force, tension=tension)

@@ -17,6 +17,9 @@ States = Annotated[
     bool, typer.Option("--states", help="Make a state basis, too, beside the contact basis.")
 ]
 StateModes = Annotated[str, typer.Option(help='Number of state modes, or "auto".')]
+Responses = Annotated[
+    int, typer.Option(min=0, help="Static responses to cables, contacts and effectors beside them.")
+]
 Sample = Annotated[
     float, typer.Option(help="Relative residual of the forces summed over sampled elements.")
 ]
@@ -25,7 +28,7 @@ AcceptError = Annotated[
 ]
 
 
-def state_settings(modes: str, sample: float, seed: int) -> StateSettings:
+def state_settings(modes: str, responses: int, sample: float, seed: int) -> StateSettings:
     """Settings from the command line.
 
     Raises:
@@ -37,7 +40,7 @@ def state_settings(modes: str, sample: float, seed: int) -> StateSettings:
     if modes != "auto" and not modes.isdecimal():
         raise StateBasisError(f"state modes are {modes!r}: allowed are 1 and more, and auto")
     r: int | Literal["auto"] = "auto" if modes == "auto" else int(modes)
-    return StateSettings(r=r, sample=sample, seed=seed)
+    return StateSettings(r=r, responses=responses, sample=sample, seed=seed)
 
 
 def save_states(
@@ -60,7 +63,8 @@ def save_states(
         states.check_tip(robot.config.model.max_tip_error)
     origin, saved = states.origin, states.save(path)
     typer.echo(
-        f"{saved}: {origin.r} state modes of {origin.snapshots} snapshots, {origin.sample} of "
+        f"{saved}: {origin.r} state modes ({origin.responses} of them responses) of "
+        f"{origin.snapshots} snapshots, {origin.sample} of "
         f"{robot.n_elements} elements; tip off by {1e3 * origin.tip_mean:.3g} mm in the mean, "
         f"{1e3 * origin.tip_max:.3g} mm at most on paths held out"
     )
