@@ -37,6 +37,8 @@ def enumerate_pieces(problem: Qpcc, solver: str = "daqp") -> tuple[float, Bools]
 def scip_optimum(problem: Qpcc, seconds: float = 60.0) -> tuple[float, float]:
     """The objective that SCIP finds and the bound it proves; both +inf when it says infeasible.
 
+    +inf and -inf when it fails, as its LP solver does on some degenerate problems.
+
     Its tolerances are absolute, 1e-7 on a problem whose objective is of order one before the constant is
     added, so expect six digits of what the objective is summed from to agree.
 
@@ -49,7 +51,10 @@ def scip_optimum(problem: Qpcc, seconds: float = 60.0) -> tuple[float, float]:
     tau = max(float(np.abs(scaled.c).max(initial=0.0)), 1e-12)
     model = scip_model(shrunk(scaled, tau))
     model.setParam("limits/time", seconds)
-    model.optimize()
+    try:
+        model.optimize()
+    except Exception:  # all that pyscipopt raises when an LP fails
+        return np.inf, -np.inf
     if model.getStatus() == "infeasible":
         return np.inf, np.inf
     objective = model.getObjVal() if model.getNSols() > 0 else np.inf

@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from qpcc_checks import EXACT, assert_solves, violation, worst
+from qpcc_checks import EXACT, RECORDED, assert_solves, recorded, violation, worst
 
-from tauten.controller.oracle import enumerate_pieces
+from tauten.controller.oracle import enumerate_pieces, scip_optimum
 from tauten.controller.qpcc import Qpcc, QpccSettings, Start, solve_qpcc
 from tauten.controller.random_qpcc import known_stationary, nonsense, robot_like
 from tauten.controller.solution import Solution, Status
@@ -172,6 +172,23 @@ def test_infeasible_means_that_all_pieces_are_empty() -> None:
             assert enumerate_pieces(problem)[0] == np.inf
             empty += 1
     assert empty > 50
+
+
+def test_scip_finds_nothing_either_where_recorded_problems_are_made_infeasible() -> None:
+    empty = 0
+    for name in RECORDED:
+        for step in recorded(name)[::20]:
+            problem = step.problem()
+            ahead = replace(problem, g_lo=problem.g_hi + 1e-3, g_hi=problem.g_hi + 2e-3)
+            solution = solve_qpcc(ahead, step.start)
+            objective, bound = scip_optimum(ahead, seconds=2.0)
+            if solution.status is Status.INFEASIBLE:
+                empty += 1
+                assert objective == np.inf
+                assert solution.conflict
+            else:
+                assert bound <= solution.objective + 1e-6 * problem.constant
+    assert empty >= 5
 
 
 def test_tensions_at_an_infeasible_problem_stay_within_their_bounds() -> None:
