@@ -49,6 +49,7 @@ def description(setup: Setup) -> dict[str, Any]:
             "health": {"key": keys.health, "type": HEALTH},
         },
         "model": {
+            "order": setup.order,
             "nodes": robot.n_nodes,
             "elements": robot.n_elements,
             "unknowns": robot.n,
