@@ -157,7 +157,7 @@ class ServiceSettings(Section):
 
     target_timeout: Positive = 0.5
     release_time: Positive = 1.0
-    late_limit: Annotated[int, Field(ge=1)] = 10
+    late_limit: Annotated[int, Field(ge=1)] = 25
     measurement_timeout: Positive = 0.25
     feedback_gain: Positive = 2.0
 

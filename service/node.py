@@ -91,6 +91,7 @@ class Node:
         self._vitals = Vitals()
         self._facts = {
             "factorisation": robot.linear_solver,
+            "model": setup.order,
             "qp_solver": robot.config.controller.qp_solver,
             "basis": setup.basis_name,
             "digest": robot.digest,
@@ -104,18 +105,24 @@ class Node:
         clock = Clock(self._robot.h)
         try:
             while not stop.requested:
-                self._tick(clock, clock.wait(), shutdown=False)
+                self.tick(clock, clock.wait(), shutdown=False)
                 if self._fall_back is not None and self._fall_back.wanted:
                     clock = Clock(self._fall_back.switch(self._loop))
         finally:
             log.info("releasing the cables")
-            self._tick(clock, clock.wait(), shutdown=True)
+            self.tick(clock, clock.wait(), shutdown=True)
             while not self._loop.released:
-                self._tick(clock, clock.wait(), shutdown=True)
+                self.tick(clock, clock.wait(), shutdown=True)
             self._publish_health(clock)
 
-    def _tick(self, clock: Clock, beat: Beat, shutdown: bool) -> None:
-        """One tick."""
+    def tick(self, clock: Clock, beat: Beat, shutdown: bool) -> None:
+        """One tick.
+
+        Args:
+            clock: whose misses health reports.
+            beat: of the clock.
+            shutdown: whether the process was asked to end.
+        """
         asked, seen = self._take_in(beat, shutdown)
         begin = time.perf_counter()
         action = self._loop.tick(asked.positions, seen)

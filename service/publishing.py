@@ -40,9 +40,10 @@ class Publishing:
         self._recorder = recorder
         self._actuation = Outlet(session, keys.actuation, JOINTS)
         self._effectors = [
-            Outlet(session, key, POINT) for key in keys.effectors(robot.effector_names)
+            Outlet(session, key, POINT, urgent=False)
+            for key in keys.effectors(robot.effector_names)
         ]
-        self._tick = Outlet(session, keys.tick, TICK)
+        self._tick = Outlet(session, keys.tick, TICK, urgent=False)
         self._health = Outlet(session, keys.health, HEALTH, urgent=False)
 
     def act(self, action: Action, stamp: int, tick: int) -> None:

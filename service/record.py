@@ -1,14 +1,15 @@
 """The log of a run: an MCAP file that Foxglove opens, written by a thread beside the loop.
 
-The loop only hands over bytes. Chunks are small and flushed as soon as they are full, so that a
-crash costs the last moment alone; a full disk stops the log, never the loop.
+The loop only hands over bytes, without a lock and without waking anybody up: the thread looks for them a
+few times a second. Chunks are small and flushed as soon as they are full, so that a crash costs the
+last moment alone; a full disk stops the log, never the loop.
 """
 
 from __future__ import annotations
 
 import logging
-import queue
 import threading
+from collections import deque
 from dataclasses import dataclass
 from io import BufferedWriter
 from pathlib import Path
@@ -22,7 +23,7 @@ log = logging.getLogger(__name__)
 METADATA = "tauten"
 _CHUNK = 16_384  # bytes, about half a second of a 50 Hz run
 _WAITING = 10_000  # messages a slow disk may be behind
-_FLUSH = 0.5  # seconds without anything to write after which the file is flushed
+_PAUSE = 0.05  # seconds between two looks at what there is to write
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,49 +81,43 @@ class Recorder:
             raise
         self._schemas: dict[str, int] = {}
         self._channels: dict[tuple[str, bool], int] = {}
-        self._queue: queue.Queue[Entry | None] = queue.Queue(_WAITING)
+        self._waiting: deque[Entry] = deque()
+        self._closing = threading.Event()
         self._thread = threading.Thread(target=self._run, name="recorder")
         self._thread.start()
 
     def write(self, entry: Entry) -> None:
         """Hand a message over; never waits."""
-        try:
-            self._queue.put_nowait(entry)
-        except queue.Full:
+        if self.fault or len(self._waiting) >= _WAITING:
             self.dropped += 1
+        else:
+            self._waiting.append(entry)
 
     def close(self) -> None:
         """Write what is left and finish the file."""
-        self._queue.put(None)
+        self._closing.set()
         self._thread.join()
 
     def _run(self) -> None:
         try:
-            self._write_all()
+            while not self._closing.wait(_PAUSE):
+                self._write_waiting()
+            self._write_waiting()
             self._writer.finish()  # type: ignore[no-untyped-call]
             self._file.close()
         except OSError as error:
             self.fault = f"recording stopped: {error}"
             log.error(self.fault)
             self._file.raw.close()
-            self._drop_all()
+            self.dropped += len(self._waiting)
+            self._waiting.clear()
 
-    def _write_all(self) -> None:
-        while True:
-            try:
-                entry = self._queue.get(timeout=_FLUSH)
-            except queue.Empty:
-                self._file.flush()
-                continue
-            if entry is None:
-                return
-            self._add(entry)
-            if self._queue.empty():
-                self._file.flush()
-
-    def _drop_all(self) -> None:
-        while self._queue.get() is not None:
-            self.dropped += 1
+    def _write_waiting(self) -> None:
+        if not self._waiting:
+            return
+        while self._waiting:
+            self._add(self._waiting.popleft())
+        self._file.flush()
 
     def _add(self, entry: Entry) -> None:
         self._writer.add_message(

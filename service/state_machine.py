@@ -65,8 +65,8 @@ class State:
         mode: what it is doing.
         cause: why it does not follow; `NONE` while it does.
         enabled: whether the operator lets it follow.
-        late: deadlines missed in a row; while `tripped`, ticks in time still asked for.
-        tripped: whether too many were.
+        late: deadlines missed in a row; while `tripped`, how many more must be met than missed.
+        tripped: whether too many were missed.
     """
 
     mode: Mode = Mode.IDLE
@@ -99,7 +99,8 @@ def transition(state: State, seen: Signals, late_limit: int) -> State:
     Args:
         state: before.
         seen: by the tick.
-        late_limit: deadlines missed in a row that trip the node, and met in a row that free it.
+        late_limit: deadlines missed in a row that trip the node; it is free again once as many more have
+            been met than missed.
     """
     if seen.shutdown:
         return replace(state, mode=Mode.STOP, cause=Cause.SHUTDOWN)
@@ -125,7 +126,7 @@ def judged(state: State, usable: bool) -> State:
 
 def _counted(state: State, in_time: bool, limit: int) -> State:
     if state.tripped:
-        late = state.late - 1 if in_time else limit
+        late = state.late - 1 if in_time else min(state.late + 1, limit)
         return replace(state, late=late, tripped=late > 0)
     late = 0 if in_time else state.late + 1
     return replace(state, late=late, tripped=late >= limit)

@@ -53,14 +53,15 @@ def test_a_missing_measurement_holds() -> None:
     assert (idle.mode, idle.cause) == (Mode.IDLE, Cause.UNMEASURED)
 
 
-def test_deadlines_missed_in_a_row_hold_until_as_many_are_met() -> None:
+def test_deadlines_missed_in_a_row_hold_until_as_many_more_are_met() -> None:
     assert after(RUNNING, LATE, LATE).mode is Mode.RUN
     assert after(RUNNING, LATE, LATE, TARGET, LATE, LATE).mode is Mode.RUN  # not in a row
     held = after(RUNNING, LATE, LATE, LATE)
     assert (held.mode, held.cause) == (Mode.HOLD, Cause.LATE)
     assert after(held, TARGET, TARGET).mode is Mode.HOLD
-    assert after(held, TARGET, TARGET, LATE, TARGET, TARGET).mode is Mode.HOLD
-    assert after(held, TARGET, TARGET, TARGET) == RUNNING
+    assert after(held, TARGET, TARGET, LATE, TARGET).mode is Mode.HOLD
+    assert after(held, TARGET, TARGET, LATE, TARGET, TARGET) == RUNNING
+    assert after(held, *[LATE] * 10, TARGET, TARGET, TARGET) == RUNNING  # not punished for ever
 
 
 def test_an_operator_holds_stops_and_resets() -> None:
@@ -110,7 +111,7 @@ def test_it_runs_only_when_everything_allows_it(wanted: list[Signals | Command |
             state = judged(before, event)
         else:
             state = transition(before, event, LIMIT)
-            late = 0 if event.in_time else late + 1
+            late = 0 if event.in_time else late + 1  # in a row
             if state.mode is Mode.RUN:
                 assert event.target
                 assert event.measured

@@ -1,0 +1,157 @@
+"""The whole node, with whatever can arrive in whatever order: every message that leaves is judged.
+
+The node's own code with real Zenoh sessions, its beats given by hand so that hundreds of runs take
+seconds.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+import zenoh
+from hypothesis import HealthCheck, Phase, given, settings
+from hypothesis import strategies as st
+
+from tauten.service.clock import Beat, Clock
+from tauten.service.commands import encode_command
+from tauten.service.config import load_setup, warm_controller
+from tauten.service.demo import free_ports
+from tauten.service.keys import Keys
+from tauten.service.loop import ControlLoop
+from tauten.service.messages import (
+    CDR,
+    JSON,
+    POINT,
+    TEXT,
+    Joints,
+    Point,
+    decode_joints,
+    decode_point,
+    encode_point,
+)
+from tauten.service.network import Network, Role, open_session
+from tauten.service.node import Node
+from tauten.service.record import Entry
+from tauten.service.state_machine import Command
+from tauten.service.tick import Tick, decode_tick
+
+KEYS = Keys("beam")
+TARGET, MEASURED = KEYS.targets(("tip", "middle")), KEYS.measurements(("tip", "middle"))
+ROUNDING = 1e-12
+
+
+class Seen:
+    """Keeps what the node hands to its log: every message that leaves, none lost on the way."""
+
+    dropped, fault = 0, ""
+
+    def __init__(self) -> None:
+        self.entries: list[Entry] = []
+
+    def write(self, entry: Entry) -> None:
+        self.entries.append(entry)
+
+    def take(self, key: str) -> list[bytes]:
+        return [entry.payload for entry in self.entries if entry.key == key]
+
+
+@dataclass
+class Rig:
+    """A node, what leaves it, and a session of those who send."""
+
+    node: Node
+    clock: Clock
+    outside: zenoh.Session
+    seen: Seen
+    pull: np.ndarray
+
+
+@pytest.fixture(scope="module")
+def rig(beam_file: Path) -> Iterator[Rig]:
+    setup, port, seen = load_setup(beam_file), free_ports(), Seen()
+    inside = open_session(Network(port), Role.NODE, "beam")
+    outside = open_session(Network(port), Role.OTHER, "beam")
+    node = Node(setup, ControlLoop(warm_controller(setup)), inside, seen, closed_loop=True)
+    found = Rig(node, Clock(0.02), outside, seen, pull=np.zeros(2))
+    heard = outside.declare_subscriber(KEYS.tick, zenoh.handlers.RingChannel(1))
+    while heard.try_recv() is None:  # until the two have met
+        node.tick(found.clock, Beat(0, 0.0, 0.01, 0), shutdown=False)
+        time.sleep(0.02)
+    heard.undeclare()  # type: ignore[no-untyped-call]
+    yield found
+    outside.close()  # type: ignore[no-untyped-call]
+    inside.close()  # type: ignore[no-untyped-call]
+
+
+numbers = st.floats() | st.floats(-0.2, 0.2) | st.floats(0.0, 0.12)
+frames = st.sampled_from(["", "beam_base", "map"])
+points = st.builds(
+    lambda stamp, frame, xyz: encode_point(Point(stamp, frame, xyz)),
+    st.integers(0, 2**31 * 10**9 - 1), frames, st.tuples(numbers, numbers, numbers),
+)  # fmt: skip
+commands = st.sampled_from([encode_command(command) for command in Command])
+payloads = points | commands | st.binary(max_size=120)
+keys = st.sampled_from([*TARGET, *TARGET, *MEASURED, KEYS.command])
+encodings = st.sampled_from([f"{CDR};{POINT}", f"{CDR};{TEXT}", CDR, JSON, "text/plain"])
+slacks = st.sampled_from([0.01, 0.01, 0.01, -0.005, -0.1])
+# a good measurement or target now and then, so that the node does follow
+good = st.tuples(
+    st.sampled_from([*TARGET, *MEASURED]),
+    st.builds(
+        lambda x, z: encode_point(Point(0, "", (0.1 + x, 0.01, 0.01 + z))),
+        st.floats(-0.02, 0.0), st.floats(-0.03, 0.03),
+    ),
+    st.just(f"{CDR};{POINT}"),
+)  # fmt: skip
+orders = st.tuples(st.just(KEYS.command), commands, st.just(f"{CDR};{TEXT}"))
+messages = good | good | good | orders | st.tuples(keys, payloads, encodings)
+events = st.lists(st.tuples(st.lists(messages, max_size=4), slacks), min_size=20, max_size=60)
+
+
+@settings(
+    max_examples=40,
+    deadline=None,
+    phases=[Phase.explicit, Phase.generate],
+    suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],
+)
+@given(wanted=events)
+def test_everything_that_leaves_is_within_the_limits(
+    rig: Rig, wanted: list[tuple[list[tuple[str, bytes, str]], float]]
+) -> None:
+    robot = rig.node._robot
+    limits = robot.limits
+    rig.seen.entries.clear()
+    for sent, slack in wanted:
+        for key, payload, encoding in sent:
+            rig.outside.put(key, payload, encoding=encoding)
+        time.sleep(5e-4)
+        rig.node.tick(rig.clock, Beat(0, max(-slack, 0.0), slack, 0), shutdown=False)
+    ticks = [decode_tick(payload) for payload in rig.seen.take(KEYS.tick)]
+    assert len(ticks) == len(wanted)
+    assert all(isinstance(tick, Tick) for tick in ticks)
+    actuation = rig.seen.take(KEYS.actuation)
+    assert len(actuation) == len(wanted)
+    for payload in actuation:
+        joints = decode_joints(payload, CDR, robot.cable_names)
+        assert isinstance(joints, Joints), joints
+        assert joints.frame == robot.frame
+        pull, tension = np.array(joints.pull), np.array(joints.tension)
+        step, rig.pull = np.abs(pull - rig.pull), pull
+        assert (limits.pull_min <= pull).all()
+        assert (pull <= limits.pull_max).all()
+        assert (limits.tension_min <= tension).all()
+        assert (tension <= limits.tension_max).all()
+        assert (step <= limits.rate * robot.h * (1.0 + ROUNDING)).all()
+    for payload in rig.seen.take(KEYS.effectors(("tip",))[0]):
+        assert isinstance(decode_point(payload, CDR), Point)
+
+
+def test_those_runs_did_move_the_cables(rig: Rig) -> None:
+    """The test above has followed targets, held, stopped and been reset, or it showed nothing."""
+    modes = rig.node._vitals._modes
+    assert all(modes[mode] > 10 for mode in ("idle", "run", "hold", "stop")), modes
