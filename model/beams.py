@@ -11,7 +11,7 @@ Rigid motion leaves (u, φ) as they are. The deformations u − (L, 0, 0) and φ
 modes: stretch, two antisymmetric bendings in which shear takes part, torsion, two pure bendings. They
 do not couple, so that the energy
 
-    E = ½ (u − u₀)ᵀ D_u (u − u₀) + ½ φᵀ D_φ φ                                     (T4)
+    E = ½ (u − u₀)ᵀ D_u (u − u₀) + ½ φᵀ D_φ φ                                     (B1)
 
 with six stiffnesses is that of the exact linear Timoshenko beam, and of Euler and Bernoulli's when
 shear is rigid: one element bends as the cubic does, nothing locks. With small rotations δa, δb of the
@@ -19,7 +19,7 @@ ends seen from the frame, θ = |φ|, n = φ / θ,
 
     δφ = Γ (δb − δa),   Γ = γ (I − n nᵀ) + n nᵀ,   γ = (θ/2) / sin(θ/2)
     δw = ½ (δa + δb) − ½ τ φ x (δb − δa),   τ = tan(θ/4) / θ      turn of the frame
-    δu = δp_B − δp_A + u x δw                                                     (T5)
+    δu = δp_B − δp_A + u x δw                                                     (B2)
 
 Forces and the tangent follow by differentiation, the latter exactly. Increments of rotation are turns
 about fixed axes, so that a tangent out of balance is not symmetric; its symmetric part is used, which
@@ -50,7 +50,7 @@ C8 = 127.0 / 154828800.0  # of θ⁸ in γ
 
 @kernel
 def angle_functions(theta: float) -> tuple[float, float, float, float, float, float]:
-    """γ, η = (1 − γ) / θ², τ of (T5) and their derivatives divided by θ."""
+    """γ, η = (1 − γ) / θ², τ of (B2) and their derivatives divided by θ."""
     t2 = theta * theta
     if theta < 0.1:  # Taylor series, exact to rounding here
         gamma = 1.0 + t2 * (1.0 / 24.0 + t2 * (7.0 / 5760.0 + t2 * 31.0 / 967680.0))

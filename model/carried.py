@@ -3,7 +3,7 @@
 A carried point is fixed to one node, or blends between two on its way along an element:
 
     x_P = Σ_a w_a (x_a + R_a ρ_a)
-    δx_P = Σ_a w_a (δx_a + δθ_a x R_a ρ_a) = J δq                                  (T6)
+    δx_P = Σ_a w_a (δx_a + δθ_a x R_a ρ_a) = J δq                                  (B3)
 
 Forces f on points reach the nodes through the transpose, f on the node and R_a ρ_a x f about it, each
 times w_a. So any row that is linear in the velocities of points becomes a row of the robot, and power
@@ -65,7 +65,7 @@ class Carried:
         return sp.csr_array((data, columns, starts), shape=(len(entries.starts) - 1, n))
 
     def velocity_map(self, arms: Array, dof: Ints, n: int) -> sp.csr_array:
-        """J (3 p, n) of (T6)."""
+        """J (3 p, n) of (B3)."""
         count = 3 * len(self)
         entries = Entries(
             np.arange(count + 1), np.arange(count) // 3, np.tile(np.eye(3), (len(self), 1))

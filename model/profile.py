@@ -59,7 +59,7 @@ def bar(width: float, height: float) -> Profile:
 
 
 def natural_stiffness(profile: Profile, material: Material, length: float) -> Array:
-    """Stiffnesses of the natural modes of a beam element, see (T4).
+    """Stiffnesses of the natural modes of a beam element, see (B1).
 
     The antisymmetric modes bend and shear: with w the offset of the ends, both kept parallel to the
     chord's frame, 1/k = L³ / (12 E I) + L / (κ G A).

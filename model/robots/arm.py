@@ -64,6 +64,34 @@ class ArmShape:
         return self.sections * self.joints
 
 
+def tendon_angle(shape: ArmShape, section: int, k: int) -> float:
+    """Where tendon k of three of a section, the first being 0, runs: angle from x [rad]."""
+    return 2.0 * np.pi / 3.0 * (k + section / shape.sections)
+
+
+def bending_tensions(shape: ArmShape, angles: Array, forces: Array) -> Array:
+    """Tensions that bend each section towards an angle, by the two tendons beside it.
+
+    Args:
+        shape: of the arm.
+        angles: (sections,) directions from x [rad].
+        forces: (sections,) tension of a tendon that pulls just there, resultant of two beside it [N].
+
+    Returns:
+        (3 sections,) [N].
+    """
+    tension = np.zeros(3 * shape.sections)
+    for section, (angle, force) in enumerate(zip(angles, forces, strict=True)):
+        away = (angle - tendon_angle(shape, section, 0)) % (2.0 * np.pi)
+        first, beyond = divmod(away, 2.0 * np.pi / 3.0)
+        k = 3 * section + int(first) % 3
+        after = 3 * section + (int(first) + 1) % 3
+        # sine rule in the triangle of the two tensions and their resultant
+        tension[k] = force * np.sin(2.0 * np.pi / 3.0 - beyond) / np.sin(np.pi / 3.0)
+        tension[after] = force * np.sin(beyond) / np.sin(np.pi / 3.0)
+    return tension
+
+
 def make_structure(shape: ArmShape) -> dict[str, Any]:
     """The structure file's content."""
     nodes: list[list[float]] = [[0.0, 0.0, 0.0]]

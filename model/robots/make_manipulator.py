@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tauten.model.robots.arm import ArmShape, direction, make_structure
+from tauten.model.robots.arm import ArmShape, direction, make_structure, tendon_angle
 
 HEAD = """\
 # An arm that hangs from its base: a spine of {length:g} m with {count} vertebrae, ribs that land on the next
@@ -54,17 +54,17 @@ max_outside = {tool:g}
 
 [contact]
 alarm_distance = 4.0e-3
-tolerance = 1.0e-4
+tolerance = 1.0e-6
 
 [integration]
 scheme = "implicit-euler"
-rayleigh_mass = 1.0
+rayleigh_mass = 10.0             # friction of tendons in their holes
 rayleigh_stiffness = 0.02
 
 [controller]
 rate = 50.0
 qp_solver = "proxqp"
-regularisation = 1.0e-4
+regularisation = 1.0e-3
 basis = "{name}"
 
 [service]
@@ -109,13 +109,13 @@ def make_file(shape: ArmShape, name: str, candidates: int) -> str:
     for section in range(1, shape.sections + 1):
         for k in range(3):
             # tendons of different sections share out the circle
-            degrees = 120.0 * k + 120.0 / shape.sections * (section - 1)
-            at = shape.tendon_radius * direction(np.radians(degrees))
+            angle = tendon_angle(shape, section - 1, k)
+            at = shape.tendon_radius * direction(angle)
             stations = -shape.pitch * np.arange(section * shape.joints + 1)
             holes = [f"\n  [{at[0]:.6f}, {at[1]:.6f}, {z:.6f}]," for z in stations]
             parts.append(
                 TENDON.format(
-                    section=section, degrees=degrees, name=f"tendon{section}{'abc'[k]}",
+                    section=section, degrees=np.degrees(angle), name=f"tendon{section}{'abc'[k]}",
                     points="".join(holes) + "\n", min_pull=-0.05 * section, max_pull=0.05 * section,
                 )
             )  # fmt: skip
