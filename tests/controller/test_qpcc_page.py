@@ -48,7 +48,10 @@ def test_the_picture_has_a_way_to_the_optimum_and_a_local_one(figure: ModuleType
     assert local > solve_qpcc(line, settings=settings).objective + 0.05
 
 
-def test_the_picture_is_drawn(figure: ModuleType, tmp_path: Path) -> None:
-    figure.FILE = tmp_path / "qpcc.svg"
+def test_the_picture_is_drawn(
+    figure: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = tmp_path / "qpcc.svg"
+    monkeypatch.setattr(figure, "FILE", file)
     figure.main()
-    assert figure.FILE.read_text(encoding="utf-8").rstrip().endswith("</svg>")
+    assert file.read_text(encoding="utf-8").rstrip().endswith("</svg>")

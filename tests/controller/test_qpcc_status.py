@@ -175,19 +175,17 @@ def test_infeasible_means_that_all_pieces_are_empty() -> None:
 
 
 def test_scip_finds_nothing_either_where_recorded_problems_are_made_infeasible() -> None:
+    """Cables that are to let out more than the robot takes up: tensions would have to be negative."""
     empty = 0
     for name in RECORDED:
-        for step in recorded(name)[::20]:
+        for step in [step for step in recorded(name) if step.response.n_c <= 20][::8]:
             problem = step.problem()
-            ahead = replace(problem, g_lo=problem.g_hi + 1e-3, g_hi=problem.g_hi + 2e-3)
-            solution = solve_qpcc(ahead, step.start)
-            objective, bound = scip_optimum(ahead, seconds=2.0)
+            slack = replace(problem, g_lo=problem.g_lo - 2e-3, g_hi=problem.g_lo - 1e-3)
+            solution = solve_qpcc(slack, step.start)
             if solution.status is Status.INFEASIBLE:
                 empty += 1
-                assert objective == np.inf
+                assert scip_optimum(slack, seconds=2.0)[0] == np.inf
                 assert solution.conflict
-            else:
-                assert bound <= solution.objective + 1e-6 * problem.constant
     assert empty >= 5
 
 
