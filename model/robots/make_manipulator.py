@@ -63,7 +63,7 @@ rayleigh_stiffness = 0.02
 
 [controller]
 rate = 50.0
-qp_solver = "proxqp"
+qp_solver = "daqp"
 regularisation = 1.0e-3
 basis = "{name}"
 
