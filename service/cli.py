@@ -18,10 +18,13 @@ from tauten.service.cli_operate import alive, command, doctor, metrics, record
 from tauten.service.cli_options import (
     AcceptError,
     Basis,
+    ClosedLoop,
+    DriveOption,
     Model,
     Port,
     Rate,
     RobotName,
+    YoungScale,
     ZenohConfig,
 )
 from tauten.service.cli_reduction import inspect, reduce
@@ -59,9 +62,7 @@ def serve(
     model: Model = None,
     accept_error: AcceptError = False,
     record: Annotated[Path | None, typer.Option(help="MCAP file to record the run to.")] = None,
-    closed_loop: Annotated[
-        bool, typer.Option("--closed-loop", help="Measurements correct the targets.")
-    ] = False,
+    closed_loop: ClosedLoop = False,
     wait: Annotated[
         bool, typer.Option("--wait", help="Stay idle until an operator's enable.")
     ] = False,
@@ -99,12 +100,8 @@ def plant(
     measure: Annotated[
         bool, typer.Option("--measure", help="Publish the effectors as measurements, too.")
     ] = False,
-    young_scale: Annotated[
-        float, typer.Option(min=0.01, max=100.0, help="Times the file's Young's modulus.")
-    ] = 1.0,
-    drive: Annotated[
-        Literal["pull", "tension"], typer.Option(help="What the winches obey.")
-    ] = "pull",
+    young_scale: YoungScale = 1.0,
+    drive: DriveOption = "pull",
     port: Port = None,
     zenoh_config: ZenohConfig = None,
 ) -> None:

@@ -32,3 +32,13 @@ ZenohConfig = Annotated[
         envvar="TAUTEN_ZENOH_CONFIG", help="Zenoh configuration file instead of peers on loopback."
     ),
 ]
+ClosedLoop = Annotated[
+    bool, typer.Option("--closed-loop", help="Measurements correct the targets.")
+]
+YoungScale = Annotated[
+    float,
+    typer.Option(min=0.01, max=100.0, help="The plant's Young's modulus over the file's."),
+]
+DriveOption = Annotated[
+    Literal["pull", "tension"], typer.Option("--drive", help="What the plant's winches obey.")
+]

@@ -10,7 +10,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from tauten.service.cli_options import Basis, Model
+from tauten.service.cli_options import Basis, ClosedLoop, DriveOption, Model, YoungScale
 
 
 def demo(
@@ -24,6 +24,9 @@ def demo(
     ] = 0.8,
     basis: Basis = None,
     model: Model = None,
+    closed_loop: ClosedLoop = False,
+    young_scale: YoungScale = 1.0,
+    drive: DriveOption = "pull",
 ) -> None:
     """Run node, plant and stream as processes; leave a log, a report and a figure."""
     from tauten.service.demo import DemoSettings, run_demo
@@ -32,7 +35,19 @@ def demo(
 
     folder = out or Path(f"tauten-demo-{datetime.now():%Y%m%d-%H%M%S}")
     console = Console()
-    settings = DemoSettings(robot, folder, seconds, path, period, fraction, basis, model)
+    settings = DemoSettings(
+        robot,
+        folder,
+        seconds,
+        path,
+        period,
+        fraction,
+        basis,
+        model,
+        closed_loop,
+        young_scale,
+        drive,
+    )
     with stop_on_signals() as stop, console.status("starting") as status:
         report = run_demo(settings, stop, status.update)
     table = Table("", f"{report.robot}, {report.duration_s:.1f} s", title="tauten demo")

@@ -20,6 +20,7 @@ from tauten.service.figures import draw_run
 from tauten.service.keys import Keys
 from tauten.service.network import Network, Role, is_alive, open_session
 from tauten.service.paths import PathSettings, TargetPath, make_path
+from tauten.service.plant import Drive
 from tauten.service.report import Report, make_report
 from tauten.service.run import read_run
 from tauten.service.stopping import StopFlag
@@ -48,6 +49,9 @@ class DemoSettings:
         fraction: of the largest pull, for "reach".
         basis: of the node, as for `tauten serve`.
         model: of the node, as for `tauten serve`.
+        closed_loop: whether the plant's measurements correct the targets.
+        young_scale: the plant's Young's modulus, as a multiple of the robot file's.
+        drive: what the plant's winches obey, as for `tauten plant`.
     """
 
     robot: str
@@ -58,6 +62,9 @@ class DemoSettings:
     fraction: float = 0.8
     basis: str | None = None
     model: Order | None = None
+    closed_loop: bool = False
+    young_scale: float = 1.0
+    drive: Drive = "pull"
 
 
 @dataclass(slots=True)
@@ -110,11 +117,15 @@ def run_demo(settings: DemoSettings, stop: StopFlag, say: Callable[[str], None])
             serving += ["--basis", settings.basis]
         if settings.model is not None:
             serving += ["--model", settings.model]
+        behaving = ["--young-scale", repr(settings.young_scale), "--drive", settings.drive]
+        if settings.closed_loop:
+            serving.append("--closed-loop")
+            behaving.append("--measure")
         sending = [str(targets), "--robot", settings.robot, "--repeat", "--await-plant", *common]
         sending += ["--rate", repr(robot.config.controller.rate)]
         sending += ["--duration", repr(settings.seconds)]
         node = stack.enter_context(child("serve", serving, folder))
-        plant = stack.enter_context(child("plant", [settings.robot, *common], folder))
+        plant = stack.enter_context(child("plant", [settings.robot, *behaving, *common], folder))
         sender = stack.enter_context(child("stream", sending, folder))
         _wait_alive(Keys(robot.name), Network(port), (node, plant, sender), stop)
         say(f"following targets for {settings.seconds:g} s")

@@ -40,6 +40,9 @@ from tauten.service.stopping import StopFlag
 log = logging.getLogger(__name__)
 
 
+Drive = Literal["pull", "tension"]
+
+
 @dataclass(frozen=True, slots=True)
 class PlantSettings:
     """How a plant behaves.
@@ -50,7 +53,7 @@ class PlantSettings:
     """
 
     measure: bool = False
-    drive: Literal["pull", "tension"] = "pull"
+    drive: Drive = "pull"
 
 
 _HEALTH_PERIOD = 1.0  # s

@@ -17,6 +17,7 @@ from tauten.service.demo import free_ports
 from tauten.service.keys import Keys
 from tauten.service.messages import CDR, JSON, POINT, TEXT, Point, encode_point
 from tauten.service.network import Network, Role, open_session
+from tauten.service.replay import replay
 from tauten.service.run import read_run
 from tauten.service.state_machine import Cause, Command, Mode
 
@@ -68,6 +69,7 @@ def test_an_operator_holds_enables_stops_and_resets(served: Served, beam: Robot)
     assert joints[stopped[0]].pull[1] > 1e-4
     assert joints[stopped[-1]].pull == (0.0, 0.0)
     check_limits(joints, beam)
+    assert replay(served.log, tolerance=1e-9).same
     assert counts["accepted"] == "4"
     assert counts["refused_not_possible_now"] == "1"
     assert counts["refused_unknown_encoding"] == "1"
@@ -119,3 +121,4 @@ def test_measurements_remove_a_mismatch_and_their_loss_holds(
     assert run.ticks[-1].mode is Mode.STOP
     joints = recorded(served.log, beam)[1]
     check_limits(joints, beam)
+    assert replay(served.log, tolerance=1e-9).same  # the correction is in the log
