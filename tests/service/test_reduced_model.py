@@ -9,16 +9,23 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from nodes import last_health, point_at
+from processes import Served, start, wait_alive
 from thumb import write_thumb
 
 from tauten.controller.controller import Controller
+from tauten.model import load_robot
 from tauten.reduction.reduced_robot import ReducedRobot
 from tauten.reduction.state_basis import StateBasis, StateBasisError
 from tauten.service.cli import main
 from tauten.service.config import load_setup
+from tauten.service.demo import free_ports
 from tauten.service.fall_back import make_fall_back
 from tauten.service.health import Level
+from tauten.service.keys import Keys
 from tauten.service.loop import ControlLoop
+from tauten.service.messages import CDR, POINT, encode_point
+from tauten.service.network import Network, Role, open_session
 
 
 @pytest.fixture(scope="module")
@@ -164,3 +171,35 @@ def test_model_where_it_was_trained_is_well(thumb_file: Path) -> None:
         fall_back.watch.close()
     fall_back.watch.look(controller)  # gone: health says so, the loop goes on
     assert fall_back.watch.diagnostic().level is Level.WARN
+
+
+def test_run_of_the_reduced_model_replays_exactly(thumb_file: Path, tmp_path: Path) -> None:
+    """Served as a process: health says how well the model is, and the replay decides the same."""
+    ask(thumb_file, order='"reduced"', check_period=0.05)
+    port, log = free_ports(), tmp_path / "log.mcap"
+    serving = ("serve", thumb_file, "--basis", "thumb.basis", "--port", port, "--record", log)
+    process = start(tmp_path / "serve.txt", *serving)
+    session = open_session(Network(port), Role.OTHER, "thumb")
+    keys, robot = Keys("thumb"), load_robot(thumb_file)
+    try:
+        wait_alive(session, keys.token, process)
+        targets = session.declare_publisher(
+            keys.targets(robot.effector_names)[0], encoding=f"{CDR};{POINT}"
+        )
+        served = Served(process, session, keys, port, log)
+        end, found = time.monotonic() + 60.0, last_health(served)["model"]
+        while "error_mm" not in found.values and time.monotonic() < end:
+            for _ in range(25):
+                targets.put(encode_point(point_at(robot, 0.001, robot.frame)))
+                time.sleep(0.02)
+            found = last_health(served)["model"]
+        assert int(last_health(served)["decisions"].values["status_OK"]) > 20
+        assert found.level is Level.OK
+        assert 0.0 <= float(found.values["error_mm"]) < 1.0
+        assert process.end() == 0
+    finally:
+        session.close()  # type: ignore[no-untyped-call]
+        if process.process.poll() is None:
+            process.process.kill()
+        process.process.wait()
+    assert run_main("replay", log, "--tolerance", 0.0) == 0
