@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import csv
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
@@ -22,7 +22,7 @@ _REACH_SAMPLES = 12  # equilibria of `reach` in half a turn, each takes some con
 _REACH_TURNS = 3
 _SETTLED = 1e-4  # m; targets need not be exact equilibria
 _NEARLY_SETTLED = 1e-3  # m
-_MAX_STEPS = 40
+_MAX_STEPS = 80
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +35,7 @@ class PathSettings:
         size: of a shape [m]; None: a tenth of the robot's size.
         period: seconds of one pass.
         plane: that a shape lies in.
-        fraction: of the largest pull, for "reach".
+        fraction: of the largest pull or tension, for "reach".
         repeats: whether a CSV file starts again at its end.
     """
 
@@ -131,44 +131,70 @@ def reach_path(robot: Robot, effector: int, fraction: float, period: float) -> T
     """Where an effector gets when the cables are pulled: a path that the robot can follow.
 
     One cable is pulled and let go once; several are pulled one after another, in turns that grow
-    and fade. A smooth curve through some equilibria of the full-order model with pointwise contact.
+    and fade, in the order of the directions they pull the effector to. Cables that may be let out work
+    against each other: they get tensions and not pulled lengths. A smooth curve through some
+    equilibria of the full-order model with pointwise contact.
 
     Args:
         robot: the robot.
         effector: its number.
-        fraction: of each cable's largest pull, up to which it is pulled.
+        fraction: of each cable's largest pull, or tension, up to which it is pulled.
         period: seconds of one pass.
 
     Raises:
         PathError: the model finds no equilibrium on the way.
     """
-    pulls = fraction * robot.limits.pull_max * reach_shares(robot.n_a)  # (m, n_a)
+    slack = bool((robot.limits.pull_min < 0.0).any())
+    largest = robot.limits.tension_max if slack else robot.limits.pull_max
+    commands = fraction * largest * reach_shares(directions(robot, effector))  # (m, n_a)
     simulator = Simulator(robot, contact="full")
     found: dict[bytes, Array] = {}  # one cable passes each equilibrium twice
-    for pull in pulls:
-        if pull.tobytes() not in found:
-            report = simulator.settle(pull=pull, tolerance=_SETTLED, max_iterations=_MAX_STEPS)
+    for command in commands:
+        if command.tobytes() not in found:
+            held = (None, command) if slack else (command, None)  # pull, tension
+            report = simulator.settle(held[0], held[1], _SETTLED, _MAX_STEPS)
             if not report.movement < _NEARLY_SETTLED:
-                shown = ", ".join(f"{1e3 * value:.1f}" for value in pull)
-                raise PathError(f"reach: {robot.name} finds no equilibrium at a pull of {shown} mm")
-            found[pull.tobytes()] = simulator.effector[effector]
-    points = np.array([found[pull.tobytes()] for pull in pulls])
+                unit, factor = ("N", 1.0) if slack else ("mm", 1e3)
+                shown = ", ".join(f"{factor * value:.1f}" for value in command)
+                what = "under" if slack else "at a pull of"
+                raise PathError(f"reach: {robot.name} finds no equilibrium {what} {shown} {unit}")
+            found[command.tobytes()] = simulator.effector[effector]
+    points = np.array([found[command.tobytes()] for command in commands])
     knots = np.linspace(0.0, period, len(points))
     times = np.linspace(0.0, period, _SAMPLES + 1)
     return TargetPath(times, CubicSpline(knots, points, bc_type="periodic")(times), True)
 
 
-def reach_shares(n_a: int) -> Array:
-    """Shares of the largest pull on the way of `reach`, all zero at both ends: (m, n_a)."""
-    turns = 1 if n_a == 1 else _REACH_TURNS
+def directions(robot: Robot, effector: int) -> Array:
+    """Into which direction each cable pulls an effector at rest, seen in the plane they move it in
+    most, from the first cable's: (n_a,) [rad].
+    """
+    rest, robot = robot.rest(), robot.fork()
+    system = robot.linearise(rest, None, replace(robot.integration, static=True))
+    rows = robot.rows(rest, contacts=False)
+    row = slice(3 * effector, 3 * effector + 3)
+    moved = rows.effectors.dense()[row] @ system.solve(rows.actuators.dense().T)  # (3, n_a)
+    plane = np.linalg.svd(moved)[0][:, :2]  # (3, 2)
+    x, y = plane.T @ moved
+    angle = np.arctan2(y, x)
+    turned: Array = (angle - angle[0]) % (2.0 * np.pi)
+    return turned
+
+
+def reach_shares(angles: Array) -> Array:
+    """Shares of the largest pull on the way of `reach`, all zero at both ends: (m, n_a).
+
+    Args:
+        angles: (n_a,) into which direction each cable pulls [rad].
+    """
+    turns = 1 if len(angles) == 1 else _REACH_TURNS
     half = np.linspace(0.0, np.pi, turns * _REACH_SAMPLES + 1)
     rise = 0.5 * (1.0 - np.cos(half))
     swell = np.concatenate([rise, rise[-2::-1]])  # (m,), exactly the same up and down
-    if n_a == 1:
+    if len(angles) == 1:
         return swell[:, None]
     phase = np.linspace(0.0, 2.0 * np.pi * turns, len(swell))
-    lag = 2.0 * np.pi * np.arange(n_a) / n_a
-    shares: Array = swell[:, None] * np.maximum(np.cos(phase[:, None] - lag), 0.0)
+    shares: Array = swell[:, None] * np.maximum(np.cos(phase[:, None] - angles), 0.0)
     return shares
 
 
