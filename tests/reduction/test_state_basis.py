@@ -1,0 +1,83 @@
+"""State bases as files: whole or refused, and the shipped one fits the shipped robot."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tauten.model.tet_robot import TetRobot
+from tauten.reduction.contact_basis import ContactBasis
+from tauten.reduction.state_basis import StateBasis, StateBasisError, StateOrigin
+
+
+@pytest.fixture
+def states() -> StateBasis:
+    rng = np.random.default_rng(0)
+    origin = StateOrigin(
+        robot="thing", robot_digest="0" * 64, campaign="none", snapshots_digest="1" * 64,
+        snapshots=9, r=3, responses=1, projection_error=1e-3, sample=2, sample_tolerance=1e-2,
+        sample_error=9e-3, tip_mean=1e-4, tip_max=2e-4, seed=0, created="2026-01-01T00:00:00+00:00",
+        versions=(("python", "3.11"),),
+    )  # fmt: skip
+    return StateBasis(rng.normal(size=(12, 3)), np.array([1, 5]), np.array([2.0, 3.5]), origin)
+
+
+def test_file_gives_back_what_was_saved(states: StateBasis, tmp_path: Path) -> None:
+    found = StateBasis.load(states.save(tmp_path / "thing.states"))
+    np.testing.assert_array_equal(found.Phi, states.Phi)
+    np.testing.assert_array_equal(found.elements, states.elements)
+    np.testing.assert_array_equal(found.weights, states.weights)
+    assert found.origin == states.origin
+    assert found.digest() == states.digest()
+
+
+def test_digest_tells_bases_apart(states: StateBasis) -> None:
+    other = dataclasses.replace(states, weights=states.weights + 1e-12)
+    assert other.digest() != states.digest()
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"Phi": np.zeros((12, 2))}, r"expected \(n, 3\)"),
+        ({"Phi": np.full((12, 3), np.nan)}, "not finite"),
+        ({"weights": np.array([1.0, -1.0])}, "one positive weight an element"),
+        ({"elements": np.array([1])}, "one positive weight an element"),
+    ],
+)
+def test_nonsense_is_refused(states: StateBasis, changes: dict[str, object], said: str) -> None:
+    with pytest.raises(StateBasisError, match=said):
+        dataclasses.replace(states, **changes)  # type: ignore[arg-type]
+
+
+def test_names_and_kinds_of_files_are_checked(states: StateBasis, tmp_path: Path) -> None:
+    with pytest.raises(StateBasisError, match="ends in .states"):
+        states.save(tmp_path / "thing.npz")
+    with pytest.raises(StateBasisError, match="expected a path ending in .states"):
+        StateBasis.load("nobody")
+    with pytest.raises(StateBasisError, match="no state basis can be read there"):
+        StateBasis.load(tmp_path / "missing.states")
+    other = ContactBasis.load("finger").save(tmp_path / "finger.basis")
+    other.rename(tmp_path / "finger.states")
+    with pytest.raises(StateBasisError, match="expected a tauten state basis file"):
+        StateBasis.load(tmp_path / "finger.states")
+
+
+def test_tip_error_beyond_what_is_allowed_is_refused(states: StateBasis) -> None:
+    states.check_tip(2e-4)
+    with pytest.raises(StateBasisError, match=r"up to 0\.2 mm \(mean 0\.1 mm\)"):
+        states.check_tip(1.9e-4)
+    with pytest.raises(StateBasisError, match="nan"):  # never measured
+        states.with_tip_errors(float("nan"), float("nan")).check_tip(1.0)
+
+
+def test_shipped_basis_fits_the_shipped_finger(finger: TetRobot) -> None:
+    states = StateBasis.load("finger")
+    states.check_robot(finger)
+    states.check_tip(finger.config.model.max_tip_error)
+    assert states.origin.tip_mean < 2e-3 * 0.1  # a fifth of a percent of its length
+    product = states.Phi.T @ (finger.mass[:, None] * states.Phi) / (finger.mass.sum() / 3.0)
+    np.testing.assert_allclose(product, np.eye(states.r), atol=1e-9)
