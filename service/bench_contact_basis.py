@@ -156,7 +156,8 @@ def held_out_errors(inputs: Inputs) -> Iterator[HeldOutError]:
     """The basis on paths with other gravity, with forces on the effectors, and released."""
     robot = inputs.robot
     design, names = held_out_design(robot, inputs.steps)
-    full = run_campaign(robot, design, inputs.folder / "held-out", show_progress=False)
+    folder = inputs.folder / f"held-out-{inputs.steps}"
+    full = run_campaign(robot, design, folder, show_progress=False)
     usual = Enrichment(robot.config.contact.tolerance, rounds=3, per_pair=1)
     for index, name in enumerate(names):
         path = full.select(full.run == index)

@@ -73,6 +73,33 @@ def finger(
 
 
 @bench.command()
+def manipulator(
+    json_file: Json = None,
+    markdown: Annotated[Path | None, typer.Option(help="Write the tables to this file.")] = None,
+    snapshots: Annotated[
+        Path, typer.Option(help="Folder that keeps campaigns; what it holds is not done again.")
+    ] = Path("manipulator-bench"),
+    figures: Annotated[Path, typer.Option(help="Folder of the pictures.")] = Path("figures"),
+    modes: Annotated[str, typer.Option(help="Numbers of modes whose error is measured.")] = (
+        "5,10,15,23,30,40,60"
+    ),
+) -> None:
+    """Steps per second straight and bent, full and reduced; what contact does; error over modes."""
+    from tauten.service import bench_manipulator as arm
+
+    try:
+        settings = arm.ArmBenchSettings(snapshots, figures, arm.parse_ks(modes))
+    except ValueError as error:
+        raise typer.BadParameter(str(error)) from error
+    result = _with_bar("manipulator", lambda progress: arm.bench_manipulator(settings, progress))
+    text = arm.markdown(result)
+    Console(width=200).print(text, markup=False)
+    _write(result, json_file)
+    if markdown is not None:
+        write_text(markdown, text + "\n")
+
+
+@bench.command()
 def steps(
     robot: Annotated[str, typer.Argument(help="A robot file.")],
     refinements: Annotated[int, typer.Option(min=0, max=3, help="Uniform refinements.")] = 0,
@@ -128,8 +155,8 @@ def contact_basis(
     snapshots: Annotated[
         Path | None, typer.Option(help="Folder of campaigns; default: ROBOT-snapshots.")
     ] = None,
-    equilibria: Annotated[int, typer.Option(min=2, help="Settled on the training path.")] = 25,
-    steps: Annotated[int, typer.Option(min=2, help="Of a held-out path.")] = 20,
+    equilibria: Annotated[int, typer.Option(min=2, help="Settled on the training path.")] = 20,
+    steps: Annotated[int, typer.Option(min=2, help="Of a held-out path.")] = 16,
 ) -> None:
     """Errors of contact bases on and off their training path; certificate, LCP. Ctrl-C keeps what is done."""
     from tauten.service import bench_contact_basis, contact_basis_tables

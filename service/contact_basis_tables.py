@@ -17,9 +17,9 @@ def tables(result: ContactBasisBench) -> tuple[Numbers, ...]:
         _against_k(result, "energy", "√ of the contact energy lost against k"),
         _against_k(
             result, "max_mm",
-            "Largest tip error [mm] against k, training path, no enrichment (equilibria not settled)",
+            "Largest tip error in mm against k, training path, no enrichment (equilibria not settled)",
         ),
-        _against_k(result, "mean_mm", "Mean tip error [mm] against k, the same"),
+        _against_k(result, "mean_mm", "Mean tip error in mm against k, the same"),
         _held_out(result),
         _lcp(result),
         _smoothness(result),
@@ -105,13 +105,13 @@ def _held_out(result: ContactBasisBench) -> Numbers:
         )
         for bare, rich in pairs_of(result)
     ]  # fmt: skip
-    title = f"Tip error [mm] on held-out paths, {result.basis}; full-order run perturbed by 1e-6"
+    title = f"Tip error in mm on held-out paths, {result.basis}; full-order run perturbed by 1e-6"
     return Numbers(title, columns, tuple(body))
 
 
 def _lcp(result: ContactBasisBench) -> Numbers:
     columns = (
-        "solver", "problems", "rows", "median [ms]", "p99 [ms]", "worst residual [m]", "to 1e-9 m",
+        "solver", "problems", "rows", "median, ms", "p99, ms", "worst residual, m", "to 1e-9 m",
     )  # fmt: skip
     body = [
         (
@@ -126,7 +126,7 @@ def _lcp(result: ContactBasisBench) -> Numbers:
 
 def _smoothness(result: ContactBasisBench) -> Numbers:
     ks = sorted({k for row in result.smoothness for k in row.errors})
-    columns = ("forces", *(f"k = {k}" for k in ks), "worst residual [m]")
+    columns = ("forces", *(f"k = {k}" for k in ks), "worst residual, m")
     body = [
         (row.forces, *(_number(row.errors.get(k)) for k in ks), f"{row.residual_m:.1e}")
         for row in result.smoothness
