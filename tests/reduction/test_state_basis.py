@@ -54,9 +54,9 @@ def test_nonsense_is_refused(states: StateBasis, changes: dict[str, object], sai
 
 
 def test_names_and_kinds_of_files_are_checked(states: StateBasis, tmp_path: Path) -> None:
-    with pytest.raises(StateBasisError, match="ends in .states"):
+    with pytest.raises(StateBasisError, match=r"ends in \.states"):
         states.save(tmp_path / "thing.npz")
-    with pytest.raises(StateBasisError, match="expected a path ending in .states"):
+    with pytest.raises(StateBasisError, match=r"expected a path ending in \.states"):
         StateBasis.load("nobody")
     with pytest.raises(StateBasisError, match="no state basis can be read there"):
         StateBasis.load(tmp_path / "missing.states")
