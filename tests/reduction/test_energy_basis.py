@@ -45,6 +45,20 @@ def test_descent_never_ascends_and_keeps_a_basis(seed: int, k: int) -> None:
 
 
 @settings(deadline=None, max_examples=30)
+@given(seed=st.integers(0, 2**32 - 1), k=st.integers(1, 4))
+def test_order_of_problems_does_not_matter(seed: int, k: int) -> None:
+    rng = np.random.default_rng(seed)
+    problems = [random_problem(rng, 8, column) for column in range(6)]
+    start = rng.random((8, k)) + 1e-3
+    (one, history), (other, again) = (
+        refine(start, order, max_sweeps=3)
+        for order in (problems, [problems[i] for i in rng.permutation(6)])
+    )
+    np.testing.assert_allclose(one, other, atol=1e-6)
+    np.testing.assert_allclose(history, again, atol=1e-7)
+
+
+@settings(deadline=None, max_examples=30)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_forces_themselves_lose_nothing(seed: int) -> None:
     """A basis that holds the forces of every problem is exact, and so is the whole of them."""
