@@ -141,7 +141,9 @@ def shares_of(name: str, n_a: int, seed: int) -> Callable[[Array], Array]:
 
     def swell(phase: Array) -> Array:
         """From rest and back to it, so that no case begins with a jump."""
-        return np.minimum(1.0, 5.0 * np.minimum(phase, 1.0 - phase))[:, None]
+        ramp = np.minimum(1.0, 5.0 * np.minimum(phase, 1.0 - phase))[:, None]
+        smooth: Array = ramp * ramp * (3.0 - 2.0 * ramp)
+        return smooth
 
     def step(phase: Array) -> Array:
         return np.tile(0.5 * (lag == 0.0), (len(phase), 1))

@@ -50,7 +50,7 @@ def draw_case(name: str, case: Case, runs: Runs, h: float, path: Path) -> None:
     axes[-1].set_xlabel("time [s], grey: the robot touches itself")
     right.align_ylabels(axes)
     names = ", ".join(_summary(runs))
-    figure.suptitle(f"{name}: RMS error of the full-order robot, open / closed loop: {names}")
+    figure.suptitle(f"{name}: RMS error, open / closed loop: {names}")
     figure.savefig(path, dpi=130)
 
 
@@ -104,5 +104,5 @@ def _summary(runs: Runs) -> list[str]:
     text = []
     for contact, values in found.items():
         both = [f"{values[closed]:.2f}" if closed in values else "-" for closed in (False, True)]
-        text.append(f"{contact} {both[0]} / {both[1]} mm")
+        text.append(f"{_LABELS[contact]} {both[0]} / {both[1]} mm")
     return text

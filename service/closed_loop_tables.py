@@ -15,7 +15,7 @@ def tables(result: ClosedLoopBench) -> tuple[Numbers, Numbers]:
     """Errors in open and closed loop, and what the controllers cost."""
     pairs: dict[tuple[str, str], list[Outcome]] = {}
     for one in result.outcomes:
-        plant = "" if one.young_scale == 1.0 else f", E x {one.young_scale:g}"
+        plant = "" if one.young_scale == 1.0 else f" E x {one.young_scale:g}"
         pairs.setdefault((one.case + plant, one.contact), []).append(one)
     return errors_table(pairs), costs_table(pairs)
 

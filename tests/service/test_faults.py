@@ -356,9 +356,11 @@ def test_a_long_run_neither_grows_nor_slows(
     stream = run("stream", "line", *endless)
     wait_alive(served.session, KEYS.plant_token, plant)
     wait_mode(served, Mode.RUN)
+    alone = os.getloadavg()[0] <= len(os.sched_getaffinity(0))
     time.sleep(0.25 * seconds)  # warm-up
     warm = memory(served.process)
     time.sleep(0.75 * seconds)
+    alone = alone and os.getloadavg()[0] <= len(os.sched_getaffinity(0))
     assert memory(served.process) < 1.02 * warm
     assert stream.end() == 0
     assert plant.end() == 0
@@ -366,8 +368,17 @@ def test_a_long_run_neither_grows_nor_slows(
     ticks, joints, _ = recorded(served.log, beam)
     assert whole(ticks)
     check_limits(joints, beam)
-    late = np.array([tick.slack < 0.0 for tick in ticks if tick.mode is Mode.RUN])
-    first, second = np.array_split(late, 2)
-    # a count of rare events is certain up to some of its roots
-    assert second.sum() <= first.sum() + 4.0 * np.sqrt(first.sum() + 1.0)
-    assert late.mean() < 0.01
+    following = [tick for tick in ticks if tick.mode is Mode.RUN]
+    # the fastest tenth of the steps is what other programs on the machine did not disturb
+    half = len(following) // 2
+    first, second = (
+        np.percentile([tick.step for tick in part], 10.0)
+        for part in (following[:half], following[half:])
+    )
+    assert second < 1.1 * first
+    if alone:
+        late = np.array([tick.slack < 0.0 for tick in following])
+        assert late.mean() < 0.01
+        # a count of rare events is certain up to some of its roots
+        before, after = late[:half].sum(), late[half:].sum()
+        assert after <= before + 4.0 * np.sqrt(before + 1.0)
