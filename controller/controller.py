@@ -23,7 +23,7 @@ from tauten.controller.step import (
 from tauten.model.arrays import Array
 from tauten.model.contact_space import ContactSpace
 from tauten.model.factorisation import FactorisationError
-from tauten.model.forward import Enrichment, contact_model, no_forces
+from tauten.model.forward import Enrichment, Forces, contact_model, no_forces
 from tauten.model.robot import Robot, State
 
 NOTHING = Certificate(np.nan, np.nan, np.nan, np.nan)
@@ -170,6 +170,20 @@ class Controller:
         self.state = advance(self.robot, self._decision)
         self.forces = forces_of(self.robot, self.space, self._decision)
         self._prepared = self._decision = None
+
+    def start_from(self, state: State, forces: Forces, pull: Array) -> None:
+        """Start somewhere else than at rest.
+
+        Args:
+            state: of the robot.
+            forces: constraint forces there, with the columns of this controller's basis.
+            pull: (n_a,) pulled lengths there [m].
+        """
+        self.reset()
+        self.state, self.forces = state, forces
+        self._actuation = replace(
+            self._actuation, pull=pull, tension=forces.tension, effector=self.effector
+        )
 
     def take_over(self, other: Controller, state: State) -> None:
         """Go on from where another controller of the same robot and cables is.

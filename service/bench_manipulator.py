@@ -1,0 +1,200 @@
+"""`tauten bench manipulator`: speed (the paper's Table II), contact (Fig. 11), accuracy (Fig. 12)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+
+from tauten.model import Robot, load_robot
+from tauten.reduction import ContactBasis
+from tauten.reduction.campaign import run_campaign
+from tauten.reduction.designs import Ranges, plackett_burman
+from tauten.reduction.snapshots import Snapshots
+from tauten.service.arm_accuracy import PostureError, draw_errors, errors_over_k, posture_error
+from tauten.service.arm_postures import bent_tensions, random_postures
+from tauten.service.arm_speed import Speed, measure_speed
+from tauten.service.body_figure import Side
+from tauten.service.compare import Comparison, compare, draw, equilibrium
+from tauten.service.config import one_blas_thread
+from tauten.service.machine import Machine, machine
+
+ROBOTS = ("manipulator_1290", "manipulator")
+STEPS = 120  # of a run of the campaign
+_ON_THE_WAY = 6  # equilibria on the way to a posture that errors are measured at
+_HELD_OUT, _SEED = 20, 1
+
+Progress = Callable[[float], None]
+
+
+@dataclass(frozen=True, slots=True)
+class ArmBench:
+    """Everything `tauten bench manipulator` measures.
+
+    Attributes:
+        machine: on which.
+        speed: Table II.
+        contact: Fig. 11, the same tensions with and without contact.
+        campaign: what the bases were made from.
+        snapshots: of it, converged ones.
+        shipped: errors of the shipped basis, certified.
+        errors: Fig. 12.
+    """
+
+    machine: Machine
+    speed: tuple[Speed, ...]
+    contact: Comparison
+    campaign: str
+    snapshots: int
+    shipped: tuple[PostureError, ...]
+    errors: tuple[PostureError, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class ArmBenchSettings:
+    """What to measure and where to put pictures and snapshots.
+
+    Attributes:
+        snapshots: folder that keeps campaigns; what it holds is not done again.
+        figures: folder of the pictures.
+        ks: numbers of modes of Fig. 12.
+    """
+
+    snapshots: Path
+    figures: Path
+    ks: tuple[int, ...]
+
+
+def bench_manipulator(settings: ArmBenchSettings, progress: Progress) -> ArmBench:
+    """Measure everything; campaigns come first and take longest.
+
+    Args:
+        settings: what and where.
+        progress: called with the share of the work that has just been done.
+    """
+    robot, shipped = load_robot("manipulator"), ContactBasis.load("manipulator")
+    with one_blas_thread():
+        campaign = campaign_of(robot, settings.snapshots / "manipulator")
+        progress(0.2)
+        held_out = run_campaign(
+            robot,
+            random_postures(robot, _HELD_OUT, _ON_THE_WAY, _SEED),
+            settings.snapshots / "manipulator-held-out",
+            show_progress=False,
+        )
+        postures = {"training": thinned(campaign), "held-out": held_out}
+        speed = table()
+        progress(0.2)
+        settings.figures.mkdir(parents=True, exist_ok=True)
+        contact = contact_figure(robot, settings.figures / "manipulator-contact.png")
+        converged = campaign.select(campaign.converged)
+        errors = errors_over_k(
+            robot, shipped, converged, postures, settings.ks, lambda share: progress(0.6 * share)
+        )
+        draw_errors(errors, settings.figures / "manipulator-errors.png")
+        own = [posture_error(robot, shipped, runs, name, True) for name, runs in postures.items()]
+    return ArmBench(
+        machine=machine(),
+        speed=speed,
+        contact=contact,
+        campaign=campaign.origin.campaign,
+        snapshots=len(converged),
+        shipped=tuple(own),
+        errors=errors,
+    )
+
+
+def campaign_of(robot: Robot, folder: Path) -> Snapshots:
+    """The paper's campaign: 12 Plackett-Burman runs of 120 steps, 1,440 snapshots.
+
+    `tauten reduce manipulator --design plackett-burman --steps 120 --tension 0 1` does the same.
+    """
+    design = plackett_burman(robot, Ranges(tilt=0.0, force=0.0, tension=(0.0, 1.0)), STEPS)
+    return run_campaign(robot, design, folder, show_progress=False)
+
+
+def thinned(campaign: Snapshots) -> Snapshots:
+    """As few equilibria of each run as held-out postures have, the last one among them."""
+    every = STEPS // _ON_THE_WAY
+    return campaign.select(np.arange(every - 1, len(campaign), every))
+
+
+def table() -> tuple[Speed, ...]:
+    """Table II: both numbers of candidates, straight and bent."""
+    found = []
+    for name in ROBOTS:
+        robot, basis = load_robot(name), ContactBasis.load(name)
+        basis.check_robot(robot)
+        for posture, tension in (("straight", np.zeros(robot.n_a)), ("bent", bent_tensions())):
+            found.append(measure_speed(robot, basis, tension, posture))
+    return tuple(found)
+
+
+def contact_figure(robot: Robot, path: Path) -> Comparison:
+    """Fig. 11: the bent arm with and without contact."""
+    tension = bent_tensions()
+    passing = equilibrium(robot, "none", None, tension)
+    touching = equilibrium(robot, "full", None, tension)
+    draw(robot, touching, passing, Side(0, 2), path)
+    return compare(robot, touching, passing)
+
+
+def markdown(result: ArmBench) -> str:
+    """Tables for the page."""
+    facts = result.machine
+    lines = [
+        f"{facts.processor}, {facts.cores} cores, BLAS on one thread, load {facts.load:.1f}.",
+        "",
+        "| candidates | posture | in range | full, Gauss-Seidel [1/s] | full, active set [1/s] | "
+        "reduced [1/s] | reduced / Gauss-Seidel | reduced / active set | control, full [1/s] | "
+        "control, reduced [1/s] |",
+        "|---:|---|---:|---:|---:|---:|---:|---:|---:|---:|",
+    ]
+    for row in result.speed:
+        mark = "" if row.gauss_seidel_converged else " *"
+        lines.append(
+            f"| {row.candidates:,} | {row.posture} | {row.in_range:,} | "
+            f"{1e3 / row.gauss_seidel_ms:.3g}{mark} | {1e3 / row.full_ms:.0f} | "
+            f"{1e3 / row.reduced_ms:.0f} | {row.gauss_seidel_ms / row.reduced_ms:.1f} | "
+            f"{row.full_ms / row.reduced_ms:.2f} | {1e3 / row.control_full_ms:.0f} | "
+            f"{1e3 / row.control_reduced_ms:.0f} |"
+        )
+    c = result.contact
+    lines += [
+        "",
+        f"\\* Gauss-Seidel stopped at {max(row.sweeps for row in result.speed):,} sweeps.",
+        "",
+        f"Contact moves the tip {c.apart_mm[0]:.0f} mm; {c.pushing} candidates push with "
+        f"{c.contact_force_n:.0f} N together; without contact surfaces overlap by "
+        f"{c.deepest_overlap_mm:.1f} mm.",
+        "",
+        "| postures | basis | k | certified | mean [mm] | largest [mm] | largest on the way [mm] | "
+        "unit columns | not settled |",
+        "|---|---|---:|---|---:|---:|---:|---:|---:|",
+    ]
+    shipped = [(error, "shipped, ") for error in result.shipped]
+    for error, kind in [*shipped, *((error, "") for error in result.errors)]:
+        lines.append(
+            f"| {error.postures} | {kind}{error.method} | {error.k} | "
+            f"{'yes' if error.certified else 'no'} | {error.mean_mm:.2f} | {error.max_mm:.2f} | "
+            f"{error.path_max_mm:.2f} | {error.extra_columns} | {error.unsettled} |"
+        )
+    return "\n".join(lines)
+
+
+def parse_ks(text: str) -> tuple[int, ...]:
+    """Numbers of modes from "5,10,23".
+
+    Raises:
+        ValueError: not ascending positive numbers.
+    """
+    parts: Sequence[str] = text.split(",")
+    if not all(part.strip().isdecimal() for part in parts):
+        raise ValueError(f"modes are {text!r}, allowed are numbers joined by commas")
+    ks = tuple(int(part) for part in parts)
+    if ks[0] < 1 or any(b <= a for a, b in pairwise(ks)):
+        raise ValueError(f"modes are {text!r}, allowed are ascending numbers from 1")
+    return ks
