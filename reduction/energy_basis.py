@@ -49,12 +49,17 @@ def refine(
     B = _coefficients(Psi, problems)  # (k, p)
     history = [_lost(Psi, B, problems, weights)]
     for _ in range(max_sweeps):
+        better = Psi.copy()
         for mode in range(Psi.shape[1]):
-            _improve(Psi, B, mode, problems, weights)
-        Psi /= np.linalg.norm(Psi, axis=0)
-        B = _coefficients(Psi, problems)
-        history.append(_lost(Psi, B, problems, weights))
-        if history[-2] - history[-1] <= TOLERANCE * history[-1]:
+            _improve(better, B, mode, problems, weights)
+        better /= np.linalg.norm(better, axis=0)
+        B = _coefficients(better, problems)
+        lost = _lost(better, B, problems, weights)
+        if lost > history[-1]:  # a mode shrank to rounding in some problem, and its force with it
+            break
+        Psi = better
+        history.append(lost)
+        if history[-2] - lost <= TOLERANCE * lost:
             break
     return Psi, np.array(history)
 

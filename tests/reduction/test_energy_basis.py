@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from tauten.model.arrays import Array
@@ -32,6 +32,7 @@ def random_problem(rng: np.random.Generator, n_c: int, column: int) -> ContactPr
 
 @settings(deadline=None, max_examples=30)
 @given(seed=st.integers(0, 2**32 - 1), k=st.integers(1, 6))
+@example(seed=477029, k=6)  # a mode that shrinks to nothing in one problem
 def test_descent_never_ascends_and_keeps_a_basis(seed: int, k: int) -> None:
     rng = np.random.default_rng(seed)
     problems = [random_problem(rng, 8, column) for column in range(6)]
@@ -39,7 +40,7 @@ def test_descent_never_ascends_and_keeps_a_basis(seed: int, k: int) -> None:
     Psi, history = refine(start, problems)
     assert (Psi >= 0.0).all()
     np.testing.assert_allclose(np.linalg.norm(Psi, axis=0), 1.0, rtol=1e-12)
-    assert (np.diff(history) <= 1e-8).all()
+    assert (np.diff(history) <= 0.0).all()
     assert 0.0 <= history[-1] <= history[0] <= 1.0 + 1e-12
     np.testing.assert_allclose(history[-1], energy_error(Psi, problems), atol=1e-7)
 
