@@ -41,24 +41,32 @@ def machine_line(result: dict[str, Any]) -> str:
 
 
 def finger() -> str:
-    """Stages of a control step."""
-    result = read("finger")
-    sizes, control = result["sizes"], result["control"]
+    """Stages of a control step, and what the contact bases leave out."""
+    shipped, small = read("finger"), read("finger_k5")
+    sizes = shipped["sizes"]
+    control = [*shipped["control"][:2], small["control"][2], shipped["control"][2]]
     head = ["median / p99 [ms]", *(f"contact {part['contact']}" for part in control)]
     stages = [*control[0]["stages_ms"], *control[0]["whole_ms"]]
     times = [{**part["stages_ms"], **part["whole_ms"]} for part in control]
     body = [[f"**{s}**" if s == "step" else s, *(spread(t[s]) for t in times)] for s in stages]
-    errors = [
-        f"Tip of reduced against pointwise contact at {e['pulls']} pulls, "
-        f"{'with' if e['enriched'] else 'without'} enrichment: mean {e['mean_mm']:.3f} mm, "
-        f"max {e['max_mm']:.3f} mm."
-        for e in result["tip_error"]
-    ]
     about = (
         f"{sizes['nodes']} nodes, {sizes['elements']} tetrahedra, {sizes['candidates']} contact "
-        f"candidates, {sizes['modes']} modes; {result['factorisation']}; {machine_line(result)}"
+        f"candidates; {shipped['factorisation']}; {machine_line(shipped)}"
     )
-    return "\n\n".join([about, rows(head, body), "  \n".join(errors)])
+    return "\n\n".join([about, rows(head, body), tip_errors([small, shipped])])
+
+
+def tip_errors(results: list[dict[str, Any]]) -> str:
+    """Reduced against pointwise contact from rest to the largest pull."""
+    head = ["tip error against pointwise contact, mean / max [mm]", "alone", "with enrichment"]
+    body = []
+    for result in results:
+        errors = {e["enriched"]: e for e in result["tip_error"]}
+        cells = [
+            f"{errors[key]['mean_mm']:.3f} / {errors[key]['max_mm']:.3f}" for key in (False, True)
+        ]
+        body.append([f"k = {result['sizes']['modes']}", *cells])
+    return rows(head, body)
 
 
 def steps() -> str:
@@ -95,7 +103,10 @@ def demo() -> str:
     for who in ("model", "plant"):
         error = report[f"{who}_error"]
         body.append(
-            [f"tracking error of the {who}, RMS / max", f"{error['rms_mm']:.2f} / {error['max_mm']:.2f} mm"]
+            [
+                f"tracking error of the {who}, RMS / max",
+                f"{error['rms_mm']:.2f} / {error['max_mm']:.2f} mm",
+            ]
         )
     about = f"{report['duration_s']:.0f} s; median / p99 / max. {machine_line(report)}"
     return f"{about}\n\n{rows(['', report['robot']], body)}"
