@@ -22,6 +22,7 @@ from tauten.service.compare import Comparison, compare, draw, equilibrium
 from tauten.service.config import one_blas_thread
 from tauten.service.machine import Machine, machine
 
+BEGIN, END = "<!-- tauten bench manipulator -->", "<!-- end -->"
 ROBOTS = ("manipulator_1290", "manipulator")
 STEPS = 120  # of a run of the campaign
 _ON_THE_WAY = 6  # equilibria on the way to a posture that errors are measured at

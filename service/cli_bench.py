@@ -75,7 +75,7 @@ def finger(
 @bench.command()
 def manipulator(
     json_file: Json = None,
-    markdown: Annotated[Path | None, typer.Option(help="Write the tables to this file.")] = None,
+    markdown: Annotated[Path | None, typer.Option(help="Page to put the tables into.")] = None,
     snapshots: Annotated[
         Path, typer.Option(help="Folder that keeps campaigns; what it holds is not done again.")
     ] = Path("manipulator-bench"),
@@ -86,6 +86,7 @@ def manipulator(
 ) -> None:
     """Steps per second straight and bent, full and reduced; what contact does; error over modes."""
     from tauten.service import bench_manipulator as arm
+    from tauten.service.qpcc_tables import put_between
 
     try:
         settings = arm.ArmBenchSettings(snapshots, figures, arm.parse_ks(modes))
@@ -96,7 +97,7 @@ def manipulator(
     Console(width=200).print(text, markup=False)
     _write(result, json_file)
     if markdown is not None:
-        write_text(markdown, text + "\n")
+        put_between(markdown, arm.BEGIN, arm.END, text + "\n")
 
 
 @bench.command()
@@ -159,6 +160,8 @@ def contact_basis(
     steps: Annotated[int, typer.Option(min=2, help="Of a held-out path.")] = 16,
 ) -> None:
     """Errors of contact bases on and off their training path; certificate, LCP. Ctrl-C keeps what is done."""
+    from tauten.reduction.campaign import run_campaign
+    from tauten.reduction.designs import ramp
     from tauten.service import bench_contact_basis, contact_basis_tables
     from tauten.service.config import load_setup
     from tauten.service.contact_basis_figure import draw
@@ -168,7 +171,10 @@ def contact_basis(
     if isinstance(setup.contact, str):
         raise typer.BadParameter(f"{robot} has no contact basis: tauten reduce {robot} makes one")
     folder = snapshots or Path(f"{setup.robot.name}-snapshots")
-    inputs = bench_contact_basis.Inputs(setup.robot, setup.contact, folder, equilibria, steps)
+    found = run_campaign(setup.robot, ramp(setup.robot), folder)
+    inputs = bench_contact_basis.Inputs(
+        setup.robot, setup.contact, found.select(found.converged), folder, equilibria, steps
+    )
     with stop_on_signals() as stop, Progress(console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task("", total=1.0)
         result = bench_contact_basis.bench_contact_basis(

@@ -64,7 +64,7 @@ rayleigh_stiffness = 0.02
 [controller]
 rate = 50.0
 qp_solver = "daqp"
-regularisation = 1.0e-3
+regularisation = 3.0e-3
 basis = "{name}"
 
 [service]
