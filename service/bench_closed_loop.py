@@ -111,7 +111,7 @@ def bench_closed_loop(
         cases = make_cases(
             robot, settings.seconds, settings.seed, lambda: progress(share, "targets in reach")
         )
-        bench = _Bench(robot, path, basis)
+        bench = Bench(robot, path, basis)
         groups = list(planned(cases))
         share = (1.0 - _CASES_SHARE) / sum(len(group.controllers) for group in groups)
         for group in groups:
@@ -133,10 +133,17 @@ def bench_closed_loop(
     return ClosedLoopBench(machine(), robot.name, rate, seconds, seed, tuple(done), whole)
 
 
-class _Bench:
+class Bench:
     """Controllers and plants, made once and set back to rest for each run."""
 
     def __init__(self, robot: Robot, path: Path, basis: ContactSpace) -> None:
+        """Make the controllers.
+
+        Args:
+            robot: the model.
+            path: its file, for plants.
+            basis: its contact basis.
+        """
         contacts: dict[str, Contact] = {"reduced": basis, "full": "full", "none": "none"}
         self._controllers = {name: Controller(robot, kind) for name, kind in contacts.items()}
         self._path, self._rate = path, 1.0 / robot.h

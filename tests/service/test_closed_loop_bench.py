@@ -9,8 +9,9 @@ import pytest
 
 from tauten.controller import Controller
 from tauten.model import Robot, Simulator, load_robot
+from tauten.model.contact_space import EmptySpace
 from tauten.reduction import ContactBasis
-from tauten.service.bench_closed_loop import BenchSettings, bench_closed_loop
+from tauten.service.bench_closed_loop import Bench, BenchSettings, bench_closed_loop, planned
 from tauten.service.cases import CASES, Case, make_cases
 from tauten.service.closed_loop_figures import draw_case
 from tauten.service.closed_loop_run import Outcome, Trace, follow, judge, settling
@@ -86,19 +87,33 @@ def test_a_figure_is_drawn(beam: Robot, cases: list[Case], tmp_path: Path) -> No
 
 
 @pytest.mark.slow
-def test_without_contact_the_finger_is_missed(tmp_path: Path) -> None:
-    robot, path = load_robot("finger"), Path("finger")
-    basis = ContactBasis.load("finger")
-    settings = BenchSettings(2.0, 0, tmp_path)
-    result = bench_closed_loop(robot, path, basis, settings, StopFlag(), lambda share, what: None)
-    assert result.complete
-    assert {file.stem for file in tmp_path.iterdir()} == {
-        *CASES, "stiffness-0.8", "stiffness-1.2",
-    }  # fmt: skip
-    by = {(o.case, o.contact, o.closed): o for o in result.outcomes if o.young_scale == 1.0}
+def test_without_contact_the_finger_is_missed() -> None:
+    robot, basis = load_robot("finger"), ContactBasis.load("finger")
+    bench = Bench(robot, Path("finger"), basis)
+    cases = make_cases(robot, 4.0, 0, lambda: None)
+    groups = {group.name: group for group in planned(cases)}
+    assert set(groups) == {*CASES, "stiffness-0.8", "stiffness-1.2"}
     for closed in (False, True):
-        reduced, none = by["contact", "reduced", closed], by["contact", "none", closed]
+        reduced, _ = bench.run(groups["contact"], "reduced", closed)
+        none, _ = bench.run(groups["contact"], "none", closed)
+        assert reduced.touching > 0.3
         assert none.rms_mm > 2.0 * reduced.rms_mm
-    for one in result.outcomes:
-        if one.young_scale != 1.0:
-            assert (one.end_mm < 0.01 * 1e3 * LENGTH) == one.closed
+        for name in ("stiffness-0.8", "stiffness-1.2"):
+            outcome, _ = bench.run(groups[name], "reduced", closed)
+            assert (outcome.end_mm < 0.01 * 1e3 * LENGTH) == closed
+
+
+def test_a_stopped_benchmark_keeps_what_is_done(beam: Robot, beam_file: Path) -> None:
+    stop, said = StopFlag(), []
+
+    def progress(share: float, what: str) -> None:
+        said.append(what)
+        if what == "step" and share > 0.0:
+            stop.request()
+
+    basis = EmptySpace(beam.n_c)
+    result = bench_closed_loop(beam, beam_file, basis, BenchSettings(1.0, 0, None), stop, progress)
+    assert not result.complete
+    assert [(one.case, one.contact, one.closed) for one in result.outcomes] == [
+        ("step", "reduced", False)
+    ]

@@ -1,0 +1,28 @@
+"""Recorded runs of the shipped robots: the controller still decides what it did then."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tauten.service.replay import replay
+from tauten.service.run import read_run
+from tauten.service.state_machine import Mode
+
+LOGS = Path(__file__).with_name("data")
+# Contact makes a run sensitive: other versions of a library, or another factorisation, agree to this
+# share of a cable's range. `python tests/service/data/record.py` records anew what has changed on purpose.
+TOLERANCE = 2e-3
+
+
+@pytest.mark.parametrize("name", ["finger", pytest.param("manipulator", marks=pytest.mark.slow)])
+def test_a_recorded_run_is_decided_again(name: str) -> None:
+    log = LOGS / f"{name}.mcap"
+    run = read_run(log)
+    assert {tick.mode for tick in run.ticks} == set(Mode)  # all there is to a run
+    assert any(tick.correction for tick in run.ticks)
+    assert np.nanmax(run.pull.value) > 2e-3
+    result = replay(log, TOLERANCE, against=name)
+    assert result.same, (result.fraction, result.worst_tick, result.statuses, result.notes)
