@@ -21,7 +21,7 @@ from tauten.reduction import ContactBasis
 from tauten.reduction.campaign import run_campaign
 from tauten.reduction.cone import distances
 from tauten.reduction.contact_problem import ContactProblem, contact_problems
-from tauten.reduction.designs import ramp
+from tauten.reduction.designs import Design
 from tauten.reduction.fit import BasisMethod, fit_each, quality
 from tauten.reduction.held_out import held_out_design, sensitivity
 from tauten.reduction.positive_basis import factorise_each
@@ -63,20 +63,20 @@ class Inputs:
     Attributes:
         robot: the robot.
         basis: its contact basis.
-        folder: of campaigns; what it holds is not done again.
+        snapshots: converged ones of the training path.
+        folder: of the held-out campaigns; what it holds is not done again.
         equilibria: of the training path, to settle for each basis.
         steps: of a held-out path.
         ks: numbers of modes.
-        ramp_step: of the training path [m].
     """
 
     robot: Robot
     basis: ContactBasis
+    snapshots: Snapshots
     folder: Path
     equilibria: int
     steps: int
     ks: tuple[int, ...] = KS
-    ramp_step: float = 5e-5
 
 
 def bench_contact_basis(inputs: Inputs, stop: StopFlag, progress: Progress) -> ContactBasisBench:
@@ -88,22 +88,17 @@ def bench_contact_basis(inputs: Inputs, stop: StopFlag, progress: Progress) -> C
         progress: called with the share of the work just done and what comes next.
     """
     robot = inputs.robot
-    progress(0.0, "training campaign")
+    progress(0.0, "certificate, LCP")
     with one_blas_thread():
-        everything = run_campaign(
-            robot, ramp(robot, inputs.ramp_step), inputs.folder, show_progress=False
-        )
-        snapshots = everything.select(everything.converged)
-        problems = contact_problems(robot, snapshots)
-        progress(0.15, "certificate, LCP")
+        problems = contact_problems(robot, inputs.snapshots)
         certificate = certificate_cost(robot, inputs.basis)
         lcp = lcp_costs(problems[:: max(1, len(problems) // 8)])
         smoothness = smoothness_of(problems)
-        progress(0.05, "bases on the training path")
-        training = training_errors(inputs, snapshots, problems)
-        trained = _until(training, stop, lambda: progress(0.4 / 54, "bases on the training path"))
+        progress(0.1, "bases on the training path")
+        training = training_errors(inputs, problems)
+        trained = _until(training, stop, lambda: progress(0.45 / 54, "bases on the training path"))
         held_out = held_out_errors(inputs)
-        checked = _until(held_out, stop, lambda: progress(0.4 / 36, "held-out paths"))
+        checked = _until(held_out, stop, lambda: progress(0.45 / 36, "held-out paths"))
     origin = inputs.basis.provenance
     return ContactBasisBench(
         machine=machine(),
@@ -111,7 +106,7 @@ def bench_contact_basis(inputs: Inputs, stop: StopFlag, progress: Progress) -> C
         size_mm=1e3 * robot.size,
         tolerance_mm=1e3 * robot.config.contact.tolerance,
         basis=f"{origin.method}, k = {origin.k}",
-        campaign=origin.campaign,
+        campaign=inputs.snapshots.origin.campaign,
         complete=not stop.requested,
         training=trained,
         held_out=checked,
@@ -132,10 +127,10 @@ def _until(results: Iterable[R], stop: StopFlag, done: Callable[[], None]) -> tu
 
 
 def training_errors(
-    inputs: Inputs, snapshots: Snapshots, problems: tuple[ContactProblem, ...]
+    inputs: Inputs, problems: tuple[ContactProblem, ...]
 ) -> Iterator[TrainingError]:
     """Every method with every k, on some equilibria of the path the modes were made from."""
-    robot = inputs.robot
+    robot, snapshots = inputs.robot, inputs.snapshots
     chosen = np.linspace(0, len(snapshots) - 1, inputs.equilibria).round().astype(np.int64)
     some = snapshots.select(chosen)
     rank = int(np.linalg.matrix_rank(snapshots.lam))
@@ -156,11 +151,11 @@ def held_out_errors(inputs: Inputs) -> Iterator[HeldOutError]:
     """The basis on paths with other gravity, with forces on the effectors, and released."""
     robot = inputs.robot
     design, names = held_out_design(robot, inputs.steps)
-    folder = inputs.folder / f"held-out-{inputs.steps}"
-    full = run_campaign(robot, design, folder, show_progress=False)
     usual = Enrichment(robot.config.contact.tolerance, rounds=3, per_pair=1)
     for index, name in enumerate(names):
-        path = full.select(full.run == index)
+        folder = inputs.folder / f"held-out-{inputs.steps}" / f"{index:02d}"
+        alone = Design(f"{design.description}, {name}", (design.runs[index],))
+        path = run_campaign(robot, alone, folder, show_progress=False)
         apart = float(np.nanmax(sensitivity(robot, path), initial=0.0))
         for enrichment in (None, usual):
             largest, mean, unsettled, extra = _settled(robot, path, inputs.basis, enrichment)

@@ -27,7 +27,7 @@ def inputs(tmp_path_factory: pytest.TempPathFactory) -> Inputs:
     made = reduce_robot(
         robot, ramp(robot, 2e-4), folder / "campaign", settings, show_progress=False
     )
-    return Inputs(robot, made.basis, folder / "campaign", 6, 3, ks=(2, 5), ramp_step=2e-4)
+    return Inputs(robot, made.basis, made.snapshots, folder / "campaign", 6, 3, ks=(2, 5))
 
 
 @pytest.fixture(scope="module")
