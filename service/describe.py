@@ -7,7 +7,7 @@ from typing import Any
 
 from tauten.service.config import Setup, versions
 from tauten.service.keys import Keys
-from tauten.service.messages import HEALTH, JOINTS, POINT, TICK
+from tauten.service.messages import HEALTH, JOINTS, POINT, TEXT, TICK
 
 
 def description(setup: Setup) -> dict[str, Any]:
@@ -24,12 +24,14 @@ def description(setup: Setup) -> dict[str, Any]:
         for i, name in enumerate(robot.cable_names)
     ]
     rest = robot.effector(robot.rest())  # (p, 3)
+    measured = keys.measurements(robot.effector_names)
     targets, published = keys.targets(robot.effector_names), keys.effectors(robot.effector_names)
     effectors = [
         {
             "name": name,
             "rest": [float(value) for value in rest[i]],
             "target": targets[i],
+            "measurement": measured[i],
             "position": published[i],
             "type": POINT,
         }
@@ -44,6 +46,7 @@ def description(setup: Setup) -> dict[str, Any]:
         "cables": cables,
         "effectors": effectors,
         "keys": {
+            "command": {"key": keys.command, "type": TEXT},
             "actuation": {"key": keys.actuation, "type": JOINTS},
             "tick": {"key": keys.tick, "type": TICK},
             "health": {"key": keys.health, "type": HEALTH},
