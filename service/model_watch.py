@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 import time
+from contextlib import suppress
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
 from typing import Literal
@@ -45,12 +46,15 @@ class ModelWatch:
         self._settings = robot.config.model
         self._pipe, far = get_context("spawn").Pipe()
         self._process = get_context("spawn").Process(
-            target=answer, args=(far, robot, contact), daemon=True, name="tauten model watch"
+            target=answer, args=(far,), daemon=True, name="tauten model watch"
         )
         self._process.start()
         far.close()
         self._asked = False
         self._next = time.monotonic()
+        # by the pipe, not as an argument: sending to a process that dies while it starts must not block
+        with suppress(OSError):
+            self._pipe.send((robot, contact))
         self.error: float | None = None
         self.largest = 0.0
         self.exceeded = 0
@@ -113,16 +117,10 @@ class ModelWatch:
             self._process.join()
 
 
-def answer(
-    pipe: Connection, robot: ReducedRobot, contact: Literal["none", "full"] | ContactSpace
-) -> None:
+def answer(pipe: Connection) -> None:
     """What the process does: tip errors of the states it is sent, until the pipe is closed."""
     os.nice(_NICE)
-    with one_blas_thread():
-        check = TipCheck(robot, contact)
+    with one_blas_thread(), suppress(EOFError, OSError, KeyboardInterrupt):
+        check = TipCheck(*pipe.recv())
         while True:
-            try:
-                state, tension, pull = pipe.recv()
-                pipe.send(check(state, tension, pull))
-            except (EOFError, OSError, KeyboardInterrupt):
-                return
+            pipe.send(check(*pipe.recv()))
