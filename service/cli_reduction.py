@@ -18,6 +18,7 @@ from tauten.service.cli_states import (
     StateModes,
     States,
     save_states,
+    show_states,
     state_settings,
 )
 
@@ -122,7 +123,9 @@ def reduce(
 
 
 def inspect(
-    basis: Annotated[str, typer.Argument(help="A .basis file, or a shipped robot's name.")],
+    basis: Annotated[
+        str, typer.Argument(help="A .basis or .states file, or a shipped robot's name.")
+    ],
     robot: Annotated[
         str | None, typer.Option(help="Robot name or file; default: the one it was made for.")
     ] = None,
@@ -134,7 +137,13 @@ def inspect(
         Path | None, typer.Option(help="Draw the error against k into this picture.")
     ] = None,
 ) -> None:
-    """Say what a contact basis is, where it comes from, and where it would miss contact."""
+    """Say what a contact basis is, where it comes from, and where it would miss contact.
+
+    Of a .states file: what the state basis is, where it comes from, and what it errs.
+    """
+    if basis.endswith(".states"):
+        show_states(basis)
+        return
     from tauten.reduction import ContactBasis
     from tauten.reduction.curve_figure import draw_curve
     from tauten.reduction.modes_figure import draw_modes

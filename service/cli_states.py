@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
+from rich.console import Console
+from rich.table import Table
 
 if TYPE_CHECKING:
     from tauten.model import Robot
@@ -68,3 +71,19 @@ def save_states(
         f"{robot.n_elements} elements; tip off by {1e3 * origin.tip_mean:.3g} mm in the mean, "
         f"{1e3 * origin.tip_max:.3g} mm at most on paths held out"
     )
+
+
+def show_states(file: str) -> None:
+    """A state basis as a table.
+
+    Raises:
+        StateBasisError: it cannot be read.
+    """
+    from tauten.reduction.state_basis import StateBasis
+
+    table = Table("", file, title="state basis")
+    for name, value in asdict(StateBasis.load(file).origin).items():
+        if name == "versions":
+            value = ", ".join(" ".join(pair) for pair in value)
+        table.add_row(name.replace("_", " "), str(value))
+    Console().print(table)

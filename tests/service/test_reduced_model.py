@@ -72,6 +72,17 @@ def test_one_campaign_makes_both_bases(original: Path) -> None:
     assert states.origin.r - states.origin.responses == 8
 
 
+def test_inspect_tells_where_a_state_basis_comes_from(
+    original: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    states = original.parent / "thumb.states"
+    capsys.readouterr()
+    assert run_main("inspect", states) == 0
+    said = capsys.readouterr().out
+    assert "ramp: each cable" in said
+    assert f"{StateBasis.load(states).origin.tip_max}" in said
+
+
 def test_switch_is_in_file_and_arguments(thumb_file: Path) -> None:
     ask(thumb_file, order='"reduced"')
     setup = load_setup(thumb_file, basis="thumb.basis")
