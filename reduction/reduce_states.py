@@ -13,7 +13,7 @@ from tauten.model.forward import Enrichment
 from tauten.model.robot import Robot
 from tauten.model.tet_robot import TetRobot
 from tauten.reduction.contact_basis import ContactBasis
-from tauten.reduction.ecsw import sample_elements
+from tauten.reduction.ecsw import Sample, sample_elements
 from tauten.reduction.pod import Pod, campaign_responses, enriched, pod
 from tauten.reduction.provenance import versions
 from tauten.reduction.reduced_robot import reduced_robot
@@ -89,15 +89,31 @@ def reduce_states(
     weight = robot.mass / (robot.mass.sum() / 3.0)  # (n,)
     alphas = Phi.T @ (weight[:, None] * deviations)  # (r, s)
     sample = sample_elements(robot, Phi, alphas, settings.sample, settings.seed)
-    origin = StateOrigin(
+    responses = Phi.shape[1] - found.Phi.shape[1]
+    origin = origin_of(robot, training, snapshots.digest(), found, responses, sample, settings)
+    states = StateBasis(Phi, sample.elements, sample.weights, origin)
+    return checked(robot, states, basis, snapshots.select(held_out))
+
+
+def origin_of(
+    robot: TetRobot,
+    training: Snapshots,
+    snapshots_digest: str,
+    modes: Pod,
+    responses: int,
+    sample: Sample,
+    settings: StateSettings,
+) -> StateOrigin:
+    """Where a state basis of these modes, responses and elements comes from; tip errors unknown."""
+    return StateOrigin(
         robot=robot.name,
         robot_digest=robot.digest,
-        campaign=snapshots.origin.campaign,
-        snapshots_digest=snapshots.digest(),
+        campaign=training.origin.campaign,
+        snapshots_digest=snapshots_digest,
         snapshots=len(training),
-        r=Phi.shape[1],
-        responses=Phi.shape[1] - found.Phi.shape[1],
-        projection_error=found.error,
+        r=modes.Phi.shape[1] + responses,
+        responses=responses,
+        projection_error=modes.error,
         sample=len(sample.elements),
         sample_tolerance=settings.sample,
         sample_error=sample.error,
@@ -107,8 +123,6 @@ def reduce_states(
         created=datetime.now(UTC).isoformat(timespec="seconds"),
         versions=versions(),
     )
-    states = StateBasis(Phi, sample.elements, sample.weights, origin)
-    return checked(robot, states, basis, snapshots.select(held_out))
 
 
 def held_out_snapshots(snapshots: Snapshots) -> Bools:
