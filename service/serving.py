@@ -67,6 +67,7 @@ def serve(setup: Setup, network: Network, settings: ServeSettings, stop: StopFla
     keys, rate = Keys(setup.robot.name), setup.robot.config.controller.rate
     with ExitStack() as stack:
         stack.enter_context(one_blas_thread())
+        log.info("getting ready; kernels are compiled the first time, which takes a minute or two")
         controller = warm_controller(setup)
         check_rate(rate, step_seconds(controller), settings.rate_asked)
         loop = ControlLoop(controller, enabled=not settings.wait)
