@@ -37,6 +37,7 @@ def tip_errors(
     basis: ContactBasis,
     enrichment: Enrichment | None = None,
     held: Literal["pull", "tension"] = "pull",
+    max_iterations: int = MAX_ITERATIONS,
 ) -> TipErrors:
     """Settle along the snapshots with reduced contact and compare effectors.
 
@@ -49,6 +50,7 @@ def tip_errors(
         enrichment: when unit columns join; None leaves the basis as it is.
         held: whether cables have the stored pulled lengths or the stored tensions. Tensions leave more
             freedom to err.
+        max_iterations: of an equilibrium; more where snapshots are far apart.
 
     Raises:
         FactorisationError: the reduced model has blown up.
@@ -65,7 +67,7 @@ def tip_errors(
         )
         pull = snapshots.pull[:, i] if held == "pull" else None
         tension = snapshots.tension[:, i] if held == "tension" else None
-        report = simulator.settle(pull, tension, TOLERANCE, MAX_ITERATIONS)
+        report = simulator.settle(pull, tension, TOLERANCE, max_iterations)
         converged[i], extra[i] = report.converged, report.extra_columns
         if converged[i] and snapshots.converged[i]:
             apart = simulator.effector - snapshots.effector[:, i].reshape(-1, 3)  # (p, 3)

@@ -17,6 +17,8 @@ from tauten.reduction.snapshots import Snapshots
 from tauten.reduction.tip import tip_errors
 from tauten.reduction.weighting import Weighting, snapshot_weights
 
+_MAX_ITERATIONS = 200  # equilibria on the way are far apart
+
 # The paper's way, weights included, and this package's without and with certified gaps.
 KINDS: tuple[tuple[BasisMethod, Weighting, bool], ...] = (
     ("als", "force", False),
@@ -88,7 +90,7 @@ def posture_error(
     """Error of one basis on runs that end in postures; cables keep their tensions."""
     tolerance = robot.config.contact.tolerance
     enrichment = Enrichment(tolerance, rounds=3, per_pair=1) if certified else None
-    result = tip_errors(robot, runs, basis, enrichment, held="tension")
+    result = tip_errors(robot, runs, basis, enrichment, "tension", _MAX_ITERATIONS)
     last = np.append(np.diff(runs.run) != 0, True)
     ends = 1e3 * result.error[last]
     return PostureError(

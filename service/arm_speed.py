@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from itertools import cycle
 from time import perf_counter
 from typing import Literal
 
@@ -19,11 +20,12 @@ from tauten.reduction import ContactBasis
 from tauten.service.arm_postures import settled
 
 _SWEEPS, _TOLERANCE = 1000, 1e-6  # of Gauss-Seidel; 1 µm is coarse, for the reference's benefit
+_WOBBLE = 0.02  # of the tensions from step to step, so that contact forces have to be found again
 
 
 @dataclass(frozen=True, slots=True)
 class Speed:
-    """Median step times in one posture; steps per second are their inverse.
+    """Median step times in one posture, tensions up and down by a fiftieth.
 
     Attributes:
         candidates: n_c.
@@ -61,11 +63,11 @@ def measure_speed(robot: Robot, basis: ContactBasis, tension: Array, posture: st
     enrichment = Enrichment(robot.config.contact.tolerance, rounds=3, per_pair=1)
     sweeps: list[int] = []
     good: list[bool] = []
-    start = there.lam_c
+    start, wobbling = there.lam_c, wobble(tension)
 
     def gauss_seidel() -> None:
         nonlocal start
-        start, count, converged = gauss_seidel_step(there, tension, start)
+        start, count, converged = gauss_seidel_step(there, next(wobbling), start)
         sweeps.append(count)
         good.append(converged)
 
@@ -107,7 +109,13 @@ def _forward(
     simulator = Simulator(there.robot, contact, enrichment)
     simulator.state = there.state
     simulator.forces = replace(simulator.forces, tension=tension)
-    return lambda: simulator.step(tension=tension)
+    wobbling = wobble(tension)
+    return lambda: simulator.step(tension=next(wobbling))
+
+
+def wobble(tension: Array) -> Iterator[Array]:
+    """Tensions (n_a,) and a little less, in turns."""
+    return cycle(((1.0 - _WOBBLE) * tension, tension))
 
 
 def _control(there: Simulator, contact: Literal["full"] | ContactBasis) -> Callable[[], object]:
