@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import hashlib
 import platform
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -184,6 +185,20 @@ def one_blas_thread() -> Iterator[None]:
     """
     with threadpool_limits(limits=1):
         yield
+
+
+@contextmanager
+def short_turns() -> Iterator[None]:
+    """Other threads, the recorder's and the network's, hold the interpreter for 0.1 ms at most, not for 5.
+
+    A control step lets go of the interpreter in every kernel; whoever takes it then gives it back that soon.
+    """
+    before = sys.getswitchinterval()
+    sys.setswitchinterval(1e-4)
+    try:
+        yield
+    finally:
+        sys.setswitchinterval(before)
 
 
 @contextmanager

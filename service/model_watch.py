@@ -21,6 +21,7 @@ from tauten.service.config import one_blas_thread
 from tauten.service.health import Diagnostic, Level
 
 _NICE = 10
+_GLANCE = 0.02  # s between looks for an answer: a look is a system call
 _IN_A_ROW = 3  # answers beyond the bound before the full model is called for
 
 
@@ -51,7 +52,7 @@ class ModelWatch:
         self._process.start()
         far.close()
         self._asked = False
-        self._next = time.monotonic()
+        self._next = self._due = time.monotonic()
         # by the pipe, not as an argument: sending to a process that dies while it starts must not block
         with suppress(OSError):
             self._pipe.send((robot, contact))
@@ -67,18 +68,17 @@ class ModelWatch:
 
     def look(self, controller: Controller) -> None:
         """Take the answer if it is back; ask again when it is time. Never blocks, never raises."""
-        if self.fallen_back:
+        now = time.monotonic()
+        if self.fallen_back or now < self._next:
             return
+        self._next = now + _GLANCE
         try:
             if self._asked and self._pipe.poll():
                 self._take(float(self._pipe.recv()))
-            if not self._asked and time.monotonic() >= self._next:
+            if not self._asked and now >= self._due:
                 self._pipe.send((controller.state, controller.tension, controller.pull))
-                self._asked, self._next = True, time.monotonic() + self._settings.check_period
-        except (
-            OSError,
-            EOFError,
-        ):  # the process is gone: health says that nothing is known any more
+                self._asked, self._due = True, now + self._settings.check_period
+        except (OSError, EOFError):  # the process is gone
             self.error, self._asked, self._next = None, False, float("inf")
 
     def _take(self, error: float) -> None:

@@ -11,7 +11,13 @@ from pathlib import Path
 
 import zenoh
 
-from tauten.service.config import Setup, collector_at_hand, one_blas_thread, warm_controller
+from tauten.service.config import (
+    Setup,
+    collector_at_hand,
+    one_blas_thread,
+    short_turns,
+    warm_controller,
+)
 from tauten.service.describe import description_json
 from tauten.service.fall_back import make_fall_back
 from tauten.service.keys import Keys
@@ -85,6 +91,7 @@ def serve(setup: Setup, network: Network, settings: ServeSettings, stop: StopFla
         node = Node(setup, loop, session, recorder, settings.closed_loop, fall_back)
         stack.enter_context(answered(session, keys, description_json(setup)))
         stack.enter_context(collector_at_hand())
+        stack.enter_context(short_turns())
         apply_realtime(settings.realtime)
         log.info("serving %s at %g Hz", setup.robot.name, rate)
         node.run(stop)
