@@ -13,8 +13,8 @@ from tauten.service.state_machine import Mode
 
 LOGS = Path(__file__).with_name("data")
 # Shares of a cable's range. Another factorisation changes the finger's run by about 1e-13. Nine tendons share
-# the manipulator's load in more than one way, which turns rounding into 2e-3 within 150 ticks. What is larger was
-# changed on purpose, and then `python tests/service/data/record.py` records anew.
+# the manipulator's load in more than one way, which turns rounding into 2e-3 within 150 ticks. What is larger
+# was changed on purpose, and then `python tests/service/data/record.py` records anew.
 TOLERANCES = {"finger": 1e-5, "manipulator": 2e-2}
 
 
