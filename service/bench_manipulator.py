@@ -166,8 +166,8 @@ def markdown(result: ArmBench) -> str:
     c = result.contact
     lines += [
         "",
-        f"\\* Gauss-Seidel was stopped before it met its tolerance. It took "
-        f"{max(row.sweeps for row in result.speed):,} sweeps at most, in the median of a posture.",
+        f"Gauss-Seidel took {max(row.sweeps for row in result.speed):,} sweeps at most, in the median of "
+        "a posture; \\* marks where it was stopped before it met its tolerance.",
         "",
         f"Contact moves the tip {c.apart_mm[0]:.0f} mm; {c.pushing} candidates push with "
         f"{c.contact_force_n:.0f} N together; without contact surfaces overlap by "
