@@ -28,6 +28,7 @@ from tauten.service.stopping import StopFlag
 LOG, REPORT, FIGURE, TARGETS = "log.mcap", "report.json", "figure.png", "targets.csv"
 
 _START = 300.0  # s; kernels are compiled when a robot runs for the first time
+_YIELD = 10  # niceness of plant and stream
 _STOP = 20.0  # s, the release of the cables included
 _PORTS = range(28_000, 32_000, 2)
 
@@ -183,6 +184,9 @@ def child(command: str, arguments: list[str], folder: Path) -> Iterator[Child]:
     output = folder / f"{command}.txt"
     with output.open("wb") as sink:
         process = _start(command, arguments, sink)
+        if command != "serve":
+            # a real robot does not take the node's processor; here it shares it, and yields
+            os.setpriority(os.PRIO_PROCESS, process.pid, _YIELD)
         found = Child(command, process, output)
         try:
             yield found

@@ -184,7 +184,7 @@ def test_model_where_it_was_trained_is_well(thumb_file: Path) -> None:
     assert fall_back.watch.diagnostic().level is Level.WARN
 
 
-def test_run_of_the_reduced_model_replays_exactly(thumb_file: Path, tmp_path: Path) -> None:
+def test_run_of_the_reduced_model_replays(thumb_file: Path, tmp_path: Path) -> None:
     """Served as a process: health says how well the model is, and the replay decides the same."""
     ask(thumb_file, order='"reduced"', check_period=0.05)
     port, log = free_ports(), tmp_path / "log.mcap"
@@ -213,4 +213,5 @@ def test_run_of_the_reduced_model_replays_exactly(thumb_file: Path, tmp_path: Pa
         if process.process.poll() is None:
             process.process.kill()
         process.process.wait()
-    assert run_main("replay", log, "--tolerance", 0.0) == 0
+    # of the range; kernels compiled by this run may round otherwise than when they come from disk
+    assert run_main("replay", log, "--tolerance", 1e-9) == 0
