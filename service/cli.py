@@ -66,6 +66,10 @@ def serve(
     wait: Annotated[
         bool, typer.Option("--wait", help="Stay idle until an operator's enable.")
     ] = False,
+    event: Annotated[
+        bool,
+        typer.Option("--event", help="A tick comes with its target, up to half a period late."),
+    ] = False,
     priority: Annotated[
         int | None, typer.Option(min=1, max=99, help="Of the loop under SCHED_FIFO.")
     ] = None,
@@ -83,8 +87,9 @@ def serve(
     from tauten.service.stopping import stop_on_signals
 
     settings = ServeSettings(
-        record, closed_loop, wait, rate is not None, RealtimeSettings(priority, tuple(cpus or ()))
-    )
+        record, closed_loop, wait, rate is not None,
+        RealtimeSettings(priority, tuple(cpus or ())), event,
+    )  # fmt: skip
     with stop_on_signals() as stop:
         run(
             load_setup(robot, rate, basis, model, accept_error),

@@ -64,6 +64,10 @@ class Clock:
         """Seconds until the next beat is due; negative when it is overdue."""
         return self._start + (self._index + 1) * self.period - self._now()
 
+    def delay(self, seconds: float) -> None:
+        """Move the grid: the next beat is due a period after a beat that waited so long."""
+        self._start += seconds
+
     def wait(self) -> Beat:
         """Sleep until the next beat."""
         slack = self.remaining

@@ -107,11 +107,12 @@ class Inbox:
         self._arrived = np.full(len(rest), -math.inf)  # (p,) when the last one came [s]
         self.fresh = False
 
-    def drain(self, now: float) -> list[Received]:
+    def drain(self, now: float, again: bool = False) -> list[Received]:
         """Take what has arrived; returns what was accepted, oldest first.
 
         Args:
             now: monotonic time [s].
+            again: whether this tick has drained before; what came then is fresh still.
         """
         accepted: list[Received] = []
         for effector, source in enumerate(self._sources):
@@ -128,7 +129,7 @@ class Inbox:
             self._positions[item.effector] = item.point.xyz
             self._arrived[item.effector] = now
             self._stamp = item.point.stamp
-        self.fresh = bool(accepted)
+        self.fresh = bool(accepted) or (again and self.fresh)
         self.tally.accepted += len(accepted)
         return accepted
 

@@ -52,6 +52,7 @@ class Intake:
             return Inbox([ring(key) for key in keys], robot.frame, rest, reach, timeout)
 
         self._recorder = recorder
+        self._looked = False  # for targets of the tick that is due
         self._target_keys, self._measured_keys = keys.targets(names), keys.measurements(names)
         self._command_key = keys.command
         self._targets = inbox(self._target_keys, settings.target_timeout)
@@ -64,9 +65,16 @@ class Intake:
             self._longest = settings.measurement_timeout
             self._measured_at = -np.inf
 
+    def arrived(self, now: float, tick: int) -> bool:
+        """Look for targets before a tick that waits for one; whether one has come for it."""
+        self._record(self._targets.drain(now, self._looked), self._target_keys, tick)
+        self._looked = True
+        return self._targets.fresh
+
     def drain(self, now: float, tick: int) -> None:
         """Take targets and measurements in; those that are accepted go into the log as they came."""
-        self._record(self._targets.drain(now), self._target_keys, tick)
+        self._record(self._targets.drain(now, self._looked), self._target_keys, tick)
+        self._looked = False
         if self._measurements is not None:
             self._record(self._measurements.drain(now), self._measured_keys, tick)
 

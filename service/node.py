@@ -55,6 +55,7 @@ class _Asked:
 
 
 _NOTHING = _Asked(None, None)
+_LOOK = 2e-4  # s between looks for a target
 
 
 class Node:
@@ -100,12 +101,22 @@ class Node:
         self._index = 0
         self._next_health = 0.0
 
-    def run(self, stop: StopFlag) -> None:
-        """Tick until asked to stop, or until something breaks; then release the cables."""
+    def run(self, stop: StopFlag, event: bool = False) -> None:
+        """Tick until asked to stop, or until something breaks; then release the cables.
+
+        Args:
+            stop: raised to stop.
+            event: whether a tick that follows comes with its target. It waits for one until half a period
+                after it is due, never less than a period after the last tick: a winch that may turn so
+                far in a tick turns no faster.
+        """
         clock = Clock(self._robot.h)
         try:
             while not stop.requested:
-                self.tick(clock, clock.wait(), shutdown=False)
+                beat = clock.wait()
+                if event and self._loop.state.mode is Mode.RUN:
+                    self._await_target(clock)
+                self.tick(clock, beat, shutdown=False)
                 if self._fall_back is not None and self._fall_back.wanted:
                     clock = Clock(self._fall_back.switch(self._loop))
         finally:
@@ -137,6 +148,14 @@ class Node:
         self._vitals.add(tick)
         self._index += 1
         self._housekeeping(clock)
+
+    def _await_target(self, clock: Clock) -> None:
+        """Wait for the target of the tick that is due, and let the grid follow the targets."""
+        begin = now = time.monotonic()
+        while not self._intake.arrived(now, self._index) and now - begin < 0.5 * clock.period:
+            time.sleep(_LOOK)
+            now = time.monotonic()
+        clock.delay(now - begin)
 
     def _take_in(self, beat: Beat, shutdown: bool) -> tuple[_Asked, Signals]:
         """What has arrived, what to ask the model for, and what the state machine is to know."""

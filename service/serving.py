@@ -46,6 +46,7 @@ class ServeSettings:
         rate_asked: whether somebody asked for the rate; where the robot file did, one that the machine
             cannot hold is only warned of.
         realtime: priority and processors of the loop.
+        event: whether a tick waits for its target, see `Node.run`.
     """
 
     record: Path | None = None
@@ -53,6 +54,7 @@ class ServeSettings:
     wait: bool = False
     rate_asked: bool = False
     realtime: RealtimeSettings = ORDINARY
+    event: bool = False
 
 
 def serve(setup: Setup, network: Network, settings: ServeSettings, stop: StopFlag) -> None:
@@ -94,7 +96,7 @@ def serve(setup: Setup, network: Network, settings: ServeSettings, stop: StopFla
         stack.enter_context(short_turns())
         apply_realtime(settings.realtime)
         log.info("serving %s at %g Hz", setup.robot.name, rate)
-        node.run(stop)
+        node.run(stop, settings.event)
 
 
 @contextmanager

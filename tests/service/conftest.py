@@ -27,10 +27,11 @@ def beam(beam_file: Path) -> Robot:
 
 
 @pytest.fixture
-def served(beam_file: Path, tmp_path: Path) -> Iterator[Served]:
-    """A node that serves the small robot and records."""
+def served(request: pytest.FixtureRequest, beam_file: Path, tmp_path: Path) -> Iterator[Served]:
+    """A node that serves the small robot and records; a parameter holds more options."""
+    options: tuple[str, ...] = getattr(request, "param", ())
     port, log = free_ports(), tmp_path / "log.mcap"
-    serving = ("serve", beam_file, "--port", port, "--record", log)
+    serving = ("serve", beam_file, "--port", port, "--record", log, *options)
     process = start(tmp_path / "serve.txt", *serving)
     session = open_session(Network(port), Role.OTHER, "beam")
     try:

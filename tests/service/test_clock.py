@@ -66,3 +66,14 @@ def test_real_beats_do_not_drift() -> None:
     # whatever the scheduler did to single beats, the grid is where it was
     assert time.monotonic() - start == pytest.approx(beat.index * 0.005 + beat.lateness, abs=0.004)
     assert beat.index == 100 + clock.skipped
+
+
+def test_a_delayed_beat_moves_the_grid(hand: Hand) -> None:
+    clock = Clock(0.5, hand.now, hand.sleep)
+    clock.wait()
+    hand.time += 0.125  # waited for a target
+    clock.delay(0.125)
+    beat = clock.wait()
+    assert (beat.lateness, beat.slack) == (0.0, 0.5)
+    assert hand.time == 101.125
+    assert clock.missed == 0
