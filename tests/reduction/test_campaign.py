@@ -106,13 +106,13 @@ def test_complete_campaign_is_not_done_again(
 
 
 def test_workers_do_not_change_the_result(thumb: TetRobot, design: Design, tmp_path: Path) -> None:
-    """Both in processes: kernels just compiled in this one may round otherwise than those on disk."""
+    """All from kernels on disk: one that was just compiled may round otherwise, so once before."""
     found = []
-    for workers in (1, 2):
+    for index, workers in enumerate((1, 1, 2)):
         with executors.processes(workers) as pool:
-            folder = tmp_path / str(workers)
+            folder = tmp_path / str(index)
             found.append(run_campaign(thumb, design, folder, pool, show_progress=False))
-    assert_same(*found)
+    assert_same(*found[1:])
 
 
 def test_dask_cluster_does_not_change_the_result(
