@@ -179,7 +179,7 @@ def test_basis_of_another_robot_is_not_drawn(
 
 def test_interrupted_campaign_goes_on(tmp_path: Path) -> None:
     robot = write_thumb(tmp_path)
-    command = ("reduce", robot, "--k", 3, "--step", 1e-4, "--snapshots", tmp_path / "cut")
+    command = ("reduce", robot, "--k", 3, "--step", 2e-5, "--snapshots", tmp_path / "cut")
     process = start(tmp_path / "output.txt", *command, "--out", tmp_path / "cut.basis")
     end = time.monotonic() + START
     first = tmp_path / "cut" / "run0000-000000.snapshots"
@@ -193,4 +193,4 @@ def test_interrupted_campaign_goes_on(tmp_path: Path) -> None:
     written = first.stat().st_mtime_ns
     assert run_main(*command, "--out", tmp_path / "cut.basis") == 0
     assert first.stat().st_mtime_ns == written
-    assert ContactBasis.load(tmp_path / "cut.basis").provenance.snapshots == 80
+    assert ContactBasis.load(tmp_path / "cut.basis").provenance.snapshots == 400
