@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import multiprocessing
+import os
 import signal
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
@@ -40,7 +41,7 @@ def processes(workers: int) -> Iterator[Executor]:
         yield InProcess()
         return
     context = multiprocessing.get_context("spawn")  # a fork would copy the locks of our threads
-    with ProcessPoolExecutor(workers, mp_context=context, initializer=_ignore_interrupt) as pool:
+    with ProcessPoolExecutor(workers, mp_context=context, initializer=_begin) as pool:
         yield pool
 
 
@@ -65,5 +66,8 @@ def dask_cluster(address: str, timeout: float = 10.0) -> Iterator[Executor]:
         yield client.get_executor(pure=False)
 
 
-def _ignore_interrupt() -> None:
+def _begin() -> None:
+    """Leave Ctrl-C to the parent; one thread a worker, said before MKL is loaded and looks."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    for library in ("OMP", "MKL", "OPENBLAS"):
+        os.environ[f"{library}_NUM_THREADS"] = "1"
