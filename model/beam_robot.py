@@ -6,7 +6,6 @@ import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.sparse as sp
 
 from tauten.model.arrays import Array, Ints
 from tauten.model.beam_body import BeamBody
@@ -14,93 +13,39 @@ from tauten.model.beam_cables import BeamCables, add_cable_stiffness
 from tauten.model.beam_config import BeamConfig
 from tauten.model.beams import assemble_beams
 from tauten.model.carried import Carried, Entries
-from tauten.model.contact import ContactSet
-from tauten.model.factorisation import Factorisation, FactorisationError, make_factorisation
 from tauten.model.hull import Hull
-from tauten.model.limits import Limits
 from tauten.model.quaternion import turned
 from tauten.model.robot import RobotRows, State
-from tauten.model.rows import ContactRows, PairSlots, Rows
-from tauten.model.system import Integration, Pattern, System, make_system
+from tauten.model.rows import ContactRows, Rows
+from tauten.model.sparse_robot import SparseRobot
+from tauten.model.system import System
 
 
 @dataclass(frozen=True, slots=True)
-class BeamRobot:
+class BeamRobot(SparseRobot):
     """A cable-driven robot made of beams, a `Robot`; made by `load_robot`.
 
     A node has six degrees of freedom: position, and turns about the fixed axes. Of a free node q holds
     position and unit quaternion, seven numbers.
 
-    Attributes:
-        config: the robot file.
-        digest: SHA-256 over all that decides its contact forces.
+    Groups 2 i and 2 i + 1 of the pattern are position and rotation of node i.
+
+    Attributes, beside those of every sparse robot:
         body: the beams at rest.
-        integration: time step and scheme.
-        pattern: sparsity of its matrices; groups 2 i and 2 i + 1 are position and rotation of node i.
-        beam_slot: places of the elements in it.
-        mass: (n,) lumped mass [kg] and rotary inertia [kg m²].
+        beam_slot: places of the elements in the pattern.
         gravity: (3,) [m/s²].
         effector_force: (n_e,) outer forces on the effectors [N].
-        cables: its cables.
-        cable_slot: places of the cables' curvature in the pattern.
-        limits: what the winches can do.
-        effectors: points that reach targets.
         hull: surfaces, for contact and for drawing.
-        contacts: candidates and the surfaces they may touch.
-        factorisation: workspace of the linear solver.
     """
 
     config: BeamConfig
-    digest: str
+    cables: BeamCables
+    effectors: Carried
     body: BeamBody
-    integration: Integration
-    pattern: Pattern
     beam_slot: tuple[Ints, Ints]
-    mass: Array
     gravity: Array
     effector_force: Array
-    cables: BeamCables
-    cable_slot: tuple[Ints, Ints]
-    limits: Limits
-    effectors: Carried
     hull: Hull
-    contacts: ContactSet
-    factorisation: Factorisation
-
-    @property
-    def name(self) -> str:
-        """Name in keys and messages."""
-        return self.config.name
-
-    @property
-    def frame(self) -> str:
-        """Frame id of its positions on the wire."""
-        return self.config.frame
-
-    @property
-    def h(self) -> float:
-        """Time step [s]."""
-        return self.integration.h
-
-    @property
-    def n(self) -> int:
-        """Free degrees of freedom, the length of v."""
-        return self.pattern.n
-
-    @property
-    def n_a(self) -> int:
-        """Cables."""
-        return self.cables.n_a
-
-    @property
-    def n_e(self) -> int:
-        """Effector rows, three a point."""
-        return 3 * len(self.effectors)
-
-    @property
-    def n_c(self) -> int:
-        """Contact candidates, slots of λ_c."""
-        return self.contacts.n_slots
 
     @property
     def n_nodes(self) -> int:
@@ -118,40 +63,14 @@ class BeamRobot:
         return self.body.size
 
     @property
-    def linear_solver(self) -> str:
-        """Name of the factorisation in use."""
-        return self.factorisation.name
-
-    @property
-    def cable_names(self) -> tuple[str, ...]:
-        """Names of the cables, in the order of λ_a."""
-        return tuple(cable.name for cable in self.config.cables)
-
-    @property
-    def effector_names(self) -> tuple[str, ...]:
-        """Names of the effectors, in row order."""
-        return tuple(effector.name for effector in self.config.effectors)
-
-    @property
     def triangles(self) -> Ints:
         """Surface as triples of `points`: (t, 3)."""
         return self.hull.triangles
 
     @property
-    def pairs(self) -> tuple[PairSlots, ...]:
-        """Contact pairs in the order of their slots."""
-        return self.contacts.pair_slots
-
-    @property
     def dof(self) -> Ints:
         """First of the six degrees of freedom of a node, −1 where it is fixed: (n_nodes,)."""
         return self.pattern.dof[::2]
-
-    def fork(self) -> BeamRobot:
-        """The same robot with a factorisation workspace of its own."""
-        backend = self.config.integration.factorisation
-        workspace = make_factorisation(self.pattern.indptr, self.pattern.indices, backend)
-        return dataclasses.replace(self, factorisation=workspace)
 
     def loaded(self, gravity: Array, effector_force: Array) -> BeamRobot:
         """The robot under another gravity (3,) [m/s²] and forces on its effectors (n_e,) [N]."""
@@ -215,23 +134,6 @@ class BeamRobot:
             total += self.effector_rows(x, Q).H.T @ self.effector_force
         return total, K
 
-    def linearise(
-        self, state: State, tension: Array | None = None, integration: Integration | None = None
-    ) -> System:
-        """The system of one step from this state, see `Robot.linearise`."""
-        scheme = integration or self.integration
-        for exact in (True, False):
-            force, K = self.forces(state, tension, exact)
-            try:
-                return make_system(
-                    self.pattern, self.factorisation, scheme, K, self.mass, force, state.v
-                )
-            except FactorisationError:
-                # under compression the exact tangent may be indefinite; without stress it is not
-                if not exact:
-                    raise
-        raise AssertionError("unreachable")
-
     def rows(self, state: State, contacts: bool = True) -> RobotRows:
         """Rows of effectors, cables and, unless told otherwise, contacts at this state."""
         x, Q = self.pose(state)
@@ -255,11 +157,6 @@ class BeamRobot:
         entries = Entries(starts, found.vertices.ravel(), vectors.reshape(-1, 3))
         H = self.hull.skin.rows(arms, self.dof, self.n, entries)
         return ContactRows(Rows(H, found.gap), found.slots, found.pair, self.n_c)
-
-    def no_contact_rows(self) -> ContactRows:
-        """Contact rows with no candidate in range."""
-        none = np.zeros(0, dtype=np.int64)
-        return ContactRows(Rows(sp.csr_array((0, self.n)), np.zeros(0)), none, none, self.n_c)
 
     def advance(self, state: State, system: System, dv: Array) -> State:
         """The state one step later: v + dv, nodes moved and turned by h (v + dv)."""

@@ -25,7 +25,7 @@ from tauten.model.mesh import TetMesh, read_mesh
 from tauten.model.regions import in_box
 from tauten.model.robot import Robot
 from tauten.model.surface import boundary_triangles, spread_points
-from tauten.model.system import Integration, make_pattern
+from tauten.model.system import integration_of, make_pattern
 from tauten.model.tet_robot import Elements, TetRobot
 from tauten.model.tetrahedra import lumped_mass, rest_gradients
 
@@ -121,12 +121,7 @@ def build_robot(config: RobotConfig, mesh: TetMesh, source: str) -> TetRobot:
         digest=digest(mesh, material, fixed, cables, contacts),
         mesh=mesh,
         material=material,
-        integration=Integration(
-            h=1.0 / config.controller.rate,
-            static=scheme.scheme == "quasi-static",
-            rayleigh_mass=scheme.rayleigh_mass,
-            rayleigh_stiffness=scheme.rayleigh_stiffness,
-        ),
+        integration=integration_of(config),
         pattern=pattern,
         elements=elements,
         mass=np.repeat(mass, 3),

@@ -25,7 +25,7 @@ from tauten.model.material import Material
 from tauten.model.profile import Profile, bar, tube
 from tauten.model.regions import in_box
 from tauten.model.surface import spread_points
-from tauten.model.system import Integration, make_pattern
+from tauten.model.system import integration_of, make_pattern
 
 
 def read_structure(path: Path) -> Structure:
@@ -68,12 +68,7 @@ def build_beam_robot(config: BeamConfig, structure: Structure, source: str) -> B
         config=config,
         digest=digest(body, fixed, cables, hull, contacts),
         body=body,
-        integration=Integration(
-            h=1.0 / config.controller.rate,
-            static=scheme.scheme == "quasi-static",
-            rayleigh_mass=scheme.rayleigh_mass,
-            rayleigh_stiffness=scheme.rayleigh_stiffness,
-        ),
+        integration=integration_of(config),
         pattern=pattern,
         beam_slot=pattern.blocks(groups(body.ends)),
         mass=np.repeat(np.stack([body.mass, body.inertia], axis=1)[free].ravel(), 3),

@@ -52,6 +52,12 @@ class ContactRows:
     pair: Ints
     n_slots: int
 
+    @classmethod
+    def out_of_range(cls, H: Jacobian, n_slots: int) -> ContactRows:
+        """No candidate in range: no rows, H (0, n)."""
+        none = np.zeros(0, dtype=np.int64)
+        return cls(Rows(H, np.zeros(0)), none, none, n_slots)
+
     def __len__(self) -> int:
         return len(self.rows)
 

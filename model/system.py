@@ -16,6 +16,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from tauten.model.arrays import Array, Bools, Ints
+from tauten.model.config import RobotSettings
 from tauten.model.factorisation import Factorisation
 
 
@@ -34,6 +35,17 @@ class Integration:
     static: bool
     rayleigh_mass: float = 0.0
     rayleigh_stiffness: float = 0.0
+
+
+def integration_of(config: RobotSettings) -> Integration:
+    """The scheme a robot file asks for."""
+    scheme = config.integration
+    return Integration(
+        h=1.0 / config.controller.rate,
+        static=scheme.scheme == "quasi-static",
+        rayleigh_mass=scheme.rayleigh_mass,
+        rayleigh_stiffness=scheme.rayleigh_stiffness,
+    )
 
 
 @dataclass(frozen=True, slots=True)

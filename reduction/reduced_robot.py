@@ -262,8 +262,7 @@ class ReducedRobot:
         return ContactRows(Rows(H, found.gap), found.slots, found.pair, self.n_c)
 
     def _no_contact_rows(self) -> ContactRows:
-        none = np.zeros(0, dtype=np.int64)
-        return ContactRows(Rows(np.zeros((0, self.n)), np.zeros(0)), none, none, self.n_c)
+        return ContactRows.out_of_range(np.zeros((0, self.n)), self.n_c)
 
 
 def reduced_robot(robot: Robot, states: StateBasis) -> ReducedRobot:
