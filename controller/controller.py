@@ -23,7 +23,7 @@ from tauten.controller.step import (
 from tauten.model.arrays import Array
 from tauten.model.contact_space import ContactSpace
 from tauten.model.factorisation import FactorisationError
-from tauten.model.forward import Enrichment, Forces, contact_model, no_forces
+from tauten.model.forward import Enrichment, Forces, contact_model, modes_first, no_forces
 from tauten.model.robot import Robot, State
 
 NOTHING = Certificate(np.nan, np.nan, np.nan, np.nan)
@@ -80,7 +80,7 @@ class Controller:
         Raises:
             ValueError: `contact` is none of these, or a basis of another robot's size.
         """
-        reduced = Enrichment(robot.config.contact.tolerance, rounds=3, per_pair=1)
+        reduced = modes_first(robot.config.contact.tolerance)
         self.space, default = contact_model(contact, robot.n_c, reduced)
         self.robot = robot.fork()
         settings = robot.config.controller

@@ -1,7 +1,7 @@
-"""Spaces of contact forces: λ_c = Ψ β, from none over reduced to full.
+"""Spaces of contact forces: λ_c = Ψ β.
 
 A space turns the pointwise contact rows in range into as many rows as it has columns in play. The
-bases of `tauten.reduction` are one kind; here are the protocol and the two trivial kinds.
+bases of `tauten.reduction` are one kind; here are the protocol and the empty one.
 """
 
 from __future__ import annotations
@@ -70,27 +70,3 @@ class EmptySpace:
     def lift(self, beta: Array) -> Array:
         """No forces: zeros (n_c,)."""
         return np.zeros(self.n_slots)
-
-
-@dataclass(frozen=True, slots=True)
-class FullSpace:
-    """Every candidate its own column: pointwise contact.
-
-    Attributes:
-        n_slots: n_c.
-    """
-
-    n_slots: int
-
-    @property
-    def k(self) -> int:
-        """Number of columns, one a candidate."""
-        return self.n_slots
-
-    def reduce(self, contacts: ContactRows) -> ReducedContacts:
-        """The rows as they are, dense."""
-        return ReducedContacts(contacts.rows.dense(), contacts.rows.delta, contacts.slots)
-
-    def lift(self, beta: Array) -> Array:
-        """The coefficients are the forces."""
-        return beta

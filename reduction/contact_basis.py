@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from importlib.resources import as_file, files
 from pathlib import Path
 
 import numpy as np
@@ -15,11 +14,10 @@ from tauten.model.jit import kernel
 from tauten.model.robot import Robot
 from tauten.model.rows import ContactRows
 from tauten.reduction.provenance import Provenance
-from tauten.reduction.storage import DamagedFile, read, write
+from tauten.reduction.storage import DamagedFile, UnknownFile, located, read, write
 
 SUFFIX = ".basis"
 _KIND = "tauten contact basis"
-_SHIPPED = "tauten.model.robots"
 
 
 class BasisError(ValueError):
@@ -128,18 +126,11 @@ class ContactBasis:
         Raises:
             BasisError: no such basis, or the file is damaged; says which and what was found.
         """
-        path = Path(name_or_path)
-        if path.suffix == SUFFIX or path.is_file():
-            return _load(path)
-        resources = [p for p in files(_SHIPPED).iterdir() if p.name.endswith(SUFFIX)]
-        shipped = {p.name.removesuffix(SUFFIX): p for p in resources}
-        if str(name_or_path) not in shipped:
-            raise BasisError(
-                f"no contact basis {str(name_or_path)!r}: expected a path ending in {SUFFIX} "
-                f"or one of the shipped ones ({', '.join(sorted(shipped)) or 'none'})"
-            )
-        with as_file(shipped[str(name_or_path)]) as file:
-            return _load(file)
+        try:
+            with located(name_or_path, SUFFIX, "contact basis") as file:
+                return _load(file)
+        except UnknownFile as error:
+            raise BasisError(str(error)) from error
 
 
 def _load(path: Path) -> ContactBasis:

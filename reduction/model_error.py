@@ -10,7 +10,7 @@ import numpy as np
 from tauten.model.arrays import Array
 from tauten.model.contact_space import ContactSpace
 from tauten.model.factorisation import FactorisationError
-from tauten.model.forward import Enrichment
+from tauten.model.forward import modes_first
 from tauten.model.robot import State
 from tauten.model.simulator import Simulator
 from tauten.reduction.reduced_robot import ReducedRobot
@@ -31,7 +31,7 @@ class TipCheck:
         self, robot: ReducedRobot, contact: Literal["none", "full"] | ContactSpace
     ) -> None:
         """Compare this robot, with the contact that its controller knows."""
-        enrichment = Enrichment(robot.config.contact.tolerance, rounds=3, per_pair=1)
+        enrichment = modes_first(robot.config.contact.tolerance)
         known = None if isinstance(contact, str) else enrichment
         self._robot = robot
         self._reduced = Simulator(robot, contact, known)

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 
 from tauten.model.arrays import Array, Bools
-from tauten.model.forward import Enrichment
+from tauten.model.forward import modes_first
 from tauten.model.robot import Robot
 from tauten.model.tet_robot import TetRobot
 from tauten.reduction.contact_basis import ContactBasis
@@ -152,7 +152,7 @@ def check_errors(
 ) -> TipErrors:
     """Tips of the reduced model, as a controller uses it, against stored full-order equilibria."""
     tolerance = robot.config.contact.tolerance
-    enrichment = Enrichment(tolerance, rounds=3, per_pair=1)
+    enrichment = modes_first(tolerance)
     return tip_errors(reduced_robot(robot, states), held_out, basis, enrichment)
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 from dataclasses import asdict, dataclass, fields, replace
-from importlib.resources import as_file, files
 from pathlib import Path
 from typing import Any
 
@@ -12,11 +11,10 @@ import numpy as np
 
 from tauten.model.arrays import Array, Ints
 from tauten.model.robot import Robot
-from tauten.reduction.storage import DamagedFile, read, write
+from tauten.reduction.storage import DamagedFile, UnknownFile, located, read, write
 
 SUFFIX = ".states"
 _KIND = "tauten state basis"
-_SHIPPED = "tauten.model.robots"
 
 
 class StateBasisError(ValueError):
@@ -167,18 +165,11 @@ class StateBasis:
         Raises:
             StateBasisError: no such file, or it is damaged; says which and what was found.
         """
-        path = Path(name_or_path)
-        if path.suffix == SUFFIX or path.is_file():
-            return _load(path)
-        resources = [p for p in files(_SHIPPED).iterdir() if p.name.endswith(SUFFIX)]
-        shipped = {p.name.removesuffix(SUFFIX): p for p in resources}
-        if str(name_or_path) not in shipped:
-            raise StateBasisError(
-                f"no state basis {str(name_or_path)!r}: expected a path ending in {SUFFIX} "
-                f"or one of the shipped ones ({', '.join(sorted(shipped)) or 'none'})"
-            )
-        with as_file(shipped[str(name_or_path)]) as file:
-            return _load(file)
+        try:
+            with located(name_or_path, SUFFIX, "state basis") as file:
+                return _load(file)
+        except UnknownFile as error:
+            raise StateBasisError(str(error)) from error
 
 
 def _load(path: Path) -> StateBasis:

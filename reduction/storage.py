@@ -6,7 +6,9 @@ import json
 import os
 import tempfile
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from importlib.resources import as_file, files
 from pathlib import Path
 from typing import Any
 
@@ -15,10 +17,37 @@ from numpy.lib.format import read_array, write_array
 from numpy.typing import NDArray
 
 _HEADER = "header.json"
+_SHIPPED = "tauten.model.robots"
+
+
+class UnknownFile(ValueError):
+    """Neither a path nor the name of a shipped file; the text says what was looked for."""
 
 
 class DamagedFile(ValueError):
     """A file that is not what was saved; the text says which file and what is wrong."""
+
+
+@contextmanager
+def located(name_or_path: str | Path, suffix: str, what: str) -> Iterator[Path]:
+    """Where a file is: the path itself, or the file shipped for a robot of that name.
+
+    Raises:
+        UnknownFile: it is neither.
+    """
+    path = Path(name_or_path)
+    if path.suffix == suffix or path.is_file():
+        yield path
+        return
+    resources = [p for p in files(_SHIPPED).iterdir() if p.name.endswith(suffix)]
+    shipped = {p.name.removesuffix(suffix): p for p in resources}
+    if str(name_or_path) not in shipped:
+        raise UnknownFile(
+            f"no {what} {str(name_or_path)!r}: expected a path ending in {suffix} "
+            f"or one of the shipped ones ({', '.join(sorted(shipped)) or 'none'})"
+        )
+    with as_file(shipped[str(name_or_path)]) as file:
+        yield file
 
 
 def write(

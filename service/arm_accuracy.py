@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from tauten.model import Robot
-from tauten.model.forward import Enrichment
+from tauten.model.forward import modes_first
 from tauten.reduction import ContactBasis
 from tauten.reduction.fit import BasisMethod, fit_each
 from tauten.reduction.snapshots import Snapshots
@@ -89,7 +89,7 @@ def posture_error(
 ) -> PostureError:
     """Error of one basis on runs that end in postures; cables keep their tensions."""
     tolerance = robot.config.contact.tolerance
-    enrichment = Enrichment(tolerance, rounds=3, per_pair=1) if certified else None
+    enrichment = modes_first(tolerance) if certified else None
     result = tip_errors(robot, runs, basis, enrichment, "tension", _MAX_ITERATIONS)
     last = np.append(np.diff(runs.run) != 0, True)
     ends = 1e3 * result.error[last]

@@ -14,7 +14,7 @@ from tauten.controller import Controller
 from tauten.model import Robot, Simulator
 from tauten.model.arrays import Array
 from tauten.model.compliance import compliance
-from tauten.model.forward import Enrichment, Forces
+from tauten.model.forward import Enrichment, Forces, modes_first
 from tauten.model.lcp import solve_pgs
 from tauten.reduction import ContactBasis
 from tauten.service.arm_postures import settled
@@ -60,7 +60,7 @@ class Speed:
 def measure_speed(robot: Robot, basis: ContactBasis, tension: Array, posture: str) -> Speed:
     """Times of steps of all kinds around the equilibrium under tensions (n_a,) [N]."""
     there = settled(robot, tension)
-    enrichment = Enrichment(robot.config.contact.tolerance, rounds=3, per_pair=1)
+    enrichment = modes_first(robot.config.contact.tolerance)
     sweeps: list[int] = []
     good: list[bool] = []
     start, wobbling = there.lam_c, wobble(tension)

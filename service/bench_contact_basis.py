@@ -14,7 +14,7 @@ from tauten.controller import Controller
 from tauten.controller.step import advance, decide, forces_of, predicted_gaps, prepare
 from tauten.model.arrays import Array
 from tauten.model.factorisation import FactorisationError
-from tauten.model.forward import Enrichment, worst_rows
+from tauten.model.forward import Enrichment, modes_first, worst_rows
 from tauten.model.lcp import LcpResult, complementarity, solve_lcp, solve_pgs
 from tauten.model.robot import Robot
 from tauten.reduction import ContactBasis
@@ -151,7 +151,7 @@ def held_out_errors(inputs: Inputs) -> Iterator[HeldOutError]:
     """The basis on paths with other gravity, with forces on the effectors, and released."""
     robot = inputs.robot
     design, names = held_out_design(robot, inputs.steps)
-    usual = Enrichment(robot.config.contact.tolerance, rounds=3, per_pair=1)
+    usual = modes_first(robot.config.contact.tolerance)
     for index, name in enumerate(names):
         folder = inputs.folder / f"held-out-{inputs.steps}" / f"{index:02d}"
         alone = Design(f"{design.description}, {name}", (design.runs[index],))

@@ -10,7 +10,7 @@ import numpy as np
 
 from tauten.model import Simulator, TetRobot, load_robot
 from tauten.model.arrays import Array
-from tauten.model.forward import Enrichment
+from tauten.model.forward import modes_first
 from tauten.model.robot import Robot
 from tauten.reduction import ContactBasis
 from tauten.reduction.campaign import run_campaign
@@ -248,7 +248,7 @@ def unseen(training: Snapshots) -> Snapshots:
 
 def follow(robot: Robot, basis: ContactBasis, snapshots: Snapshots) -> PathError:
     """Settle along stored equilibria of the full model and compare tips."""
-    enrichment = Enrichment(robot.config.contact.tolerance, rounds=3, per_pair=1)
+    enrichment = modes_first(robot.config.contact.tolerance)
     simulator = Simulator(robot, basis, enrichment)
     apart, deepest, lost = [], np.inf, 0
     for i in range(len(snapshots)):

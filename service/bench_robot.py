@@ -10,7 +10,7 @@ import numpy as np
 
 from tauten.model import Simulator, load_robot
 from tauten.model.arrays import Array, Bools
-from tauten.model.forward import Enrichment
+from tauten.model.forward import Enrichment, modes_first
 from tauten.model.robot import Robot
 from tauten.reduction import ContactBasis
 from tauten.service.config import one_blas_thread
@@ -124,7 +124,7 @@ def bench_control(
         full = tip_curve(robot, "full", None, pulls)
         progress(1.0 / 6.0)
         tolerance = robot.config.contact.tolerance
-        enrichments = (None, Enrichment(tolerance, rounds=3, per_pair=1))
+        enrichments = (None, modes_first(tolerance))
         errors = []
         for enrichment in enrichments:
             errors.append(compare(full, tip_curve(robot, basis, enrichment, pulls), enrichment))

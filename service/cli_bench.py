@@ -86,7 +86,7 @@ def manipulator(
 ) -> None:
     """Steps per second straight and bent, full and reduced; what contact does; error over modes."""
     from tauten.service import bench_manipulator as arm
-    from tauten.service.qpcc_tables import put_between
+    from tauten.service.tables import put_between
 
     try:
         settings = arm.ArmBenchSettings(snapshots, figures, arm.parse_ks(modes))

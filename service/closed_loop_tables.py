@@ -6,7 +6,7 @@ from pathlib import Path
 
 from tauten.service.bench_closed_loop import ClosedLoopBench
 from tauten.service.closed_loop_run import Outcome
-from tauten.service.qpcc_tables import Numbers, put_between
+from tauten.service.tables import Numbers, measured_on, put_tables
 
 BEGIN, END = "<!-- tauten bench closed-loop -->", "<!-- end -->"
 
@@ -60,16 +60,7 @@ def costs_table(pairs: dict[tuple[str, str], list[Outcome]]) -> Numbers:
 
 
 def write_markdown(result: ClosedLoopBench, path: Path) -> None:
-    """Put the tables between the marks of a page.
-
-    Raises:
-        ValueError: the page has no such marks.
-        OSError: it cannot be read or written.
-    """
-    facts = result.machine
-    about = (
-        f"{result.robot}, {result.seconds:g} s a case at {result.rate_hz:g} Hz. "
-        f"Times: {facts.cores} x {facts.processor}, load {facts.load:.1f}."
-    )
-    body = "\n".join([about, "", *(table.markdown() for table in tables(result))])
-    put_between(path, BEGIN, END, body)
+    """Put the tables into a page, see `put_tables`."""
+    cases = f"{result.robot}, {result.seconds:g} s a case at {result.rate_hz:g} Hz."
+    about = f"{cases} Times: {measured_on(result.machine)}"
+    put_tables(path, BEGIN, END, about, tables(result))

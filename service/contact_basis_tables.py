@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from tauten.service.contact_basis_results import ContactBasisBench, HeldOutError, TrainingError
-from tauten.service.qpcc_tables import Numbers, put_between
+from tauten.service.tables import Numbers, put_between
 
 BEGIN, END = "<!-- tauten bench contact-basis -->", "<!-- end -->"
 

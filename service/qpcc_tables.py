@@ -3,49 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from pathlib import Path
 
-from rich.table import Table
-
 from tauten.service.bench_qpcc import QpccBench
-from tauten.service.files import write_text
 from tauten.service.qpcc_quality import Quality
 from tauten.service.qpcc_times import SolveTimes
-from tauten.service.report import Spread
+from tauten.service.tables import Numbers, measured_on, milliseconds, put_tables
 
 BEGIN, END = "<!-- tauten bench qpcc -->", "<!-- end -->"
 COMPARED = ((1, 5), (3, 10), (9, 23), (9, 40))  # cables and modes at which libraries are compared
-
-
-@dataclass(frozen=True, slots=True)
-class Numbers:
-    """A table.
-
-    Attributes:
-        title: what it is about.
-        columns: their names; the first is text, the others numbers.
-        rows: cells.
-    """
-
-    title: str
-    columns: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
-
-    def rich(self) -> Table:
-        """For the terminal."""
-        table = Table(title=self.title)
-        for index, name in enumerate(self.columns):
-            table.add_column(name, justify="right" if index else "left")
-        for row in self.rows:
-            table.add_row(*row)
-        return table
-
-    def markdown(self) -> str:
-        """For the docs."""
-        rule = [":--", *["--:"] * (len(self.columns) - 1)]
-        lines = [" | ".join(row) for row in (self.columns, rule, *self.rows)]
-        return f"**{self.title}**\n\n" + "\n".join(f"| {line} |" for line in lines) + "\n"
 
 
 def tables(result: QpccBench) -> tuple[Numbers, ...]:
@@ -107,33 +73,7 @@ def residuals_table(quality: Iterable[Quality]) -> Numbers:
     return Numbers("Largest residuals, and what else was checked", columns, tuple(rows))
 
 
-def milliseconds(spread: Spread) -> str:
-    """Median and 99th percentile."""
-    return f"{spread.p50:.3f} / {spread.p99:.3f}"
-
-
 def write_markdown(result: QpccBench, path: Path) -> None:
-    """Put the tables between the marks of a page.
-
-    Raises:
-        ValueError: the page has no such marks.
-        OSError: it cannot be read or written.
-    """
-    machine = result.machine
-    measured = f"Measured on {machine.cores} x {machine.processor}, load {machine.load:.1f}."
-    body = "\n".join([measured, "", *(table.markdown() for table in tables(result))])
-    put_between(path, BEGIN, END, body)
-
-
-def put_between(path: Path, begin: str, end: str, body: str) -> None:
-    """Replace what is between two marks of a page.
-
-    Raises:
-        ValueError: the page has no such marks.
-        OSError: it cannot be read or written.
-    """
-    head, found, rest = path.read_text(encoding="utf-8").partition(begin)
-    _, closed, tail = rest.partition(end)
-    if not (found and closed):
-        raise ValueError(f"{path}: no place for the tables, which go between {begin} and {end}")
-    write_text(path, f"{head}{begin}\n{body}{end}{tail}")
+    """Put the tables into a page, see `put_tables`."""
+    about = f"Measured on {measured_on(result.machine)}"
+    put_tables(path, BEGIN, END, about, tables(result))

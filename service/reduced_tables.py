@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 from tauten.service.bench_reduced import Case, MeshCase, PathError, ReducedBench
-from tauten.service.qpcc_tables import Numbers, milliseconds, put_between
 from tauten.service.report import Spread
 from tauten.service.stages import STAGES, WHOLE
+from tauten.service.tables import Numbers, measured_on, milliseconds, put_tables
 
 BEGIN, END = "<!-- tauten bench finger --model reduced -->", "<!-- end -->"
 
@@ -93,13 +93,6 @@ def step(spread: Spread) -> str:
 
 
 def write_markdown(result: ReducedBench, path: Path) -> None:
-    """Put the tables between the marks of a page.
-
-    Raises:
-        ValueError: the page has no such marks.
-        OSError: it cannot be read or written.
-    """
-    machine = result.machine
-    measured = f"Measured on {machine.cores} x {machine.processor}, load {machine.load:.1f}."
-    body = "\n".join([measured, "", *(table.markdown() for table in tables(result))])
-    put_between(path, BEGIN, END, body)
+    """Put the tables into a page, see `put_tables`."""
+    about = f"Measured on {measured_on(result.machine)}"
+    put_tables(path, BEGIN, END, about, tables(result))

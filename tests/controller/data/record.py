@@ -24,7 +24,7 @@ from tauten.controller.recorded_qpcc import Recorded, save_recorded
 from tauten.controller.solution import Solution
 from tauten.model import Robot, Simulator, load_robot
 from tauten.model.arrays import Array, Bools
-from tauten.model.forward import Enrichment
+from tauten.model.forward import modes_first
 from tauten.model.limits import Limits
 from tauten.reduction import ContactBasis, Provenance, factorise
 
@@ -126,7 +126,7 @@ def record(
 ) -> None:
     """One file."""
     recorder = Recorder()
-    enrichment = Enrichment(robot.config.contact.tolerance, rounds=3, per_pair=1)
+    enrichment = modes_first(robot.config.contact.tolerance)
     controller = Controller(robot, contact, enrichment)
     with (
         mock.patch.object(control_step, "inverse_problem", recorder.build),
