@@ -11,9 +11,14 @@ import matplotlib
 matplotlib.use("Agg")
 
 import pytest
+from hypothesis import settings
 
 from tauten.model.load import load_robot
 from tauten.model.tet_robot import TetRobot
+
+# The same examples every time, so that what fails here fails there; see CONTRIBUTING for others.
+settings.register_profile("repeatable", derandomize=True)
+settings.load_profile("repeatable")
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -2,9 +2,10 @@
 
 import time
 
+import numpy as np
 import pytest
 
-from tauten.service.clock import Clock
+from tauten.service.clock import Clock, sleep_precisely
 
 
 class Hand:
@@ -56,6 +57,32 @@ def test_lost_periods_are_skipped_not_queued(hand: Hand) -> None:
     assert clock.wait().index == 5
     assert hand.time == 102.5
     assert (clock.missed, clock.skipped) == (1, 2)
+
+
+def test_there_is_time_for_something_before_a_beat(hand: Hand) -> None:
+    clock, seen = Clock(0.5, hand.now, hand.sleep), []
+
+    def look() -> None:
+        seen.append(hand.time)
+        hand.time += 0.0001
+
+    beat = clock.wait(look)
+    assert seen == pytest.approx([100.4995])
+    assert (beat.lateness, beat.slack, hand.time) == (pytest.approx(0.0, abs=1e-9), 0.5, 100.5)
+    hand.time += 0.4999  # too little left
+    clock.wait(look)
+    assert len(seen) == 1
+    assert clock.missed == 0
+
+
+def test_the_last_moment_is_not_slept_through() -> None:
+    late = []
+    for _ in range(20):
+        due = time.monotonic() + 0.002
+        sleep_precisely(0.002)
+        late.append(time.monotonic() - due)
+    assert min(late) >= 0.0
+    assert np.median(late) < 2e-5
 
 
 def test_real_beats_do_not_drift() -> None:
