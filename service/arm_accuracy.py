@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from tauten.model import Robot
 from tauten.model.forward import modes_first
 from tauten.reduction import ContactBasis
+from tauten.reduction.contact_problem import contact_problems
 from tauten.reduction.fit import BasisMethod, fit_each
 from tauten.reduction.snapshots import Snapshots
 from tauten.reduction.tip import tip_errors
@@ -19,12 +20,14 @@ from tauten.reduction.weighting import Weighting, snapshot_weights
 
 _MAX_ITERATIONS = 200  # equilibria on the way are far apart
 
-# The paper's way, weights included, and this package's without and with certified gaps.
+# The paper's way, weights included, and this package's default without and with certified gaps.
 KINDS: tuple[tuple[BasisMethod, Weighting, bool], ...] = (
     ("als", "force", False),
-    ("hals", "equal", False),
-    ("hals", "equal", True),
+    ("energy", "equal", False),
+    ("energy", "equal", True),
 )
+
+LABELS = {"als": "ALS", "energy": "least energy"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,15 +76,27 @@ def errors_over_k(
         progress: called with the share of the work that has just been done.
     """
     found, share = [], 1.0 / (len(KINDS) * len(ks) * len(postures))
-    for method, weighting, certified in KINDS:
-        S = campaign.lam * snapshot_weights(campaign.lam, weighting)
-        for fit in fit_each(S, (), ks, method):
-            origin = replace(shipped.provenance, method=method, weighting=weighting, k=fit.k)
-            basis = ContactBasis(fit.Psi, origin)
+    bases = _bases(robot, shipped, campaign, ks)
+    for method, _, certified in KINDS:
+        for basis in bases[method]:
             for name, runs in postures.items():
                 found.append(posture_error(robot, basis, runs, name, certified))
                 progress(share)
     return tuple(found)
+
+
+def _bases(
+    robot: Robot, shipped: ContactBasis, campaign: Snapshots, ks: Sequence[int]
+) -> dict[BasisMethod, list[ContactBasis]]:
+    """Bases of all sizes by each method."""
+    problems = contact_problems(robot, campaign)
+    found: dict[BasisMethod, list[ContactBasis]] = {}
+    for method, weighting in dict.fromkeys((method, weighting) for method, weighting, _ in KINDS):
+        S = campaign.lam * snapshot_weights(campaign.lam, weighting)
+        origin = replace(shipped.provenance, method=method, weighting=weighting)
+        fits = fit_each(S, problems, ks, method)
+        found[method] = [ContactBasis(fit.Psi, replace(origin, k=fit.k)) for fit in fits]
+    return found
 
 
 def posture_error(
@@ -118,7 +133,7 @@ def draw_errors(errors: Sequence[PostureError], path: Path) -> None:
                 for error in errors
                 if (error.postures, error.method, error.certified) == (name, method, certified)
             ]
-            label = f"{method.upper()}, certified" if certified else method.upper()
+            label = LABELS[method] + (", certified" if certified else "")
             k = [point.k for point in points]
             axes.plot(k, [p.mean_mm for p in points], "o-", color=colour, ms=4, label=label)
             axes.plot(k, [p.max_mm for p in points], "^--", color=colour, ms=4, lw=0.8)
