@@ -106,6 +106,8 @@ class Controller:
     @property
     def effector(self) -> Array:
         """The model's own effector positions: (p, 3) [m]."""
+        if self._prepared is not None:  # which has looked for them where the model is
+            return self._prepared.rows.effectors.delta.reshape(-1, 3)
         return self.robot.effector(self.state)
 
     @property

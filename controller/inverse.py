@@ -42,29 +42,26 @@ def inverse_problem(
         epsilon: weight of the elastic energy, unitless.
         touching: (k,) contacts that pushed last; None for none.
     """
-    n_e, n_a = response.n_e, response.n_a
-    e, a, c = slice(0, n_e), slice(n_e, n_e + n_a), slice(n_e + n_a, len(response.delta_free))
-    W, z = response.W, slice(n_e, len(response.delta_free))
-    error = response.delta_free[e] - target  # (n_e,)
-    Q = W[e, z].T @ W[e, z]  # (n_a + k, n_a + k)
-    Q[:n_a, :n_a] += epsilon * energy_scale(shut(response, touching), W[a, a]) * W[a, a]
-    reach = h * limits.rate  # (n_a,)
-    free = response.delta_free[a]
+    n_e, n_a, k = response.n_e, response.n_a, response.n_c
+    W, delta_free = response.W, response.delta_free
+    shut_now = np.zeros(k, dtype=np.bool_) if touching is None else touching
+    Q, c, constant = _objective(W, delta_free, target, n_a, epsilon, shut_now)
+    g_lo, g_hi, slower = _travel(
+        delta_free[n_e : n_e + n_a], pull_prev, limits.pull_min, limits.pull_max, limits.rate, h
+    )
     return Qpcc(
         Q=Q,
-        c=W[e, z].T @ error,
+        c=c,
         lb=limits.tension_min,
         ub=limits.tension_max,
-        G=W[a, z],
-        g_lo=np.maximum(limits.pull_min, pull_prev - reach) - free,
-        g_hi=np.minimum(limits.pull_max, pull_prev + reach) - free,
-        M=W[c, z],
-        m=response.delta_free[c],
-        constant=0.5 * float(error @ error),
+        G=W[n_e : n_e + n_a, n_e:],
+        g_lo=g_lo,
+        g_hi=g_hi,
+        M=W[n_e + n_a :, n_e:],
+        m=delta_free[n_e + n_a :],
+        constant=constant,
         bound_names=tension_names(n_a),
-        row_names=pull_names(
-            tuple(limits.pull_min >= pull_prev - reach), tuple(limits.pull_max <= pull_prev + reach)
-        ),
+        row_names=pull_names(slower.tobytes()),
     )
 
 
@@ -114,6 +111,41 @@ def energy_scale(W_ea: Array, W_aa: Array) -> float:
     return coupling / trace if coupling > 0.0 else trace / W_aa.shape[0]
 
 
+@kernel
+def _objective(
+    W: Array, delta_free: Array, target: Array, n_a: int, epsilon: float, touching: Bools
+) -> tuple[Array, Array, float]:
+    """Q (n, n), c (n,) and constant of (T1), n = n_a + k."""
+    n_e, n = len(target), W.shape[0] - len(target)
+    W_aa = W[n_e : n_e + n_a, n_e : n_e + n_a].copy()
+    weight = epsilon * energy_scale(_shut(W, n_e, n_a, touching), W_aa)
+    Q, c, constant = np.zeros((n, n)), np.zeros(n), 0.0
+    for e in range(n_e):
+        error = delta_free[e] - target[e]
+        constant += 0.5 * error * error
+        for i in range(n):
+            c[i] += W[e, n_e + i] * error
+            for j in range(n):
+                Q[i, j] += W[e, n_e + i] * W[e, n_e + j]
+    Q[:n_a, :n_a] += weight * W_aa
+    return Q, c, constant
+
+
+@kernel
+def _travel(
+    free: Array, pull_prev: Array, pull_min: Array, pull_max: Array, rate: Array, h: float
+) -> tuple[Array, Array, Bools]:
+    """Limits of δ_a − δ_a,free, each (n_a,) [m], and whether it is the rate that sets them (n_a, 2)."""
+    n_a = len(free)
+    g_lo, g_hi, slower = np.empty(n_a), np.empty(n_a), np.empty((n_a, 2), np.bool_)
+    for a in range(n_a):
+        low, high = pull_prev[a] - h * rate[a], pull_prev[a] + h * rate[a]
+        slower[a, 0], slower[a, 1] = low > pull_min[a], high < pull_max[a]
+        g_lo[a] = max(pull_min[a], low) - free[a]
+        g_hi[a] = min(pull_max[a], high) - free[a]
+    return g_lo, g_hi, slower
+
+
 @lru_cache(maxsize=64)
 def tension_names(n_a: int) -> tuple[str, ...]:
     """Names of the tension limits."""
@@ -121,15 +153,17 @@ def tension_names(n_a: int) -> tuple[str, ...]:
 
 
 @lru_cache(maxsize=1024)
-def pull_names(
-    lower_is_pull: tuple[bool, ...], upper_is_pull: tuple[bool, ...]
-) -> tuple[tuple[str, str], ...]:
-    """Names of the limits of the pulled lengths: pull or rate, whichever is tighter."""
-    pairs = enumerate(zip(lower_is_pull, upper_is_pull, strict=True))
+def pull_names(slower: bytes) -> tuple[tuple[str, str], ...]:
+    """Names of the limits of the pulled lengths: rate or pull, whichever is tighter.
+
+    Args:
+        slower: for the lower and the upper limit of each cable, whether it is the rate.
+    """
+    pairs = enumerate(zip(slower[::2], slower[1::2], strict=True))
     return tuple(
         (
-            f"{'pull_min' if low else 'rate'} of cable {i}",
-            f"{'pull_max' if high else 'rate'} of cable {i}",
+            f"{'rate' if low else 'pull_min'} of cable {i}",
+            f"{'rate' if high else 'pull_max'} of cable {i}",
         )
         for i, (low, high) in pairs
     )

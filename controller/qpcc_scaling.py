@@ -64,8 +64,16 @@ def scale(problem: Qpcc) -> tuple[int, Scaled, Units]:
     """Whether the numbers are USABLE, NOT_FINITE or CROSSED_LIMITS, and the problem without units."""
     # copies: a kernel is compiled anew for every memory layout, and that must not happen in a loop
     arrays = [np.array(array, dtype=np.float64, order="C") for array in problem.arrays]
-    scaled, units = equilibrate(*arrays)
-    return inspect_numbers(scaled, *arrays), scaled, units
+    return examined(*arrays)
+
+
+@kernel
+def examined(
+    Q: Array, c: Array, lb: Array, ub: Array, G: Array, g_lo: Array, g_hi: Array, M: Array, m: Array
+) -> tuple[int, Scaled, Units]:
+    """What `scale` returns."""
+    scaled, units = equilibrate(Q, c, lb, ub, G, g_lo, g_hi, M, m)
+    return inspect_numbers(scaled, Q, c, lb, ub, G, g_lo, g_hi, M, m), scaled, units
 
 
 @kernel

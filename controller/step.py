@@ -210,9 +210,8 @@ def warm_piece(prepared: Prepared, forces: Forces) -> Bools:
 
 def predicted_gaps(prepared: Prepared, dv: Array) -> Array:
     """Gaps of all candidates in range after a velocity change dv (n,): (m,) [m]."""
-    rows, system = prepared.rows.contacts.rows, prepared.system
-    gaps: Array = rows.delta + system.h * (rows.H @ (system.v + dv))
-    return gaps
+    system = prepared.system
+    return prepared.rows.contacts.rows.after(system.h, system.v + dv)
 
 
 def forces_of(robot: Robot, space: ContactSpace, decision: Decision) -> Forces:

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tauten.model.arrays import Array
+from tauten.model.jit import kernel
 from tauten.model.system import System
 
 
@@ -41,8 +42,17 @@ class Compliance:
 def compliance(system: System, H: Array, delta: Array) -> Compliance:
     """Condense dense rows H (m, n) with values delta (m,) through one factorised system."""
     X = np.ascontiguousarray(system.solve(H.T).T)  # (m, n)
-    W = system.h**2 * (H @ X.T)  # (m, m)
-    return Compliance(H, X, 0.5 * (W + W.T), delta + system.h * (H @ system.v_free))
+    return Compliance(H, X, *_condensed(H, X, delta, system.v_free, system.h))
+
+
+@kernel
+def _condensed(H: Array, X: Array, delta: Array, v_free: Array, h: float) -> tuple[Array, Array]:
+    """W (m, m), symmetric to the last bit, and δ_free (m,)."""
+    W = np.dot(H, X.T)
+    for i in range(W.shape[0]):
+        for j in range(i + 1):
+            W[i, j] = W[j, i] = 0.5 * h * h * (W[i, j] + W[j, i])
+    return W, delta + h * np.dot(H, v_free)
 
 
 def extended(system: System, known: Compliance, H: Array, delta: Array) -> Compliance:

@@ -189,7 +189,7 @@ def forward_step(
     for round_ in range(enrichment.rounds + 1):
         lam, residual, ok = solve_forces(response, robot.n_a, command, lam)
         dv = response.velocity_change(system, lam)
-        gaps = rows.contacts.rows.delta + system.h * (rows.contacts.rows.H @ (system.v + dv))
+        gaps = rows.contacts.rows.after(system.h, system.v + dv)
         worst = worst_rows(rows.contacts, gaps, enrichment, rows.contacts.slots[chosen])
         if len(worst) == 0 or round_ == enrichment.rounds:
             break
