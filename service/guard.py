@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tauten.model.arrays import Array
+from tauten.model.jit import kernel
 from tauten.model.limits import Limits
 
 # Changes below this fraction of a cable's range are rounding of a solver, not worth a report.
@@ -73,21 +74,18 @@ class Guard:
             The clamped values; those that left last when any value is not finite or the
             shapes are wrong.
         """
-        shape, limits, last = self._step.shape, self._limits, self.last
+        shape, last = self._step.shape, self.last
         pull, tension = np.asarray(pull, dtype=float), np.asarray(tension, dtype=float)
-        good = pull.shape == shape == tension.shape
-        if not (good and np.isfinite(pull).all() and np.isfinite(tension).all()):
+        if not (pull.shape == shape == tension.shape and _finite(pull) and _finite(tension)):
             self.last = Guarded(last.pull, last.tension, True)
             return self.last
-        lower = np.maximum(limits.pull_min, last.pull - self._step)
-        upper = np.minimum(limits.pull_max, last.pull + self._step)
-        safe_pull = np.clip(pull, lower, upper)
-        safe_tension = np.clip(tension, limits.tension_min, limits.tension_max)
-        clamped = bool(
-            (np.abs(safe_pull - pull) > self._rounding_pull).any()
-            or (np.abs(safe_tension - tension) > self._rounding_tension).any()
+        limits = self._limits
+        lower, upper = _reachable(last.pull, self._step, limits.pull_min, limits.pull_max)
+        safe_pull, turned = _clamped(pull, lower, upper, self._rounding_pull)
+        safe_tension, eased = _clamped(
+            tension, limits.tension_min, limits.tension_max, self._rounding_tension
         )
-        self.last = Guarded(safe_pull, safe_tension, clamped)
+        self.last = Guarded(safe_pull, safe_tension, turned or eased)
         return self.last
 
     def release(self, release_time: float) -> Iterator[Guarded]:
@@ -106,3 +104,27 @@ class Guard:
                 rest.pull + left * (start.pull - rest.pull),
                 rest.tension + left * (start.tension - rest.tension),
             )
+
+
+@kernel
+def _finite(values: Array) -> bool:
+    """Whether all numbers (n_a,) are."""
+    # not np.isfinite: where sums may be reordered LLVM takes its x - x for zero
+    return bool(np.sum((values > -np.inf) & (values < np.inf)) == values.shape[0])
+
+
+@kernel
+def _reachable(last: Array, step: Array, least: Array, most: Array) -> tuple[Array, Array]:
+    """Pulled lengths a winch can be at one period later: lower and upper (n_a,) [m]."""
+    return np.maximum(least, last - step), np.minimum(most, last + step)
+
+
+@kernel
+def _clamped(value: Array, lower: Array, upper: Array, rounding: Array) -> tuple[Array, bool]:
+    """Values (n_a,) within bounds, and whether one changed by more than rounding."""
+    safe = np.empty_like(value)
+    changed = False
+    for i in range(value.shape[0]):
+        safe[i] = min(max(value[i], lower[i]), upper[i])
+        changed = changed or abs(safe[i] - value[i]) > rounding[i]
+    return safe, changed

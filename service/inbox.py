@@ -104,7 +104,7 @@ class Inbox:
         self._timeout = timeout
         self._positions = np.full_like(rest, np.nan)  # (p, 3), NaN before the first
         self._stamp = 0
-        self._arrived = np.full(len(rest), -math.inf)  # (p,) when the last one came [s]
+        self._arrived = [-math.inf] * len(rest)  # when the last one came [s]
         self.fresh = False
 
     def drain(self, now: float, again: bool = False) -> list[Received]:
@@ -140,9 +140,12 @@ class Inbox:
             now: monotonic time [s].
             effectors: (p, 3) where they are [m]; one that never got a target is asked to stay there.
         """
-        if now - self._arrived.max() > self._timeout:
+        if now - max(self._arrived) > self._timeout:
             return None
-        positions = np.where(np.isnan(self._positions), effectors, self._positions)
+        positions = self._positions.copy()
+        for effector, arrived in enumerate(self._arrived):
+            if arrived == -math.inf:
+                positions[effector] = effectors[effector]
         return Goal(positions, self._stamp, self.fresh)
 
     def complete(self, now: float) -> Array | None:
@@ -151,7 +154,7 @@ class Inbox:
         Args:
             now: monotonic time [s].
         """
-        if now - self._arrived.min() > self._timeout:
+        if now - min(self._arrived) > self._timeout:
             return None
         return self._positions.copy()
 
@@ -178,10 +181,11 @@ class Inbox:
 
 def payload_of(sample: Sample) -> bytes | Fault:
     """The bytes of a sample; one that is too large is not even copied."""
-    size = len(sample.payload)
+    payload = sample.payload
+    size = len(payload)
     if size > MAX_PAYLOAD:
         return Fault(Reason.TOO_LARGE, f"{size} bytes, allowed are {MAX_PAYLOAD}")
-    return bytes(sample.payload)
+    return bytes(payload)
 
 
 def reach_of(size: float) -> float:

@@ -66,7 +66,7 @@ class Intake:
             self._measured_at = -np.inf
 
     def arrived(self, now: float, tick: int) -> bool:
-        """Look for targets before a tick that waits for one; whether one has come for it."""
+        """Look for targets before the tick that is due; whether one has come for it."""
         self._record(self._targets.drain(now, self._looked), self._target_keys, tick)
         self._looked = True
         return self._targets.fresh

@@ -16,7 +16,7 @@ import numpy as np
 import zenoh
 
 from tauten.model.arrays import Array
-from tauten.service.clock import Beat, Clock
+from tauten.service.clock import Beat, Clock, sleep_precisely
 from tauten.service.config import Setup
 from tauten.service.fall_back import FallBack
 from tauten.service.health import Diagnostic
@@ -26,6 +26,7 @@ from tauten.service.loop import Action, ControlLoop
 from tauten.service.metrics import MetricsAnswer
 from tauten.service.overhear import PlantRecorder
 from tauten.service.publishing import Publishing
+from tauten.service.realtime import has_realtime_priority
 from tauten.service.record import Recorder
 from tauten.service.state_machine import Mode, Signals
 from tauten.service.stopping import StopFlag
@@ -110,15 +111,15 @@ class Node:
                 after it is due, never less than a period after the last tick: a winch that may turn so
                 far in a tick turns no faster.
         """
-        clock = Clock(self._robot.h)
+        clock = _clock(self._robot.h)
         try:
             while not stop.requested:
-                beat = clock.wait()
+                beat = clock.wait(self._look)
                 if event and self._loop.state.mode is Mode.RUN:
                     self._await_target(clock)
                 self.tick(clock, beat, shutdown=False)
                 if self._fall_back is not None and self._fall_back.wanted:
-                    clock = Clock(self._fall_back.switch(self._loop))
+                    clock = _clock(self._fall_back.switch(self._loop))
         finally:
             log.info("releasing the cables")
             self.tick(clock, clock.wait(), shutdown=True)
@@ -148,6 +149,10 @@ class Node:
         self._vitals.add(tick)
         self._index += 1
         self._housekeeping(clock)
+
+    def _look(self) -> None:
+        """Read targets that are there already, so that the tick begins with its decision."""
+        self._intake.arrived(time.monotonic(), self._index)
 
     def _await_target(self, clock: Clock) -> None:
         """Wait for the target of the tick that is due, and let the grid follow the targets."""
@@ -223,6 +228,10 @@ class Node:
         if self._fall_back is not None:
             arrived.append(self._fall_back.watch.diagnostic())
         return self._vitals.diagnostics(clock, arrived, self._recorder, self._facts)
+
+
+def _clock(period: float) -> Clock:
+    return Clock(period, sleep=time.sleep if has_realtime_priority() else sleep_precisely)
 
 
 def _positions(points: Array) -> Positions:

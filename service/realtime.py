@@ -52,6 +52,11 @@ def apply_realtime(settings: RealtimeSettings) -> None:
             ) from error
 
 
+def has_realtime_priority() -> bool:
+    """Whether the thread that calls runs under SCHED_FIFO."""
+    return os.sched_getscheduler(0) == os.SCHED_FIFO
+
+
 def realtime_permitted() -> bool:
     """Whether SCHED_FIFO can be had; leaves everything as it is."""
     before, param = os.sched_getscheduler(0), os.sched_getparam(0)

@@ -108,9 +108,10 @@ def transition(state: State, seen: Signals, late_limit: int) -> State:
         return state
     state = _counted(state, seen.in_time, late_limit)
     cause = _obstacle(state, seen)
-    if cause is Cause.NONE:
-        return replace(state, mode=Mode.RUN, cause=cause)
-    mode = Mode.IDLE if state.mode is Mode.IDLE else Mode.HOLD
+    still = Mode.IDLE if state.mode is Mode.IDLE else Mode.HOLD
+    mode = Mode.RUN if cause is Cause.NONE else still
+    if (mode, cause) == (state.mode, state.cause):
+        return state
     return replace(state, mode=mode, cause=cause)
 
 
@@ -129,6 +130,8 @@ def _counted(state: State, in_time: bool, limit: int) -> State:
         late = state.late - 1 if in_time else min(state.late + 1, limit)
         return replace(state, late=late, tripped=late > 0)
     late = 0 if in_time else state.late + 1
+    if late == state.late:
+        return state
     return replace(state, late=late, tripped=late >= limit)
 
 
