@@ -18,8 +18,10 @@ from tauten.model.forward import Enrichment, Forces, modes_first
 from tauten.model.lcp import solve_pgs
 from tauten.reduction import ContactBasis
 from tauten.service.arm_postures import settled
+from tauten.service.stages import StepTimes, time_controller
 
 _SWEEPS, _TOLERANCE = 1000, 1e-6  # of Gauss-Seidel; 1 µm is coarse, for the reference's benefit
+_STEPS = 220  # whose stages are timed
 _WOBBLE = 0.02  # of the tensions from step to step, so that contact forces have to be found again
 
 
@@ -120,11 +122,23 @@ def wobble(tension: Array) -> Iterator[Array]:
 
 def _control(there: Simulator, contact: Literal["full"] | ContactBasis) -> Callable[[], object]:
     """Steps of a controller that holds the tip where it is."""
-    controller, goal = Controller(there.robot, contact), there.effector
+    controller, goal = _controller(there, contact), there.effector
+    return lambda: controller.step(goal)
+
+
+def _controller(there: Simulator, contact: Literal["full"] | ContactBasis) -> Controller:
+    controller = Controller(there.robot, contact)
     none = np.zeros(0, dtype=np.int64)
     forces = Forces(there.tension, np.zeros(controller.space.k), none, np.zeros(0))
     controller.start_from(there.state, forces, there.pull)
-    return lambda: controller.step(goal)
+    return controller
+
+
+def stage_times(robot: Robot, basis: ContactBasis, tension: Array) -> StepTimes:
+    """Where the time of control steps goes that hold the tip at the equilibrium of tensions (n_a,) [N]."""
+    there = settled(robot, tension)
+    targets = np.repeat(there.effector[None], _STEPS, axis=0)  # (s, p, 3)
+    return time_controller(_controller(there, basis), f"reduced, k = {basis.k}", targets)
 
 
 def gauss_seidel_step(there: Simulator, tension: Array, start: Array) -> tuple[Array, int, bool]:

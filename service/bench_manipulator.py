@@ -16,13 +16,13 @@ from tauten.reduction.designs import Ranges, plackett_burman
 from tauten.reduction.snapshots import Snapshots
 from tauten.service.arm_accuracy import PostureError, draw_errors, errors_over_k, posture_error
 from tauten.service.arm_postures import bent_tensions, random_postures
-from tauten.service.arm_speed import Speed, measure_speed
+from tauten.service.arm_speed import Speed, measure_speed, stage_times
 from tauten.service.body_figure import Side
 from tauten.service.compare import Comparison, compare, draw, equilibrium
 from tauten.service.config import one_blas_thread
 from tauten.service.machine import Machine, machine
+from tauten.service.stages import StepTimes
 
-BEGIN, END = "<!-- tauten bench manipulator -->", "<!-- end -->"
 ROBOTS = ("manipulator_1290", "manipulator")
 STEPS = 120  # of a run of the campaign
 _ON_THE_WAY = 6  # equilibria on the way to a posture that errors are measured at
@@ -38,6 +38,7 @@ class ArmBench:
     Attributes:
         machine: on which.
         speed: Table II.
+        stages: where the time of a reduced control step goes, 4,500 candidates, bent.
         contact: Fig. 11, the same tensions with and without contact.
         campaign: what the bases were made from.
         snapshots: of it, converged ones.
@@ -47,6 +48,7 @@ class ArmBench:
 
     machine: Machine
     speed: tuple[Speed, ...]
+    stages: StepTimes
     contact: Comparison
     campaign: str
     snapshots: int
@@ -88,6 +90,7 @@ def bench_manipulator(settings: ArmBenchSettings, progress: Progress) -> ArmBenc
         )
         postures = {"training": thinned(campaign), "held-out": held_out}
         speed = table()
+        stages = stage_times(robot, shipped, bent_tensions())
         progress(0.2)
         settings.figures.mkdir(parents=True, exist_ok=True)
         contact = contact_figure(robot, settings.figures / "manipulator-contact.png")
@@ -100,6 +103,7 @@ def bench_manipulator(settings: ArmBenchSettings, progress: Progress) -> ArmBenc
     return ArmBench(
         machine=machine(),
         speed=speed,
+        stages=stages,
         contact=contact,
         campaign=campaign.origin.campaign,
         snapshots=len(converged),
@@ -141,50 +145,6 @@ def contact_figure(robot: Robot, path: Path) -> Comparison:
     touching = equilibrium(robot, "full", None, tension)
     draw(robot, touching, passing, Side(0, 2), path)
     return compare(robot, touching, passing)
-
-
-def markdown(result: ArmBench) -> str:
-    """Tables for the page."""
-    facts = result.machine
-    lines = [
-        f"{facts.processor}, {facts.cores} cores, BLAS on one thread, load {facts.load:.1f}.",
-        "",
-        "| candidates | posture | in range | full, Gauss-Seidel [1/s] | full, active set [1/s] | "
-        "reduced [1/s] | reduced / Gauss-Seidel | reduced / active set | control, full [1/s] | "
-        "control, reduced [1/s] |",
-        "|---:|---|---:|---:|---:|---:|---:|---:|---:|---:|",
-    ]
-    for row in result.speed:
-        mark = "" if row.gauss_seidel_converged else " *"
-        lines.append(
-            f"| {row.candidates:,} | {row.posture} | {row.in_range:,} | "
-            f"{1e3 / row.gauss_seidel_ms:.3g}{mark} | {1e3 / row.full_ms:.0f} | "
-            f"{1e3 / row.reduced_ms:.0f} | {row.gauss_seidel_ms / row.reduced_ms:.1f} | "
-            f"{row.full_ms / row.reduced_ms:.2f} | {1e3 / row.control_full_ms:.0f} | "
-            f"{1e3 / row.control_reduced_ms:.0f} |"
-        )
-    c = result.contact
-    lines += [
-        "",
-        f"Gauss-Seidel took {max(row.sweeps for row in result.speed):,} sweeps at most, in the median of "
-        "a posture; \\* marks where it was stopped before it met its tolerance.",
-        "",
-        f"Contact moves the tip {c.apart_mm[0]:.0f} mm; {c.pushing} candidates push with "
-        f"{c.contact_force_n:.0f} N together; without contact surfaces overlap by "
-        f"{c.deepest_overlap_mm:.1f} mm.",
-        "",
-        "| postures | basis | k | certified | mean [mm] | largest [mm] | largest on the way [mm] | "
-        "unit columns | not settled |",
-        "|---|---|---:|---|---:|---:|---:|---:|---:|",
-    ]
-    shipped = [(error, "shipped, ") for error in result.shipped]
-    for error, kind in [*shipped, *((error, "") for error in result.errors)]:
-        lines.append(
-            f"| {error.postures} | {kind}{error.method} | {error.k} | "
-            f"{'yes' if error.certified else 'no'} | {error.mean_mm:.2f} | {error.max_mm:.2f} | "
-            f"{error.path_max_mm:.2f} | {error.extra_columns} | {error.unsettled} |"
-        )
-    return "\n".join(lines)
 
 
 def parse_ks(text: str) -> tuple[int, ...]:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from tauten.service.cli_bench import bench
+from tauten.service.cli_bench_node import node
 from tauten.service.cli_closed_loop import closed_loop
 from tauten.service.cli_compare import compare
 from tauten.service.cli_operate import alive, command, doctor, metrics, record
@@ -176,6 +177,7 @@ _COMMANDS = (
 for _command in _COMMANDS:
     app.command()(_command)
 bench.command("closed-loop")(closed_loop)
+bench.command("node")(node)
 app.add_typer(bench, name="bench")
 
 

@@ -86,18 +86,21 @@ def manipulator(
 ) -> None:
     """Steps per second straight and bent, full and reduced; what contact does; error over modes."""
     from tauten.service import bench_manipulator as arm
-    from tauten.service.tables import put_between
+    from tauten.service.arm_tables import sentences, tables, write_markdown
 
     try:
         settings = arm.ArmBenchSettings(snapshots, figures, arm.parse_ks(modes))
     except ValueError as error:
         raise typer.BadParameter(str(error)) from error
     result = _with_bar("manipulator", lambda progress: arm.bench_manipulator(settings, progress))
-    text = arm.markdown(result)
-    Console(width=200).print(text, markup=False)
+    console = Console()
+    for table in tables(result):
+        console.print(table.rich())
+    for sentence in sentences(result):
+        console.print(sentence)
     _write(result, json_file)
     if markdown is not None:
-        put_between(markdown, arm.BEGIN, arm.END, text + "\n")
+        write_markdown(result, markdown)
 
 
 @bench.command()

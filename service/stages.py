@@ -81,8 +81,15 @@ def time_steps(
     targets: Array,
     warm_up: int = 20,
 ) -> StepTimes:
-    """Follow targets (s, 3) [m] with a controller and measure every step after the warm-up."""
-    controller, watch = Controller(robot, contact), _Watch()
+    """Follow targets (s, p, 3) [m] with a controller at rest and measure every step after the warm-up."""
+    return time_controller(Controller(robot, contact), name, targets, warm_up)
+
+
+def time_controller(
+    controller: Controller, name: str, targets: Array, warm_up: int = 20
+) -> StepTimes:
+    """Follow targets (s, p, 3) [m] from where a controller is; `name` says what it knows of contact."""
+    watch = _Watch()
     errors, gaps, rows, in_range = [], [np.inf], [], []
     statuses: Counter[str] = Counter()
     for index, target in enumerate(targets):

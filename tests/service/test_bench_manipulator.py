@@ -16,10 +16,13 @@ from tauten.reduction.campaign import run_campaign
 from tauten.service.arm_accuracy import KINDS, PostureError, draw_errors, posture_error
 from tauten.service.arm_postures import bent_tensions, random_postures, settled
 from tauten.service.arm_speed import Speed, gauss_seidel_step, measure_speed
-from tauten.service.bench_manipulator import ArmBench, markdown, parse_ks
+from tauten.service.arm_tables import BEGIN, END, write_markdown
+from tauten.service.bench_manipulator import ArmBench, parse_ks
 from tauten.service.compare import Comparison
 from tauten.service.machine import machine
 from tauten.service.paths import directions
+from tauten.service.report import Spread
+from tauten.service.stages import STAGES, WHOLE, StepTimes
 
 
 @pytest.fixture(scope="module")
@@ -112,9 +115,21 @@ def test_tables_and_figure(arm: Robot, tmp_path) -> None:  # type: ignore[no-unt
     assert (tmp_path / "errors.png").stat().st_size > 10_000
     speed = Speed(4500, "bent", 2250, 50, 1000.0, 1000, False, 20.0, 5.0, 40.0, 10.0, 15.0)
     contact = Comparison("manipulator", ([], []), ([], []), [300.0], 50, 400.0, 20.0)
-    result = ArmBench(machine(), (speed,), contact, "a campaign", 1400, (errors[0],), tuple(errors))
-    text = markdown(result)
-    assert "| 4,500 | bent | 2,250 | 1 * | 50 | 200 | 200.0 | 4.00 | 25 | 100 |" in text
+    one = Spread(1.0, 2.0, 3.0)
+    stages = StepTimes(
+        "reduced, k = 23", 200, dict.fromkeys(STAGES, one), dict.fromkeys(WHOLE, one), 40.0, 2250.0,
+        one, -0.001, {"OK": 200},
+    )  # fmt: skip
+    result = ArmBench(
+        machine(), (speed,), stages, contact, "a campaign", 1400, (errors[0],), tuple(errors)
+    )
+    page = tmp_path / "page.md"
+    page.write_text(f"{BEGIN}{END}", encoding="utf-8")
+    write_markdown(result, page)
+    text = page.read_text(encoding="utf-8")
+    assert "| 4,500, bent | 2,250 | 1 * | 50 | 200 | 200.0 | 4.00 | 25 | 100 |" in text
+    assert "2,250 candidates in range, reduced, k = 23, 40 contact rows" in text
+    assert "Contact moves the tip 300 mm; 50 candidates push with 400 N" in text
     assert "| held-out | als | 5 | no | 1.00 | 0.40 | 3.00 | 4 | 0 |" in text
     assert dataclasses.asdict(result)["contact"]["apart_mm"] == [300.0]
 
