@@ -19,7 +19,8 @@ def node(
     robot: Annotated[str, typer.Argument(help="A shipped robot's name, or a robot file.")],
     model: Model = None,
     rate: Annotated[
-        float | None, typer.Option(min=0.1, help="Control rate [Hz]; default: the robot file's.")
+        list[float] | None,
+        typer.Option(min=0.1, help="Control rate [Hz], or several; default: the robot file's."),
     ] = None,
     seconds: Annotated[float, typer.Option(min=2.0, help="Of targets.")] = 60.0,
     targets: Annotated[float, typer.Option(min=0.1, help="Targets a second.")] = 50.0,
@@ -30,7 +31,10 @@ def node(
     json_file: Json = None,
     markdown: Annotated[Path | None, typer.Option(help="Page to put the table into.")] = None,
 ) -> None:
-    """Serve a robot, stream targets, and show deadlines, step, overhead and latency of its ticks."""
+    """Serve a robot, stream targets, and show deadlines, step, overhead and latency of its ticks.
+
+    Ctrl-C keeps what is done.
+    """
     from tauten.service.bench_node import NodeBenchSettings, bench_node
     from tauten.service.config import load_setup
     from tauten.service.node_tables import table, write_markdown
@@ -43,12 +47,16 @@ def node(
         options += ["--priority", str(priority)]
     for cpu in cpus or []:
         options += ["--cpus", str(cpu)]
-    setup = load_setup(robot, rate=rate, model=model)
     settings = NodeBenchSettings(seconds, targets, tuple(options))
+    rates: list[float | None] = [*rate] if rate else [None]
+    results = []
     with stop_on_signals() as stop, Console(stderr=True).status(robot) as status:
-        result = bench_node(setup, robot, settings, stop, status.update)
-    Console().print(table(result).rich())
+        for one in rates:
+            setup = load_setup(robot, rate=one, model=model)
+            if not stop.requested:
+                results.append(bench_node(setup, robot, settings, stop, status.update))
+    Console().print(table(results).rich())
     if json_file is not None:
-        write_text(json_file, json.dumps(asdict(result), indent=2) + "\n")
+        write_text(json_file, json.dumps([asdict(result) for result in results], indent=2) + "\n")
     if markdown is not None:
-        write_markdown(result, markdown)
+        write_markdown(results, markdown)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from tauten.service.bench_node import Deadlines, NodeBench
@@ -10,9 +11,19 @@ from tauten.service.tables import Numbers, measured_on, milliseconds, put_tables
 BEGIN, END = "<!-- tauten bench node -->", "<!-- end -->"
 
 
-def table(result: NodeBench) -> Numbers:
-    """The node, and a loop that does nothing as long."""
-    title = f"{result.robot} at {result.rate_hz:g} Hz, model {result.model}: median / 99 % in ms"
+def table(results: Sequence[NodeBench]) -> Numbers:
+    """The node at each rate, and a loop that does nothing as long."""
+    first = results[0]
+    columns = (
+        "loop", "ticks", "missed", "skipped", "decide", "step", "the rest", "begins late",
+        "target to actuation",
+    )  # fmt: skip
+    title = f"{first.robot}, model {first.model}: median / 99 % in ms"
+    return Numbers(title, columns, tuple(row for result in results for row in rows(result)))
+
+
+def rows(result: NodeBench) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """The node at one rate, and the loop beside it."""
     spreads = (
         result.decide_ms,
         result.step_ms,
@@ -20,13 +31,9 @@ def table(result: NodeBench) -> Numbers:
         result.lateness_ms,
         result.latency_ms,
     )
-    columns = (
-        "loop", "ticks", "missed", "skipped", "decide", "step", "the rest", "begins late",
-        "target to actuation",
-    )  # fmt: skip
-    node = ("node", *counts(result.deadlines), *(milliseconds(spread) for spread in spreads))
-    idle = ("busy with nothing", *counts(result.idle), *("" for _ in spreads))
-    return Numbers(title, columns, (node, idle))
+    name = f"node, {result.rate_hz:g} Hz"
+    node = (name, *counts(result.deadlines), *(milliseconds(spread) for spread in spreads))
+    return node, ("busy with nothing", *counts(result.idle), *("" for _ in spreads))
 
 
 def counts(deadlines: Deadlines) -> tuple[str, str, str]:
@@ -35,10 +42,11 @@ def counts(deadlines: Deadlines) -> tuple[str, str, str]:
     return f"{deadlines.ticks:,}", share, f"{deadlines.skipped:,}"
 
 
-def write_markdown(result: NodeBench, path: Path) -> None:
+def write_markdown(results: Sequence[NodeBench], path: Path) -> None:
     """Put the table into a page, see `put_tables`."""
+    first = results[0]
     about = (
-        f"{result.seconds:g} s, {result.target_rate_hz:g} targets a second. "
-        f"Measured on {measured_on(result.machine)}"
+        f"{first.seconds:g} s at each rate, {first.target_rate_hz:g} targets a second. "
+        f"Measured on {measured_on(first.machine)}"
     )
-    put_tables(path, BEGIN, END, about, [table(result)])
+    put_tables(path, BEGIN, END, about, [table(results)])
