@@ -223,7 +223,7 @@ class Controller:
             pull=decision.delta[n_e : n_e + n_a],
             tension=decision.solution.lam_a,
             status=status,
-            certificate=decision.solution.certificate,
+            certificate=decision.certificate,
             effector=decision.delta[:n_e].reshape(-1, 3),
         )
         return self._actuation

@@ -70,7 +70,8 @@ class Decision:
 
     Attributes:
         prepared: the step with the unit columns that joined.
-        solution: tensions, contact forces, status and certificate.
+        solution: tensions, contact forces, status.
+        certificate: of the solution, with the gaps of all candidates in range.
         lam: (m,) forces on all rows of `prepared.response`, zero on the effectors.
         delta: (m,) predicted row values [m].
         dv: (n,) velocity change [m/s].
@@ -78,6 +79,7 @@ class Decision:
 
     prepared: Prepared
     solution: Solution
+    certificate: Certificate
     lam: Array
     delta: Array
     dv: Array
@@ -185,14 +187,18 @@ def certified(
         response = extended(prepared.system, prepared.response, *unit_rows(contacts, worst))
         extra = np.concatenate([prepared.extra, worst])
         prepared = replace(prepared, response=response, extra=extra)
-    certificate = replace(
-        solution.certificate,
+    judged = solution.certificate
+    certificate = Certificate(
+        judged.primal,
+        judged.complementarity,
+        judged.stationarity,
         deepest_gap=float(gaps.min(initial=np.inf)),
         extra_columns=len(prepared.extra),
     )
     return Decision(
         prepared=prepared,
-        solution=replace(solution, certificate=certificate),
+        solution=solution,
+        certificate=certificate,
         lam=lam,
         delta=prepared.response.delta_free + prepared.response.W @ lam,
         dv=dv,

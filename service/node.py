@@ -151,8 +151,10 @@ class Node:
         self._housekeeping(clock)
 
     def _look(self) -> None:
-        """Read targets that are there already, so that the tick begins with its decision."""
+        """Read what is there already, so that the tick begins with its decision."""
         self._intake.arrived(time.monotonic(), self._index)
+        if self._plant is not None:
+            self._plant.drain(self._index)
 
     def _await_target(self, clock: Clock) -> None:
         """Wait for the target of the tick that is due, and let the grid follow the targets."""
