@@ -25,6 +25,7 @@ from tauten.service.messages import (
     encode_point,
     point_json,
 )
+from tauten.service.state_machine import Cause, Mode
 from tauten.service.tick import Tick, decode_tick
 
 PERIOD = 0.02
@@ -90,3 +91,34 @@ def check_limits(joints: list[Joints], beam: Robot) -> None:
 def ordered(values: Sequence[T]) -> list[T]:
     """Values without those that repeat the one before."""
     return [value for i, value in enumerate(values) if i == 0 or values[i - 1] != value]
+
+
+def modes(ticks: list[Tick]) -> list[tuple[Mode, Cause]]:
+    return ordered([(tick.mode, tick.cause) for tick in ticks])
+
+
+def whole(ticks: list[Tick]) -> bool:
+    """Whether every tick is there, one after another."""
+    return [tick.index for tick in ticks] == list(range(len(ticks)))
+
+
+def follow(served: Served, beam: Robot, seconds: float) -> None:
+    send(served, beam, 0.005, seconds)
+
+
+def wait_mode(served: Served, mode: Mode) -> Tick:
+    """Wait until the node is in a mode for some ticks; the last of them."""
+    ticks = served.session.declare_subscriber(served.keys.tick, zenoh.handlers.RingChannel(1))
+    end, count = time.monotonic() + 60.0, 0
+    while time.monotonic() < end:
+        sample = ticks.try_recv()
+        if sample is None:
+            time.sleep(0.005)
+            continue
+        tick = decode_tick(bytes(sample.payload))
+        assert isinstance(tick, Tick)
+        count = count + 1 if tick.mode is mode else 0
+        if count >= 5:
+            ticks.undeclare()  # type: ignore[no-untyped-call]
+            return tick
+    raise AssertionError(f"no {mode} within a minute, last {tick.mode} ({tick.cause})")

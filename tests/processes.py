@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import meshio
@@ -89,6 +90,9 @@ def wait_alive(session: zenoh.Session, token: str, process: Process) -> None:
         assert process.process.poll() is None, process.output.read_text()
         assert time.monotonic() < end, "did not start"
         time.sleep(0.05)
+
+
+Start = Callable[..., Process]
 
 
 @dataclasses.dataclass

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from processes import Served, start, wait_alive, write_robot
+from processes import Process, Served, Start, start, wait_alive, write_robot
 
 from tauten.model import Robot, load_robot
 from tauten.service.demo import free_ports
@@ -39,6 +39,22 @@ def served(request: pytest.FixtureRequest, beam_file: Path, tmp_path: Path) -> I
         yield Served(process, session, Keys("beam"), port, log)
     finally:
         session.close()  # type: ignore[no-untyped-call]
+        if process.process.poll() is None:
+            process.process.kill()
+        process.process.wait()
+
+
+@pytest.fixture
+def run(tmp_path: Path) -> Iterator[Start]:
+    """Starts `tauten` commands that do not outlive the test."""
+    started: list[Process] = []
+
+    def it(*arguments: object) -> Process:
+        started.append(start(tmp_path / f"{arguments[0]}{len(started)}.txt", *arguments))
+        return started[-1]
+
+    yield it
+    for process in started:
         if process.process.poll() is None:
             process.process.kill()
         process.process.wait()

@@ -6,15 +6,25 @@ import os
 import resource
 import signal
 import time
-from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
 import zenoh
-from faults import Proxy, Wire, client_config, start_jumping, start_router
-from nodes import PERIOD, check_limits, last_health, ordered, point_at, recorded, send
-from processes import Process, Served, start, wait_alive
+from faults import start_jumping
+from nodes import (
+    PERIOD,
+    check_limits,
+    follow,
+    last_health,
+    modes,
+    ordered,
+    point_at,
+    recorded,
+    wait_mode,
+    whole,
+)
+from processes import Process, Served, Start, wait_alive
 
 from tauten.model import Robot
 from tauten.service.demo import free_ports
@@ -22,44 +32,13 @@ from tauten.service.health import Level
 from tauten.service.keys import Keys
 from tauten.service.logfile import LogReader
 from tauten.service.messages import CDR, HEALTH, JOINTS, JSON, POINT, TEXT, TICK, encode_point
-from tauten.service.network import Network, Role, open_session, read_config
+from tauten.service.network import Network, Role, open_session
 from tauten.service.replay import replay
 from tauten.service.run import read_run
 from tauten.service.state_machine import Cause, Mode
-from tauten.service.tick import Tick, decode_tick
 
 KEYS = Keys("beam")
 TARGET = KEYS.targets(("tip",))[0]
-Start = Callable[..., Process]
-
-
-@pytest.fixture
-def run(tmp_path: Path) -> Iterator[Start]:
-    """Starts `tauten` commands that do not outlive the test."""
-    started: list[Process] = []
-
-    def it(*arguments: object) -> Process:
-        started.append(start(tmp_path / f"{arguments[0]}{len(started)}.txt", *arguments))
-        return started[-1]
-
-    yield it
-    for process in started:
-        if process.process.poll() is None:
-            process.process.kill()
-        process.process.wait()
-
-
-def modes(ticks: list[Tick]) -> list[tuple[Mode, Cause]]:
-    return ordered([(tick.mode, tick.cause) for tick in ticks])
-
-
-def whole(ticks: list[Tick]) -> bool:
-    """Whether every tick is there, one after another."""
-    return [tick.index for tick in ticks] == list(range(len(ticks)))
-
-
-def follow(served: Served, beam: Robot, seconds: float) -> None:
-    send(served, beam, 0.005, seconds)
 
 
 def test_random_bytes_on_every_key_move_nothing(
@@ -170,116 +149,6 @@ def test_killed_plants_streams_and_nodes_are_missed_and_found_again(
     assert whole(second)
     assert run_ in modes(second)
     check_limits(joints, beam)
-
-
-def wait_mode(served: Served, mode: Mode) -> Tick:
-    """Wait until the node is in a mode for some ticks; the last of them."""
-    ticks = served.session.declare_subscriber(KEYS.tick, zenoh.handlers.RingChannel(1))
-    end, count = time.monotonic() + 60.0, 0
-    while time.monotonic() < end:
-        sample = ticks.try_recv()
-        if sample is None:
-            time.sleep(0.005)
-            continue
-        tick = decode_tick(bytes(sample.payload))
-        assert isinstance(tick, Tick)
-        count = count + 1 if tick.mode is mode else 0
-        if count >= 5:
-            ticks.undeclare()  # type: ignore[no-untyped-call]
-            return tick
-    raise AssertionError(f"no {mode} within a minute, last {tick.mode} ({tick.cause})")
-
-
-@pytest.fixture
-def routed(beam_file: Path, tmp_path: Path, run: Start) -> Iterator[tuple[Served, Process, Path]]:
-    """A router as a process, a node and a session that are its clients, and their configuration."""
-    port, log = free_ports(), tmp_path / "log.mcap"
-    router = start_router(tmp_path / "router.txt", port)
-    config = client_config(tmp_path / "client.json5", port)
-    node = run("serve", beam_file, "--zenoh-config", config, "--record", log)
-    session = zenoh.open(read_config(config))
-    try:
-        wait_alive(session, KEYS.token, node)
-        yield Served(node, session, KEYS, port, log), router, config
-    finally:
-        session.close()  # type: ignore[no-untyped-call]
-        router.process.kill()
-        router.process.wait()
-
-
-@pytest.mark.slow
-def test_a_killed_router_holds_until_there_is_one_again(
-    routed: tuple[Served, Process, Path], beam: Robot, tmp_path: Path
-) -> None:
-    served, router, _ = routed
-    follow(served, beam, 1.0)
-    router.end(signal.SIGKILL)
-    follow(served, beam, 1.5)  # into the void
-    again = start_router(tmp_path / "again.txt", served.port)
-    try:
-        end = time.monotonic() + 20.0
-        while time.monotonic() < end and not served.session.info.routers_zid():
-            time.sleep(0.1)
-        follow(served, beam, 3.0)
-        assert served.process.end() == 0
-    finally:
-        again.process.kill()
-        again.process.wait()
-    ticks, joints, _ = recorded(served.log, beam)
-    assert whole(ticks)
-    check_limits(joints, beam)
-    seen = [item for item in modes(ticks) if item[0] is not Mode.IDLE]
-    lost = (Mode.HOLD, Cause.NO_TARGET)
-    assert seen[:3] == [(Mode.RUN, Cause.NONE), lost, (Mode.RUN, Cause.NONE)]
-    assert np.median([tick.lateness for tick in ticks]) < 2e-3
-
-
-@pytest.mark.slow
-def test_of_two_nodes_that_claim_a_robot_one_serves(
-    routed: tuple[Served, Process, Path], beam_file: Path, tmp_path: Path, run: Start
-) -> None:
-    served, _, config = routed
-    late = run("serve", beam_file, "--zenoh-config", config)
-    assert late.process.wait(60.0) == 2
-    assert "another node serves 'beam' already: stop it first" in late.output.read_text()
-    assert served.process.process.poll() is None
-    assert served.process.end() == 0
-    # and of two that start at the same time
-    pair = [run("serve", beam_file, "--zenoh-config", config) for _ in range(2)]
-    end = time.monotonic() + 60.0
-    while all(one.process.poll() is None for one in pair):
-        assert time.monotonic() < end
-        time.sleep(0.1)
-    time.sleep(2.0)
-    codes = [one.process.poll() for one in pair]
-    assert sorted(codes, key=str) == [2, None]
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("broken", [Wire.SILENT, Wire.CUT])
-def test_a_network_that_is_cut_holds_until_it_is_back(
-    served: Served, beam: Robot, tmp_path: Path, broken: Wire
-) -> None:
-    port = free_ports()
-    proxy = Proxy(port, served.port)
-    session = zenoh.open(read_config(client_config(tmp_path / "client.json5", port)))
-    far = Served(served.process, session, KEYS, port, served.log)
-    try:
-        follow(far, beam, 1.0)
-        proxy.state = broken
-        follow(far, beam, 1.5)
-        proxy.state = Wire.WHOLE
-        follow(far, beam, 4.0)
-        assert served.process.end() == 0
-    finally:
-        session.close()  # type: ignore[no-untyped-call]
-        proxy.close()
-    ticks, joints, _ = recorded(served.log, beam)
-    assert whole(ticks)
-    check_limits(joints, beam)
-    seen = [item for item in modes(ticks) if item[0] is not Mode.IDLE]
-    lost = (Mode.HOLD, Cause.NO_TARGET)
-    assert seen[:3] == [(Mode.RUN, Cause.NONE), lost, (Mode.RUN, Cause.NONE)]
 
 
 @pytest.mark.slow
