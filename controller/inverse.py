@@ -141,8 +141,9 @@ def _travel(
     for a in range(n_a):
         low, high = pull_prev[a] - h * rate[a], pull_prev[a] + h * rate[a]
         slower[a, 0], slower[a, 1] = low > pull_min[a], high < pull_max[a]
-        g_lo[a] = max(pull_min[a], low) - free[a]
-        g_hi[a] = min(pull_max[a], high) - free[a]
+        # these pass NaN on, max and min do not
+        g_lo[a] = np.maximum(pull_min[a], low) - free[a]
+        g_hi[a] = np.minimum(pull_max[a], high) - free[a]
     return g_lo, g_hi, slower
 
 

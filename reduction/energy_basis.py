@@ -45,7 +45,7 @@ def refine(
     the energy of Signorini's problem (Kikuchi and Oden, Contact Problems in Elasticity, 1988, chapter 2).
     """
     # one order, so that sums round alike whatever order the snapshots came in
-    problems = sorted(problems, key=lambda problem: problem.energy)
+    problems = sorted(problems, key=lambda problem: (problem.energy, problem.lam.tobytes()))
     weights = _weights(problems)
     Psi = Psi / np.linalg.norm(Psi, axis=0)  # (n_c, k)
     B = _coefficients(Psi, problems)  # (k, p)

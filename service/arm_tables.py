@@ -95,7 +95,7 @@ def write_markdown(result: ArmBench, path: Path) -> None:
     """Put the tables into a page.
 
     Raises:
-        ValueError: the page has no marks for them.
+        PageError: the page has no marks for them.
         OSError: it cannot be read or written.
     """
     speed, stages, errors = (table.markdown() for table in tables(result))

@@ -2,24 +2,27 @@
 
 from __future__ import annotations
 
+import shutil
 import time
 from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
-from tempfile import TemporaryDirectory
+from tempfile import mkdtemp
 
 import numpy as np
 import zenoh
 
-from tauten.service.clock import Clock, sleep_precisely
+from tauten.service.clock import punctual_clock
 from tauten.service.config import Setup
 from tauten.service.demo import Child, DemoError, child, free_ports
 from tauten.service.keys import Keys
 from tauten.service.machine import Machine, machine
 from tauten.service.messages import Fault
 from tauten.service.network import Network, Role, is_alive, open_session
+from tauten.service.realtime import ORDINARY, RealtimeSettings, apply_realtime
 from tauten.service.report import Spread, overheads, spread
 from tauten.service.state_machine import Mode
 from tauten.service.stopping import StopFlag
@@ -38,11 +41,13 @@ class NodeBenchSettings:
         seconds: of targets.
         target_rate: targets a second.
         options: further options of `tauten serve`.
+        realtime: priority and processors among them, for the loop that does nothing.
     """
 
     seconds: float
     target_rate: float
     options: tuple[str, ...] = ()
+    realtime: RealtimeSettings = ORDINARY
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,31 +114,46 @@ def bench_node(
     settings: NodeBenchSettings,
     stop: StopFlag,
     say: Callable[[str], None],
-) -> NodeBench:
+) -> NodeBench | None:
     """Serve a robot in a process of its own, stream targets to it, and look at its ticks.
 
     Args:
         setup: the robot at the rate that is served.
         robot: name or file, for the processes.
         settings: how.
-        stop: raised to end early; what has been seen is reported.
+        stop: raised to end early.
         say: told what is happening.
 
+    Returns:
+        The numbers; None when stopped before there were any.
+
     Raises:
-        DemoError: a process failed, or there were no ticks.
+        DemoError: a process failed, or no target was followed.
     """
     rate = setup.robot.config.controller.rate
-    say("starting the node, kernels are compiled the first time")
+    say(f"{rate:g} Hz: starting the node, kernels are compiled the first time")
     ticks = _served(setup.robot.name, rate, robot, settings, stop, say)
     first = next((i for i, tick in enumerate(ticks) if tick.mode is Mode.RUN), len(ticks))
     ticks = ticks[first + int(_SETTLE * rate) :]
-    if len(ticks) < 2:
-        raise DemoError(f"{robot}: too few ticks in {settings.seconds:g} s to say anything")
+    if not any(tick.status for tick in ticks) or len(ticks) < 2:
+        if stop.requested:
+            return None
+        raise DemoError(
+            f"{robot}: no target was followed after the first {_SETTLE:g} s, of {settings.seconds:g} s at "
+            f"{settings.target_rate:g} targets a second"
+        )
+    say(f"{rate:g} Hz: the machine alone")
+    return _numbers(setup, settings, ticks, stop)
+
+
+def _numbers(
+    setup: Setup, settings: NodeBenchSettings, ticks: Sequence[Tick], stop: StopFlag
+) -> NodeBench:
+    rate = setup.robot.config.controller.rate
     followed = [tick for tick in ticks if tick.status]
     pairs = [pair for pair in pairwise(ticks) if pair[1].index == pair[0].index + 1]
     overhead = [value for pair in pairs for value in overheads(pair, 1.0 / rate)]
     work = float(np.median([tick.step for tick in followed])) + 1e-3 * float(np.median(overhead))
-    say("the machine alone")
     return NodeBench(
         machine=machine(),
         robot=setup.robot.name,
@@ -143,7 +163,7 @@ def bench_node(
         target_rate_hz=settings.target_rate,
         unseen=ticks[-1].index - ticks[0].index + 1 - len(ticks),
         deadlines=deadlines(ticks),
-        idle=idle_loop(1.0 / rate, work, _IDLE),
+        idle=idle_loop(1.0 / rate, work, min(_IDLE, settings.seconds), settings.realtime, stop),
         decide_ms=spread([1e3 * tick.decide for tick in followed]),
         step_ms=spread([1e3 * tick.step for tick in followed]),
         overhead_ms=spread(overhead),
@@ -160,17 +180,28 @@ def deadlines(ticks: Sequence[Tick]) -> Deadlines:
     )
 
 
-def idle_loop(period: float, work: float, seconds: float) -> Deadlines:
-    """Deadlines of a loop that is busy with nothing for some time of every period [s]."""
-    clock = Clock(period, sleep=sleep_precisely)
-    ticks, end = 0, time.monotonic() + seconds
-    while time.monotonic() < end:
-        clock.wait()
-        ticks += 1
-        done = time.monotonic() + work
-        while time.monotonic() < done:
-            pass
-    return Deadlines(ticks, clock.missed, clock.skipped)
+def idle_loop(
+    period: float, work: float, seconds: float, realtime: RealtimeSettings, stop: StopFlag
+) -> Deadlines:
+    """Deadlines of a loop that is busy with nothing for some time of every period [s].
+
+    It has a thread of its own, because priority and processors are a thread's.
+    """
+
+    def loop() -> Deadlines:
+        apply_realtime(realtime)
+        clock, ticks = punctual_clock(period), 0
+        end = time.monotonic() + seconds
+        while time.monotonic() < end and not stop.requested:
+            clock.wait()
+            ticks += 1
+            done = time.monotonic() + work
+            while time.monotonic() < done:
+                pass
+        return Deadlines(ticks, clock.missed, clock.skipped)
+
+    with ThreadPoolExecutor(1) as thread:
+        return thread.submit(loop).result()
 
 
 def _served(
@@ -186,31 +217,36 @@ def _served(
     network, keys = Network(port), Keys(name)
     common = ["--port", str(port)]
     with ExitStack() as stack:
-        folder = Path(stack.enter_context(TemporaryDirectory()))
-        serving = [robot, "--rate", repr(rate), *settings.options, *common]
-        node = stack.enter_context(child("serve", serving, folder))
+        folder = Path(mkdtemp(prefix="tauten-bench-"))
+        # what the processes said stays where an error points at it
+        stack.push(lambda error, *_: None if error else shutil.rmtree(folder))
+        node = stack.enter_context(child("serve", [robot, *settings.options, *common], folder))
         session = open_session(network, Role.OTHER, name)
         stack.callback(session.close)
         room = int(2 * rate * (settings.seconds + _SETTLE)) + 1
         source = session.declare_subscriber(keys.tick, zenoh.handlers.RingChannel(room))
-        _await(lambda: is_alive(session, keys.token), node, _START, stop)
-        say(f"following targets for {settings.seconds:g} s")
+        _await(lambda: is_alive(session, keys.token), (node,), _START, stop)
+        say(f"{rate:g} Hz: following targets for {settings.seconds:g} s")
         sending = ["reach", "--robot", robot, "--rate", repr(settings.target_rate)]
         sending += ["--duration", repr(settings.seconds), *common]
         sender = stack.enter_context(child("stream", sending, folder))
-        _await(lambda: sender.process.poll() is not None, node, _START + settings.seconds, stop)
-        sender.check()
+        patience = _START + settings.seconds
+        _await(lambda: sender.process.poll() is not None, (sender, node), patience, stop)
         found = []
         while (sample := source.try_recv()) is not None:
             found.append(decode_tick(bytes(sample.payload)))
-        node.check()
     return [tick for tick in found if not isinstance(tick, Fault)]
 
 
-def _await(done: Callable[[], bool], node: Child, seconds: float, stop: StopFlag) -> None:
+def _await(
+    done: Callable[[], bool], children: tuple[Child, ...], seconds: float, stop: StopFlag
+) -> None:
+    """Wait for the first child, all of which must live on or end well."""
     end = time.monotonic() + seconds
     while not done() and not stop.requested:
-        node.check()
         if time.monotonic() > end:
-            raise DemoError(f"tauten {node.name} was not there within {seconds:g} s")
+            raise DemoError(f"tauten {children[0].name} took more than {seconds:g} s")
         time.sleep(0.1)
+        if not stop.requested:  # a child that Ctrl-C has met may end before it is ready
+            for one in children:
+                one.check()

@@ -213,6 +213,7 @@ def _setup_errors() -> tuple[type[Exception], ...]:
     from tauten.service.pace import RateError
     from tauten.service.paths import PathError
     from tauten.service.realtime import RealtimeError
+    from tauten.service.tables import PageError
 
     room_errors = (RobotFileError, MeshError, BasisError, StateBasisError)
     reduction_errors = (ChoiceError, DesignError, ClusterError, SnapshotError)
@@ -223,6 +224,7 @@ def _setup_errors() -> tuple[type[Exception], ...]:
         DemoError,
         LogError,
         NetworkError,
+        PageError,
         PathError,
         RateError,
         RealtimeError,

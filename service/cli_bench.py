@@ -93,7 +93,7 @@ def manipulator(
     except ValueError as error:
         raise typer.BadParameter(str(error)) from error
     result = _with_bar("manipulator", lambda progress: arm.bench_manipulator(settings, progress))
-    console = Console()
+    console = Console(width=200)
     for table in tables(result):
         console.print(table.rich())
     for sentence in sentences(result):

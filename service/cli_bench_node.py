@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
@@ -13,6 +13,9 @@ from rich.console import Console
 from tauten.service.cli_bench import Json
 from tauten.service.cli_options import Model
 from tauten.service.files import write_text
+
+if TYPE_CHECKING:
+    from tauten.service.bench_node import NodeBench
 
 
 def node(
@@ -37,7 +40,8 @@ def node(
     """
     from tauten.service.bench_node import NodeBenchSettings, bench_node
     from tauten.service.config import load_setup
-    from tauten.service.node_tables import table, write_markdown
+    from tauten.service.node_tables import table
+    from tauten.service.realtime import RealtimeSettings
     from tauten.service.stopping import stop_on_signals
 
     options: list[str] = []
@@ -47,15 +51,28 @@ def node(
         options += ["--priority", str(priority)]
     for cpu in cpus or []:
         options += ["--cpus", str(cpu)]
-    settings = NodeBenchSettings(seconds, targets, tuple(options))
+    realtime = RealtimeSettings(priority, tuple(cpus or ()))
     rates: list[float | None] = [*rate] if rate else [None]
     results = []
     with stop_on_signals() as stop, Console(stderr=True).status(robot) as status:
         for one in rates:
+            asked = () if one is None else ("--rate", repr(one))
+            settings = NodeBenchSettings(seconds, targets, (*options, *asked), realtime)
             setup = load_setup(robot, rate=one, model=model)
-            if not stop.requested:
-                results.append(bench_node(setup, robot, settings, stop, status.update))
-    Console().print(table(results).rich())
+            if stop.requested or not (
+                found := bench_node(setup, robot, settings, stop, status.update)
+            ):
+                break
+            results.append(found)
+            _keep(results, json_file, markdown)
+    if results:
+        Console().print(table(results).rich())
+
+
+def _keep(results: list[NodeBench], json_file: Path | None, markdown: Path | None) -> None:
+    """What has been measured so far, into files."""
+    from tauten.service.node_tables import write_markdown
+
     if json_file is not None:
         write_text(json_file, json.dumps([asdict(result) for result in results], indent=2) + "\n")
     if markdown is not None:

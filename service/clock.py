@@ -6,21 +6,10 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
-# Longer than a sleeping thread usually takes to come back [s].
-_WAKE = 2e-4
-_AHEAD = 5e-4
+from tauten.service.realtime import has_realtime_priority
 
-
-def sleep_precisely(seconds: float) -> None:
-    """Sleep, but stay awake for the last 0.2 ms: a thread that is woken up comes about 0.1 ms late.
-
-    Not for real-time priorities: Linux stops a thread that takes more than 95 % of a second there.
-    """
-    due = time.monotonic() + seconds
-    if seconds > _WAKE:
-        time.sleep(seconds - _WAKE)
-    while time.monotonic() < due:
-        pass
+_AWAKE = 2e-4  # s; a thread that is woken up comes about half as late
+_AHEAD = 5e-4  # s
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,8 +19,8 @@ class Beat:
     Attributes:
         index: periods since the start, skipped ones included.
         lateness: seconds between the scheduled time of this beat and its real one.
-        slack: seconds that were left of the period when its work was done; negative: a deadline was
-            missed by that much.
+        slack: seconds that were left of the period when its work was done, and what was done ahead of the
+            next beat; negative: a deadline was missed by that much.
         skipped: periods lost before this beat.
     """
 
@@ -59,6 +48,7 @@ class Clock:
         period: float,
         now: Callable[[], float] = time.monotonic,
         sleep: Callable[[float], None] = time.sleep,
+        awake: float = 0.0,
     ) -> None:
         """Start the grid now.
 
@@ -66,12 +56,14 @@ class Clock:
             period: seconds between beats.
             now: monotonic time [s]; replaced in tests.
             sleep: waits for some seconds; replaced in tests.
+            awake: seconds before a beat that are not slept through, but watched.
         """
         self.period = period
         self.missed = 0
         self.skipped = 0
         self._now = now
         self._sleep = sleep
+        self._awake = awake
         self._start = now()
         self._index = 0
 
@@ -95,9 +87,13 @@ class Clock:
         if slack > 0.0:
             if before is not None and slack > _AHEAD:
                 self._sleep(slack - _AHEAD)
+                begin = self._now()
                 before()
-            if (left := self.remaining) > 0.0:
+                slack -= self._now() - begin
+            if (left := self.remaining - self._awake) > 0.0:
                 self._sleep(left)
+            while self._awake and self.remaining > 0.0:
+                pass
         elif slack < 0.0:
             skipped = int(-slack / self.period)
             self.missed += 1
@@ -105,3 +101,12 @@ class Clock:
         self._index += 1 + skipped
         lateness = max(self._now() - (self._start + self._index * self.period), 0.0)
         return Beat(self._index, lateness, slack, skipped)
+
+
+def punctual_clock(period: float) -> Clock:
+    """A clock whose beats are not late by the time it takes to wake a thread up.
+
+    It is awake for the last 0.2 ms, but not under a real-time priority: there threads are woken up soon, and
+    Linux stops one that takes more than 95 % of a second.
+    """
+    return Clock(period, awake=0.0 if has_realtime_priority() else _AWAKE)

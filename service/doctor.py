@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from threadpoolctl import threadpool_info
 
-from tauten.service.clock import Clock, sleep_precisely
+from tauten.service.clock import punctual_clock
 from tauten.service.config import Setup, collector_at_hand, one_blas_thread, warm_controller
 from tauten.service.demo import free_ports
 from tauten.service.loop import ControlLoop
@@ -124,7 +124,7 @@ def _rate(setup: Setup, seconds: float) -> list[Finding]:
     loop, goal = ControlLoop(controller), controller.effector
     begin, late = time.monotonic(), []
     with collector_at_hand():
-        clock = Clock(robot.h, sleep=sleep_precisely)
+        clock = punctual_clock(robot.h)
         while time.monotonic() - begin < seconds:
             late.append(clock.wait().lateness)
             loop.tick(goal, Signals(target=True))

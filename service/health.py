@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import dataclass, field
 from enum import IntEnum
+from math import isnan
 
 import numpy as np
 
@@ -32,7 +33,7 @@ class Window:
 
     def add(self, value: float) -> None:
         """Remember a value; NaN is left out."""
-        if np.isnan(value):
+        if isnan(value):
             return
         self._values[self._count % len(self._values)] = value
         self._count += 1

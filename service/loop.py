@@ -69,6 +69,8 @@ class ControlLoop:
         robot = controller.robot
         self.controller = controller
         self.guard = Guard(robot.limits, robot.h)
+        rest = self.guard.rest()
+        self.guard(rest.pull, rest.tension)  # its kernels are compiled now, not at the first tick
         self.state = State(enabled=enabled)
         self._settings = robot.config.service
         self._ramp: Iterator[Guarded] | None = None

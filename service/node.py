@@ -16,7 +16,7 @@ import numpy as np
 import zenoh
 
 from tauten.model.arrays import Array
-from tauten.service.clock import Beat, Clock, sleep_precisely
+from tauten.service.clock import Beat, Clock, punctual_clock
 from tauten.service.config import Setup
 from tauten.service.fall_back import FallBack
 from tauten.service.health import Diagnostic
@@ -26,7 +26,6 @@ from tauten.service.loop import Action, ControlLoop
 from tauten.service.metrics import MetricsAnswer
 from tauten.service.overhear import PlantRecorder
 from tauten.service.publishing import Publishing
-from tauten.service.realtime import has_realtime_priority
 from tauten.service.record import Recorder
 from tauten.service.state_machine import Mode, Signals
 from tauten.service.stopping import StopFlag
@@ -111,7 +110,7 @@ class Node:
                 after it is due, never less than a period after the last tick: a winch that may turn so
                 far in a tick turns no faster.
         """
-        clock = _clock(self._robot.h)
+        clock = punctual_clock(self._robot.h)
         try:
             while not stop.requested:
                 beat = clock.wait(self._look)
@@ -119,7 +118,7 @@ class Node:
                     self._await_target(clock)
                 self.tick(clock, beat, shutdown=False)
                 if self._fall_back is not None and self._fall_back.wanted:
-                    clock = _clock(self._fall_back.switch(self._loop))
+                    clock = punctual_clock(self._fall_back.switch(self._loop))
         finally:
             log.info("releasing the cables")
             self.tick(clock, clock.wait(), shutdown=True)
@@ -151,10 +150,8 @@ class Node:
         self._housekeeping(clock)
 
     def _look(self) -> None:
-        """Read what is there already, so that the tick begins with its decision."""
+        """Read targets that are there already, so that the tick begins with its decision."""
         self._intake.arrived(time.monotonic(), self._index)
-        if self._plant is not None:
-            self._plant.drain(self._index)
 
     def _await_target(self, clock: Clock) -> None:
         """Wait for the target of the tick that is due, and let the grid follow the targets."""
@@ -230,10 +227,6 @@ class Node:
         if self._fall_back is not None:
             arrived.append(self._fall_back.watch.diagnostic())
         return self._vitals.diagnostics(clock, arrived, self._recorder, self._facts)
-
-
-def _clock(period: float) -> Clock:
-    return Clock(period, sleep=time.sleep if has_realtime_priority() else sleep_precisely)
 
 
 def _positions(points: Array) -> Positions:

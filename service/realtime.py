@@ -53,8 +53,9 @@ def apply_realtime(settings: RealtimeSettings) -> None:
 
 
 def has_realtime_priority() -> bool:
-    """Whether the thread that calls runs under SCHED_FIFO."""
-    return os.sched_getscheduler(0) == os.SCHED_FIFO
+    """Whether the thread that calls runs under SCHED_FIFO or SCHED_RR."""
+    policy = os.sched_getscheduler(0) & ~os.SCHED_RESET_ON_FORK
+    return policy in (os.SCHED_FIFO, os.SCHED_RR)
 
 
 def realtime_permitted() -> bool:

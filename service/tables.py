@@ -6,11 +6,16 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
+from rich.markup import escape
 from rich.table import Table
 
 from tauten.service.files import write_text
 from tauten.service.machine import Machine
 from tauten.service.report import Spread
+
+
+class PageError(ValueError):
+    """A page that tables cannot be put into; the text says what is missing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,11 +34,11 @@ class Numbers:
 
     def rich(self) -> Table:
         """For the terminal."""
-        table = Table(title=self.title)
+        table = Table(title=escape(self.title))
         for index, name in enumerate(self.columns):
-            table.add_column(name, justify="right" if index else "left")
+            table.add_column(escape(name), justify="right" if index else "left")
         for row in self.rows:
-            table.add_row(*row)
+            table.add_row(*map(escape, row))
         return table
 
     def markdown(self) -> str:
@@ -44,7 +49,9 @@ class Numbers:
 
 
 def milliseconds(spread: Spread) -> str:
-    """Median and 99th percentile."""
+    """Median and 99th percentile; a dash where nothing was measured."""
+    if spread.p50 is None:
+        return "-"
     return f"{spread.p50:.3f} / {spread.p99:.3f}"
 
 
@@ -57,7 +64,7 @@ def put_tables(path: Path, begin: str, end: str, about: str, tables: Iterable[Nu
     """Put a line and tables between two marks of a page.
 
     Raises:
-        ValueError: the page has no such marks.
+        PageError: the page has no such marks.
         OSError: it cannot be read or written.
     """
     put_between(path, begin, end, "\n".join([about, "", *(table.markdown() for table in tables)]))
@@ -67,11 +74,11 @@ def put_between(path: Path, begin: str, end: str, body: str) -> None:
     """Replace what is between two marks of a page.
 
     Raises:
-        ValueError: the page has no such marks.
+        PageError: the page has no such marks.
         OSError: it cannot be read or written.
     """
     head, found, rest = path.read_text(encoding="utf-8").partition(begin)
     _, closed, tail = rest.partition(end)
     if not (found and closed):
-        raise ValueError(f"{path}: no place for the tables, which go between {begin} and {end}")
+        raise PageError(f"{path}: no place for the tables, which go between {begin} and {end}")
     write_text(path, f"{head}{begin}\n{body}{end}{tail}")

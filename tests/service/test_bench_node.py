@@ -1,15 +1,29 @@
 """A served robot seen tick by tick."""
 
 import json
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
+import pytest
 from typer.testing import CliRunner
 
-from tauten.service.bench_node import Deadlines, deadlines, idle_loop
+from tauten.service.bench_node import (
+    Deadlines,
+    NodeBenchSettings,
+    bench_node,
+    deadlines,
+    idle_loop,
+)
 from tauten.service.cli import app
+from tauten.service.config import load_setup
+from tauten.service.demo import DemoError
 from tauten.service.node_tables import BEGIN, END
+from tauten.service.realtime import ORDINARY
+from tauten.service.report import Spread
 from tauten.service.state_machine import Cause, Mode
+from tauten.service.stopping import StopFlag
+from tauten.service.tables import milliseconds
 from tauten.service.tick import Tick
 
 TICK = Tick(
@@ -34,10 +48,35 @@ def test_missed_and_skipped_are_told_apart() -> None:
 
 
 def test_a_loop_that_cannot_be_in_time_misses() -> None:
-    late = idle_loop(period=0.002, work=0.003, seconds=0.1)
+    late = idle_loop(0.002, 0.003, 0.1, ORDINARY, StopFlag())
     assert late.missed == late.ticks - 1  # the first had nothing before it
-    easy = idle_loop(period=0.02, work=0.001, seconds=0.2)
+    easy = idle_loop(0.02, 0.001, 0.2, ORDINARY, StopFlag())
     assert easy.missed < easy.ticks
+    stop = StopFlag()
+    stop.requested = True
+    assert idle_loop(0.02, 0.001, 60.0, ORDINARY, stop).ticks == 0
+
+
+def test_what_was_not_measured_is_a_dash() -> None:
+    assert milliseconds(Spread(None, None, None)) == "-"
+
+
+def test_a_stop_before_there_is_anything_is_no_error(beam_file: Path) -> None:
+    stop = StopFlag()
+    stop.requested = True
+    settings = NodeBenchSettings(seconds=2.0, target_rate=50.0)
+    setup = load_setup(str(beam_file))
+    assert bench_node(setup, str(beam_file), settings, stop, lambda text: None) is None
+
+
+def test_a_node_that_ends_is_an_error_with_its_last_words(beam_file: Path) -> None:
+    settings = NodeBenchSettings(seconds=2.0, target_rate=50.0, options=("--rate", "1e6"))
+    setup = load_setup(str(beam_file))
+    with pytest.raises(DemoError, match="cannot be held") as error:
+        bench_node(setup, str(beam_file), settings, StopFlag(), lambda text: None)
+    kept = Path(str(error.value).split("(see ")[1].removesuffix(")"))
+    assert "cannot be held" in kept.read_text(encoding="utf-8")
+    shutil.rmtree(kept.parent)
 
 
 def test_a_served_finger_is_seen(tmp_path: Path) -> None:
