@@ -14,11 +14,12 @@ warm() {
   # a short run of the finger and its plant compiles all that they need
   NUMBA_CACHE_DIR="$1/cache" OMP_NUM_THREADS=1 "$1/bin/python" - <<'PYTHON'
 from tauten.service.config import load_setup, one_blas_thread, warm_controller
+from tauten.service.loop import ControlLoop
 from tauten.service.plant import warm_simulator
 
 setup = load_setup("finger")
 with one_blas_thread():
-    warm_controller(setup)
+    ControlLoop(warm_controller(setup))
     simulator = warm_simulator(setup.robot)
     for share in (0.25, 0.5, 0.75):
         simulator.settle(pull=share * setup.robot.limits.pull_max, tolerance=1e-4)
