@@ -18,7 +18,7 @@ from tauten.model.arrays import Array
 from tauten.service.health import Tally
 from tauten.service.messages import MAX_PAYLOAD, Fault, Point, Reason, decode_point
 
-# Samples of a key looked at each tick; older ones are dropped unseen.
+# Samples of a key looked at ahead of a tick, and again when it is due; older ones are dropped unseen.
 RING = 64
 
 
