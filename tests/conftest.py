@@ -21,7 +21,7 @@ settings.register_profile("repeatable", derandomize=True)
 settings.load_profile("repeatable")
 
 
-@pytest.fixture(scope="session", autouse=True)
+@pytest.fixture(autouse=True)
 def heed_interrupts() -> None:
     """Commands under test obey Ctrl-C, also where a background shell made this process ignore it."""
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
