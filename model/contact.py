@@ -37,12 +37,11 @@ import numpy as np
 import scipy.sparse as sp
 
 from tauten.model.arrays import Array, Ints
-from tauten.model.closest import INTERIOR, combine, face_normal
+from tauten.model.broad_phase import BLOCK
 from tauten.model.jit import kernel
-from tauten.model.narrow_phase import gap_and_normal, no_feet, search
+from tauten.model.narrow_phase import no_feet, search
 from tauten.model.patch import Patches, join_patches
 from tauten.model.rows import ContactRows, PairSlots, Rows
-from tauten.model.vector import dot, row, subtract
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,7 +116,9 @@ class ContactSet:
         self._weights: Array = np.vstack([np.zeros((0, 3)), *(p.weights for p in pairs)])
         self._first: Ints = np.cumsum([0, *(len(pair.nodes) for pair in pairs)]).astype(np.int64)
         self._patches: Patches = join_patches(
-            [pair.triangles.astype(np.int64) for pair in pairs], [pair.name for pair in pairs]
+            [pair.triangles.astype(np.int64) for pair in pairs],
+            [pair.nodes.astype(np.int64) for pair in pairs],
+            [pair.name for pair in pairs],
         )
 
     @property
@@ -136,26 +137,20 @@ class ContactSet:
         positions: Array = np.einsum("mj,mji->mi", self._weights, x[self._nodes])
         return positions
 
-    def detect(self, x: Array, last: Ints | None = None) -> Detection:
+    def detect(self, x: Array) -> Detection:
         """Gaps of the candidates in range at vertex positions x (n_vertices, 3) [m].
 
         Never fails: a candidate or a triangle at a position that is not finite is out of range.
 
         Args:
             x: vertex positions.
-            last: (n_slots,) triangles found the time before, −1 for none; overwritten. They save time.
         """
         x = np.ascontiguousarray(x, dtype=float)
-        last = self.nowhere() if last is None else last
         return Detection(
             *detect_all(
-                x, self._nodes, self._weights, self._first, self._patches, self.alarm_distance, last
+                x, self._nodes, self._weights, self._first, self._patches, self.alarm_distance
             )
         )
-
-    def nowhere(self) -> Ints:
-        """Triangles found the time before when there was none: (n_slots,) of −1."""
-        return np.full(self.n_slots, -1, dtype=np.int64)
 
 
 def check_pair(pair: ContactPair, n_vertices: int) -> None:
@@ -192,7 +187,6 @@ def detect_all(
     first: Ints,
     patches: Patches,
     reach: float,
-    last: Ints,
 ) -> tuple[Ints, Ints, Array, Array, Ints, Array]:
     """The arrays of a `Detection`.
 
@@ -203,44 +197,31 @@ def detect_all(
         first: (p + 1,) where each pair's candidates start.
         patches: target surfaces of the pairs.
         reach: alarm distance [m].
-        last: (n_c,) triangles found the time before; overwritten.
     """
     count = nodes.shape[0]
-    points = np.zeros((count, 3))
+    points = np.zeros((3, count))
     for s in range(count):
         for j in range(3):
             for i in range(3):
-                points[s, i] += weights[s, j] * x[nodes[s, j], i]
-    feet = no_feet(count)
-    pairs = np.empty(count, np.int64)
+                points[i, s] += weights[s, j] * x[nodes[s, j], i]
+    feet, pairs = no_feet(count), np.empty(count, np.int64)
     for pair in range(first.shape[0] - 1):
         a, b = first[pair], first[pair + 1]
-        found = search(x, points[a:b], nodes[a:b], patches, pair, reach, last[a:b])
-        feet.triangle[a:b], feet.feature[a:b] = found.triangle, found.feature
-        feet.weights[a:b], pairs[a:b] = found.weights, pair
-    last[:] = feet.triangle
+        for begin in range(a, b, BLOCK):
+            block = points[:, begin : min(begin + BLOCK, b)].copy()
+            search(x, block, patches, pair, begin, reach, feet)
+        pairs[a:b] = pair
     slots = np.flatnonzero(feet.triangle >= 0)
     m = slots.shape[0]
     gap, normal = np.empty(m), np.empty((m, 3))
     vertices, coefficients = np.empty((m, 6), np.int64), np.empty((m, 6))
-    triangle, feature, inside, triangles = (
-        feet.triangle,
-        feet.feature,
-        feet.weights,
-        patches.triangles,
-    )
+    triangle, inside, triangles = feet.triangle, feet.weights, patches.triangles
     for k in range(m):
         s = slots[k]
-        t, p = triangle[s], row(points, s)
-        if feature[s] == INTERIOR:  # most are: no need to hand all arrays on
-            a, b, c = row(x, triangles[t, 0]), row(x, triangles[t, 1]), row(x, triangles[t, 2])
-            n = face_normal(x, triangles, t)
-            gap[k] = dot(n, subtract(p, combine(row(inside, s), a, b, c)))
-        else:
-            gap[k], n = gap_and_normal(s, p, x, patches, feet, reach)
-        normal[k, 0], normal[k, 1], normal[k, 2] = n
+        gap[k] = feet.gap[s]
         for j in range(3):  # entry by entry: slices cost more than what is in them
-            vertices[k, j], vertices[k, 3 + j] = nodes[s, j], triangles[t, j]
+            normal[k, j] = feet.normal[s, j]
+            vertices[k, j], vertices[k, 3 + j] = nodes[s, j], triangles[triangle[s], j]
             coefficients[k, j], coefficients[k, 3 + j] = weights[s, j], -inside[s, j]
     return slots, pairs[slots], gap, normal, vertices, coefficients
 

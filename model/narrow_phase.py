@@ -1,6 +1,9 @@
 """The triangle each candidate stands over, and the signed gap and normal there.
 
-The rule for what a candidate touches is in `tauten.model.contact`.
+The rule for what a candidate touches is in `tauten.model.contact`. As a rule a candidate stands over the
+inside of the triangle with the smallest lower bound (`tauten.model.broad_phase`), which tells gap and normal
+as well. Where it does not, the closest point is looked for on each triangle whose bound is below what was
+found.
 """
 
 from __future__ import annotations
@@ -10,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tauten.model.arrays import Array, Ints
-from tauten.model.broad_phase import cell_of, make_grid, triangle_box
+from tauten.model.broad_phase import ROUNDING, beyond, in_reach, lower_bound, rank, walls
 from tauten.model.closest import (
     CORNER,
     EDGE,
@@ -36,19 +39,102 @@ class Feet(NamedTuple):
 
     Attributes:
         triangle: (m,) number in `Patches.triangles`, -1 without one.
-        feature: (m,) its feature that is closest, see `tauten.model.closest`.
         weights: (m, 3) barycentric weights of the closest point.
+        gap: (m,) signed distance to it [m].
+        normal: (m, 3) gradient of the gap with respect to the candidate.
     """
 
     triangle: Ints
-    feature: Ints
     weights: Array
+    gap: Array
+    normal: Array
 
 
 @kernel
 def no_feet(m: int) -> Feet:
     """Feet of m candidates that stand over nothing."""
-    return Feet(np.full(m, -1, np.int64), np.zeros(m, np.int64), np.zeros((m, 3)))
+    return Feet(np.full(m, -1, np.int64), np.empty((m, 3)), np.empty(m), np.empty((m, 3)))
+
+
+@kernel
+def search(
+    x: Array, points: Array, patches: Patches, pair: int, begin: int, reach: float, feet: Feet
+) -> None:
+    """The nearest triangle within reach that each of a block of candidates of one pair stands over.
+
+    Args:
+        x: (v, 3) vertex positions [m].
+        points: (3, m) candidates begin … begin + m − 1 [m]; one that is not finite finds nothing.
+        patches: target surfaces.
+        pair: which of the surfaces.
+        begin: number of the first candidate.
+        reach: largest distance [m].
+        feet: of all candidates, without triangles; overwritten.
+    """
+    near = in_reach(
+        points, x, patches.triangles, patches.first[pair], patches.first[pair + 1], reach
+    )
+    planes = walls(x, patches.triangles, near)
+    likely, next_best = rank(points, planes, near, patches, begin, reach)
+    # tuples of arrays are taken apart here: handing them on costs more than what is done with them
+    triangle, weights, gap, normal = feet.triangle, feet.weights, feet.gap, feet.normal
+    for i in range(points.shape[1]):
+        s, f, p = begin + i, likely[i], (points[0, i], points[1, i], points[2, i])
+        if f < 0:
+            continue
+        height, a = beyond(p, planes, 0, f), beyond(p, planes, 4, f)
+        b, c = beyond(p, planes, 8, f), beyond(p, planes, 12, f)
+        inside = a < 0.0 and b < 0.0 and c < 0.0
+        if inside and (1.0 + ROUNDING) * height * height <= next_best[i]:
+            triangle[s], gap[s] = near[f], height
+            weights[s, 2], weights[s, 0] = -a * planes[16, f], -b * planes[17, f]
+            weights[s, 1] = 1.0 - weights[s, 2] - weights[s, 0]
+            normal[s, 0], normal[s, 1], normal[s, 2] = planes[0, f], planes[1, f], planes[2, f]
+        else:
+            try_all(s, p, x, planes, near, patches, reach, feet)
+
+
+@kernel
+def try_all(
+    s: int,
+    p: Vector3,
+    x: Array,
+    planes: Array,
+    near: Ints,
+    patches: Patches,
+    reach: float,
+    feet: Feet,
+) -> None:
+    """`search` for one candidate s at p, triangle by triangle."""
+    triangles, square, place = patches.triangles, reach * reach, INTERIOR
+    bounds = np.empty(planes.shape[1])
+    for f in range(planes.shape[1]):
+        bounds[f] = lower_bound(p, planes, f)
+    for f in range(planes.shape[1]):
+        t = near[f]
+        if not bounds[f] < (1.0 + ROUNDING) * square:
+            continue
+        if among(s, patches.kin, patches.kin_first[t], patches.kin_first[t + 1]):
+            continue
+        a, b, c = row(x, triangles[t, 0]), row(x, triangles[t, 1]), row(x, triangles[t, 2])
+        w, feature = closest(p, a, b, c)
+        r = subtract(p, combine(w, a, b, c))
+        if dot(r, r) < square and stands_over(r, x, patches, t, feature):
+            square, feet.triangle[s], place = dot(r, r), t, feature
+            feet.weights[s, 0], feet.weights[s, 1], feet.weights[s, 2] = w
+    if feet.triangle[s] >= 0:
+        w = row(feet.weights, s)
+        feet.gap[s], n = gap_and_normal(p, w, x, patches, feet.triangle[s], place, reach)
+        feet.normal[s, 0], feet.normal[s, 1], feet.normal[s, 2] = n
+
+
+@kernel
+def among(s: int, members: Ints, begin: int, end: int) -> bool:
+    """Whether s is one of members begin … end − 1."""
+    found = False
+    for place in range(begin, end):
+        found = found or members[place] == s
+    return found
 
 
 @kernel
@@ -78,130 +164,17 @@ def stands_over(r: Vector3, x: Array, patches: Patches, t: int, feature: int) ->
 
 
 @kernel
-def shares_vertex(own: Ints, s: int, triangles: Ints, t: int) -> bool:
-    """Whether row s of own (m, 3) and row t of triangles (t, 3) have a vertex in common."""
-    for i in range(3):
-        for j in range(3):
-            if own[s, i] == triangles[t, j]:
-                return True
-    return False
-
-
-@kernel
-def search(
-    x: Array, points: Array, own: Ints, patches: Patches, pair: int, reach: float, last: Ints
-) -> Feet:
-    """The nearest triangle within reach that each candidate of one pair stands over.
-
-    Args:
-        x: (v, 3) vertex positions [m].
-        points: (m, 3) the candidates [m]; one that is not finite finds nothing.
-        own: (m, 3) vertices of their own triangles.
-        patches: target surfaces.
-        pair: which of the surfaces.
-        reach: largest distance [m].
-        last: (m,) triangle of the surface that each stood over last time, −1 for none; it saves time and
-            changes nothing.
-    """
-    feet = no_feet(points.shape[0])
-    grid = make_grid(points, reach)
-    triangles, start, lower, size = patches.triangles, grid.start, grid.lower, grid.size
-    # tuples of arrays are taken apart here: handing them on costs more than many a test they are for
-    n_i, n_j, n_k = grid.shape
-    points_by_cell, order, upper = grid.points, grid.order, grid.upper
-    nearest = bounds(x, points_by_cell, order, own, triangles, reach, last)
-    for t in range(patches.first[pair], patches.first[pair + 1]):
-        a, b, c = row(x, triangles[t, 0]), row(x, triangles[t, 1]), row(x, triangles[t, 2])
-        low, high = triangle_box(a, b, c, reach)
-        if not overlaps(lower, upper, low, high):
-            continue
-        normal = face_normal(x, triangles, t)
-        centre, radius = circumscribed(a, b, c)
-        k_low, k_end = (
-            cell_of(low[2], lower[2], size, n_k),
-            cell_of(high[2], lower[2], size, n_k) + 1,
-        )
-        j_low, j_end = (
-            cell_of(low[1], lower[1], size, n_j),
-            cell_of(high[1], lower[1], size, n_j) + 1,
-        )
-        i_low, i_end = (
-            cell_of(low[0], lower[0], size, n_i),
-            cell_of(high[0], lower[0], size, n_i) + 1,
-        )
-        for i in range(i_low, i_end):
-            for j in range(j_low, j_end):
-                line = (i * n_j + j) * n_k
-                for place in range(start[line + k_low], start[line + k_end]):
-                    p = row(points_by_cell, place)
-                    d, far = subtract(p, centre), radius + nearest[place]
-                    if dot(d, d) >= far * far or abs(dot(normal, d)) >= nearest[place]:
-                        continue
-                    w, feature = closest(p, a, b, c)
-                    r = subtract(p, combine(w, a, b, c))
-                    s, distance = order[place], length(r)
-                    if (
-                        distance < nearest[place]
-                        and not shares_vertex(own, s, triangles, t)
-                        and stands_over(r, x, patches, t, feature)
-                    ):
-                        nearest[place], feet.triangle[s], feet.feature[s] = distance, t, feature
-                        feet.weights[s, 0], feet.weights[s, 1], feet.weights[s, 2] = w
-    return feet
-
-
-@kernel
-def bounds(
-    x: Array, points: Array, order: Ints, own: Ints, triangles: Ints, reach: float, last: Ints
-) -> Array:
-    """Distances (f,) within which each point has its nearest triangle, from the one found last time.
-
-    A hair more than the distance to that one where the point still stands over its inside, else the reach.
-    """
-    nearest = np.full(points.shape[0], reach)
-    for place in range(points.shape[0]):
-        s = order[place]
-        t = last[s]
-        if t < 0:
-            continue
-        a, b, c = row(x, triangles[t, 0]), row(x, triangles[t, 1]), row(x, triangles[t, 2])
-        p = row(points, place)
-        w, feature = closest(p, a, b, c)
-        if feature == INTERIOR and not shares_vertex(own, s, triangles, t):
-            distance = length(subtract(p, combine(w, a, b, c)))
-            nearest[place] = min(reach, (1.0 + 1e-9) * distance + 1e-12 * reach)
-    return nearest
-
-
-@kernel
-def circumscribed(a: Vector3, b: Vector3, c: Vector3) -> tuple[Vector3, float]:
-    """The centroid of a triangle and its distance to the farthest corner."""
-    centre = scale(1.0 / 3.0, add(add(a, b), c))
-    radius = max(length(subtract(a, centre)), length(subtract(b, centre)))
-    return centre, max(radius, length(subtract(c, centre)))
-
-
-@kernel
-def overlaps(lower: Array, upper: Array, low: Vector3, high: Vector3) -> bool:
-    """Whether a box reaches into that of the candidates, lower (3,) to upper (3,); NaN does not."""
-    apart = False
-    for i in range(3):
-        apart = apart or not (low[i] <= upper[i] and high[i] >= lower[i])
-    return not apart
-
-
-@kernel
 def gap_and_normal(
-    s: int, p: Vector3, x: Array, patches: Patches, feet: Feet, reach: float
+    p: Vector3, w: Vector3, x: Array, patches: Patches, t: int, feature: int, reach: float
 ) -> tuple[float, Vector3]:
-    """Signed distance of candidate s at p to where it stands, and its gradient with respect to p.
+    """Signed distance of p to the point of triangle t with weights w, and its gradient with respect to p.
 
     On edges and corners the mean normal gives the sign (Baerentzen and Aanaes 2005): that of both
     triangles, or of all round the corner weighted by their angles.
     """
-    t, feature, triangles = feet.triangle[s], feet.feature[s], patches.triangles
+    triangles = patches.triangles
     a, b, c = row(x, triangles[t, 0]), row(x, triangles[t, 1]), row(x, triangles[t, 2])
-    r = subtract(p, combine(row(feet.weights, s), a, b, c))
+    r = subtract(p, combine(w, a, b, c))
     normal = face_normal(x, triangles, t)
     if feature == INTERIOR:
         return dot(normal, r), normal

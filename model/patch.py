@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+import scipy.sparse as sp
 
 from tauten.model.arrays import Ints
 
@@ -23,6 +24,8 @@ class Patches(NamedTuple):
         fan_first: (t, 3) where the fan of corner k starts in `fans`, -1 for corners on the border.
         fan_last: (t, 3) where it ends.
         fans: triangles round each inner vertex.
+        kin_first: (t + 1,) where the kin of each triangle starts in `kin`.
+        kin: candidates whose own triangle has a vertex in common with a triangle.
     """
 
     triangles: Ints
@@ -32,10 +35,12 @@ class Patches(NamedTuple):
     fan_first: Ints
     fan_last: Ints
     fans: Ints
+    kin_first: Ints
+    kin: Ints
 
 
-def join_patches(surfaces: list[Ints], names: list[str]) -> Patches:
-    """Patches of the surfaces, each (t, 3).
+def join_patches(surfaces: list[Ints], candidates: list[Ints], names: list[str]) -> Patches:
+    """Patches of the surfaces, each (t, 3), and of the triangles (m, 3) that their candidates lie in.
 
     Raises:
         ValueError: neighbouring triangles of a surface run round in opposite senses.
@@ -45,6 +50,7 @@ def join_patches(surfaces: list[Ints], names: list[str]) -> Patches:
     parts = [neighbours(triangles, name) for triangles, name in zip(surfaces, names, strict=True)]
     fan_parts = [fans(t, over) for t, (_, over) in zip(surfaces, parts, strict=True)]
     first = np.cumsum([0, *(len(triangles) for triangles in surfaces)])
+    kin_first, kin = kinship(surfaces[:-1], candidates)
     fan_base = np.cumsum([0, *(len(members) for _, _, members in fan_parts)])
 
     def joined(arrays: list[Ints], base: Ints | None = None) -> Ints:
@@ -60,7 +66,29 @@ def join_patches(surfaces: list[Ints], names: list[str]) -> Patches:
         fan_first=joined([begin for begin, _, _ in fan_parts], fan_base),
         fan_last=joined([end for _, end, _ in fan_parts], fan_base),
         fans=joined([members for _, _, members in fan_parts], first),
+        kin_first=kin_first,
+        kin=kin,
     )
+
+
+def kinship(surfaces: list[Ints], candidates: list[Ints]) -> tuple[Ints, Ints]:
+    """Where the kin of each triangle starts (t + 1,), and the numbers of the candidates that are its kin."""
+    counts, members, base = [np.zeros(1, dtype=np.int64)], [np.zeros(0, dtype=np.int64)], 0
+    for triangles, nodes in zip(surfaces, candidates, strict=True):
+        vertices = 1 + max(triangles.max(), nodes.max())
+        shared = sp.csr_array(incidence(triangles, vertices) @ incidence(nodes, vertices).T)
+        shared.sort_indices()
+        counts.append(np.diff(shared.indptr))
+        members.append(base + shared.indices)
+        base += len(nodes)
+    first = np.cumsum(np.concatenate(counts)).astype(np.int64)
+    return first, np.concatenate(members).astype(np.int64)
+
+
+def incidence(triangles: Ints, vertices: int) -> sp.csr_array:
+    """Which vertices each triangle has: (t, v)."""
+    ones, rows = np.ones(triangles.size), np.repeat(np.arange(len(triangles)), 3)
+    return sp.csr_array((ones, (rows, triangles.ravel())), shape=(len(triangles), vertices))
 
 
 def neighbours(triangles: Ints, name: str) -> tuple[Ints, Ints]:

@@ -57,7 +57,6 @@ class ReducedRobot:
         surface: vertices of candidates and target triangles.
         contacts: candidates and triangles on the vertices of `surface`.
         work: workspace of the kernels.
-        last: (n_c,) triangles that contact detection found last.
     """
 
     full: TetRobot
@@ -71,7 +70,6 @@ class ReducedRobot:
     surface: Carried
     contacts: ContactSet
     work: Work
-    last: Ints
 
     @property
     def config(self) -> RobotConfig:
@@ -165,8 +163,7 @@ class ReducedRobot:
 
     def fork(self) -> ReducedRobot:
         """The same robot with a workspace of its own."""
-        work, last = make_work(self.body, self.tendons), self.contacts.nowhere()
-        return dataclasses.replace(self, work=work, last=last)
+        return dataclasses.replace(self, work=make_work(self.body, self.tendons))
 
     def loaded(self, gravity: Array, effector_force: Array) -> ReducedRobot:
         """The robot under another gravity (3,) [m/s²] and forces on its effectors (n_e,) [N]."""
@@ -257,7 +254,7 @@ class ReducedRobot:
         return State(state.q + system.h * v, v)
 
     def _contact_rows(self, alpha: Array) -> ContactRows:
-        found = self.contacts.detect(self.surface.at(alpha), self.last)
+        found = self.contacts.detect(self.surface.at(alpha))
         H = contact_jacobian(found.normal, found.vertices, found.coefficients, self.surface.map)
         return ContactRows(Rows(H, found.gap), found.slots, found.pair, self.n_c)
 
@@ -294,5 +291,4 @@ def reduced_robot(robot: Robot, states: StateBasis) -> ReducedRobot:
         surface=surface,
         contacts=contacts,
         work=make_work(body, tendons),
-        last=contacts.nowhere(),
     )

@@ -6,6 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tauten.model.arrays import Array, Ints
+from tauten.model.broad_phase import BLOCK
 from tauten.model.contact import ContactPair, ContactSet, contact_rows
 
 ALARM = 2e-3
@@ -142,12 +143,16 @@ def test_fixed_vertices_get_no_entries() -> None:
     np.testing.assert_array_equal(everything[:, columns].toarray(), free.toarray())
 
 
-def test_same_input_same_output_whatever_came_before() -> None:
+def test_a_gap_does_not_depend_on_other_candidates_or_earlier_ones() -> None:
+    """More candidates than are looked at together; few of them or one alone find the same."""
     rng = np.random.default_rng(0)
-    points = rng.uniform(-1e-3, 11e-3, (200, 3)) * [1, 1, 0.1]
+    points = rng.uniform(-1e-3, 11e-3, (2 * BLOCK + 10, 3)) * [1, 1, 0.1]
     first = gaps_over_sheet(points)
-    gaps_over_sheet(points[::-1])
+    assert 0 < np.isfinite(first).sum() < len(points)
+    np.testing.assert_array_equal(gaps_over_sheet(points[::-1])[::-1], first)
     np.testing.assert_array_equal(gaps_over_sheet(points), first)
+    alone = np.concatenate([gaps_over_sheet(point[None]) for point in points[::20]])
+    np.testing.assert_array_equal(alone, first[::20])
 
 
 def make(**changes: object) -> ContactSet:
