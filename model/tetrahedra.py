@@ -65,16 +65,18 @@ def polar_rotation(F: Array, R: Array, C: Array) -> None:
     # scalars, because numba keeps them in registers where it would reload array entries
     a, b, c, d, e, f = R[0, 0], R[0, 1], R[0, 2], R[1, 0], R[1, 1], R[1, 2]
     g, h, i = R[2, 0], R[2, 1], R[2, 2]
+    change = np.inf
     for _ in range(30):
         ca, cb, cc = e * i - f * h, f * g - d * i, d * h - e * g
         cd, ce, cf = c * h - b * i, a * i - c * g, b * g - a * h
         cg, ch, ci = b * f - c * e, c * d - a * f, a * e - b * d
         det = a * ca + b * cb + c * cc
-        normR = a * a + b * b + c * c + d * d + e * e + f * f + g * g + h * h + i * i
-        normC = ca * ca + cb * cb + cc * cc + cd * cd + ce * ce + cf * cf
-        normC += cg * cg + ch * ch + ci * ci
-        # scaling makes the first iterations quadratic even for large stretch
-        zeta = np.sqrt(np.sqrt(normC / normR) / det)
+        zeta = 1.0
+        if change > 1e-2:  # scaling makes the first iterations quadratic even for large stretch
+            normR = a * a + b * b + c * c + d * d + e * e + f * f + g * g + h * h + i * i
+            normC = ca * ca + cb * cb + cc * cc + cd * cd + ce * ce + cf * cf
+            normC += cg * cg + ch * ch + ci * ci
+            zeta = np.sqrt(np.sqrt(normC / normR) / det)
         x, y = 0.5 * zeta, 0.5 / (zeta * det)
         # the change R ← x R + y C of every entry
         da, db, dc = (x - 1.0) * a + y * ca, (x - 1.0) * b + y * cb, (x - 1.0) * c + y * cc

@@ -17,14 +17,18 @@ Zᵀ Y is the tangent.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
 from tauten.model.arrays import Array, Ints
 from tauten.model.jit import kernel
-from tauten.model.tetrahedra import cofactor, polar_rotation
+from tauten.model.tetrahedra import polar_rotation
 from tauten.reduction.dense_factors import cholesky, solve_in_place
+
+
+# of a symmetric 3x3 matrix: entries 00, 01, 02, 11, 12, 22
+Symmetric: TypeAlias = tuple[float, float, float, float, float, float]
 
 
 class Body(NamedTuple):
@@ -122,14 +126,13 @@ def assemble(
         work.force[j] = load[j] - body.drift[j] - work.force[j]
     np.dot(body.gradient, alpha, work.F)
     F, R, C = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
-    Q = np.empty((3, 3))
     for e in range(body.volume.shape[0]):
         for i in range(3):
             for j in range(3):
                 F[i, j] = work.F[9 * e + 3 * i + j]
             F[i, i] += 1.0
         polar_rotation(F, R, C)
-        c = turning(F, R, C, body.lame, exact, Q)
+        c, Q = turning(F, R, body.lame, exact)
         project(e, body.volume[e], c, R, Q, body, work)
     add_curvature(alpha, tension, tendons, 4 * body.volume.shape[0], work)
     np.dot(work.Z.T, work.Y, work.K)
@@ -137,40 +140,35 @@ def assemble(
 
 
 @kernel
-def turning(
-    F: Array, R: Array, C: Array, lame: tuple[float, float], exact: bool, Q: Array
-) -> float:
-    """The stress coefficient c; c (tr(S) I − S)⁻¹, or −μ I with rotations held, into Q."""
+def turning(F: Array, R: Array, lame: tuple[float, float], exact: bool) -> tuple[float, Symmetric]:
+    """The stress coefficient c, and c (tr(S) I − S)⁻¹, or −μ I with rotations held."""
     lam, mu = lame
-    S = np.empty((3, 3))
-    for i in range(3):
-        for j in range(3):
-            S[i, j] = R[0, i] * F[0, j] + R[1, i] * F[1, j] + R[2, i] * F[2, j]
-    trace = S[0, 0] + S[1, 1] + S[2, 2]
-    c = lam * (trace - 3.0) - 2.0 * mu
-    for i in range(3):
-        for j in range(3):
-            Q[i, j] = -0.5 * (S[i, j] + S[j, i])
-        Q[i, i] += trace
-    det = cofactor(Q, C) if exact else 0.0
-    # (tr(S) I − S) is singular only for elements turned inside out: leave their tangent alone
-    for i in range(3):
-        for j in range(3):
-            Q[i, j] = c * C[i, j] / det if det > 1e-3 else 0.0
-        if not det > 1e-3:
-            Q[i, i] = -mu
-    return float(c)
+    S00 = R[0, 0] * F[0, 0] + R[1, 0] * F[1, 0] + R[2, 0] * F[2, 0]
+    S11 = R[0, 1] * F[0, 1] + R[1, 1] * F[1, 1] + R[2, 1] * F[2, 1]
+    S22 = R[0, 2] * F[0, 2] + R[1, 2] * F[1, 2] + R[2, 2] * F[2, 2]
+    S01 = R[0, 0] * F[0, 1] + R[1, 0] * F[1, 1] + R[2, 0] * F[2, 1]
+    S02 = R[0, 0] * F[0, 2] + R[1, 0] * F[1, 2] + R[2, 0] * F[2, 2]
+    S12 = R[0, 1] * F[0, 2] + R[1, 1] * F[1, 2] + R[2, 1] * F[2, 2]
+    c = float(lam * (S00 + S11 + S22 - 3.0) - 2.0 * mu)
+    a, b, d = S11 + S22, S00 + S22, S00 + S11  # tr(S) I − S has −S01, −S02, −S12 beside them
+    C00, C11, C22 = b * d - S12 * S12, a * d - S02 * S02, a * b - S01 * S01
+    C01, C02, C12 = S01 * d + S02 * S12, S01 * S12 + b * S02, a * S12 + S01 * S02
+    det = a * C00 - S01 * C01 - S02 * C02
+    # singular only for elements turned inside out: leave their tangent alone
+    if not (exact and det > 1e-3):
+        return c, (-mu, 0.0, 0.0, -mu, 0.0, -mu)
+    w = c / det
+    return c, (w * C00, w * C01, w * C02, w * C11, w * C12, w * C22)
 
 
 @kernel
-def project(e: int, V: float, c: float, R: Array, Q: Array, body: Body, work: Work) -> None:
+def project(e: int, V: float, c: float, R: Array, Q: Symmetric, body: Body, work: Work) -> None:
     """Rows t and a of element e and their images; its part of the force that is not linear in α."""
     G, Z, Y, force = body.gradient, work.Z, work.Y, work.force
     # scalars, because numba keeps them in registers where it would reload array entries
     R00, R01, R02, R10, R11, R12 = R[0, 0], R[0, 1], R[0, 2], R[1, 0], R[1, 1], R[1, 2]
     R20, R21, R22 = R[2, 0], R[2, 1], R[2, 2]
-    Q00, Q01, Q02 = V * Q[0, 0], V * Q[0, 1], V * Q[0, 2]
-    Q11, Q12, Q22 = V * Q[1, 1], V * Q[1, 2], V * Q[2, 2]
+    Q00, Q01, Q02, Q11, Q12, Q22 = V * Q[0], V * Q[1], V * Q[2], V * Q[3], V * Q[4], V * Q[5]
     Vc, Vl = V * c, V * body.lame[0]
     g, z = 9 * e, 4 * e
     for j in range(G.shape[1]):
