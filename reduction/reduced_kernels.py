@@ -26,7 +26,6 @@ from tauten.model.jit import kernel
 from tauten.model.tetrahedra import polar_rotation
 from tauten.reduction.dense_factors import cholesky, solve_in_place
 
-
 # of a symmetric 3x3 matrix: entries 00, 01, 02, 11, 12, 22
 Symmetric: TypeAlias = tuple[float, float, float, float, float, float]
 
