@@ -161,6 +161,12 @@ class Controller:
             return self._hold(decision.solution.status)
         return self._take(decision, decision.solution.status)
 
+    def rehearse(self, target: Array) -> None:
+        """Decide for a target (p, 3) [m] and forget it: a processor is fast at what it has just done."""
+        if self._prepared is not None and self._decision is None:
+            goal = target.ravel()
+            decide(self.robot, self._prepared, goal, self.pull, self.forces, self.settings)
+
     def hold(self) -> Actuation:
         """Keep the winches where they are; the model moves as a robot with held cables does."""
         return self._hold(Status.OK)

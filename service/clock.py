@@ -8,8 +8,7 @@ from dataclasses import dataclass
 
 from tauten.service.realtime import has_realtime_priority
 
-_AWAKE = 2e-4  # s; a thread that is woken up comes about half as late
-_AHEAD = 5e-4  # s
+_AHEAD = 1.2e-3  # s
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +47,7 @@ class Clock:
         period: float,
         now: Callable[[], float] = time.monotonic,
         sleep: Callable[[float], None] = time.sleep,
-        awake: float = 0.0,
+        awake: bool = False,
     ) -> None:
         """Start the grid now.
 
@@ -56,7 +55,7 @@ class Clock:
             period: seconds between beats.
             now: monotonic time [s]; replaced in tests.
             sleep: waits for some seconds; replaced in tests.
-            awake: seconds before a beat that are not slept through, but watched.
+            awake: whether the last 1.2 ms before a beat are not slept through, but watched.
         """
         self.period = period
         self.missed = 0
@@ -80,7 +79,7 @@ class Clock:
         """Sleep until the next beat.
 
         Args:
-            before: done 0.5 ms ahead of the beat, when there is that much time.
+            before: done 1.2 ms ahead of the beat, when there is that much time.
         """
         slack = self.remaining
         skipped = 0
@@ -90,7 +89,7 @@ class Clock:
                 begin = self._now()
                 before()
                 slack -= self._now() - begin
-            if (left := self.remaining - self._awake) > 0.0:
+            if (left := self.remaining - (_AHEAD if self._awake else 0.0)) > 0.0:
                 self._sleep(left)
             while self._awake and self.remaining > 0.0:
                 pass
@@ -106,7 +105,8 @@ class Clock:
 def punctual_clock(period: float) -> Clock:
     """A clock whose beats are not late by the time it takes to wake a thread up.
 
-    It is awake for the last 0.2 ms, but not under a real-time priority: there threads are woken up soon, and
-    Linux stops one that takes more than 95 % of a second.
+    It is awake for the last 1.2 ms: a processor that slept is woken up late, and slow until its caches
+    are full again. Not under a real-time priority: there threads are woken up soon, and Linux stops one that
+    takes more than 95 % of a second.
     """
-    return Clock(period, awake=0.0 if has_realtime_priority() else _AWAKE)
+    return Clock(period, awake=not has_realtime_priority())

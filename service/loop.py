@@ -113,6 +113,11 @@ class ControlLoop:
         self.state = judged(self.state, actuation.status.usable)
         return self._guarded(actuation, actuation.status)
 
+    def rehearse(self, goal: Array) -> None:
+        """Go through a decision that may be asked for at the next tick: (p, 3) [m]; nothing comes of it."""
+        if self.state.mode is Mode.RUN:
+            self.controller.rehearse(goal)
+
     def prepare(self) -> None:
         """Move the model by the decision taken and make the next one ready."""
         if self.state.mode is not Mode.STOP:

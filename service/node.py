@@ -10,6 +10,7 @@ import gc
 import logging
 import math
 import time
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,7 +20,7 @@ from tauten.model.arrays import Array
 from tauten.service.clock import Beat, Clock, punctual_clock
 from tauten.service.config import Setup
 from tauten.service.fall_back import FallBack
-from tauten.service.health import Diagnostic
+from tauten.service.health import Diagnostic, encode_health
 from tauten.service.inbox import Goal
 from tauten.service.intake import Intake
 from tauten.service.loop import Action, ControlLoop
@@ -56,6 +57,7 @@ class _Asked:
 
 _NOTHING = _Asked(None, None)
 _LOOK = 2e-4  # s between looks for a target
+_QUICK = 8e-4  # s; only decisions as quick as this are rehearsed, in the 1.2 ms that are for it
 
 
 class Node:
@@ -99,7 +101,9 @@ class Node:
             "loop": "closed" if closed_loop else "open",
         }
         self._index = 0
+        self._decided = 0.0  # s the last decision took
         self._next_health = 0.0
+        self._report: Iterator[None] = iter(())
 
     def run(self, stop: StopFlag, event: bool = False) -> None:
         """Tick until asked to stop, or until something breaks; then release the cables.
@@ -113,7 +117,7 @@ class Node:
         clock = punctual_clock(self._robot.h)
         try:
             while not stop.requested:
-                beat = clock.wait(self._look)
+                beat = clock.wait(self._look_ahead)
                 if event and self._loop.state.mode is Mode.RUN:
                     self._await_target(clock)
                 self.tick(clock, beat, shutdown=False)
@@ -124,7 +128,8 @@ class Node:
             self.tick(clock, clock.wait(), shutdown=True)
             while not self._loop.released:
                 self.tick(clock, clock.wait(), shutdown=True)
-            self._publish_health(clock)
+            for _ in self._reporting(clock):
+                pass
 
     def tick(self, clock: Clock, beat: Beat, shutdown: bool) -> None:
         """One tick.
@@ -138,20 +143,25 @@ class Node:
         begin = time.perf_counter()
         action = self._loop.tick(asked.positions, seen)
         decided = time.perf_counter()
+        self._decided = decided - begin
         stamp = time.time_ns()
         self._out.act(action, stamp, self._index)
         published = time.perf_counter()
         self._loop.prepare()
-        step = decided - begin + time.perf_counter() - published
-        tick = self._record(beat, action, asked, stamp, decided - begin, step)
+        step = self._decided + time.perf_counter() - published
+        tick = self._record(beat, action, asked, stamp, self._decided, step)
         self._out.tick(tick)
         self._vitals.add(tick)
         self._index += 1
         self._housekeeping(clock)
 
-    def _look(self) -> None:
-        """Read targets that are there already, so that the tick begins with its decision."""
-        self._intake.arrived(time.monotonic(), self._index)
+    def _look_ahead(self) -> None:
+        """Read targets that are there already and rehearse, so that the tick begins with a fast decision."""
+        now = time.monotonic()
+        self._intake.arrived(now, self._index)
+        goal = self._intake.goal(now, self._loop.controller.effector)
+        if goal is not None and self._decided < _QUICK:
+            self._loop.rehearse(goal.positions)
 
     def _await_target(self, clock: Clock) -> None:
         """Wait for the target of the tick that is due, and let the grid follow the targets."""
@@ -216,11 +226,19 @@ class Node:
         now = time.monotonic()
         if now >= self._next_health:
             self._next_health = now + _HEALTH_PERIOD
-            self._publish_health(clock)
-            gc.collect()
+            self._report = self._reporting(clock)
+        next(self._report, None)
 
-    def _publish_health(self, clock: Clock) -> None:
-        self._out.health(self._diagnostics(clock), time.time_ns(), self._index)
+    def _reporting(self, clock: Clock) -> Iterator[None]:
+        """Health and garbage, a piece a tick: all of it takes most of a millisecond."""
+        diagnostics = self._diagnostics(clock)
+        yield
+        stamp = time.time_ns()
+        payload = encode_health(stamp, self._robot.name, diagnostics)
+        yield
+        self._out.health(payload, stamp, self._index)
+        yield
+        gc.collect()
 
     def _diagnostics(self, clock: Clock) -> list[Diagnostic]:
         arrived = self._intake.diagnostics()

@@ -36,6 +36,12 @@ class Outlet:
             express=urgent,
         )
 
+    @property
+    def heard(self) -> bool:
+        """Whether anybody subscribes to the key, as far as this session knows."""
+        status = self._publisher.matching_status
+        return bool(getattr(status, "matching", status))  # zenoh's type hints take it for a bool
+
     def put(self, payload: bytes) -> None:
         """Publish."""
         self._publisher.put(payload)

@@ -1,11 +1,14 @@
-"""What a node publishes each tick, and writes into its log."""
+"""What a node publishes each tick, and writes into its log.
+
+Actuation always leaves. Where the model is and what the tick was are put into messages only when somebody
+listens or a log is kept: at a kilohertz their encoding is a twentieth of the period.
+"""
 
 from __future__ import annotations
 
 import zenoh
 
 from tauten.model import Robot
-from tauten.service.health import Diagnostic, encode_health
 from tauten.service.keys import Keys
 from tauten.service.loop import Action
 from tauten.service.messages import (
@@ -54,18 +57,24 @@ class Publishing:
             tuple(action.pull.tolist()), tuple(action.tension.tolist()),
         )  # fmt: skip
         self._send(self._actuation, encode_joints(joints), stamp, tick)
-        if action.mode is not Mode.STOP:  # the model does not follow a release
-            for outlet, (x, y, z) in zip(self._effectors, action.effector.tolist(), strict=True):
+        if action.mode is Mode.STOP:  # the model does not follow a release
+            return
+        for outlet, position in zip(self._effectors, action.effector, strict=True):
+            if self._wanted(outlet):
+                x, y, z = position.tolist()
                 self._send(outlet, encode_point(Point(stamp, robot.frame, (x, y, z))), stamp, tick)
 
     def tick(self, tick: Tick) -> None:
         """What the tick was."""
-        self._send(self._tick, encode_tick(tick), tick.stamp, tick.index)
+        if self._wanted(self._tick):
+            self._send(self._tick, encode_tick(tick), tick.stamp, tick.index)
 
-    def health(self, diagnostics: list[Diagnostic], stamp: int, tick: int) -> None:
-        """How the node is."""
-        payload = encode_health(stamp, self._robot.name, diagnostics)
+    def health(self, payload: bytes, stamp: int, tick: int) -> None:
+        """How the node is, encoded."""
         self._send(self._health, payload, stamp, tick)
+
+    def _wanted(self, outlet: Outlet) -> bool:
+        return self._recorder is not None or outlet.heard
 
     def _send(self, outlet: Outlet, payload: bytes, stamp: int, tick: int) -> None:
         outlet.put(payload)

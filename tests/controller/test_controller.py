@@ -191,6 +191,23 @@ def test_deciding_moves_nothing_and_the_last_decision_counts(beam: Robot) -> Non
     np.testing.assert_array_equal(controller.effector, other.effector)
 
 
+def test_a_rehearsal_leaves_nothing_behind(beam: Robot) -> None:
+    """Whatever was rehearsed in between, before or after a step is prepared or decided."""
+    controller, other = Controller(beam), Controller(beam)
+    target = controller.effector[0] + DOWN
+    for lift in np.linspace(-0.01, 0.01, 8):
+        controller.rehearse(target[None] + lift)
+        controller.decide(target + 0.1 * lift)
+        controller.rehearse(target[None] - lift)
+        controller.advance()
+        controller.rehearse(target[None])
+        controller.prepare()
+        controller.rehearse(np.full((1, 3), 1e3))
+        other.step(target + 0.1 * lift)
+        np.testing.assert_array_equal(controller.pull, other.pull)
+        np.testing.assert_array_equal(controller.effector, other.effector)
+
+
 def test_a_reset_forgets(beam: Robot) -> None:
     controller = Controller(beam)
     target = controller.effector[0] + DOWN

@@ -9,6 +9,7 @@ import zenoh
 
 from tauten.service.demo import free_ports
 from tauten.service.inbox import Source
+from tauten.service.messages import TICK
 from tauten.service.network import (
     Network,
     NetworkError,
@@ -17,6 +18,7 @@ from tauten.service.network import (
     open_session,
     read_config,
 )
+from tauten.service.outlet import Outlet
 
 Open = Callable[[Role], zenoh.Session]
 
@@ -110,3 +112,29 @@ def test_a_bad_zenoh_configuration_is_a_sentence(tmp_path: Path) -> None:
     path.write_text("{mode: 'banana'}")
     with pytest.raises(NetworkError, match=r"no Zenoh configuration"):
         read_config(path)
+
+
+def test_an_outlet_knows_whether_anybody_listens(open_one: Open) -> None:
+    """Also when the listener was there first, when it goes, and when its whole session does."""
+    node, other = open_one(Role.NODE), open_one(Role.OTHER)
+    early = other.declare_subscriber("tauten/r/early")
+
+    def becomes(outlet: Outlet, heard: bool) -> bool:
+        end = time.monotonic() + 10.0
+        while outlet.heard is not heard and time.monotonic() < end:
+            time.sleep(0.01)
+        return outlet.heard is heard
+
+    outlet, silent = Outlet(node, "tauten/r/late", TICK), Outlet(node, "tauten/r/silent", TICK)
+    assert becomes(Outlet(node, "tauten/r/early", TICK), True)
+    assert not outlet.heard
+    late = other.declare_subscriber("tauten/*/late")
+    assert becomes(outlet, True)
+    late.undeclare()  # type: ignore[no-untyped-call]
+    assert becomes(outlet, False)
+    again = other.declare_subscriber("tauten/r/late", zenoh.handlers.RingChannel(1))
+    assert becomes(outlet, True)
+    assert not silent.heard
+    other.close()  # type: ignore[no-untyped-call]
+    assert becomes(outlet, False)
+    del early, again  # which end with their variables
