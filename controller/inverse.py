@@ -45,10 +45,9 @@ def inverse_problem(
     n_e, n_a, k = response.n_e, response.n_a, response.n_c
     W, delta_free = response.W, response.delta_free
     shut_now = np.zeros(k, dtype=np.bool_) if touching is None else touching
-    Q, c, constant = _objective(W, delta_free, target, n_a, epsilon, shut_now)
-    g_lo, g_hi, slower = _travel(
-        delta_free[n_e : n_e + n_a], pull_prev, limits.pull_min, limits.pull_max, limits.rate, h
-    )
+    Q, c, constant, g_lo, g_hi, slower = _arrays(
+        W, delta_free, target, pull_prev, limits.pull_min, limits.pull_max, limits.rate, h, epsilon, shut_now,
+    )  # fmt: skip
     return Qpcc(
         Q=Q,
         c=c,
@@ -109,6 +108,18 @@ def energy_scale(W_ea: Array, W_aa: Array) -> float:
         return 0.0
     coupling = float(np.sum(W_ea * W_ea))
     return coupling / trace if coupling > 0.0 else trace / W_aa.shape[0]
+
+
+@kernel
+def _arrays(
+    W: Array, delta_free: Array, target: Array, pull_prev: Array, pull_min: Array, pull_max: Array,
+    rate: Array, h: float, epsilon: float, touching: Bools,
+) -> tuple[Array, Array, float, Array, Array, Bools]:  # fmt: skip
+    """Objective and travel, see there: what of (T1) is not just a part of W or δ_free."""
+    n_e, n_a = len(target), len(pull_prev)
+    Q, c, constant = _objective(W, delta_free, target, n_a, epsilon, touching)
+    free = delta_free[n_e : n_e + n_a]
+    return Q, c, constant, *_travel(free, pull_prev, pull_min, pull_max, rate, h)
 
 
 @kernel

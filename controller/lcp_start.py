@@ -11,12 +11,31 @@ from __future__ import annotations
 import numpy as np
 
 from tauten.controller.qpcc_pieces import eliminate_pushing
-from tauten.controller.qpcc_scaling import Scaled
+from tauten.controller.qpcc_scaling import USABLE, Scaled, Units, examined
 from tauten.model.arrays import Array, Bools, Ints
 from tauten.model.jit import kernel
 
 TOLERANCE = 1e-10  # on β and w, relative to the terms of w
 PATIENCE = 3  # rounds without fewer wrong signs before Lemke's method takes over
+
+
+@kernel
+def scaled_start(
+    lam_a: Array, guess: Bools, Q: Array, c: Array, lb: Array, ub: Array, G: Array, g_lo: Array,
+    g_hi: Array, M: Array, m: Array,
+) -> tuple[int, Scaled, Units, Array, bool, Bools, Array]:  # fmt: skip
+    """What `examined` says of a QPCC, and the contact forces at given tensions.
+
+    Returns:
+        Whether the numbers are USABLE, the scaled problem, its units; the tensions lam_a (n_a,) within their
+        bounds; whether contact forces were found there, which modes push, scaled z, as `feasible_start`.
+    """
+    numbers, scaled, units = examined(Q, c, lb, ub, G, g_lo, g_hi, M, m)
+    a = np.minimum(np.maximum(lam_a, lb), ub)
+    if numbers != USABLE:
+        return numbers, scaled, units, a, False, guess, np.zeros(len(c))
+    found, pushes, z = feasible_start(scaled, a / units.column[: len(a)], guess)
+    return numbers, scaled, units, a, found, pushes, z
 
 
 @kernel

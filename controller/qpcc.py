@@ -14,12 +14,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tauten.controller.lcp_start import feasible_start
+from tauten.controller.lcp_start import scaled_start
 from tauten.controller.qp import qp_backend
 from tauten.controller.qpcc_descent import Descent, Point
 from tauten.controller.qpcc_elastic import least_violation
 from tauten.controller.qpcc_problem import Qpcc, Start, Warm, start_of
-from tauten.controller.qpcc_scaling import CROSSED_LIMITS, NOT_FINITE, Units, scale
+from tauten.controller.qpcc_scaling import CROSSED_LIMITS, NOT_FINITE, Units, in_rows
 from tauten.controller.qpcc_search import Budget, branch_and_bound
 from tauten.controller.solution import Certificate, Solution, Status
 from tauten.model.arrays import Array, Bools
@@ -68,15 +68,13 @@ def solve_qpcc(problem: Qpcc, warm: Warm = None, settings: QpccSettings = DEFAUL
     """
     backend = qp_backend(settings.solver)
     n_a, k = len(problem.lb), len(problem.m)
-    lam_a, guess = start_of(warm, n_a, k)
-    numbers, scaled, units = scale(problem)
+    given, guess = start_of(warm, n_a, k)
+    numbers, scaled, units, lam_a, found, piece, z = scaled_start(given, guess, *in_rows(problem))
     if numbers == NOT_FINITE:
-        return nothing(problem, Status.NOT_FINITE, lam_a)
-    lam_a = np.minimum(np.maximum(lam_a, problem.lb), problem.ub)
+        return nothing(problem, Status.NOT_FINITE, given)
     if numbers == CROSSED_LIMITS:
         return nothing(problem, Status.INFEASIBLE, lam_a, crossed_limits(problem))
     descent = Descent(scaled, backend, settings.max_pivots)
-    found, piece, z = feasible_start(scaled, lam_a / units.column[:n_a], guess)
     piece = piece if found else guess
     descent.run(piece)
     if found and (descent.best is None or not descent.best.stationary):

@@ -11,6 +11,7 @@ import numpy as np
 from tauten.controller.lcp_start import feasible_start
 from tauten.controller.qp import Backend, Qp, QpAnswer, nothing, solve_daqp
 from tauten.controller.qp_polish import polished
+from tauten.controller.qpcc_one_cable import solve_one_cable
 from tauten.controller.qpcc_pieces import Reduction, reduce_piece
 from tauten.controller.qpcc_recovery import recover
 from tauten.controller.qpcc_scaling import Scaled
@@ -76,8 +77,14 @@ def solve_piece(problem: Scaled, piece: Bools, backend: Backend) -> Point | None
     """Optimum of one piece; None when it is empty or could not be solved.
 
     An answer that is not exact is polished; where that fails, daqp is asked. So it is where another
-    library sees an empty set: proxqp does at times where there is an interior.
+    library sees an empty set: proxqp does at times where there is an interior. With one tension the default
+    library is asked only where the piece is not a parabola over an interval.
     """
+    if len(problem.lb) == 1 and backend is solve_daqp:
+        found, z, alpha, dual, worth = solve_one_cable(problem, piece)
+        point = Point(piece, z, alpha, dual, worth)
+        if found and point.exact:
+            return point
     possible, H, f, A, lower, upper, reduction = reduce_piece(problem, piece)
     if not possible:
         return None

@@ -62,9 +62,15 @@ class Units(NamedTuple):
 
 def scale(problem: Qpcc) -> tuple[int, Scaled, Units]:
     """Whether the numbers are USABLE, NOT_FINITE or CROSSED_LIMITS, and the problem without units."""
-    # copies: a kernel is compiled anew for every memory layout, and that must not happen in a loop
-    arrays = [np.array(array, dtype=np.float64, order="C") for array in problem.arrays]
-    return examined(*arrays)
+    return examined(*in_rows(problem))
+
+
+def in_rows(problem: Qpcc) -> list[Array]:
+    """The arrays of a problem as kernels take them.
+
+    A kernel is compiled anew for every memory layout, and that must not happen in a loop.
+    """
+    return [np.ascontiguousarray(array, dtype=np.float64) for array in problem.arrays]
 
 
 @kernel
