@@ -75,11 +75,14 @@ class Clock:
         """Move the grid: the next beat is due a period after a beat that waited so long."""
         self._start += seconds
 
-    def wait(self, before: Callable[[], None] | None = None) -> Beat:
+    def wait(
+        self, before: Callable[[], None] | None = None, idle: Callable[[], None] | None = None
+    ) -> Beat:
         """Sleep until the next beat.
 
         Args:
-            before: done 1.2 ms ahead of the beat, when there is that much time.
+            before: done 1.2 ms ahead of the beat, when there is that much time; work of the period that ends.
+            idle: done after it; no work, only something to do while awake.
         """
         slack = self.remaining
         skipped = 0
@@ -89,6 +92,8 @@ class Clock:
                 begin = self._now()
                 before()
                 slack -= self._now() - begin
+                if idle is not None:
+                    idle()
             if (left := self.remaining - (_AHEAD if self._awake else 0.0)) > 0.0:
                 self._sleep(left)
             while self._awake and self.remaining > 0.0:

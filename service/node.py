@@ -117,7 +117,7 @@ class Node:
         clock = punctual_clock(self._robot.h)
         try:
             while not stop.requested:
-                beat = clock.wait(self._look_ahead)
+                beat = clock.wait(self._look, self._rehearse)
                 if event and self._loop.state.mode is Mode.RUN:
                     self._await_target(clock)
                 self.tick(clock, beat, shutdown=False)
@@ -155,11 +155,13 @@ class Node:
         self._index += 1
         self._housekeeping(clock)
 
-    def _look_ahead(self) -> None:
-        """Read targets that are there already and rehearse, so that the tick begins with a fast decision."""
-        now = time.monotonic()
-        self._intake.arrived(now, self._index)
-        goal = self._intake.goal(now, self._loop.controller.effector)
+    def _look(self) -> None:
+        """Read targets that are there already, so that the tick begins with its decision."""
+        self._intake.arrived(time.monotonic(), self._index)
+
+    def _rehearse(self) -> None:
+        """Go through the decision for the latest target, so that the tick's own is fast."""
+        goal = self._intake.goal(time.monotonic(), self._loop.controller.effector)
         if goal is not None and self._decided < _QUICK:
             self._loop.rehearse(goal.positions)
 

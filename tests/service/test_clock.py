@@ -66,13 +66,17 @@ def test_there_is_time_for_something_before_a_beat(hand: Hand) -> None:
         seen.append(hand.time)
         hand.time += 0.0001
 
-    beat = clock.wait(look)
-    assert seen == pytest.approx([100.4988])
-    # it is work of the period that ends
+    def idle() -> None:
+        seen.append(hand.time)
+        hand.time += 0.0002
+
+    beat = clock.wait(look, idle)
+    assert seen == pytest.approx([100.4988, 100.4989])
+    # the first is work of the period that ends, the second is not
     assert (beat.lateness, beat.slack) == (pytest.approx(0.0, abs=1e-9), pytest.approx(0.4999))
     hand.time = 100.999  # too little left
-    clock.wait(look)
-    assert len(seen) == 1
+    clock.wait(look, idle)
+    assert len(seen) == 2
     assert clock.missed == 0
 
 
