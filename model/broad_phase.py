@@ -137,12 +137,12 @@ def beyond(p: Vector3, planes: Array, k: int, f: int) -> float:
 
 @kernel
 def walls(x: Array, triangles: Ints, near: Ints) -> Array:
-    """Planes of the triangles numbered `near` (t,): (19, t).
+    """Planes of the triangles numbered `near` (t,): (18, t).
 
     Unit normal and offset of the triangle's own plane, then of the planes through its edges at right angles
-    to it, pointing out; then one over the distances of the edges to the opposite corners.
+    to it, pointing out; then one over the distances of the first two edges to the corners opposite them.
     """
-    planes = np.empty((19, near.shape[0]))
+    planes = np.empty((18, near.shape[0]))
     for f in range(near.shape[0]):
         t = near[f]
         n, corner = face_normal(x, triangles, t), row(x, triangles[t, 0])
@@ -150,8 +150,9 @@ def walls(x: Array, triangles: Ints, near: Ints) -> Array:
         for k in range(3):
             following = row(x, triangles[t, (k + 1) % 3])
             put_plane(planes, 4 + 4 * k, f, unit(cross(subtract(following, corner), n)), corner)
-            high = -beyond(row(x, triangles[t, (k + 2) % 3]), planes, 4 + 4 * k, f)
-            planes[16 + k, f] = 1.0 / high if high > 0.0 else np.inf
+            if k < 2:
+                high = -beyond(row(x, triangles[t, (k + 2) % 3]), planes, 4 + 4 * k, f)
+                planes[16 + k, f] = 1.0 / high if high > 0.0 else np.inf
             corner = following
     return planes
 

@@ -78,7 +78,6 @@ def search(
     likely, next_best = rank(points, planes, near, patches, begin, reach)
     # tuples of arrays are taken apart here: handing them on costs more than what is done with them
     triangle, weights, gap, normal = feet.triangle, feet.weights, feet.gap, feet.normal
-    scratch = np.empty(near.shape[0])
     for i in range(points.shape[1]):
         s, f, p = begin + i, likely[i], (points[0, i], points[1, i], points[2, i])
         if f < 0:
@@ -92,16 +91,23 @@ def search(
             weights[s, 1] = 1.0 - weights[s, 2] - weights[s, 0]
             normal[s, 0], normal[s, 1], normal[s, 2] = planes[0, f], planes[1, f], planes[2, f]
         else:
-            try_all(s, p, x, planes, near, patches, reach, feet, scratch)
+            try_all(s, p, x, planes, near, patches, reach, feet)
 
 
 @kernel
 def try_all(
-    s: int, p: Vector3, x: Array, planes: Array, near: Ints, patches: Patches, reach: float, feet: Feet,
-    bounds: Array,
-) -> None:  # fmt: skip
-    """`search` for one candidate s at p, triangle by triangle; `bounds` (t,) is scratch."""
+    s: int,
+    p: Vector3,
+    x: Array,
+    planes: Array,
+    near: Ints,
+    patches: Patches,
+    reach: float,
+    feet: Feet,
+) -> None:
+    """`search` for one candidate s at p, triangle by triangle."""
     triangles, square, place = patches.triangles, reach * reach, INTERIOR
+    bounds = np.empty(near.shape[0])
     for f in range(near.shape[0]):
         bounds[f] = lower_bound(p, planes, f)
     for f in range(near.shape[0]):

@@ -279,18 +279,16 @@ def contact_jacobian(normal: Array, vertices: Ints, coefficients: Array, surface
         surface: (3 v, r) how the vertices move.
     """
     m, r = normal.shape[0], surface.shape[1]
-    H = np.empty((m, r))
+    H = np.zeros((m, r))
     for k in range(m):
         n0, n1, n2 = normal[k, 0], normal[k, 1], normal[k, 2]
-        for a in range(
-            0, 6, 2
-        ):  # two at a time: the compiler makes vector instructions of short sums alone
+        # two at a time: the compiler makes vector instructions of short sums alone
+        for a in range(0, 6, 2):
             v, w = coefficients[k, a], coefficients[k, a + 1]
             f, s = 3 * vertices[k, a], 3 * vertices[k, a + 1]
             v0, v1, v2, w0, w1, w2 = v * n0, v * n1, v * n2, w * n0, w * n1, w * n2
             for j in range(r):
-                before = H[k, j] if a > 0 else 0.0
                 change = v0 * surface[f, j] + v1 * surface[f + 1, j] + v2 * surface[f + 2, j]
                 change += w0 * surface[s, j] + w1 * surface[s + 1, j] + w2 * surface[s + 2, j]
-                H[k, j] = before + change
+                H[k, j] += change
     return H
