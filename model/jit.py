@@ -17,5 +17,5 @@ REORDER = {"reassoc", "contract", "arcp", "nsz"}
 
 def kernel(function: Callable[P, R]) -> Callable[P, R]:
     """Compile a hot loop: machine code cached on disk, GIL released beside I/O."""
-    compiled: Callable[P, R] = numba.njit(cache=True, nogil=True, fastmath=REORDER)(function)
+    compiled: Callable[P, R] = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath=REORDER)(function)
     return compiled

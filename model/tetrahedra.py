@@ -20,6 +20,7 @@ import numpy as np
 from tauten.model.arrays import Array, Ints
 from tauten.model.jit import kernel
 from tauten.model.mesh import TetMesh
+from tauten.model.polar import polar_rotations
 
 
 def rest_gradients(mesh: TetMesh) -> Array:
@@ -48,48 +49,15 @@ def cofactor(F: Array, C: Array) -> float:
 
 
 @kernel
-def polar_rotation(F: Array, R: Array, C: Array) -> None:
-    """Rotation R of the polar decomposition F = R S by Newton on the cofactor (Higham 1986).
-
-    An inverted element (det F ≤ 0) gets the rotation of the singular value decomposition with the
-    smallest singular direction mirrored, so that its force drives it back out.
-    """
-    R[:] = F
-    if cofactor(F, C) <= 1e-6:
-        U, _, Vt = np.linalg.svd(F)
-        R[:] = U @ Vt
-        if cofactor(R, C) < 0.0:
-            U[:, 2] = -U[:, 2]
-            R[:] = U @ Vt
-        return
-    # scalars, because numba keeps them in registers where it would reload array entries
-    a, b, c, d, e, f = R[0, 0], R[0, 1], R[0, 2], R[1, 0], R[1, 1], R[1, 2]
-    g, h, i = R[2, 0], R[2, 1], R[2, 2]
-    change = np.inf
-    for _ in range(30):
-        ca, cb, cc = e * i - f * h, f * g - d * i, d * h - e * g
-        cd, ce, cf = c * h - b * i, a * i - c * g, b * g - a * h
-        cg, ch, ci = b * f - c * e, c * d - a * f, a * e - b * d
-        det = a * ca + b * cb + c * cc
-        zeta = 1.0
-        if change > 1e-2:  # scaling makes the first iterations quadratic even for large stretch
-            normR = a * a + b * b + c * c + d * d + e * e + f * f + g * g + h * h + i * i
-            normC = ca * ca + cb * cb + cc * cc + cd * cd + ce * ce + cf * cf
-            normC += cg * cg + ch * ch + ci * ci
-            zeta = np.sqrt(np.sqrt(normC / normR) / det)
-        x, y = 0.5 * zeta, 0.5 / (zeta * det)
-        # the change R ← x R + y C of every entry
-        da, db, dc = (x - 1.0) * a + y * ca, (x - 1.0) * b + y * cb, (x - 1.0) * c + y * cc
-        dd, de, df = (x - 1.0) * d + y * cd, (x - 1.0) * e + y * ce, (x - 1.0) * f + y * cf
-        dg, dh, di = (x - 1.0) * g + y * cg, (x - 1.0) * h + y * ch, (x - 1.0) * i + y * ci
-        a, b, c, d, e, f = a + da, b + db, c + dc, d + dd, e + de, f + df
-        g, h, i = g + dg, h + dh, i + di
-        change = da * da + db * db + dc * dc + dd * dd + de * de + df * df
-        change += dg * dg + dh * dh + di * di
-        if change < 1e-16:  # convergence is quadratic: what is left is rounding
-            break
-    R[0, 0], R[0, 1], R[0, 2], R[1, 0], R[1, 1], R[1, 2] = a, b, c, d, e, f
-    R[2, 0], R[2, 1], R[2, 2] = g, h, i
+def deformation_gradients(x: Array, tets: Ints, gradients: Array) -> Array:
+    """F = Σ x_a g_aᵀ of all elements: (e, 3, 3)."""
+    F = np.zeros((tets.shape[0], 3, 3))
+    for e in range(tets.shape[0]):
+        for a in range(4):
+            for i in range(3):
+                for j in range(3):
+                    F[e, i, j] += x[tets[e, a], i] * gradients[e, a, j]
+    return F
 
 
 @kernel
@@ -143,17 +111,14 @@ def assemble(  # noqa: C901  one flat loop nest is what numba compiles best
         K: (nnz,) output, accumulated.
     """
     lam, mu = lame
-    F, R, C = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
     S, P, G = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
     B = np.empty((3, 3))
     g = np.empty((4, 3))
+    all_F = deformation_gradients(x, tets, gradients)  # (e, 3, 3)
+    all_R = np.empty_like(all_F)  # (e, 3, 3)
+    polar_rotations(all_F, all_R)
     for e in range(tets.shape[0]):
-        for i in range(3):
-            for j in range(3):
-                F[i, j] = 0.0
-                for a in range(4):
-                    F[i, j] += x[tets[e, a], i] * gradients[e, a, j]
-        polar_rotation(F, R, C)
+        F, R = all_F[e], all_R[e]
         for i in range(3):
             for j in range(3):
                 S[i, j] = R[0, i] * F[0, j] + R[1, i] * F[1, j] + R[2, i] * F[2, j]

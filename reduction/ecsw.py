@@ -25,7 +25,7 @@ from tauten.model.arrays import Array, Ints
 from tauten.model.jit import kernel
 from tauten.model.robot import State
 from tauten.model.tet_robot import TetRobot
-from tauten.model.tetrahedra import polar_rotation
+from tauten.model.polar import polar_rotations
 from tauten.reduction.reduced_body import element_gradients
 from tauten.reduction.sparse_nnls import sparse_nnls
 
@@ -116,14 +116,12 @@ def element_forces(alpha: Array, G: Array, volume: Array, lame: tuple[float, flo
         lame: (λ, μ) [Pa].
     """
     lam, mu = lame
-    change, forces = np.dot(G, alpha), np.zeros((volume.shape[0], alpha.shape[0]))
-    F, R, C = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
+    forces = np.zeros((volume.shape[0], alpha.shape[0]))
+    all_F = np.dot(G, alpha).reshape(-1, 3, 3) + np.eye(3)  # (e, 3, 3)
+    all_R = np.empty_like(all_F)  # (e, 3, 3)
+    polar_rotations(all_F, all_R)
     for e in range(volume.shape[0]):
-        for i in range(3):
-            for j in range(3):
-                F[i, j] = change[9 * e + 3 * i + j]
-            F[i, i] += 1.0
-        polar_rotation(F, R, C)
+        F, R = all_F[e], all_R[e]
         trace = -3.0
         for i in range(3):
             for j in range(3):

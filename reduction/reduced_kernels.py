@@ -23,7 +23,7 @@ import numpy as np
 
 from tauten.model.arrays import Array, Ints
 from tauten.model.jit import kernel
-from tauten.model.tetrahedra import polar_rotation
+from tauten.model.polar import polar_rotations
 from tauten.reduction.dense_factors import cholesky, solve_in_place
 
 # of a symmetric 3x3 matrix: entries 00, 01, 02, 11, 12, 22
@@ -68,7 +68,8 @@ class Work(NamedTuple):
     """What the kernels write to, allocated once.
 
     Attributes:
-        F: (9 s,) changes of the deformation gradients.
+        F: (s, 3, 3) deformation gradients.
+        R: (s, 3, 3) their rotations.
         d: (3 g,) differences of stations.
         Z, Y: (4 s + 3 g, r) rows and their images.
         force: (r,) [N].
@@ -79,6 +80,7 @@ class Work(NamedTuple):
     """
 
     F: Array
+    R: Array
     d: Array
     Z: Array
     Y: Array
@@ -93,7 +95,8 @@ def make_work(body: Body, tendons: Tendons) -> Work:
     """A workspace for these elements and cables."""
     r, z = body.gradient.shape[1], 4 * len(body.volume) + len(tendons.rest)
     return Work(
-        F=np.empty(len(body.gradient)),
+        F=np.empty((len(body.volume), 3, 3)),
+        R=np.empty((len(body.volume), 3, 3)),
         d=np.empty(len(tendons.rest)),
         Z=np.empty((z, r)),
         Y=np.empty((z, r)),
@@ -123,16 +126,13 @@ def assemble(
     np.dot(body.stiffness, alpha, work.force)
     for j in range(alpha.shape[0]):
         work.force[j] = load[j] - body.drift[j] - work.force[j]
-    np.dot(body.gradient, alpha, work.F)
-    F, R, C = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
+    np.dot(body.gradient, alpha, work.F.reshape(-1))
+    for i in range(3):
+        work.F[:, i, i] += 1.0
+    polar_rotations(work.F, work.R)
     for e in range(body.volume.shape[0]):
-        for i in range(3):
-            for j in range(3):
-                F[i, j] = work.F[9 * e + 3 * i + j]
-            F[i, i] += 1.0
-        polar_rotation(F, R, C)
-        c, Q = turning(F, R, body.lame, exact)
-        project(e, body.volume[e], c, R, Q, body, work)
+        c, Q = turning(work.F[e], work.R[e], body.lame, exact)
+        project(e, body.volume[e], c, work.R[e], Q, body, work)
     add_curvature(alpha, tension, tendons, 4 * body.volume.shape[0], work)
     np.dot(work.Z.T, work.Y, work.K)
     work.K[:] += body.stiffness

@@ -17,6 +17,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from tauten.controller.controller import Controller
+from tauten.controller.warming import warm_solver
 from tauten.model import Robot, load_robot
 from tauten.model.load import robot_path
 from tauten.reduction import ContactBasis
@@ -166,6 +167,7 @@ def warm_controller(setup: Setup) -> Controller:
 
 def warm_up(controller: Controller) -> Controller:
     """The controller back at rest, after steps enough for every kernel it needs to be compiled."""
+    warm_solver(controller.settings.qpcc.solver)
     away = controller.effector + 0.1 * controller.robot.size / np.sqrt(3.0)
     for _ in range(_WARM_UP):
         controller.step(away)

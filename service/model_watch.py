@@ -1,12 +1,13 @@
 """A reduced model watched by the full one, in a process of its own: is it still where it was trained?
 
-The loop only sends a state now and then and looks whether an answer is back; the process runs at
-low priority and ends with the loop.
+The loop only sends a state now and then and looks whether an answer is back; the process runs where
+nothing else wants to, and ends with the loop.
 """
 
 from __future__ import annotations
 
 import os
+import sys
 import time
 from contextlib import suppress
 from multiprocessing import get_context
@@ -20,7 +21,7 @@ from tauten.reduction.reduced_robot import ReducedRobot
 from tauten.service.config import one_blas_thread
 from tauten.service.health import Diagnostic, Level
 
-_NICE = 10
+_NICE = 10  # where there is nothing humbler
 _GLANCE = 0.02  # s between looks for an answer: a look is a system call
 _IN_A_ROW = 3  # answers beyond the bound before the full model is called for
 
@@ -119,8 +120,20 @@ class ModelWatch:
 
 def answer(pipe: Connection) -> None:
     """What the process does: tip errors of the states it is sent, until the pipe is closed."""
-    os.nice(_NICE)
+    _give_way()
     with one_blas_thread(), suppress(EOFError, OSError, KeyboardInterrupt):
         check = TipCheck(*pipe.recv())
         while True:
             pipe.send(check(*pipe.recv()))
+
+
+def _give_way() -> None:
+    """Run only where nothing else wants to.
+
+    A processor that runs an idle-class process counts as free: threads that wake up go there, and not to
+    the one the loop is on.
+    """
+    if sys.platform == "linux":
+        os.sched_setscheduler(0, os.SCHED_IDLE, os.sched_param(0))
+    else:
+        os.nice(_NICE)

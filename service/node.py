@@ -36,6 +36,9 @@ from tauten.service.vitals import Vitals
 log = logging.getLogger(__name__)
 
 _HEALTH_PERIOD = 1.0  # s
+_PATIENCE = 0.5  # s that health waits for ticks with time to spare
+_SPARE = 3e-4  # s that are enough for a piece of it
+_ALL_GARBAGE = 60  # reports; a look at everything takes most of a millisecond, one at what is new none
 _CREDIBLE = 10.0  # s; a longer latency says that two clocks do not agree
 
 
@@ -103,6 +106,7 @@ class Node:
         self._index = 0
         self._decided = 0.0  # s the last decision took
         self._next_health = 0.0
+        self._reports = 0
         self._report: Iterator[None] = iter(())
 
     def run(self, stop: StopFlag, event: bool = False) -> None:
@@ -229,10 +233,12 @@ class Node:
         if now >= self._next_health:
             self._next_health = now + _HEALTH_PERIOD
             self._report = self._reporting(clock)
-        next(self._report, None)
+        overdue = now >= self._next_health - _HEALTH_PERIOD + _PATIENCE
+        if overdue or clock.remaining > _SPARE:
+            next(self._report, None)
 
     def _reporting(self, clock: Clock) -> Iterator[None]:
-        """Health and garbage, a piece a tick: all of it takes most of a millisecond."""
+        """Health and garbage, a piece a tick: all of it takes half a millisecond."""
         diagnostics = self._diagnostics(clock)
         yield
         stamp = time.time_ns()
@@ -240,7 +246,8 @@ class Node:
         yield
         self._out.health(payload, stamp, self._index)
         yield
-        gc.collect()
+        self._reports += 1
+        gc.collect(2 if self._reports % _ALL_GARBAGE == 0 else 0)
 
     def _diagnostics(self, clock: Clock) -> list[Diagnostic]:
         arrived = self._intake.diagnostics()

@@ -80,6 +80,21 @@ def test_there_is_time_for_something_before_a_beat(hand: Hand) -> None:
     assert clock.missed == 0
 
 
+def test_short_periods_look_just_before_the_beat_when_awake() -> None:
+    clock, seen = Clock(0.001, awake=True), []
+    for _ in range(50):
+        clock.wait(lambda: seen.append(clock.remaining), lambda: seen.append(np.inf))
+    assert len(seen) > 40  # all but where the machine was late
+    assert np.median(seen) == pytest.approx(1.5e-4, abs=2e-5)
+
+
+def test_short_periods_have_no_time_for_anything_when_asleep(hand: Hand) -> None:
+    clock, seen = Clock(0.001, hand.now, hand.sleep), []
+    for _ in range(5):
+        clock.wait(lambda: seen.append(hand.time))
+    assert not seen
+
+
 def test_the_last_moment_is_not_slept_through() -> None:
     clock, late = punctual_clock(0.002), []
     for _ in range(50):

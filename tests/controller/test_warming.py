@@ -1,0 +1,62 @@
+"""After warming up no decision, however rare its way, waits for a kernel."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+from tauten.controller.warming import warm_solver
+
+HARSH = """
+import sys
+import numpy as np
+from numba.core.dispatcher import Dispatcher
+from tauten.controller.qp import available_backends
+from tauten.controller.qpcc import QpccSettings, Start, solve_qpcc
+from tauten.controller.random_qpcc import degenerate, known_stationary
+from tauten.controller.warming import warm_solver
+
+
+def loaded():
+    parts = [m for name, m in sys.modules.items() if name.startswith("tauten.controller")]
+    kernels = {k for part in parts for k in vars(part).values() if isinstance(k, Dispatcher)}
+    return {kernel.py_func.__name__: len(kernel.signatures) for kernel in kernels}
+
+
+def solve_many(solver):
+    rng, statuses = np.random.default_rng(3), set()
+    for case in range(400):
+        n_a, k = int(rng.integers(1, 4)), int(rng.integers(1, 7))
+        problem = degenerate(rng, n_a, k) if case % 2 else known_stationary(rng, n_a, k, 1).problem
+        piece = rng.random(k) < 0.5
+        start = Start(rng.uniform(0.0, 2.0, n_a), piece)
+        settings = QpccSettings(solver, max_pivots=100 if case % 5 else 1)
+        statuses.add(solve_qpcc(problem, start, settings).status.name)
+    return statuses
+
+
+solver = sys.argv[1]
+warm_solver(solver)
+degenerate(np.random.default_rng(0), 1, 2)  # what makes the problems is no part of solving them
+before = loaded()
+statuses = solve_many(solver)
+after = loaded()
+print(sorted(statuses), [name for name in after if after[name] != before[name]])
+"""
+
+
+@pytest.mark.parametrize("solver", ["daqp", "proxqp"])
+def test_no_kernel_is_left_to_load(solver: str) -> None:
+    ended = subprocess.run(
+        [sys.executable, "-c", HARSH, solver], capture_output=True, text=True, timeout=120,
+        env={**os.environ, "OMP_NUM_THREADS": "1"}, check=True,
+    )  # fmt: skip
+    statuses, _, late = ended.stdout.strip().partition("] ")
+    assert "OK" in statuses and "INFEASIBLE" in statuses  # rare ways were gone
+    assert late == "[]"
+
+
+def test_unknown_solvers_are_refused() -> None:
+    with pytest.raises(ValueError, match="gurbi"):
+        warm_solver("gurbi")
