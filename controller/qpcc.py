@@ -18,6 +18,7 @@ from tauten.controller.lcp_start import scaled_start
 from tauten.controller.qp import qp_backend
 from tauten.controller.qpcc_descent import Descent, Point
 from tauten.controller.qpcc_elastic import least_violation
+from tauten.controller.qpcc_one_cable import within_limit
 from tauten.controller.qpcc_problem import Qpcc, Start, Warm, start_of
 from tauten.controller.qpcc_scaling import CROSSED_LIMITS, NOT_FINITE, Units, in_rows
 from tauten.controller.qpcc_search import Budget, branch_and_bound
@@ -79,6 +80,8 @@ def solve_qpcc(problem: Qpcc, warm: Warm = None, settings: QpccSettings = DEFAUL
     descent.run(piece)
     if found and (descent.best is None or not descent.best.stationary):
         descent.stay(z, piece)
+    if found and descent.best is None:
+        approach(descent, z, piece)
     violating = rescue(descent, piece, settings)
     bound = search(problem, descent, units, settings) if settings.search_time > 0.0 else -np.inf
     if descent.best is not None:
@@ -86,6 +89,18 @@ def solve_qpcc(problem: Qpcc, warm: Warm = None, settings: QpccSettings = DEFAUL
     if violating is not None:
         return infeasible(problem, units, violating, descent.pivots)
     return nothing(problem, Status.INFEASIBLE, lam_a, NO_PIECE)
+
+
+def approach(descent: Descent, z: Array, piece: Bools) -> None:
+    """Descend from a point within the limits near one that is not, where that is cheap to find."""
+    problem = descent.problem
+    if len(problem.lb) != 1 or len(problem.r) != 2 * len(piece) + 1:
+        return
+    found, piece, z = within_limit(problem, z, piece)
+    if found:
+        descent.run(piece)
+        if descent.best is None:
+            descent.stay(z, piece)
 
 
 def rescue(descent: Descent, piece: Bools, settings: QpccSettings) -> Point | None:

@@ -1,20 +1,25 @@
-"""A piece of a QPCC with one tension: its QP is a parabola over an interval, solved where it is made.
+"""A QPCC with one tension: a piece's QP is a parabola over an interval, solved where it is made.
 
 For a robot of one cable this is nearly every piece. One compiled pass from the problem to the point takes a
-third of the time of handing eight arrays to a QP library and back.
+third of the time of handing eight arrays to a QP library and back. And with one limit, as on its pulled
+length, a point within it is found along the tension, without an elastic problem.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
+from tauten.controller.lcp_start import feasible_start
 from tauten.controller.qp import UNBOUNDED
-from tauten.controller.qpcc_pieces import reduce_piece
+from tauten.controller.qpcc_pieces import eliminate_pushing, reduce_piece
 from tauten.controller.qpcc_recovery import recover
 from tauten.controller.qpcc_scaling import Scaled
 from tauten.controller.residuals import Judgement
 from tauten.model.arrays import Array, Bools
 from tauten.model.jit import kernel
+
+TRIES = 10  # pieces on the way to a limit; as a rule one or two
+INSIDE = 1e-2  # of the width between two limits, how far within them to aim
 
 
 @kernel
@@ -68,3 +73,42 @@ def parabola(
         holds = at_low if free < low else at_high
         multipliers[holds] = -(H * y[0] + f) / (A[holds - 1, 0] if holds > 0 else 1.0)
     return True
+
+
+@kernel
+def within_limit(problem: Scaled, z: Array, pushes: Bools) -> tuple[bool, Bools, Array]:
+    """A point that satisfies the one limit of a problem of one tension.
+
+    The limited length grows with the tension in straight pieces, along the contact forces that the tension
+    causes: Newton's method.
+
+    Args:
+        problem: n_a = 1, p = 1.
+        z: (n,) tension and the contact forces there.
+        pushes: (k,) their piece.
+
+    Returns:
+        Whether there is one on the way; its piece, z.
+    """
+    k = len(pushes)
+    M, m, row = problem.R[k : 2 * k], problem.r[k : 2 * k], problem.R[2 * k]
+    low, high = problem.lo[2 * k], problem.hi[2 * k]
+    margin = INSIDE * (high - low) if high - low < UNBOUNDED else 0.0
+    for _ in range(TRIES):
+        value = np.dot(row, z)
+        if low <= value <= high:
+            return True, pushes, z
+        goal = low + margin if value < low else high - margin
+        pushing = eliminate_pushing(M, m, np.flatnonzero(pushes), 1)
+        slope = row[0]
+        for s in range(pushing.rank):
+            slope += row[1 + pushing.cols[s]] * pushing.beta[s, 0]
+        if not slope > 0.0:
+            break
+        tension = min(max(z[0] + (goal - value) / slope, problem.lb[0]), problem.ub[0])
+        if not abs(tension - z[0]) > 0.0:
+            break
+        found, pushes, z = feasible_start(problem, np.array([tension]), pushes)
+        if not found:
+            break
+    return False, pushes, z

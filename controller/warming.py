@@ -7,6 +7,7 @@ import numpy as np
 from tauten.controller.lcp_start import scaled_start
 from tauten.controller.qp import Qp, qp_backend
 from tauten.controller.qp_polish import polished
+from tauten.controller.qpcc import approach
 from tauten.controller.qpcc_descent import Descent
 from tauten.controller.qpcc_elastic import least_violation
 from tauten.controller.qpcc_pieces import reduce_piece
@@ -38,6 +39,7 @@ def warm_solver(solver: str) -> None:
         descent = Descent(scaled, backend, _FEW)
         point = descent.run(piece)
         descent.stay(z, piece)
+        approach(descent, z, piece)
         if point is not None:
             descent.settle(point)
             list(descent.pieces_around(point))

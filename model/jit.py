@@ -17,5 +17,7 @@ REORDER = {"reassoc", "contract", "arcp", "nsz"}
 
 def kernel(function: Callable[P, R]) -> Callable[P, R]:
     """Compile a hot loop: machine code cached on disk, GIL released beside I/O."""
-    compiled: Callable[P, R] = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath=REORDER)(function)
+    # a check for divisions by zero would keep a loop from becoming vector instructions
+    compile_ = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath=REORDER)
+    compiled: Callable[P, R] = compile_(function)
     return compiled

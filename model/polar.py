@@ -24,14 +24,9 @@ def polar_rotations(F: Array, R: Array) -> None:
         R: (n, 3, 3) output.
     """
     n = F.shape[0]
-    X, identity = np.empty(9 * LANES), np.eye(3)  # entry 3 i + j of all lanes in a row
+    X = np.empty(9 * LANES)
     for first in range(0, n, LANES):
-        for lane in range(LANES):
-            e = min(first + lane, n - 1)
-            start = identity if determinant(F[e]) <= FLAT else F[e]
-            for i in range(3):
-                for j in range(3):
-                    X[(3 * i + j) * LANES + lane] = start[i, j]
+        fill(X, F, first)
         change = np.inf
         for _ in range(30):
             # scaling makes the first iterations quadratic even for large stretch
@@ -39,11 +34,25 @@ def polar_rotations(F: Array, R: Array) -> None:
             if change < 1e-16:  # convergence is quadratic: what is left is rounding
                 break
         for e in range(first, min(first + LANES, n)):
-            for i in range(3):
-                for j in range(3):
-                    R[e, i, j] = X[(3 * i + j) * LANES + e - first]
+            for k in range(9):
+                R[e, k // 3, k % 3] = X[k * LANES + e - first]
             if determinant(F[e]) <= FLAT:
                 R[e] = mirrored_rotation(F[e])
+
+
+@kernel
+def fill(X: Array, F: Array, first: int) -> None:
+    """Matrices from `first` on into X (9 LANES,), entry 3 i + j of all lanes in a row.
+
+    Inverted ones are left out: their lanes get the identity.
+    """
+    for lane in range(LANES):
+        e = min(first + lane, F.shape[0] - 1)
+        inverted = determinant(F[e]) <= FLAT
+        for k in range(9):
+            X[k * LANES + lane] = F[e, k // 3, k % 3]
+            if inverted:
+                X[k * LANES + lane] = 1.0 if k % 4 == 0 else 0.0
 
 
 @kernel
@@ -88,7 +97,7 @@ def determinant(F: Array) -> float:
 def mirrored_rotation(F: Array) -> Array:
     """The rotation of an inverted F: of its singular value decomposition, the smallest direction mirrored."""
     U, _, Vt = np.linalg.svd(F)
-    R = U @ Vt
+    R: Array = U @ Vt
     if determinant(R) < 0.0:
         U[:, 2] = -U[:, 2]
         R = U @ Vt

@@ -23,9 +23,9 @@ import scipy.sparse as sp
 
 from tauten.model.arrays import Array, Ints
 from tauten.model.jit import kernel
+from tauten.model.polar import polar_rotations
 from tauten.model.robot import State
 from tauten.model.tet_robot import TetRobot
-from tauten.model.polar import polar_rotations
 from tauten.reduction.reduced_body import element_gradients
 from tauten.reduction.sparse_nnls import sparse_nnls
 

@@ -38,7 +38,9 @@ log = logging.getLogger(__name__)
 _HEALTH_PERIOD = 1.0  # s
 _PATIENCE = 0.5  # s that health waits for ticks with time to spare
 _SPARE = 3e-4  # s that are enough for a piece of it
-_ALL_GARBAGE = 60  # reports; a look at everything takes most of a millisecond, one at what is new none
+_ALL_GARBAGE = (
+    60  # reports; a look at everything takes most of a millisecond, one at what is new none
+)
 _CREDIBLE = 10.0  # s; a longer latency says that two clocks do not agree
 
 

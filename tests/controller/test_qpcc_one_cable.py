@@ -5,11 +5,14 @@ from itertools import product
 import numpy as np
 import pytest
 
+from tauten.controller.lcp_start import feasible_start
 from tauten.controller.qp import UNBOUNDED, Qp, QpAnswer, solve_daqp
 from tauten.controller.qpcc_descent import solve_piece
-from tauten.controller.qpcc_one_cable import parabola
+from tauten.controller.qpcc_elastic import least_violation
+from tauten.controller.qpcc_one_cable import parabola, within_limit
 from tauten.controller.qpcc_scaling import USABLE, scale
 from tauten.controller.random_qpcc import robot_like
+from tauten.controller.residuals import judge
 
 
 def library(qp: Qp) -> QpAnswer:
@@ -81,3 +84,29 @@ def test_pieces_of_robots_with_one_cable_are_the_librarys() -> None:
             np.testing.assert_allclose(mine.z, theirs.z, atol=1e-8)
             np.testing.assert_allclose(mine.worth.gain, theirs.worth.gain, atol=1e-6)
     assert solved > 100
+
+
+def test_a_tension_within_the_limit_is_found_along_the_contact_forces() -> None:
+    rng, found_one, found_none = np.random.default_rng(2), 0, 0
+    for _ in range(400):
+        k = int(rng.integers(1, 7))
+        robot, closed = robot_like(rng, 1, k), np.zeros(k, dtype=bool)
+        _, problem, _ = scale(robot.problem(pull_prev=rng.normal(scale=2e-3, size=1)))
+        tension = np.array([rng.uniform(problem.lb[0], 0.2 * problem.ub[0])])
+        possible, piece, z = feasible_start(problem, tension, closed)
+        pull = problem.R[2 * k] @ z
+        if not possible or problem.lo[2 * k] <= pull <= problem.hi[2 * k]:
+            continue
+        found, _, point = within_limit(problem, z, piece)
+        best = least_violation(problem, solve_daqp, 100, piece)
+        assert best is not None
+        if not found:  # the elastic problem has no feasible point either
+            assert best.worth.primal > 1e-8
+            found_none += 1
+            continue
+        found_one += 1
+        worth = judge(problem, point, np.zeros(1), np.zeros(len(problem.r)))
+        assert worth.primal < 1e-12
+        assert worth.complementarity < 1e-9
+    assert found_one > 50
+    assert found_none > 20
