@@ -10,6 +10,7 @@ import gc
 import logging
 import math
 import time
+from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -37,6 +38,8 @@ log = logging.getLogger(__name__)
 
 _HEALTH_PERIOD = 1.0  # s
 _PATIENCE = 0.5  # s that health waits for ticks with time to spare
+_BRIEF = 1e-4  # s that are enough to tell of a tick
+_WAITING = 50  # ticks that wait to be told of at most, where there is never time to spare
 _SPARE = 3e-4  # s that are enough for a piece of it
 _ALL_GARBAGE = (
     60  # reports; a look at everything takes most of a millisecond, one at what is new none
@@ -105,6 +108,7 @@ class Node:
             "digest": robot.digest,
             "loop": "closed" if closed_loop else "open",
         }
+        self._over: deque[Tick] = deque()
         self._index = 0
         self._decided = 0.0  # s the last decision took
         self._next_health = 0.0
@@ -134,6 +138,7 @@ class Node:
             self.tick(clock, clock.wait(), shutdown=True)
             while not self._loop.released:
                 self.tick(clock, clock.wait(), shutdown=True)
+            self._tell(clock, 0)
             for _ in self._reporting(clock):
                 pass
 
@@ -156,8 +161,7 @@ class Node:
         self._loop.prepare()
         step = self._decided + time.perf_counter() - published
         tick = self._record(beat, action, asked, stamp, self._decided, step)
-        self._out.tick(tick)
-        self._vitals.add(tick)
+        self._over.append(tick)
         self._index += 1
         self._housekeeping(clock)
 
@@ -224,8 +228,16 @@ class Node:
             clamped=action.clamped,
         )
 
+    def _tell(self, clock: Clock, most: int) -> None:
+        """Publish and count ticks that are over, where there is time to spare, until at most so many wait."""
+        while len(self._over) > most or (self._over and clock.remaining > _BRIEF):
+            tick = self._over.popleft()
+            self._out.tick(tick)
+            self._vitals.add(tick)
+
     def _housekeeping(self, clock: Clock) -> None:
-        """What does not belong to the tick: the plant's messages, metrics, health, garbage."""
+        """What does not belong to the tick: telling of it, the plant's messages, metrics, health, garbage."""
+        self._tell(clock, _WAITING if self._recorder is None else 0)  # a log is in order
         if self._plant is not None:
             self._plant.drain(self._index)
         if self._fall_back is not None:
