@@ -88,7 +88,7 @@ def within_limit(problem: Scaled, z: Array, pushes: Bools) -> tuple[bool, Bools,
         pushes: (k,) their piece.
 
     Returns:
-        Whether there is one on the way; its piece, z.
+        Whether there may be one: as near as tensions and rounding come to the limit; its piece, z.
     """
     k = len(pushes)
     M, m, row = problem.R[k : 2 * k], problem.r[k : 2 * k], problem.R[2 * k]
@@ -106,8 +106,8 @@ def within_limit(problem: Scaled, z: Array, pushes: Bools) -> tuple[bool, Bools,
         if not slope > 0.0:
             break
         tension = min(max(z[0] + (goal - value) / slope, problem.lb[0]), problem.ub[0])
-        if not abs(tension - z[0]) > 0.0:
-            break
+        if not abs(tension - z[0]) > 0.0:  # at a bound, or within rounding of the limit
+            return True, pushes, z
         found, pushes, z = feasible_start(problem, np.array([tension]), pushes)
         if not found:
             break

@@ -51,6 +51,8 @@ def closest(p: Vector3, a: Vector3, b: Vector3, c: Vector3) -> tuple[Vector3, in
         t = share(d4 - d3, d5 - d6)
         return (0.0, 1.0 - t, t), EDGE + 1
     total = va + vb + vc
+    if not total > 0.0:  # a sliver, which rounding leaves without a region
+        return (1.0, 0.0, 0.0), CORNER
     return (va / total, vb / total, vc / total), INTERIOR
 
 

@@ -15,7 +15,7 @@ FLAT = 1e-6  # det F below which an element counts as inverted
 def polar_rotations(F: Array, R: Array) -> None:
     """Rotations R (n, 3, 3) of the polar decompositions F = R S by Newton's method (Higham 1986).
 
-    An inverted element (det F ≤ 0) gets the rotation of the singular value decomposition with the
+    An inverted or flat element gets the rotation of the singular value decomposition with the
     smallest singular direction mirrored, so that its force drives it back out. One that is not finite
     gets NaN.
 
@@ -36,7 +36,7 @@ def polar_rotations(F: Array, R: Array) -> None:
         for e in range(first, min(first + LANES, n)):
             for k in range(9):
                 R[e, k // 3, k % 3] = X[k * LANES + e - first]
-            if determinant(F[e]) <= FLAT:
+            if is_inverted(F[e]):
                 R[e] = mirrored_rotation(F[e])
 
 
@@ -48,7 +48,7 @@ def fill(X: Array, F: Array, first: int) -> None:
     """
     for lane in range(LANES):
         e = min(first + lane, F.shape[0] - 1)
-        inverted = determinant(F[e]) <= FLAT
+        inverted = is_inverted(F[e])
         for k in range(9):
             X[k * LANES + lane] = F[e, k // 3, k % 3]
             if inverted:
@@ -83,6 +83,12 @@ def newton(X: Array, scaled: bool) -> float:
         change += da * da + db * db + dc * dc + dd * dd + de * de + df * df
         change += dg * dg + dh * dh + di * di
     return change
+
+
+@kernel
+def is_inverted(F: Array) -> bool:
+    """Whether a finite 3x3 matrix is no rotation and stretch: numba's decomposition fails on infinity."""
+    return bool(-np.inf < determinant(F) <= FLAT)
 
 
 @kernel

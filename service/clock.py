@@ -89,24 +89,23 @@ class Clock:
             idle: done after it where there are 1.2 ms; no work, only something to do while awake.
         """
         slack = self.remaining
+        if before is not None and slack > _AHEAD:
+            self._sleep(slack - _AHEAD)
+            slack -= self._timed(before)
+            if idle is not None:
+                idle()
+        elif before is not None and self._awake and slack > _SOON:
+            self._watch(_SOON)
+            slack -= self._timed(before)
         skipped = 0
-        if slack > 0.0:
-            if before is not None and slack > _AHEAD:
-                self._sleep(slack - _AHEAD)
-                slack -= self._timed(before)
-                if idle is not None:
-                    idle()
-            elif before is not None and self._awake and slack > _SOON:
-                self._watch(_SOON)
-                slack -= self._timed(before)
-            if (left := self.remaining - (_AHEAD if self._awake else 0.0)) > 0.0:
-                self._sleep(left)
-            if self._awake:
-                self._watch(0.0)
-        elif slack < 0.0:
+        if slack < 0.0:
             skipped = int(-slack / self.period)
             self.missed += 1
             self.skipped += skipped
+        if (left := self.remaining - (_AHEAD if self._awake else 0.0)) > 0.0:
+            self._sleep(left)
+        if self._awake:
+            self._watch(0.0)
         self._index += 1 + skipped
         lateness = max(self._now() - (self._start + self._index * self.period), 0.0)
         return Beat(self._index, lateness, slack, skipped)

@@ -23,6 +23,7 @@ from tauten.service.health import Diagnostic, Level
 
 _NICE = 10  # where there is nothing humbler
 _GLANCE = 0.02  # s between looks for an answer: a look is a system call
+_SILENT = 60.0  # s without an answer that health speaks of
 _IN_A_ROW = 3  # answers beyond the bound before the full model is called for
 
 
@@ -53,7 +54,7 @@ class ModelWatch:
         self._process.start()
         far.close()
         self._asked = False
-        self._next = self._due = time.monotonic()
+        self._next = self._due = self._heard = time.monotonic()
         # by the pipe, not as an argument: sending to a process that dies while it starts must not block
         with suppress(OSError):
             self._pipe.send((robot, contact))
@@ -83,7 +84,7 @@ class ModelWatch:
             self.error, self._asked, self._next = None, False, float("inf")
 
     def _take(self, error: float) -> None:
-        self._asked, self.error = False, error
+        self._asked, self.error, self._heard = False, error, time.monotonic()
         self.largest = max(self.largest, error)
         self.exceeded = self.exceeded + 1 if error > self._settings.max_tip_error else 0
 
@@ -96,6 +97,10 @@ class ModelWatch:
             return Diagnostic(
                 "model", Level.WARN, f"the full model has taken over at {rate}", values
             )
+        silence = time.monotonic() - self._heard
+        if silence > _SILENT + self._settings.check_period and self._process.is_alive():
+            text = f"reduced, not compared for {silence:.0f} s: the machine is too busy for the full model"
+            return Diagnostic("model", Level.WARN, text, values)
         if self.error is None:
             alive = self._process.is_alive()
             text = "reduced, not compared yet" if alive else "reduced, nothing compares it any more"
@@ -120,9 +125,10 @@ class ModelWatch:
 
 def answer(pipe: Connection) -> None:
     """What the process does: tip errors of the states it is sent, until the pipe is closed."""
-    _give_way()
     with one_blas_thread(), suppress(EOFError, OSError, KeyboardInterrupt):
-        check = TipCheck(*pipe.recv())
+        models = pipe.recv()  # who sends them waits
+        _give_way()
+        check = TipCheck(*models)
         while True:
             pipe.send(check(*pipe.recv()))
 
@@ -134,6 +140,7 @@ def _give_way() -> None:
     the one the loop is on.
     """
     if sys.platform == "linux":
-        os.sched_setscheduler(0, os.SCHED_IDLE, os.sched_param(0))
-    else:
-        os.nice(_NICE)
+        with suppress(OSError):  # some sandboxes
+            os.sched_setscheduler(0, os.SCHED_IDLE, os.sched_param(0))
+            return
+    os.nice(_NICE)

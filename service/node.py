@@ -38,12 +38,11 @@ log = logging.getLogger(__name__)
 
 _HEALTH_PERIOD = 1.0  # s
 _PATIENCE = 0.5  # s that health waits for ticks with time to spare
-_BRIEF = 1e-4  # s that are enough to tell of a tick
-_WAITING = 50  # ticks that wait to be told of at most, where there is never time to spare
-_SPARE = 3e-4  # s that are enough for a piece of it
-_ALL_GARBAGE = (
-    60  # reports; a look at everything takes most of a millisecond, one at what is new none
-)
+_SPARE = 3e-4  # s that are enough for a piece of health
+# reports from one look at all garbage to the next; it takes most of a millisecond, a look at new objects none
+_ALL_GARBAGE = 60
+_BRIEF = 2.5e-4  # s that are enough to tell of a tick and to read the next target
+_WAITING = 10  # ticks that wait to be told of at most, where there is never time to spare
 _CREDIBLE = 10.0  # s; a longer latency says that two clocks do not agree
 
 
@@ -111,7 +110,7 @@ class Node:
         self._over: deque[Tick] = deque()
         self._index = 0
         self._decided = 0.0  # s the last decision took
-        self._next_health = 0.0
+        self._next_health = self._overdue = 0.0
         self._reports = 0
         self._report: Iterator[None] = iter(())
 
@@ -161,6 +160,7 @@ class Node:
         self._loop.prepare()
         step = self._decided + time.perf_counter() - published
         tick = self._record(beat, action, asked, stamp, self._decided, step)
+        self._vitals.add(tick)
         self._over.append(tick)
         self._index += 1
         self._housekeeping(clock)
@@ -229,11 +229,9 @@ class Node:
         )
 
     def _tell(self, clock: Clock, most: int) -> None:
-        """Publish and count ticks that are over, where there is time to spare, until at most so many wait."""
+        """Publish what ticks were, where there is time to spare, until at most so many wait."""
         while len(self._over) > most or (self._over and clock.remaining > _BRIEF):
-            tick = self._over.popleft()
-            self._out.tick(tick)
-            self._vitals.add(tick)
+            self._out.tick(self._over.popleft())
 
     def _housekeeping(self, clock: Clock) -> None:
         """What does not belong to the tick: telling of it, the plant's messages, metrics, health, garbage."""
@@ -245,10 +243,11 @@ class Node:
         self._metrics.reply(lambda: self._diagnostics(clock), self._vitals.times)
         now = time.monotonic()
         if now >= self._next_health:
-            self._next_health = now + _HEALTH_PERIOD
+            for _ in self._report:  # one that never found the time
+                pass
+            self._next_health, self._overdue = now + _HEALTH_PERIOD, now + _PATIENCE
             self._report = self._reporting(clock)
-        overdue = now >= self._next_health - _HEALTH_PERIOD + _PATIENCE
-        if overdue or clock.remaining > _SPARE:
+        if now >= self._overdue or clock.remaining > _SPARE:
             next(self._report, None)
 
     def _reporting(self, clock: Clock) -> Iterator[None]:

@@ -5,12 +5,14 @@ from itertools import product
 import numpy as np
 import pytest
 
+from tauten.controller import qpcc
 from tauten.controller.lcp_start import feasible_start
 from tauten.controller.qp import UNBOUNDED, Qp, QpAnswer, solve_daqp
 from tauten.controller.qpcc_descent import solve_piece
 from tauten.controller.qpcc_elastic import least_violation
 from tauten.controller.qpcc_one_cable import parabola, within_limit
-from tauten.controller.qpcc_scaling import USABLE, scale
+from tauten.controller.qpcc_problem import Start
+from tauten.controller.qpcc_scaling import USABLE, Scaled, scale
 from tauten.controller.random_qpcc import robot_like
 from tauten.controller.residuals import judge
 
@@ -86,6 +88,37 @@ def test_pieces_of_robots_with_one_cable_are_the_librarys() -> None:
     assert solved > 100
 
 
+def test_no_elastic_problem_where_the_limit_is_along_the_tension(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    rng, starts_outside = np.random.default_rng(4), 0
+
+    def elastic(problem: Scaled, *_: object) -> None:
+        assert not tension_within(problem)
+
+    def tension_within(problem: Scaled) -> bool:
+        """Whether a tension is seen to satisfy the limit, of many."""
+        open_ = np.zeros(len(problem.Q) - 1, dtype=bool)
+        pulls = []
+        for a in np.linspace(problem.lb[0], problem.ub[0], 400):
+            possible, _, z = feasible_start(problem, np.array([a]), open_)
+            pulls += [problem.R[-1] @ z] if possible else []
+        return any(problem.lo[-1] <= pull <= problem.hi[-1] for pull in pulls)
+
+    monkeypatch.setattr(qpcc, "least_violation", elastic)
+    for _ in range(250):
+        robot = robot_like(rng, 1, 3)
+        problem = robot.problem(pull_prev=rng.normal(scale=2e-3, size=1))
+        closed = np.zeros(3, dtype=bool)
+        start = Start(rng.uniform(0.0, 4.0, 1), closed)
+        solution = qpcc.solve_qpcc(problem, start)
+        forces = np.concatenate([start.lam_a, np.zeros(3)])
+        starts_outside += solution.status.ok and not (
+            problem.g_lo[0] <= (problem.G @ forces)[0] <= problem.g_hi[0]
+        )
+    assert starts_outside > 30
+
+
 def test_a_tension_within_the_limit_is_found_along_the_contact_forces() -> None:
     rng, found_one, found_none = np.random.default_rng(2), 0, 0
     for _ in range(400):
@@ -100,12 +133,12 @@ def test_a_tension_within_the_limit_is_found_along_the_contact_forces() -> None:
         found, _, point = within_limit(problem, z, piece)
         best = least_violation(problem, solve_daqp, 100, piece)
         assert best is not None
-        if not found:  # the elastic problem has no feasible point either
+        worth = judge(problem, point, np.zeros(1), np.zeros(len(problem.r)))
+        if not found or worth.primal > 1e-8:  # the elastic problem has no feasible point either
             assert best.worth.primal > 1e-8
             found_none += 1
             continue
         found_one += 1
-        worth = judge(problem, point, np.zeros(1), np.zeros(len(problem.r)))
         assert worth.primal < 1e-12
         assert worth.complementarity < 1e-9
     assert found_one > 50

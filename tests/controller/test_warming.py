@@ -21,7 +21,8 @@ from tauten.controller.warming import warm_solver
 def loaded():
     parts = [m for name, m in sys.modules.items() if name.startswith("tauten.controller")]
     kernels = {k for part in parts for k in vars(part).values() if isinstance(k, Dispatcher)}
-    return {kernel.py_func.__name__: len(kernel.signatures) for kernel in kernels}
+    functions = {k.py_func: len(k.signatures) for k in kernels}
+    return {f"{f.__module__}.{f.__name__}": count for f, count in functions.items()}
 
 
 def solve_many(solver):
@@ -49,7 +50,7 @@ print(sorted(statuses), [name for name in after if after[name] != before[name]])
 @pytest.mark.parametrize("solver", ["daqp", "proxqp"])
 def test_no_kernel_is_left_to_load(solver: str) -> None:
     ended = subprocess.run(
-        [sys.executable, "-c", HARSH, solver], capture_output=True, text=True, timeout=120,
+        [sys.executable, "-c", HARSH, solver], capture_output=True, text=True, timeout=300,
         env={**os.environ, "OMP_NUM_THREADS": "1"}, check=True,
     )  # fmt: skip
     statuses, _, late = ended.stdout.strip().partition("] ")

@@ -59,11 +59,14 @@ def test_inverted_elements_get_a_rotation_and_leave_others_alone() -> None:
     assert (np.abs(values[:, 0]) < values[:, 1]).all()
 
 
-@pytest.mark.parametrize("bad", [np.nan, np.inf])
-def test_numbers_that_are_not_finite_stay_where_they_are(bad: float) -> None:
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
+@pytest.mark.parametrize("entry", [(0, 0), (1, 1), (2, 1)])
+def test_numbers_that_are_not_finite_stay_where_they_are(
+    bad: float, entry: tuple[int, int]
+) -> None:
     F = stretched(np.random.default_rng(1), LANES, 1.0)
     whole = rotations(F)
-    F[3, 1, 1] = bad
+    F[(3, *entry)] = bad
     R = rotations(F)
     assert not np.isfinite(R[3]).all()
     others = np.arange(LANES) != 3

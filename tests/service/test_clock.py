@@ -88,6 +88,24 @@ def test_short_periods_look_just_before_the_beat_when_awake() -> None:
     assert np.median(seen) == pytest.approx(1.5e-4, abs=2e-5)
 
 
+def test_what_is_done_just_before_the_beat_is_work_and_may_miss_it(hand: Hand) -> None:
+    def now() -> float:
+        hand.time += 1e-6  # watching takes time, or it would never end
+        return hand.time
+
+    def look() -> None:
+        hand.time += took
+
+    clock, took = Clock(0.001, now, hand.sleep, awake=True), 1e-4
+    beat = clock.wait(look)
+    assert beat.slack == pytest.approx(0.0009, abs=1e-5)
+    assert (beat.lateness, clock.missed) == (pytest.approx(0.0, abs=5e-6), 0)
+    took = 1.3e-3  # the time left and more
+    beat = clock.wait(look)
+    assert beat.slack < 0.0
+    assert clock.missed == 1
+
+
 def test_short_periods_have_no_time_for_anything_when_asleep(hand: Hand) -> None:
     clock, seen = Clock(0.001, hand.now, hand.sleep), []
     for _ in range(5):

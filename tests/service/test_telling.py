@@ -1,0 +1,118 @@
+"""What a tick was is told where there is time to spare: later where there is none, never lost, in order."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import pytest
+import zenoh
+
+from tauten.service.clock import Beat, Clock
+from tauten.service.config import load_setup, warm_controller
+from tauten.service.demo import free_ports
+from tauten.service.keys import Keys
+from tauten.service.loop import ControlLoop
+from tauten.service.network import Network, Role, open_session
+from tauten.service.node import Node
+from tauten.service.stopping import StopFlag
+from tauten.service.tick import Tick, decode_tick
+
+KEYS, WAITING = Keys("beam"), 10
+
+
+@dataclass
+class Listener:
+    """A node without a log, a hand on its clock, and what is heard of it."""
+
+    node: Node
+    source: zenoh.Subscriber[object]
+    health: zenoh.Subscriber[object]
+    time: float = 0.0
+    heard: list[int] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.clock = Clock(0.02, lambda: self.time)
+
+    def tick(self, count: int, late: bool) -> None:
+        """So many ticks, with all of their period left or none."""
+        self.time = 1.0 if late else 0.0
+        for _ in range(count):
+            self.node.tick(self.clock, Beat(0, 0.0, 0.01, 0), shutdown=False)
+
+    def listen(self) -> list[int]:
+        """Numbers of the ticks told of so far."""
+        quiet = time.monotonic() + 0.3
+        while time.monotonic() < quiet:
+            sample = self.source.try_recv()
+            if sample is None:
+                time.sleep(0.01)
+                continue
+            tick = decode_tick(sample.payload.to_bytes())
+            assert isinstance(tick, Tick)
+            self.heard.append(tick.index)
+            quiet = time.monotonic() + 0.3
+        return self.heard
+
+
+@pytest.fixture
+def listener(beam_file: Path) -> Iterator[Listener]:
+    setup, port = load_setup(beam_file), free_ports()
+    inside = open_session(Network(port), Role.NODE, "beam")
+    outside = open_session(Network(port), Role.OTHER, "beam")
+    node = Node(setup, ControlLoop(warm_controller(setup)), inside, None, closed_loop=False)
+    channel = zenoh.handlers.FifoChannel(1000)
+    found = Listener(
+        node,
+        outside.declare_subscriber(KEYS.tick, channel),
+        outside.declare_subscriber(KEYS.health, channel),
+    )
+    end = time.monotonic() + 10.0
+    while not found.listen():  # until the two have met
+        assert time.monotonic() < end
+        found.tick(1, late=False)
+    yield found
+    outside.close()  # type: ignore[no-untyped-call]
+    inside.close()  # type: ignore[no-untyped-call]
+
+
+def test_ticks_without_time_are_told_later_and_in_order(listener: Listener) -> None:
+    known = len(listener.listen())
+    listener.tick(WAITING, late=True)
+    assert len(listener.listen()) == known
+    listener.tick(3, late=True)  # no more than ten wait
+    assert len(listener.listen()) == known + 3
+    listener.tick(1, late=False)
+    heard = listener.listen()
+    assert len(heard) == known + WAITING + 4
+    assert heard == list(range(heard[0], heard[0] + len(heard)))
+
+
+def test_ticks_that_wait_are_told_of_before_the_node_ends(listener: Listener) -> None:
+    known = len(listener.listen())
+    listener.tick(5, late=True)
+    stop = StopFlag()
+    stop.requested = True
+    listener.node.run(stop)
+    heard = listener.listen()
+    assert len(heard) > known + 5
+    assert heard == list(range(heard[0], heard[0] + len(heard)))
+
+
+def test_health_comes_from_a_node_that_never_has_time(listener: Listener) -> None:
+    listener.tick(5, late=False)
+    time.sleep(0.1)
+    while listener.health.try_recv() is not None:
+        pass
+    end = time.monotonic() + 3.5
+    ticks = 0
+    while time.monotonic() < end:
+        listener.tick(1, late=True)
+        ticks += 1
+        time.sleep(0.4)  # a step of the full model of a fine mesh
+    reports = 0
+    while listener.health.try_recv() is not None:
+        reports += 1
+    assert reports >= 2
