@@ -12,6 +12,7 @@ import time
 from contextlib import suppress
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
+from pathlib import Path
 from typing import Literal
 
 from tauten.controller.controller import Controller
@@ -23,6 +24,7 @@ from tauten.service.health import Diagnostic, Level
 
 _NICE = 10  # where there is nothing humbler
 _GLANCE = 0.02  # s between looks for an answer: a look is a system call
+_PROCESSOR = 36  # field of /proc/…/stat after the name
 _SILENT = 60.0  # s without an answer that health speaks of
 _IN_A_ROW = 3  # answers beyond the bound before the full model is called for
 
@@ -128,9 +130,11 @@ def answer(pipe: Connection) -> None:
     with one_blas_thread(), suppress(EOFError, OSError, KeyboardInterrupt):
         models = pipe.recv()  # who sends them waits
         _give_way()
-        check = TipCheck(*models)
+        check, allowed = TipCheck(*models), os.sched_getaffinity(0)
         while True:
-            pipe.send(check(*pipe.recv()))
+            asked = pipe.recv()
+            _leave_processor(os.getppid(), allowed)
+            pipe.send(check(*asked))
 
 
 def _give_way() -> None:
@@ -144,3 +148,14 @@ def _give_way() -> None:
             os.sched_setscheduler(0, os.SCHED_IDLE, os.sched_param(0))
             return
     os.nice(_NICE)
+
+
+def _leave_processor(process: int, allowed: set[int]) -> None:
+    """Run on other allowed processors than the one where this process's main thread was seen last.
+
+    Beside the loop even an idle-class process is now and then given a slice, of several ticks' length.
+    """
+    with suppress(OSError):
+        status = Path(f"/proc/{process}/stat").read_text()
+        seen = int(status.rpartition(")")[2].split()[_PROCESSOR])
+        os.sched_setaffinity(0, allowed - {seen} or allowed)
