@@ -98,9 +98,7 @@ def approach(descent: Descent, z: Array, piece: Bools) -> None:
         return
     found, piece, z = within_limit(problem, z, piece)
     if found:
-        descent.run(piece)
-        if descent.best is None:
-            descent.stay(z, piece)
+        descent.run_or_stay(z, piece)
 
 
 def rescue(descent: Descent, piece: Bools, settings: QpccSettings) -> Point | None:
@@ -116,9 +114,7 @@ def rescue(descent: Descent, piece: Bools, settings: QpccSettings) -> Point | No
     if best is None:
         violating = least_violation(descent.problem, descent.backend, descent.max_pivots, piece)
     if violating is not None:
-        descent.run(violating.piece)
-        if descent.best is None:
-            descent.stay(violating.z, violating.piece)
+        descent.run_or_stay(violating.z, violating.piece)
     best = descent.best
     if best is None or not best.stationary:
         budget = Budget(nodes=settings.rescue_nodes, gap=0.0, any_point=best is None)

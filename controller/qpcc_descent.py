@@ -165,6 +165,12 @@ class Descent:
         if point.feasible:
             self.keep(point)
 
+    def run_or_stay(self, z: Array, piece: Bools) -> None:
+        """Descend from a point's piece; where nothing comes of it the point itself is remembered."""
+        self.run(piece)
+        if self.best is None:
+            self.stay(z, piece)
+
     def keep(self, point: Point) -> None:
         """Remember a point when it is the best so far."""
         if self.best is None or point.beats(self.best):

@@ -12,7 +12,6 @@ HARSH = """
 import sys
 import numpy as np
 from numba.core.dispatcher import Dispatcher
-from tauten.controller.qp import available_backends
 from tauten.controller.qpcc import QpccSettings, Start, solve_qpcc
 from tauten.controller.random_qpcc import degenerate, known_stationary
 from tauten.controller.warming import warm_solver
