@@ -9,9 +9,7 @@ from dataclasses import dataclass
 from tauten.service.realtime import has_realtime_priority
 
 _AHEAD = 1.2e-3  # s
-_SOON = (
-    1.5e-4  # s, as far ahead where a period has no more to spare; reading a target takes half of it
-)
+_SOON = 1.5e-4  # s, where a period has less to spare; reading a target takes half of it
 
 
 @dataclass(frozen=True, slots=True)

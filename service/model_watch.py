@@ -7,7 +7,6 @@ nothing else wants to, and ends with the loop.
 from __future__ import annotations
 
 import os
-import sys
 import time
 from contextlib import suppress
 from multiprocessing import get_context
@@ -22,7 +21,7 @@ from tauten.reduction.reduced_robot import ReducedRobot
 from tauten.service.config import one_blas_thread
 from tauten.service.health import Diagnostic, Level
 
-_NICE = 10  # where there is nothing humbler
+_NICE = 10  # where the idle class is not permitted
 _GLANCE = 0.02  # s between looks for an answer: a look is a system call
 _PROCESSOR = 36  # field of /proc/…/stat after the name
 _SILENT = 60.0  # s without an answer that health speaks of
@@ -143,11 +142,10 @@ def _give_way() -> None:
     A processor that runs an idle-class process counts as free: threads that wake up go there, and not to
     the one the loop is on.
     """
-    if sys.platform == "linux":
-        with suppress(OSError):  # some sandboxes
-            os.sched_setscheduler(0, os.SCHED_IDLE, os.sched_param(0))
-            return
-    os.nice(_NICE)
+    try:
+        os.sched_setscheduler(0, os.SCHED_IDLE, os.sched_param(0))
+    except OSError:  # some sandboxes
+        os.nice(_NICE)
 
 
 def _leave_processor(process: int, allowed: set[int]) -> None:
