@@ -41,6 +41,7 @@ from tauten.model.schema import (
     TubeSettings,
     Vertebra,
     check_surfaces,
+    read_text,
     validated,
 )
 from tauten.model.system import integration_of, make_pattern
@@ -52,12 +53,7 @@ def read_structure(path: Path) -> Structure:
     Raises:
         RobotFileError: missing, not JSON, or a field that is not allowed.
     """
-    try:
-        raw = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        raise RobotFileError(f"{path}: cannot be read ({error})") from error
-    except json.JSONDecodeError as error:
-        raise RobotFileError(f"{path}: not JSON: {error}") from error
+    raw = read_text(path, json.loads, "JSON")
     return validated(Structure, raw, path)
 
 
@@ -221,7 +217,10 @@ def build_contacts(
     points, _ = hull.skin.place(body.nodes, rest)
     pairs = []
     for contact in config.contacts:
-        nodes, weights = spread_points(points, surfaces[contact.candidates], contact.points)
+        try:
+            nodes, weights = spread_points(points, surfaces[contact.candidates], contact.points)
+        except ValueError as error:
+            raise RobotFileError(f"{source}: contacts.{contact.candidates}: {error}") from error
         name = f"{contact.candidates} on {contact.against}"
         pairs.append(ContactPair(name, nodes, weights, surfaces[contact.against]))
     return ContactSet(pairs, len(points), config.contact.alarm_distance)

@@ -27,8 +27,10 @@ from tauten.model.points import (
 from tauten.model.robot import Robot
 from tauten.model.schema import (
     BeamConfig,
+    Changes,
     RobotConfig,
     RobotFileError,
+    Section,
     SurfaceSettings,
     read_toml,
     validated,
@@ -70,43 +72,58 @@ def load_robot(
     Args:
         name_or_path: name of a shipped robot, or a path that ends in .toml.
         rate: another control rate than the file's [Hz]; the time step is 1 / rate.
-        refinements: how often every tetrahedron is cut into eight.
+        refinements: how often every tetrahedron is cut into eight, 0 to 4.
         factorisation: another back end than the file's.
         young_scale: Young's modulus as a multiple of the file's, for robots that are not as modelled.
 
     Raises:
-        RobotFileError: the file, or what it says about the mesh, cannot be used.
+        RobotFileError: the file, an argument, or what the file says about the mesh, cannot be used.
         MeshError: the mesh cannot be used.
     """
     path = robot_path(name_or_path)
+    given = {
+        "rate": rate,
+        "refinements": refinements,
+        "factorisation": factorisation,
+        "young_scale": young_scale,
+    }
+    changes = validated(Changes, given, f"{path}: load_robot")
     raw = read_toml(path)
     if "beams" in raw:
-        beams = with_overrides(validated(BeamConfig, raw, path), rate, factorisation, young_scale)
-        if refinements:
+        beams = changed(validated(BeamConfig, raw, path), changes, path)
+        if changes.refinements:
             raise RobotFileError(f"{path}: refinements is {refinements}, beams are not refined")
         return build_beam_robot(beams, read_structure(path.parent / beams.beams.file), str(path))
-    config = with_overrides(validated(RobotConfig, raw, path), rate, factorisation, young_scale)
+    config = changed(validated(RobotConfig, raw, path), changes, path)
     mesh = read_mesh(path.parent / config.mesh.file, config.mesh.length_unit)
-    for _ in range(refinements):
+    for _ in range(changes.refinements):
         mesh = mesh.refine()
     return build_robot(config, mesh, str(path))
 
 
-def with_overrides(
-    config: C, rate: float | None, factorisation: str | None, young_scale: float
-) -> C:
-    """A robot file with what `load_robot` was told otherwise."""
-    if rate is not None:
-        controller = config.controller.model_copy(update={"rate": rate})
-        config = config.model_copy(update={"controller": controller})
-    if factorisation is not None:
-        scheme = config.integration.model_copy(update={"factorisation": factorisation})
-        config = config.model_copy(update={"integration": scheme})
-    if young_scale != 1.0:
-        young_modulus = young_scale * config.material.young_modulus
-        material = config.material.model_copy(update={"young_modulus": young_modulus})
-        config = config.model_copy(update={"material": material})
-    return config
+def changed(config: C, changes: Changes, path: Path) -> C:
+    """A robot file with what the caller of `load_robot` changes in it.
+
+    Args:
+        config: the file.
+        changes: as given to `load_robot`.
+        path: of the file, for errors.
+
+    Raises:
+        RobotFileError: the scaled Young's modulus is not allowed.
+    """
+    sections: dict[str, Section] = {}
+    if changes.rate is not None:
+        sections["controller"] = config.controller.model_copy(update={"rate": changes.rate})
+    if changes.factorisation is not None:
+        scheme = {"factorisation": changes.factorisation}
+        sections["integration"] = config.integration.model_copy(update=scheme)
+    if changes.young_scale != 1.0:
+        material = config.material.model_dump()
+        material["young_modulus"] *= changes.young_scale
+        what = f"{path}: scaled by {changes.young_scale:g}"
+        sections["material"] = validated(type(config.material), material, what, "material")
+    return config.model_copy(update=sections)
 
 
 def build_robot(config: RobotConfig, mesh: TetMesh, source: str) -> TetRobot:
@@ -229,7 +246,10 @@ def build_contacts(config: RobotConfig, mesh: TetMesh, source: str) -> ContactSe
     surfaces = {s.name: select_surface(s, mesh, boundary, source) for s in config.surfaces}
     pairs = []
     for contact in config.contacts:
-        nodes, weights = spread_points(mesh.nodes, surfaces[contact.candidates], contact.points)
+        try:
+            nodes, weights = spread_points(mesh.nodes, surfaces[contact.candidates], contact.points)
+        except ValueError as error:
+            raise RobotFileError(f"{source}: contacts.{contact.candidates}: {error}") from error
         name = f"{contact.candidates} on {contact.against}"
         pairs.append(ContactPair(name, nodes, weights, surfaces[contact.against]))
     return ContactSet(pairs, len(mesh.nodes), config.contact.alarm_distance)

@@ -107,6 +107,38 @@ CHANGES = {
         '"side"\npoints',
     ),
     r"beam.toml: surfaces: name 'top' is used twice": ('name = "bottom"', 'name = "top"'),
+    r"service.release_time: allowed is at least 0.001 and at most 60 s, found 1e\+300": (
+        GOOD,
+        GOOD + "[service]\nrelease_time = 1e300",
+    ),
+    r"service.target_timeout: allowed is at least 0.001 and at most 60 s, found 61": (
+        GOOD,
+        GOOD + "[service]\ntarget_timeout = 61",
+    ),
+    r"service.measurement_timeout: allowed is at least 0.001 and at most 10 s, found 1e\+300": (
+        GOOD,
+        GOOD + "[service]\nmeasurement_timeout = 1e300",
+    ),
+    r"model.check_period: allowed is at least 0.001 and at most 3600 s, found 1e-300": (
+        GOOD,
+        GOOD + "[model]\ncheck_period = 1e-300",
+    ),
+    r"controller.rate: allowed is at least 0.01 and at most 10000 Hz, found 1e-300": (
+        GOOD,
+        GOOD + "[controller]\nrate = 1e-300",
+    ),
+    r"cables.0.max_rate: allowed is more than 0 and at most 1000 m/s, found 1e\+300": (
+        "max_rate = 0.05",
+        "max_rate = 1e300",
+    ),
+    r"gravity.2: allowed is at least -1000 and at most 1000 m/s²": (
+        "[mesh]",
+        "gravity = [0.0, 0.0, 1e300]\n[mesh]",
+    ),
+    r"surfaces.0.normal: a direction needs a component of at least 1e-06": (
+        "normal = [0.0, 0.0, 1.0]",
+        "normal = [0.0, 0.0, 0.0]",
+    ),
     r"beam.vtu: the mesh is 100 m long, .* check length_unit": ('length_unit = "mm"', ""),
     r"missing.vtu: no such mesh file": ("beam.vtu", "missing.vtu"),
 }  # fmt: skip
@@ -119,6 +151,30 @@ def test_bad_files_name_file_field_found_and_allowed(folder: Path, message: str)
     with pytest.raises(ValueError, match=message) as caught:
         load(folder, GOOD.replace(old, new, 1))
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"rate": -50.0}, "load_robot: rate: Input should be greater than 0, found -50.0"),
+        ({"rate": np.nan}, "load_robot: rate: Input should be a finite number, found nan"),
+        ({"refinements": -1}, "load_robot: refinements: .* greater than or equal to 0, found -1"),
+        ({"refinements": 40}, "load_robot: refinements: .* less than or equal to 4, found 40"),
+        ({"young_scale": np.nan}, "load_robot: young_scale: .* finite number, found nan"),
+        ({"young_scale": -1.0}, "load_robot: young_scale: allowed is at least 1e-06 and at most"),
+        (
+            {"young_scale": 1e-5},
+            "scaled by 1e-05: material.young_modulus: .* greater than or equal to 100, found 10.0",
+        ),
+        ({"factorisation": "magic"}, "load_robot: factorisation: .*, found 'magic'"),
+    ],
+)
+def test_arguments_are_validated_as_the_file_is(
+    folder: Path, changes: dict[str, object], message: str
+) -> None:
+    (folder / "beam.toml").write_text(GOOD)
+    with pytest.raises(RobotFileError, match=f"beam.toml: {message}"):
+        load_robot(folder / "beam.toml", **changes)  # type: ignore[arg-type]
 
 
 def test_unknown_robots_are_refused_with_the_shipped_ones() -> None:
