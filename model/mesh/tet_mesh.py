@@ -66,7 +66,8 @@ class TetMesh:
 def signed_volumes(nodes: Array, tets: Ints) -> Array:
     """Signed volume of each tetrahedron: (e,) [m³]."""
     edges = nodes[tets[:, 1:]] - nodes[tets[:, :1]]  # (e, 3, 3)
-    volumes: Array = np.linalg.det(edges) / 6.0
+    with np.errstate(all="ignore"):  # edges of denormal length: `checked` finds these flat
+        volumes: Array = np.linalg.det(edges) / 6.0
     return volumes
 
 
@@ -171,7 +172,7 @@ def checked(nodes: Array, tets: Ints, source: str) -> TetMesh:
         raise MeshError(
             f"{source}: {len(negative)} inverted tetrahedra, the first is {negative[0]}"
         )
-    flat = np.flatnonzero(volumes < 1e-9 * max(volumes.mean(), extent**3 * 1e-12))
+    flat = np.flatnonzero(~(volumes > 1e-9 * max(volumes.mean(), extent**3 * 1e-12)))
     if len(flat):
         raise MeshError(f"{source}: {len(flat)} flat tetrahedra, the first is {flat[0]}")
     first, second = shared_faces(tets, source)
@@ -189,7 +190,9 @@ def shared_faces(tets: Ints, source: str) -> tuple[Ints, Ints]:
     Raises:
         MeshError: a tetrahedron given twice, or two on the same side of a face.
     """
-    _, first, count = np.unique(np.sort(tets, axis=1), axis=0, return_index=True, return_counts=True)
+    _, first, count = np.unique(
+        np.sort(tets, axis=1), axis=0, return_index=True, return_counts=True
+    )
     if count.max() > 1:
         raise MeshError(
             f"{source}: {int((count - 1).sum())} tetrahedra are given more than once, "
@@ -228,7 +231,9 @@ def require_one_body(tets: Ints, first: Ints, second: Ints, source: str) -> None
     largest = np.bincount(part).argmax()
     stray = np.flatnonzero(part != largest)
     touching = np.isin(tets[stray], tets[part == largest]).any()
-    reason = "; some share only a node or an edge with the rest: join them by faces" if touching else ""
+    reason = (
+        "; some share only a node or an edge with the rest: join them by faces" if touching else ""
+    )
     raise MeshError(
         f"{source}: {count} separate bodies; {len(stray)} stray tetrahedra, "
         f"the first is {stray[0]}{reason}"

@@ -109,7 +109,11 @@ BAD = {
         np.array([[0, 1, 2, 3], [0, 1, 2, -1]]),
         "tetra",
     ),
-    "a node lies 5000.05 m from the origin, allowed is 1000 m": (NODES + [5e3, 0.0, 0.0], TETS, "tetra"),
+    "a node lies 5000.05 m from the origin, allowed is 1000 m": (
+        NODES + np.array([5e3, 0.0, 0.0]),
+        TETS,
+        "tetra",
+    ),
     "the mesh is inf m long": (np.where(NODES == 0, -1.5e308, 1.5e308), TETS, "tetra"),
     "the mesh is 50 m long, expected 1 mm to 10 m; check length_unit": (
         1e3 * NODES,
