@@ -45,12 +45,35 @@ class RobotRows:
     contacts: ContactRows
 
 
+@dataclass(frozen=True, slots=True)
+class RobotNames:
+    """Names in keys, messages and tables.
+
+    Attributes:
+        robot: of the robot.
+        frame: frame id of its positions.
+        cables: in the order of λ_a.
+        effectors: in row order.
+    """
+
+    robot: str
+    frame: str
+    cables: tuple[str, ...]
+    effectors: tuple[str, ...]
+
+
+def names_of(config: RobotSettings) -> RobotNames:
+    """The names in a robot file."""
+    return RobotNames(
+        robot=config.name,
+        frame=config.frame,
+        cables=tuple(cable.name for cable in config.cables),
+        effectors=tuple(effector.name for effector in config.effectors),
+    )
+
+
 class Robot(Protocol):
     """A cable-driven soft robot. Robots can be pickled, their workspace without its factors."""
-
-    @property
-    def config(self) -> RobotSettings:
-        """The robot file."""
 
     @property
     def name(self) -> str:
@@ -63,6 +86,14 @@ class Robot(Protocol):
     @property
     def digest(self) -> str:
         """SHA-256 over all that decides its contact forces (body, material, cables, contacts)."""
+
+    @property
+    def gravity(self) -> Array:
+        """Gravity that acts on it: (3,) [m/s²]."""
+
+    @property
+    def tolerance(self) -> float:
+        """Depth of penetration from which a contact candidate gets a force of its own [m]."""
 
     @property
     def integration(self) -> Integration:

@@ -15,7 +15,6 @@ from tauten.model.numerics import Array, Ints, turned
 from tauten.model.points import AttachedPoints, BeamCables, Entries, add_beam_cable_stiffness
 from tauten.model.robot import RobotRows, State
 from tauten.model.rows import ContactRows, Rows
-from tauten.model.schema import BeamConfig
 from tauten.model.system import System
 
 
@@ -31,17 +30,14 @@ class BeamRobot(SparseRobot):
     Attributes, beside those of every sparse robot:
         body: the beams at rest.
         beam_slot: places of the elements in the pattern.
-        gravity: (3,) [m/s²].
         effector_force: (n_e,) outer forces on the effectors [N].
         hull: surfaces, for contact and for drawing.
     """
 
-    config: BeamConfig
     cables: BeamCables
     effectors: AttachedPoints
     body: BeamBody
     beam_slot: tuple[Ints, Ints]
-    gravity: Array
     effector_force: Array
     hull: BeamSurfaces
 

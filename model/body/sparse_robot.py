@@ -13,9 +13,8 @@ from tauten.model.contact import ContactSet
 from tauten.model.limits import Limits
 from tauten.model.numerics import Array, Factorisation, FactorisationError, Ints, make_factorisation
 from tauten.model.points import AttachedPoints, BeamCables, CableSet, MaterialPoints
-from tauten.model.robot import State
+from tauten.model.robot import RobotNames, State
 from tauten.model.rows import ContactRows, PairSlots
-from tauten.model.schema import RobotSettings
 from tauten.model.system import Integration, Pattern, System, make_system
 
 
@@ -24,8 +23,10 @@ class SparseRobot(ABC):
     """Names, sizes and the linear system of a `Robot` that has a pattern and a factorisation.
 
     Attributes:
-        config: the robot file.
+        names: of the robot, its cables and its effectors.
         digest: SHA-256 over all that decides its contact forces (body, material, cables, contacts).
+        gravity: (3,) [m/s²].
+        tolerance: depth of penetration from which a contact candidate gets a force of its own [m].
         integration: time step and scheme.
         pattern: sparsity of its matrices.
         mass: (n,) lumped mass of the free degrees of freedom [kg], [kg m²] where they are rotations.
@@ -37,8 +38,10 @@ class SparseRobot(ABC):
         factorisation: workspace of the linear solver.
     """
 
-    config: RobotSettings
+    names: RobotNames
     digest: str
+    gravity: Array
+    tolerance: float
     integration: Integration
     pattern: Pattern
     mass: Array
@@ -52,12 +55,12 @@ class SparseRobot(ABC):
     @property
     def name(self) -> str:
         """Name in keys and messages."""
-        return self.config.name
+        return self.names.robot
 
     @property
     def frame(self) -> str:
         """Frame id of its positions on the wire."""
-        return self.config.frame
+        return self.names.frame
 
     @property
     def h(self) -> float:
@@ -97,17 +100,17 @@ class SparseRobot(ABC):
     @property
     def cable_names(self) -> tuple[str, ...]:
         """Names of the cables, in the order of λ_a."""
-        return tuple(cable.name for cable in self.config.cables)
+        return self.names.cables
 
     @property
     def effector_names(self) -> tuple[str, ...]:
         """Names of the effectors, in row order."""
-        return tuple(effector.name for effector in self.config.effectors)
+        return self.names.effectors
 
     def fork(self) -> Self:
         """The same robot with a factorisation workspace of its own."""
-        backend = self.config.integration.factorisation
-        workspace = make_factorisation(self.pattern.indptr, self.pattern.indices, backend)
+        pattern, backend = self.pattern, self.factorisation.name
+        workspace = make_factorisation(pattern.indptr, pattern.indices, backend)
         return dataclasses.replace(self, factorisation=workspace)
 
     @abstractmethod

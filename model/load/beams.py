@@ -33,6 +33,7 @@ from tauten.model.points import (
     join_attached_points,
     make_beam_cables,
 )
+from tauten.model.robot import names_of
 from tauten.model.schema import (
     BarSettings,
     BeamConfig,
@@ -79,14 +80,15 @@ def build_beam_robot(config: BeamConfig, structure: Structure, source: str) -> B
     free = ~fixed
     scheme = config.integration
     return BeamRobot(
-        config=config,
+        names=names_of(config),
         digest=digest(body, fixed, cables, hull, contacts),
+        gravity=np.array(config.gravity),
+        tolerance=config.contact.tolerance,
         body=body,
         integration=integration_of(config),
         pattern=pattern,
         beam_slot=pattern.blocks(groups(body.ends)),
         mass=np.repeat(np.stack([body.mass, body.inertia], axis=1)[free].ravel(), 3),
-        gravity=np.array(config.gravity),
         effector_force=np.zeros(3 * len(effectors)),
         cables=cables,
         cable_slot=pattern.blocks(groups(cables.ends)),

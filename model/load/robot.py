@@ -24,7 +24,7 @@ from tauten.model.points import (
     effector_matrix,
     make_cables,
 )
-from tauten.model.robot import Robot
+from tauten.model.robot import Robot, names_of
 from tauten.model.schema import (
     BeamConfig,
     Changes,
@@ -32,6 +32,7 @@ from tauten.model.schema import (
     RobotFileError,
     Section,
     SurfaceSettings,
+    model_tables,
     read_toml,
     validated,
 )
@@ -88,11 +89,27 @@ def load_robot(
         "young_scale": young_scale,
     }
     changes = validated(Changes, given, f"{path}: load_robot")
-    raw = read_toml(path)
+    return make_robot(read_toml(path), path, changes)
+
+
+def make_robot(contents: dict[str, Any], path: Path, changes: Changes) -> Robot:
+    """Build the robot of a robot file that has been read.
+
+    Args:
+        contents: of the file, not validated; tables of other layers are left to them.
+        path: the file, for errors and for the files beside it.
+        changes: what is changed in it.
+
+    Raises:
+        RobotFileError, MeshError: see `load_robot`.
+    """
+    raw = model_tables(contents)
     if "beams" in raw:
         beams = changed(validated(BeamConfig, raw, path), changes, path)
         if changes.refinements:
-            raise RobotFileError(f"{path}: refinements is {refinements}, beams are not refined")
+            raise RobotFileError(
+                f"{path}: refinements is {changes.refinements}, beams are not refined"
+            )
         return build_beam_robot(beams, read_structure(path.parent / beams.beams.file), str(path))
     config = changed(validated(RobotConfig, raw, path), changes, path)
     mesh = read_mesh(path.parent / config.mesh.file, config.mesh.length_unit)
@@ -143,8 +160,10 @@ def build_robot(config: RobotConfig, mesh: TetMesh, source: str) -> TetRobot:
     mass = lumped_mass(mesh, material.density)[~fixed]  # (n / 3,)
     scheme = config.integration
     return TetRobot(
-        config=config,
+        names=names_of(config),
         digest=digest(mesh, material, fixed, cables, contacts),
+        gravity=np.array(config.gravity),
+        tolerance=config.contact.tolerance,
         mesh=mesh,
         material=material,
         integration=integration_of(config),

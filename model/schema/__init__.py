@@ -9,8 +9,11 @@ from tauten.model.schema.robot_file import (
     RobotSettings,
     SurfaceSettings,
     check_surfaces,
+    model_tables,
 )
 from tauten.model.schema.section import (
+    Name,
+    Positive,
     Rate,
     RobotFileError,
     Section,
@@ -26,6 +29,8 @@ __all__ = [
     "Box",
     "CableSettings",
     "Changes",
+    "Name",
+    "Positive",
     "Rate",
     "RobotConfig",
     "RobotFileError",
@@ -37,6 +42,7 @@ __all__ = [
     "Vertebra",
     "check_surfaces",
     "in_range",
+    "model_tables",
     "read_text",
     "read_toml",
     "validated",

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import ConfigDict, Field, model_validator
 
 from tauten.model.schema.section import (
     Direction,
@@ -110,7 +110,7 @@ class ContactRange(Section):
 
 
 class IntegrationSettings(Section):
-    """Time integration; the step is 1 / controller.rate."""
+    """Time integration; the time step is `ControlPeriod`."""
 
     scheme: Literal["implicit-euler", "quasi-static"] = "implicit-euler"
     rayleigh_mass: Annotated[NonNegative, Field(le=1e6)] = 0.0
@@ -118,46 +118,12 @@ class IntegrationSettings(Section):
     factorisation: Factorisation = "auto"
 
 
-class ControllerSettings(Section):
-    """Inverse control: rate [Hz], the QP back end, the weight ε of (T1), the contact basis."""
+class ControlPeriod(Section):
+    """What the model reads of the table `controller`: a time step is one control period, 1 / `rate` [Hz]."""
+
+    model_config = ConfigDict(extra="ignore")
 
     rate: Rate = 50.0
-    qp_solver: Name = "daqp"
-    regularisation: Annotated[NonNegative, Field(le=1e6)] = 1e-3
-    basis: str | None = None
-    max_pivots: Annotated[int, Field(ge=1, le=1_000_000)] = 100
-
-
-class ModelSettings(Section):
-    """Which model decides: the full one, or that of a state basis with its sample of elements.
-
-    `states` names the basis, and `max_tip_error` [m] is what it may err on held-out paths. While serving,
-    the full model is asked every `check_period` [s] how far it would move the tip from where the reduced one
-    has it: beyond `max_tip_error` health warns, and with `fall_back` the full model takes over, at
-    `fall_back_rate` [Hz].
-    """
-
-    order: Literal["full", "reduced"] = "full"
-    states: str | None = None
-    max_tip_error: Annotated[Positive, in_range(0.0, 10.0, "m")] = 1e-3
-    check_period: Annotated[Positive, in_range(1e-3, 3600.0, "s")] = 1.0
-    fall_back: bool = False
-    fall_back_rate: Rate = 50.0
-
-
-class ServiceSettings(Section):
-    """The node.
-
-    Hold after `target_timeout` without target, `late_limit` deadlines missed in a row or, in a closed loop,
-    `measurement_timeout` without measurement; release within `release_time` at least [s]. A closed loop
-    corrects targets with gain `feedback_gain` [1/s].
-    """
-
-    target_timeout: Annotated[Positive, in_range(1e-3, 60.0, "s")] = 0.5
-    release_time: Annotated[Positive, in_range(1e-3, 60.0, "s")] = 1.0
-    late_limit: Annotated[int, Field(ge=1, le=100_000)] = 25
-    measurement_timeout: Annotated[Positive, in_range(1e-3, 10.0, "s")] = 0.25
-    feedback_gain: Annotated[Positive, in_range(0.0, 1e3, "1/s")] = 2.0
 
 
 class Changes(Section):
@@ -169,8 +135,17 @@ class Changes(Section):
     young_scale: Annotated[float, in_range(1e-6, 1e6, "")] = 1.0
 
 
+# Tables of a robot file that other layers read. They read `controller` too, the model only its rate.
+OTHER_LAYERS = ("model", "service")
+
+
+def model_tables(raw: dict[str, Any]) -> dict[str, Any]:
+    """The contents of a robot file without what other layers read; the control rate is kept."""
+    return {key: value for key, value in raw.items() if key not in OTHER_LAYERS}
+
+
 class RobotSettings(Section):
-    """What every robot file says, whatever the robot is made of."""
+    """What every robot file says about the model, whatever the robot is made of."""
 
     name: Name
     frame: Name = "base"
@@ -182,9 +157,7 @@ class RobotSettings(Section):
     contacts: tuple[ContactSettings, ...] = ()
     contact: ContactRange = ContactRange()
     integration: IntegrationSettings = IntegrationSettings()
-    controller: ControllerSettings = ControllerSettings()
-    model: ModelSettings = ModelSettings()
-    service: ServiceSettings = ServiceSettings()
+    controller: ControlPeriod = ControlPeriod()
 
     @model_validator(mode="after")
     def _names_once(self) -> Self:

@@ -107,22 +107,6 @@ CHANGES = {
         '"side"\npoints',
     ),
     r"beam.toml: surfaces: name 'top' is used twice": ('name = "bottom"', 'name = "top"'),
-    r"service.release_time: allowed is at least 0.001 and at most 60 s, found 1e\+300": (
-        GOOD,
-        GOOD + "[service]\nrelease_time = 1e300",
-    ),
-    r"service.target_timeout: allowed is at least 0.001 and at most 60 s, found 61": (
-        GOOD,
-        GOOD + "[service]\ntarget_timeout = 61",
-    ),
-    r"service.measurement_timeout: allowed is at least 0.001 and at most 10 s, found 1e\+300": (
-        GOOD,
-        GOOD + "[service]\nmeasurement_timeout = 1e300",
-    ),
-    r"model.check_period: allowed is at least 0.001 and at most 3600 s, found 1e-300": (
-        GOOD,
-        GOOD + "[model]\ncheck_period = 1e-300",
-    ),
     r"controller.rate: allowed is at least 0.01 and at most 10000 Hz, found 1e-300": (
         GOOD,
         GOOD + "[controller]\nrate = 1e-300",
@@ -151,6 +135,15 @@ def test_bad_files_name_file_field_found_and_allowed(folder: Path, message: str)
     with pytest.raises(ValueError, match=message) as caught:
         load(folder, GOOD.replace(old, new, 1))
     assert "\n" not in str(caught.value)
+
+
+def test_tables_of_other_layers_are_theirs(folder: Path) -> None:
+    """The model reads the rate; a table that nobody reads is an error."""
+    others = "[controller]\nrate = 80.0\nqp_solver = 3\n[service]\nrelease_time = 1e300\n[model]\nx = 1\n"
+    robot = load(folder, GOOD + others)
+    assert (robot.integration.rate, robot.h) == (80.0, 1 / 80.0)
+    with pytest.raises(RobotFileError, match=r"beam.toml: sevrice: Extra inputs are not permitted"):
+        load(folder, GOOD + others.replace("service", "sevrice"))
 
 
 @pytest.mark.parametrize(
