@@ -71,9 +71,9 @@ class BeamElement(Section):
 
 
 class Vertebra(Section):
-    """A rigid round disc on a node, that cables pass and effectors sit on [m].
+    """A rigid round disc on a node, which cables pass through and effectors are attached to [m].
 
-    The disc adds its mass, that of the robot's material, to the node.
+    Its mass, with the density of the robot's material, is added to the node.
     """
 
     name: Name
@@ -83,8 +83,8 @@ class Vertebra(Section):
     axis: Direction = (0.0, 0.0, 1.0)
 
 
-class CarriedSurface(Section):
-    """Triangles between points, each fixed to a node; counter-clockwise seen from outside [m]."""
+class AttachedSurface(Section):
+    """Triangles between points that are each attached to a node; counter-clockwise seen from outside [m]."""
 
     name: Name
     nodes: list[Index]
@@ -92,7 +92,7 @@ class CarriedSurface(Section):
     triangles: Annotated[list[tuple[Index, Index, Index]], Field(min_length=1)]
 
     @model_validator(mode="after")
-    def _consistent(self) -> CarriedSurface:
+    def _consistent(self) -> AttachedSurface:
         if len(self.nodes) != len(self.points):
             raise ValueError(
                 f"surface {self.name!r} has {len(self.points)} points and {len(self.nodes)} nodes"
@@ -112,7 +112,7 @@ class Structure(Section):
     nodes: Annotated[list[Point], Field(min_length=2)]
     beams: Annotated[list[BeamElement], Field(min_length=1)]
     vertebrae: Annotated[list[Vertebra], Field(min_length=1)]
-    surfaces: tuple[CarriedSurface, ...] = ()
+    surfaces: tuple[AttachedSurface, ...] = ()
 
     @model_validator(mode="after")
     def _names(self) -> Structure:

@@ -132,7 +132,7 @@ class TetRobot(SparseRobot):
         return force[dof >= 0].ravel() + self.load, K
 
     def rows(self, state: State, contacts: bool = True) -> RobotRows:
-        """Rows of effectors, cables and, unless told otherwise, contacts at this state."""
+        """Rows of effectors, cables and, with `contacts`, contacts at this state."""
         x = self.nodes(state)
         return RobotRows(
             effectors=effector_rows(self.effectors, self.H_e, x),

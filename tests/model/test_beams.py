@@ -18,7 +18,7 @@ from tauten.model.beams import (
 )
 from tauten.model.body import Material
 from tauten.model.numerics import Array, rotation_vector, turned
-from tauten.model.points import Entries, carry, carry_along, join_attached_points
+from tauten.model.points import Entries, attach_between, attach_to_nodes, join_attached_points
 
 STEEL = Material(2e11, 0.3, 7800.0)
 D = np.array([50.0, 20.0, 15.0, 2.0, 3.0, 5.0])  # of the same order, so that no term hides
@@ -118,8 +118,10 @@ def test_carried_points_move_as_their_map_says() -> None:
     frame = Frame(body)
     rng = np.random.default_rng(5)
     rest = rng.standard_normal((6, 3))
-    along = carry_along(body.nodes, body.ends[[0, 1, 1]], rng.random(3), rest[3:])
-    points = join_attached_points([carry(body.nodes, np.array([0, 1, 2]), rest[:3]), along])
+    along = attach_between(body.nodes, body.ends[[0, 1, 1]], rng.random(3), rest[3:])
+    points = join_attached_points(
+        [attach_to_nodes(body.nodes, np.array([0, 1, 2]), rest[:3]), along]
+    )
     np.testing.assert_allclose(points.place(frame.x, frame.Q)[0], rest)
     frame.move(rng.standard_normal(12))
     dof = frame.pattern.dof[::2]
