@@ -9,6 +9,7 @@ import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial.transform import Rotation
 
+from tauten.model.beams.elements import BeamArrays
 from tauten.model.beams.profile import Profile, natural_stiffness
 from tauten.model.body import Material
 from tauten.model.numerics import Array, Ints
@@ -40,6 +41,11 @@ class BeamBody:
     length: Array
     mass: Array
     inertia: Array
+
+    @property
+    def arrays(self) -> BeamArrays:
+        """The elements as kernels take them."""
+        return BeamArrays(self.ends, self.axes, self.D, self.length)
 
     @property
     def size(self) -> float:

@@ -114,14 +114,12 @@ class BeamRobot(SparseRobot):
         body, dof = self.body, self.pattern.dof
         force, K = np.zeros((2 * self.n_nodes, 3)), np.zeros(len(self.pattern.indices))
         force[::2] = np.outer(body.mass, self.gravity)
-        assemble_beams(
-            x, Q, body.ends, body.axes, body.D, body.length, exact, *self.beam_slot, force, K
-        )
+        assemble_beams(x, Q, body.arrays, exact, self.beam_slot, force, K)
         if tension is not None:
             cables = self.cables
             points, arms = cables.stations.place(x, Q)
             add_beam_cable_stiffness(
-                points, arms, cables.first, cables.owner, tension, exact, *self.cable_slot, K
+                points, arms, cables.first, cables.owner, tension, exact, self.cable_slot, K
             )
         total = force[dof >= 0].ravel()
         if self.effector_force.any():

@@ -24,6 +24,8 @@ from tauten.model.numerics.active_set import pushing_forces
 from tauten.model.numerics.arrays import Array
 from tauten.model.numerics.jit import kernel
 
+TOLERANCE = 1e-9  # m, residual of a solution
+
 
 @dataclass(frozen=True, slots=True)
 class LcpResult:
@@ -54,7 +56,6 @@ def solve_lcp(
     delta_free: Array,
     start: Array | None = None,
     rho: float = 1e-9,
-    tolerance: float = 1e-9,
     max_iterations: int | None = None,
 ) -> LcpResult:
     """Solve 0 ≤ δ ⟂ λ ≥ 0 by an active set, to rounding but for `rho`.
@@ -71,7 +72,6 @@ def solve_lcp(
         delta_free: (m,) gaps without forces [m].
         start: (m,) forces to start from, e.g. the last step's; only saves time.
         rho: regularisation relative to the diagonal of W.
-        tolerance: residual that counts as solved [m].
         max_iterations: sets of pushing rows at most; default 100 + 10 m.
     """
     W, delta_free = np.ascontiguousarray(W), np.ascontiguousarray(delta_free)
@@ -80,7 +80,7 @@ def solve_lcp(
     start = usable(start, delta_free)
     limit = 100 + 10 * len(delta_free) if max_iterations is None else max_iterations
     lam, iterations = pushing_forces(W, delta_free, start, max(rho, 1e-13), limit)
-    return judged(W, delta_free, lam, iterations, tolerance)
+    return judged(W, delta_free, lam, iterations, TOLERANCE)
 
 
 def solve_pgs(

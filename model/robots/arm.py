@@ -175,9 +175,18 @@ def grid_triangles(rows: int, columns: int) -> Ints:
 
 
 def disc_surface(
-    shape: ArmShape, name: str, centre: Array, node: int, side: float, sectors: int = 24
+    shape: ArmShape, name: str, centre: Array, node: int, side: float
 ) -> dict[str, Any]:
-    """Upper (side 1) or lower (side −1) face of a vertebra, without what is near the spine."""
+    """Upper (side 1) or lower (side −1) face of a vertebra, without the part near the spine.
+
+    Args:
+        shape: of the arm.
+        name: of the surface.
+        centre: (3,) of the disc [m].
+        node: of the disc.
+        side: 1 or −1.
+    """
+    sectors = 24
     radii = np.array([0.4, 0.7, 1.0]) * shape.disc_radius
     height = 0.5 * side * shape.disc_thickness * np.eye(3)[2]
     angles = 2.0 * np.pi * np.arange(sectors) / sectors

@@ -127,7 +127,7 @@ class TetRobot(SparseRobot):
         if tension is not None:
             c = self.cables
             add_cable_stiffness(
-                x, c.owner, c.nodes, c.weights, c.offset, tension, *self.cable_slot, K
+                x, c.owner, c.nodes, c.weights, c.offset, tension, self.cable_slot, K
             )
         return force[dof >= 0].ravel() + self.load, K
 

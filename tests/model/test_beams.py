@@ -8,6 +8,7 @@ from beam_frames import Frame, chain
 from scipy.spatial.transform import Rotation
 
 from tauten.model.beams import (
+    BeamArrays,
     BeamError,
     angle_functions,
     bar,
@@ -44,7 +45,8 @@ def evaluate(
 ) -> tuple[float, Array, Array]:
     moved, part = x + dq.reshape(2, 2, 3)[:, 0], dq.reshape(2, 2, 3)[:, 1].copy()
     force, K = np.empty(12), np.empty((12, 12))
-    energy = element(moved, turned(Q, part), 0, 1, axes, D, LENGTH, exact, force, K)
+    beam = BeamArrays(np.array([[0, 1]]), axes[None], D[None], np.array([LENGTH]))
+    energy = element(moved, turned(Q, part), beam, 0, exact, force, K)
     return energy, force, K
 
 
