@@ -1,29 +1,29 @@
 """Corotational beams in space: nodes with position and rotation, small strains, any motion.
 
-An element sees its two nodes from a frame in the middle of its end rotations R_A and R_B, turned to
-the element's axes (along the beam, and the principal axes of its cross-section):
+The frame of an element is the mean of the rotations R_A and R_B of its ends, with the axes of the element
+(along the beam, and the principal axes of its cross-section):
 
-    φ = log(R_Aᵀ R_B)            how the ends are turned against each other
+    φ = log(R_Aᵀ R_B)            relative rotation of the ends
     R_e = R_A exp(φ / 2)         the frame
-    u = R_eᵀ (x_B − x_A)         the chord seen from it
+    u = R_eᵀ (x_B − x_A)         the chord in this frame
 
-Rigid motion leaves (u, φ) as they are. The deformations u − (L, 0, 0) and φ are Argyris' natural
-modes: stretch, two antisymmetric bendings in which shear takes part, torsion, two pure bendings. They
-do not couple, so that the energy
+Rigid motion does not change (u, φ). The deformations u − (L, 0, 0) and φ are Argyris' natural
+modes: stretch, two antisymmetric bendings with shear, torsion, two pure bendings. They
+are decoupled, so that the energy
 
     E = ½ (u − u₀)ᵀ D_u (u − u₀) + ½ φᵀ D_φ φ                                     (B1)
 
 with six stiffnesses is that of the exact linear Timoshenko beam, and of Euler and Bernoulli's when
-shear is rigid: one element bends as the cubic does, nothing locks. With small rotations δa, δb of the
-ends seen from the frame, θ = |φ|, n = φ / θ,
+shear is rigid: one element bends as the cubic does, without locking. With small rotations δa, δb of the
+ends in this frame, θ = |φ|, n = φ / θ,
 
     δφ = Γ (δb − δa),   Γ = γ (I − n nᵀ) + n nᵀ,   γ = (θ/2) / sin(θ/2)
     δw = ½ (δa + δb) − ½ τ φ x (δb − δa),   τ = tan(θ/4) / θ      turn of the frame
     δu = δp_B − δp_A + u x δw                                                     (B2)
 
-Forces and the tangent follow by differentiation, the latter exactly. Increments of rotation are turns
-about fixed axes, so that a tangent out of balance is not symmetric; its symmetric part is used, which
-is all of it in equilibrium (Simo, Computer Methods in Applied Mechanics and Engineering 96, 1992).
+Forces and the tangent follow by differentiation, the latter exactly. Increments of rotation are about
+fixed axes, so that the tangent is symmetric in equilibrium only; its symmetric part is used (Simo,
+Computer Methods in Applied Mechanics and Engineering 96, 1992).
 
 Sources: Argyris et al., Computer Methods in Applied Mechanics and Engineering 17/18, 1979 (natural
 modes); Crisfield, 81, 1990 (corotational frame in the middle of the end rotations).

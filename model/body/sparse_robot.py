@@ -1,4 +1,4 @@
-"""What robots with a sparse tangent have in common, whatever their elements are."""
+"""The common part of robots with a sparse tangent."""
 
 from __future__ import annotations
 
@@ -24,16 +24,16 @@ class SparseRobot(ABC):
 
     Attributes:
         names: of the robot, its cables and its effectors.
-        digest: SHA-256 over all that decides its contact forces (body, material, cables, contacts).
+        digest: SHA-256 of everything its contact forces depend on (body, material, cables, contacts).
         gravity: (3,) [m/s²].
-        tolerance: depth of penetration from which a contact candidate gets a force of its own [m].
+        tolerance: depth of penetration from which a unit column is added for a contact candidate [m].
         integration: time step and scheme.
         pattern: sparsity of its matrices.
         mass: (n,) lumped mass of the free degrees of freedom [kg], [kg m²] where they are rotations.
         cables: its cables.
         cable_slot: places of the cables' curvature in the pattern.
-        limits: what the winches can do.
-        effectors: points that reach targets.
+        limits: limits of tension, pulled length and rate.
+        effectors: points that are to reach targets.
         contacts: candidates and the surfaces they may touch.
         factorisation: workspace of the linear solver.
     """
@@ -108,7 +108,7 @@ class SparseRobot(ABC):
         return self.names.effectors
 
     def fork(self) -> Self:
-        """The same robot with a factorisation workspace of its own."""
+        """The same robot with a separate factorisation workspace."""
         pattern, backend = self.pattern, self.factorisation.name
         workspace = make_factorisation(pattern.indptr, pattern.indices, backend)
         return dataclasses.replace(self, factorisation=workspace)
@@ -127,7 +127,7 @@ class SparseRobot(ABC):
         Args:
             state: where the step starts.
             tension: (n_a,) last tensions, for the curvature they add to A [N].
-            integration: another scheme than the robot's own.
+            integration: another scheme than the robot's.
 
         Raises:
             FactorisationError: A is not positive definite (a state that has blown up).

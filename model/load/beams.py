@@ -177,7 +177,7 @@ def fixed_nodes(config: BeamConfig, body: BeamBody, source: str) -> Bools:
             raise RobotFileError(f"{source}: fixed.{index}: no node in {box.lower} to {box.upper}")
         fixed |= chosen
     if fixed.all():
-        raise RobotFileError(f"{source}: fixed: holds every node, nothing is left to move")
+        raise RobotFileError(f"{source}: fixed: holds every node, no node can move")
     return fixed
 
 

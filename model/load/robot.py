@@ -1,4 +1,4 @@
-"""From a robot file to a robot: read, check against the mesh, build once."""
+"""From a robot file to a robot."""
 
 from __future__ import annotations
 
@@ -144,10 +144,15 @@ def changed(config: C, changes: Changes, path: Path) -> C:
 
 
 def build_robot(config: RobotConfig, mesh: TetMesh, source: str) -> TetRobot:
-    """Build a robot from a validated configuration and a checked mesh.
+    """Build a robot from a validated robot file and a checked mesh.
+
+    Args:
+        config: the robot file.
+        mesh: the body.
+        source: the robot file's path, for errors.
 
     Raises:
-        RobotFileError: a region is empty or a point lies outside the mesh; names `source`.
+        RobotFileError: a region is empty or a point lies outside the mesh; the text names `source`.
     """
     material = Material(**config.material.model_dump())
     fixed = fixed_nodes(config, mesh, source)
@@ -182,7 +187,16 @@ def build_robot(config: RobotConfig, mesh: TetMesh, source: str) -> TetRobot:
 
 
 def fixed_nodes(config: RobotConfig, mesh: TetMesh, source: str) -> Bools:
-    """Nodes in any of the `fixed` boxes: (n_nodes,) bool."""
+    """Nodes in any of the `fixed` boxes: (n_nodes,) bool.
+
+    Args:
+        config: the robot file.
+        mesh: the body.
+        source: the robot file's path, for errors.
+
+    Raises:
+        RobotFileError: a box without nodes, or nodes that do not hold the body or hold all of it.
+    """
     fixed = np.zeros(len(mesh.nodes), dtype=bool)
     for index, box in enumerate(config.fixed):
         chosen = in_box(mesh.nodes, box)
@@ -196,12 +210,18 @@ def fixed_nodes(config: RobotConfig, mesh: TetMesh, source: str) -> Bools:
     if np.linalg.matrix_rank(mesh.nodes[fixed] - mesh.nodes[fixed][0], tol=1e-6 * mesh.size) < 2:
         raise RobotFileError(f"{source}: fixed: needs three nodes not on a line to hold the robot")
     if fixed.all():
-        raise RobotFileError(f"{source}: fixed: holds every node, nothing is left to move")
+        raise RobotFileError(f"{source}: fixed: holds every node, no node can move")
     return fixed
 
 
 def build_cables(config: RobotConfig, mesh: TetMesh, source: str) -> CableSet:
-    """Cables attached to the mesh."""
+    """Cables attached to the mesh.
+
+    Args:
+        config: the robot file.
+        mesh: the body.
+        source: the robot file's path, for errors.
+    """
     cables = []
     for index, cable in enumerate(config.cables):
         what = f"{source}: cables.{index}.points"
@@ -216,7 +236,13 @@ def build_cables(config: RobotConfig, mesh: TetMesh, source: str) -> CableSet:
 
 
 def build_effectors(config: RobotConfig, mesh: TetMesh, source: str) -> MaterialPoints:
-    """Effectors attached to the mesh."""
+    """Effectors attached to the mesh.
+
+    Args:
+        config: the robot file.
+        mesh: the body.
+        source: the robot file's path, for errors.
+    """
     parts = [
         place(mesh, [item.point], f"{source}: effectors.{index}.point", item.max_outside)
         for index, item in enumerate(config.effectors)
@@ -230,7 +256,14 @@ def build_effectors(config: RobotConfig, mesh: TetMesh, source: str) -> Material
 def place(
     mesh: TetMesh, points: list[tuple[float, float, float]], what: str, slack: float
 ) -> MaterialPoints:
-    """`attach`, its error as a RobotFileError."""
+    """`attach`, with its error as a RobotFileError.
+
+    Args:
+        mesh: the body.
+        points: rest positions [m].
+        what: the field they come from, for errors.
+        slack: how far outside the body a point may lie [m].
+    """
     try:
         return attach(mesh, np.array(points), what, slack)
     except ValueError as error:
@@ -238,10 +271,16 @@ def place(
 
 
 def select_surface(settings: SurfaceSettings, mesh: TetMesh, boundary: Ints, source: str) -> Ints:
-    """Boundary triangles a surface selects: (t, 3).
+    """Boundary triangles of a surface of the robot file: (t, 3).
+
+    Args:
+        settings: of the surface.
+        mesh: the body.
+        boundary: (b, 3) all boundary triangles.
+        source: the robot file's path, for errors.
 
     Raises:
-        RobotFileError: none.
+        RobotFileError: there are none.
     """
     corners = mesh.nodes[boundary]  # (t, 3, 3)
     chosen = in_box(corners.mean(axis=1), settings.box)
@@ -260,7 +299,13 @@ def select_surface(settings: SurfaceSettings, mesh: TetMesh, boundary: Ints, sou
 
 
 def build_contacts(config: RobotConfig, mesh: TetMesh, source: str) -> ContactSet:
-    """Candidates and target surfaces of every contact."""
+    """Candidates and target surfaces of every contact.
+
+    Args:
+        config: the robot file.
+        mesh: the body.
+        source: the robot file's path, for errors.
+    """
     boundary = boundary_triangles(mesh.tets)
     surfaces = {s.name: select_surface(s, mesh, boundary, source) for s in config.surfaces}
     pairs = []
@@ -277,7 +322,15 @@ def build_contacts(config: RobotConfig, mesh: TetMesh, source: str) -> ContactSe
 def digest(
     mesh: TetMesh, material: Material, fixed: Bools, cables: CableSet, contacts: ContactSet
 ) -> str:
-    """SHA-256 of what decides the contact forces of a robot; loads and control are left out."""
+    """SHA-256 of everything that contact forces depend on, except loads and control.
+
+    Args:
+        mesh: the body.
+        material: of the body.
+        fixed: (n_nodes,) which nodes do not move.
+        cables: of the robot.
+        contacts: the contact pairs.
+    """
     hasher = hashlib.sha256()
     arrays: list[NDArray[Any]] = [
         mesh.nodes,

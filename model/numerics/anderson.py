@@ -28,7 +28,7 @@ class Anderson:
         move counts as if made from the next iterate, which small steps allow.
         """
         if self._steps and np.abs(step).max() > 2.0 * np.abs(self._steps[-1]).max():
-            self._steps.clear()  # what touches has changed: the past says nothing any more
+            self._steps.clear()  # the set of contacts has changed: earlier iterates belong to another problem
             self._moves.clear()
         self._steps = [*self._steps[-self._depth :], step]
         self._moves = self._moves[-self._depth :]

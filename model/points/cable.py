@@ -23,7 +23,7 @@ class Cable:
     """A cable through material points, the last one its end.
 
     Attributes:
-        name: how messages call it.
+        name: in messages.
         points: material points it slides through, in order.
         pull_point: (3,) fixed point it is pulled from [m]; None: pulled from its first point.
     """
@@ -35,7 +35,7 @@ class Cable:
 
 @dataclass(frozen=True, slots=True)
 class CableSet:
-    """All cables of a robot in the arrays the kernels read.
+    """All cables of a robot as arrays for the kernels.
 
     Each segment joins two stations; a station is four nodes and weights plus a fixed offset (the
     pull point has zero weights).

@@ -1,4 +1,4 @@
-"""What a robot file may say, validated field by field."""
+"""The contents of robot files, validated field by field."""
 
 from tauten.model.schema.beam_file import BarSettings, BeamConfig, Structure, TubeSettings, Vertebra
 from tauten.model.schema.robot_file import (

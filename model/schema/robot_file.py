@@ -1,4 +1,4 @@
-"""The robot file: what a TOML file may say about a robot, validated field by field."""
+"""The robot file, a TOML file, validated field by field."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ Gravity = tuple[Acceleration, Acceleration, Acceleration]
 
 
 class MeshSettings(Section):
-    """The body's mesh; `length_unit` is that of the mesh file alone, this file is in SI."""
+    """The body's mesh; `length_unit` applies to the mesh file only, the robot file is in SI units."""
 
     file: str
     length_unit: Literal["m", "cm", "mm"] = "m"
@@ -54,7 +54,7 @@ class Box(Section):
 
 
 class CableSettings(Section):
-    """A cable and what its winch can do; it starts at `pull_point` when there is one."""
+    """A cable and the limits of its winch; it starts at `pull_point` when there is one."""
 
     name: Name
     points: Annotated[list[Point], Field(min_length=1)]
@@ -127,7 +127,7 @@ class ControlPeriod(Section):
 
 
 class Changes(Section):
-    """What `load_robot` changes in a robot file; see there."""
+    """The arguments with which `load_robot` changes a robot file."""
 
     rate: Rate | None = None
     refinements: Annotated[int, Field(ge=0, le=4)] = 0
@@ -145,7 +145,7 @@ def model_tables(raw: dict[str, Any]) -> dict[str, Any]:
 
 
 class RobotSettings(Section):
-    """What every robot file says about the model, whatever the robot is made of."""
+    """The fields of the model in every robot file, for all kinds of bodies."""
 
     name: Name
     frame: Name = "base"

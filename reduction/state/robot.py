@@ -97,7 +97,7 @@ class ReducedRobot:
 
     @property
     def tolerance(self) -> float:
-        """Depth of penetration from which a contact candidate gets a force of its own [m]."""
+        """Depth of penetration from which a unit column is added for a contact candidate [m]."""
         return self.full.tolerance
 
     @property
