@@ -16,7 +16,7 @@ from tauten.model.numerics import Array, Ints
 
 
 class BeamError(ValueError):
-    """Beams that make no body; the text says which and what is allowed."""
+    """Beams that do not form a body; the text names them and what is allowed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +63,7 @@ def make_body(
         ends: (e, 2) nodes of each element.
         up: (e, 3) a direction near axis 3 of each element's cross-section.
         profiles: cross-section of each element.
-        material: what they are made of.
+        material: of all beams.
 
     Raises:
         BeamError: an end that is no node, a beam without length, a node that no beam leads to.

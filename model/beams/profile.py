@@ -67,7 +67,7 @@ def natural_stiffness(profile: Profile, material: Material, length: float) -> Ar
 
     Args:
         profile: cross-section.
-        material: what it is made of.
+        material: of the beam.
         length: L [m].
 
     Returns:

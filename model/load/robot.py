@@ -78,7 +78,7 @@ def load_robot(
         young_scale: Young's modulus as a multiple of the file's, for robots that are not as modelled.
 
     Raises:
-        RobotFileError: the file, an argument, or what the file says about the mesh, cannot be used.
+        RobotFileError: a field of the file or an argument is not allowed, or does not fit the mesh.
         MeshError: the mesh cannot be used.
     """
     path = robot_path(name_or_path)

@@ -15,13 +15,13 @@ from scipy.sparse.csgraph import connected_components
 
 from tauten.model.mesh.surface import FACES
 from tauten.model.numerics import Array, Ints
+from tauten.model.schema import LARGEST_COORDINATE
 
 UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
-LARGEST_COORDINATE = 1e3  # m from the origin; beyond it positions lose digits that contact needs
 
 
 class MeshError(ValueError):
-    """A mesh that cannot carry a robot; the text says which file and what to change."""
+    """A mesh that cannot be used for a robot; the text names the file and what to change."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,7 +80,7 @@ def oriented(nodes: Array, tets: Ints) -> Ints:
 
 
 def read_mesh(path: Path, length_unit: str = "m") -> TetMesh:
-    """Read the tetrahedra of any file meshio knows (.msh, .vtk, .vtu, ...).
+    """Read the tetrahedra of any format that meshio supports (.msh, .vtk, .vtu, ...).
 
     Args:
         path: the mesh file.
@@ -122,14 +122,16 @@ def read_with_meshio(path: Path) -> Any:
     """The `meshio.Mesh` of a file.
 
     Raises:
-        MeshError: meshio cannot read the file; with what meshio says about it on one line.
+        MeshError: meshio cannot read the file; the text contains the reason of meshio on one line.
     """
-    said = io.StringIO()  # meshio prints why it cannot read a file and then exits the interpreter
+    printed = (
+        io.StringIO()
+    )  # meshio prints why it cannot read a file and then exits the interpreter
     try:
-        with contextlib.redirect_stdout(said), contextlib.redirect_stderr(io.StringIO()):
+        with contextlib.redirect_stdout(printed), contextlib.redirect_stderr(io.StringIO()):
             return meshio.read(path)
     except SystemExit as error:
-        reason = " ".join(said.getvalue().split()) or "its contents are not of this format"
+        reason = " ".join(printed.getvalue().split()) or "its contents are not of this format"
         raise MeshError(f"{path}: not readable as a mesh ({reason})") from error
     except Exception as error:
         reason = " ".join(str(error).split()) or type(error).__name__

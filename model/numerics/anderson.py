@@ -10,8 +10,8 @@ from tauten.model.numerics.arrays import Array
 class Anderson:
     """Combines the last iterates so that the linear part of the error vanishes.
 
-    A Newton iteration whose tangent leaves something out (how contact normals turn, say) converges
-    linearly, with few slow directions; these are what the combination removes. (Anderson 1965; in the
+    A Newton iteration whose tangent is incomplete (without the rotation of contact normals, for example)
+    converges linearly, with few slow directions, which the combination removes. (Anderson 1965; in the
     form of Walker and Ni, Anderson Acceleration for Fixed-Point Iterations, 2011.)
     """
 

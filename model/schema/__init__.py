@@ -12,6 +12,7 @@ from tauten.model.schema.robot_file import (
     model_tables,
 )
 from tauten.model.schema.section import (
+    LARGEST_COORDINATE,
     Name,
     Positive,
     Rate,
@@ -29,6 +30,7 @@ __all__ = [
     "Box",
     "CableSettings",
     "Changes",
+    "LARGEST_COORDINATE",
     "Name",
     "Positive",
     "Rate",

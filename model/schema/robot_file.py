@@ -20,7 +20,7 @@ from tauten.model.schema.section import (
 )
 
 Vector = tuple[float, float, float]
-Factorisation = Literal["auto", "pardiso", "cholmod", "superlu"]
+BackEnd = Literal["auto", "pardiso", "cholmod", "superlu"]
 Acceleration = Annotated[float, in_range(-1e3, 1e3, "m/s²")]
 Gravity = tuple[Acceleration, Acceleration, Acceleration]
 
@@ -115,7 +115,7 @@ class IntegrationSettings(Section):
     scheme: Literal["implicit-euler", "quasi-static"] = "implicit-euler"
     rayleigh_mass: Annotated[NonNegative, Field(le=1e6)] = 0.0
     rayleigh_stiffness: Annotated[NonNegative, Field(le=1e3)] = 0.0
-    factorisation: Factorisation = "auto"
+    factorisation: BackEnd = "auto"
 
 
 class ControlPeriod(Section):
@@ -131,7 +131,7 @@ class Changes(Section):
 
     rate: Rate | None = None
     refinements: Annotated[int, Field(ge=0, le=4)] = 0
-    factorisation: Factorisation | None = None
+    factorisation: BackEnd | None = None
     young_scale: Annotated[float, in_range(1e-6, 1e6, "")] = 1.0
 
 

@@ -1,4 +1,4 @@
-"""What every table of a robot file has in common: types of its values, validation, one-sentence errors."""
+"""The common part of all tables of a robot file: types of values, validation, one-sentence errors."""
 
 from __future__ import annotations
 
@@ -49,9 +49,7 @@ def not_zero(direction: tuple[float, float, float]) -> tuple[float, float, float
 
 
 SHORTEST_DIRECTION = 1e-6
-LARGEST_COORDINATE = (
-    1e3  # m, or m/s² for gravity: positions further away lose digits that contact needs
-)
+LARGEST_COORDINATE = 1e3  # m; beyond it the rounding of positions is not small against gaps
 
 Positive = Annotated[float, Field(gt=0.0)]
 NonNegative = Annotated[float, Field(ge=0.0)]
@@ -105,7 +103,7 @@ def validated(kind: type[S], raw: object, source: str | Path, prefix: str = "") 
         prefix: name of the table within the file, for errors; "" for the whole file.
 
     Raises:
-        RobotFileError: a field that is not allowed; says which, what was found and what is allowed.
+        RobotFileError: a field that is not allowed; the text names it, what was found and what is allowed.
     """
     try:
         return kind.model_validate(raw)

@@ -1,4 +1,4 @@
-"""Beam elements and what they carry: derivatives, invariance, carried points, profiles."""
+"""Beam elements and points attached to them: derivatives, invariance, profiles."""
 
 from __future__ import annotations
 
@@ -114,7 +114,7 @@ def test_rotations_turn_about_fixed_axes() -> None:
         np.testing.assert_allclose(back, expected, atol=1e-12)
 
 
-def test_carried_points_move_as_their_map_says() -> None:
+def test_attached_points_move_as_their_velocity_map() -> None:
     """J is the derivative, and forces through its transpose have the same power."""
     body = chain(np.array([[0.0, 0, 0], [1, 0, 0], [2, 0.5, 0]]), [0, 0, 1], tube(0.1), STEEL)
     frame = Frame(body)
