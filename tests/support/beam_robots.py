@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from tauten.model import Simulator
-from tauten.model.beams import BeamRobot
+from tauten.model.beams import BeamRobot, Profile, natural_stiffness
+from tauten.model.body import Material
 from tauten.model.load import make_robot
 from tauten.model.numerics import Array
 from tauten.model.schema import Changes
@@ -89,10 +90,9 @@ def cable(points: list[list[float]]) -> dict[str, Any]:
     return {"name": "cable", "points": points, **limits}
 
 
-def with_torsion(robot: BeamRobot, factor: float) -> BeamRobot:
-    """The robot with all torsional stiffnesses multiplied by a factor."""
-    D = robot.body.D.copy()
-    D[:, 3] *= factor
+def with_profile(robot: BeamRobot, profile: Profile, material: Material) -> BeamRobot:
+    """The robot with one cross-section for all its beams, for constants that no shape of a file has."""
+    D = np.array([natural_stiffness(profile, material, length) for length in robot.body.length])
     return replace(robot, body=replace(robot.body, D=D))
 
 
@@ -108,8 +108,12 @@ def under_force(
     for force in forces:
         simulator = Simulator(robot.loaded(np.zeros(3), force), contact="none")
         simulator.state = state
-        report = simulator.settle(tension=np.zeros(robot.n_a), tolerance=tolerance, max_iterations=most)
-        assert report.converged, f"no equilibrium under {force.tolist()} N, moved {report.movement:.1e} m"
+        report = simulator.settle(
+            tension=np.zeros(robot.n_a), tolerance=tolerance, max_iterations=most
+        )
+        assert report.converged, (
+            f"no equilibrium under {force.tolist()} N, moved {report.movement:.1e} m"
+        )
         state = simulator.state
         positions.append(simulator.effector[0])
         steps += report.iterations
