@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from support.beam_robots import build, path_of_beams, rectangle, under_force
 
-from tauten.model import Simulator, State
+from tauten.model import Simulator, State, load_robot
 from tauten.model.beams import BeamRobot, assemble_beams, bar
 from tauten.model.numerics import Array
 
@@ -48,7 +48,7 @@ def released(robot: BeamRobot, state: State, duration: float) -> tuple[Array, Ar
     simulator.state = state
     energies, heights = [energy(robot, state)], [simulator.effector[0, 2]]
     for _ in range(round(duration * robot.integration.rate)):
-        simulator.step(tension=[0.0])
+        simulator.step(tension=np.zeros(robot.n_a))
         energies.append(energy(robot, simulator.state))
         heights.append(simulator.effector[0, 2])
     return np.array(energies), np.array(heights)
@@ -85,6 +85,19 @@ def test_random_velocities_calm_down(tmp_path: Path) -> None:
     energies, _ = released(robot, replace(robot.rest(), v=v.ravel()), 2.0)
     assert np.diff(energies).max() < 0.0
     assert energies[-1] < 0.01 * energies[0]
+
+
+@pytest.mark.parametrize("tension", [2.0, 10.0])
+def test_energy_of_the_shipped_manipulator_falls_when_a_cable_is_cut(tension: float) -> None:
+    """At its own control rate, without its damping, weight and contacts."""
+    shipped = load_robot("manipulator")
+    assert isinstance(shipped, BeamRobot)
+    plain = replace(shipped.integration, rayleigh_mass=0.0, rayleigh_stiffness=0.0)
+    robot = replace(shipped, gravity=np.zeros(3), integration=plain)
+    simulator = Simulator(robot, contact="none")
+    assert simulator.settle(tension=tension * np.eye(robot.n_a)[0]).converged
+    energies, _ = released(robot, simulator.state, 1.0)
+    assert np.diff(energies).max() < 0.0
 
 
 @pytest.mark.xfail(

@@ -1,8 +1,9 @@
 """Buckling of a slender column: Euler's loads and the elastica beyond them.
 
-The elastica in complete elliptic integrals: Timoshenko and Gere, Theory of Elastic Stability, 1961, section 2.7.
-With modulus k² = m, load over Euler's load is (2 K / π)². A cantilever under a dead force has the tip at
-2 √m L / K across and (2 E / K − 1) L along; ends that are pulled towards each other are (2 E / K − 1) L apart.
+The elastica in complete elliptic integrals: Timoshenko and Gere, Theory of Elastic Stability, 1961,
+section 2.7. With modulus k² = m, load over Euler's load is (2 K / π)². A cantilever under a dead force has
+its tip at 2 √m L / K across and (2 E / K − 1) L along; the ends of a column that are pulled towards each
+other are (2 E / K − 1) L apart.
 """
 
 from __future__ import annotations

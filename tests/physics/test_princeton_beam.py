@@ -1,8 +1,9 @@
 """The Princeton beam: a cantilever strip bent in both directions and twisted by one tip force.
 
-Dowell, Traybar and Hodges, J. of Sound and Vibration 50, 1977. The references are tip displacements of ANSYS'
-beam elements from Obrezkov, Mikkola, Matikainen et al., "Performance review of locking alleviation methods for
-continuum ANCF beam elements", Nonlinear Dynamics 109, 2022, as EXUDYN's test `ANCFBeamTest.py` lists them.
+Dowell, Traybar and Hodges, J. of Sound and Vibration 50, 1977. The references are tip displacements of
+ANSYS' beam elements from Obrezkov, Mikkola, Matikainen et al., "Performance review of locking alleviation
+methods for continuum ANCF beam elements", Nonlinear Dynamics 109, 2022, as EXUDYN's test
+`main/pythonDev/TestModels/ANCFBeamTest.py` lists them.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Robots made of a few beams, loaded by forces on a node or by a cable, for comparison with the literature."""
+"""Robots made of a few beams, loaded by a force on a node or by a cable, for published benchmarks."""
 
 from __future__ import annotations
 
