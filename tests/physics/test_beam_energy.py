@@ -54,14 +54,22 @@ def released(robot: BeamRobot, state: State, duration: float) -> tuple[Array, Ar
     return np.array(energies), np.array(heights)
 
 
-@pytest.mark.parametrize("load", [0.2, 1.0, 8.0])
-@pytest.mark.parametrize("rate", [50.0, 400.0])
+@pytest.mark.parametrize(
+    ("rate", "load"),
+    [
+        (50.0, 0.2),
+        (50.0, 8.0),
+        (200.0, 8.0),
+        pytest.param(1000.0, 0.2, marks=pytest.mark.slow),
+        pytest.param(1000.0, 8.0, marks=pytest.mark.slow),
+    ],
+)
 def test_energy_of_a_free_swing_falls_in_every_step(
     tmp_path: Path, rate: float, load: float
 ) -> None:
     """From a small deflection, and from one of 90° at the tip."""
     robot = cantilever(tmp_path, SOFT, rate)
-    energies, heights = released(robot, bent(robot, SOFT, load), 2.5)
+    energies, heights = released(robot, bent(robot, SOFT, load), 1.5)
     assert np.diff(energies).max() < 0.0
     assert heights.min() < -0.3 * heights[0], "it swings to the other side"
 
@@ -69,9 +77,9 @@ def test_energy_of_a_free_swing_falls_in_every_step(
 def test_energy_lost_falls_with_the_time_step(tmp_path: Path) -> None:
     """Implicit Euler loses energy at first order: a quarter of the step, a quarter of the loss."""
     lost = []
-    for rate in (200.0, 800.0):
+    for rate in (100.0, 400.0):
         robot = cantilever(tmp_path, SOFT, rate)
-        energies, _ = released(robot, bent(robot, SOFT, 0.2), 1.0)
+        energies, _ = released(robot, bent(robot, SOFT, 0.2), 0.5)
         lost.append(1.0 - energies[-1] / energies[0])
     assert lost[0] / lost[1] == pytest.approx(4.0, rel=0.35)
 
@@ -87,16 +95,15 @@ def test_random_velocities_calm_down(tmp_path: Path) -> None:
     assert energies[-1] < 0.01 * energies[0]
 
 
-@pytest.mark.parametrize("tension", [2.0, 10.0])
-def test_energy_of_the_shipped_manipulator_falls_when_a_cable_is_cut(tension: float) -> None:
+def test_energy_of_the_shipped_manipulator_falls_when_a_cable_is_cut() -> None:
     """At its own control rate, without its damping, weight and contacts."""
     shipped = load_robot("manipulator")
     assert isinstance(shipped, BeamRobot)
     plain = replace(shipped.integration, rayleigh_mass=0.0, rayleigh_stiffness=0.0)
     robot = replace(shipped, gravity=np.zeros(3), integration=plain)
     simulator = Simulator(robot, contact="none")
-    assert simulator.settle(tension=tension * np.eye(robot.n_a)[0]).converged
-    energies, _ = released(robot, simulator.state, 1.0)
+    assert simulator.settle(tension=10.0 * np.eye(robot.n_a)[0]).converged
+    energies, _ = released(robot, simulator.state, 0.5)
     assert np.diff(energies).max() < 0.0
 
 

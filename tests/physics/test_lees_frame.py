@@ -133,7 +133,7 @@ def carries(robot: BeamRobot, load: float, start: State) -> State | None:
     """The equilibrium near a state under a dead load [E I / L²], None where the frame snaps through."""
     simulator = Simulator(robot.loaded(np.zeros(3), np.array([0.0, -load * EI, 0.0])), "none")
     simulator.state = start
-    report = simulator.settle(tension=[0.0], tolerance=1e-8)
+    report = simulator.settle(tension=[0.0], tolerance=1e-8, max_iterations=100)
     above = simulator.effector[0, 1] > 0.5  # beyond the limit the load comes to rest at 0.23 m
     return simulator.state if report.converged and above else None
 
@@ -174,7 +174,7 @@ def test_cable_follows_the_frame_beyond_its_limit_load(tmp_path: Path) -> None:
     """
     simulator = Simulator(frame(tmp_path, 40, winch=True), "none")
     tensions, points = [], []
-    for pull in (0.03, 0.09, 0.2, 0.3, 0.35, 0.38, 0.4, 0.41, 0.45, 0.5):
+    for pull in (0.05, 0.2, 0.3, 0.38, 0.41, 0.45, 0.5):
         assert simulator.settle(pull=[pull], tolerance=1e-8).converged
         tensions.append(simulator.tension[0] / EI)
         points.append(simulator.effector[0, :2])
