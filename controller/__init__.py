@@ -10,6 +10,7 @@ from tauten.controller.step import (
     advance,
     decide,
     hold,
+    hold_certificate,
     prepare,
 )
 
@@ -27,6 +28,7 @@ __all__ = [
     "decide",
     "energy_scale",
     "hold",
+    "hold_certificate",
     "inverse_problem",
     "prepare",
 ]

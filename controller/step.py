@@ -187,7 +187,7 @@ def hold_certificate(solved: ForwardStep, pull: Array, limits: Limits) -> Certif
     )
     violation = np.concatenate([-delta / scale, excess])
     return Certificate(
-        primal=float(violation.max(initial=0.0)),
+        primal=max(0.0, float(violation.max(initial=0.0))),
         complementarity=float(np.abs(residual).max(initial=0.0)),
         stationarity=float(np.linalg.norm(residual)),
         deepest_gap=solved.prediction.deepest_gap,

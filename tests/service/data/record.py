@@ -53,7 +53,7 @@ def write(
     stamp = START + round(index * 1e9 * robot.h)
     pull, tension = tuple(action.actuation.pull.tolist()), tuple(action.actuation.tension.tolist())
     joints = Joints(stamp, robot.frame, robot.cable_names, pull, tension)
-    decided = action.status is not None
+    decided = action.decided
     certificate = action.actuation.certificate
     tick = Tick(
         stamp, robot.frame, index, action.mode, action.cause,
