@@ -89,8 +89,13 @@ class ControlLoop:
         self._state = found
         return True
 
-    def enter(self, mode: Mode, cause: Cause) -> None:
-        """Enter a mode, as a replay does."""
+    def set_mode(self, mode: Mode, cause: Cause) -> None:
+        """Set the state that a recorded tick was in, for a replay.
+
+        Args:
+            mode: of the node.
+            cause: why it did not follow.
+        """
         self._state = replace(self._state, mode=mode, cause=cause)
 
     def tick(self, goal: Array | None, seen: Signals) -> Action:
@@ -107,7 +112,7 @@ class ControlLoop:
         """What leaves in the present state, for a goal (p, 3) [m] or none."""
         last, decided = self.controller.actuation, False
         if self._state.mode is Mode.STOP:
-            wanted = self._release(last)
+            wanted = self._release()
         elif self._state.mode is Mode.RUN and goal is not None:
             self._ramp, decided = None, True
             wanted = self.controller.decide(goal)
@@ -135,11 +140,19 @@ class ControlLoop:
         self.controller.reset()
         self._ramp = None
 
-    def _release(self, last: Actuation) -> Actuation:
+    def hurry(self) -> None:
+        """Release the cables as fast as the rate limits permit, from where they are."""
+        self._ramp = self._limiter.release(self._start_of_release(), 0.0)
+
+    def _release(self) -> Actuation:
         """Slacken the cables in a straight ramp within the rate limits, then keep them slack."""
         if self._ramp is None:
-            start = Actuation(
-                last.pull, last.tension, self.controller.effector, Status.OK, NO_CERTIFICATE
-            )
+            start = self._start_of_release()
             self._ramp = self._limiter.release(start, self._settings.release_time)
         return next(self._ramp)
+
+    def _start_of_release(self) -> Actuation:
+        last = self.controller.actuation
+        return Actuation(
+            last.pull, last.tension, self.controller.effector, Status.OK, NO_CERTIFICATE
+        )

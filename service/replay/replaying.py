@@ -152,7 +152,7 @@ def actions(
             loop.rest()  # what a reset did
         # a decision that could not be used was one all the same
         mode = Mode.RUN if tick.goal else tick.mode
-        loop.enter(mode, tick.cause)
+        loop.set_mode(mode, tick.cause)
         goal = np.array(tick.goal) if tick.goal else None
         action = loop.act(goal if not tick.correction else goal + np.array(tick.correction))
         loop.prepare()
