@@ -64,6 +64,7 @@ class CondensedStep:
         extra: (r,) rows of `rows.contacts` that have a unit column.
         compliance: of effectors (n_e or none), cables, reduced contacts, unit columns, in this order.
         n_e: effector rows in `compliance`.
+        n_a: cables.
     """
 
     state: State
@@ -73,11 +74,7 @@ class CondensedStep:
     extra: Ints
     compliance: Compliance
     n_e: int
-
-    @property
-    def n_a(self) -> int:
-        """Cables."""
-        return len(self.rows.actuators)
+    n_a: int
 
     @property
     def n_contacts(self) -> int:
@@ -138,15 +135,17 @@ def condense_step(
     rows = robot.rows(state, contacts=contacts)
     reduced = space.reduce(rows.contacts)
     extra = rows.contacts.rows_of(forces.pushing)
-    H_extra, delta_extra = unit_rows(rows.contacts, extra)
-    H = [rows.actuators.dense(), reduced.H, H_extra]
-    delta = [rows.actuators.delta, reduced.delta, delta_extra]
+    H, delta = [rows.actuators.dense(), reduced.H], [rows.actuators.delta, reduced.delta]
     if effectors:
         H.insert(0, rows.effectors.dense())
         delta.insert(0, rows.effectors.delta)
+    if len(extra) > 0:
+        H_extra, delta_extra = unit_rows(rows.contacts, extra)
+        H.append(H_extra)
+        delta.append(delta_extra)
     compliance = row_compliance(system, np.vstack(H), np.concatenate(delta))
-    n_e = len(rows.effectors) if effectors else 0
-    return CondensedStep(state, system, rows, reduced, extra, compliance, n_e)
+    n_e = robot.n_e if effectors else 0
+    return CondensedStep(state, system, rows, reduced, extra, compliance, n_e, robot.n_a)
 
 
 def unit_rows(contacts: ContactRows, chosen: Ints) -> tuple[Array, Array]:
