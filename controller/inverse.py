@@ -36,7 +36,7 @@ def inverse_problem(
     """
     n_e, n_a = len(target), len(pull_prev)
     Q, c, constant, g_lo, g_hi, by_rate = _objective_and_travel(
-        W, delta_free, target, pull_prev, limits.pull_min, limits.pull_max, limits.rate, h, weight
+        W, delta_free, target, pull_prev, limits.pull_min, limits.pull_max, h * limits.rate, weight
     )
     return Qpcc(
         Q=Q,
@@ -118,13 +118,13 @@ def closed_compliance(W: Array, n_e: int, n_a: int, pushing: Bools) -> Array:
 @kernel
 def _objective_and_travel(
     W: Array, delta_free: Array, target: Array, pull_prev: Array, pull_min: Array, pull_max: Array,
-    rate: Array, h: float, weight: float,
+    step: Array, weight: float,
 ) -> tuple[Array, Array, float, Array, Array, Bools]:  # fmt: skip
     """What of (T1) is not just a part of W or δ_free; one kernel, since each call has a cost."""
     n_e, n_a = len(target), len(pull_prev)
     Q, c, constant = _objective(W, delta_free, target, n_a, weight)
     free = delta_free[n_e : n_e + n_a]
-    return Q, c, constant, *_travel(free, pull_prev, pull_min, pull_max, h * rate)
+    return Q, c, constant, *_travel(free, pull_prev, pull_min, pull_max, step)
 
 
 @kernel

@@ -104,7 +104,7 @@ class CondensedStep:
         contacts = cables + len(self.reduced)
         beta = np.zeros(k)
         beta[self.reduced.modes] = lam[cables:contacts]
-        slots = self.rows.contacts.slots[self.extra]
+        slots = self.rows.contacts.slots[self.extra] if len(self.extra) > 0 else self.extra
         return Forces(lam[self.n_e : cables], beta, slots, lam[contacts:])
 
 
@@ -143,7 +143,7 @@ def condense_step(
         H_extra, delta_extra = unit_rows(rows.contacts, extra)
         H.append(H_extra)
         delta.append(delta_extra)
-    compliance = row_compliance(system, np.vstack(H), np.concatenate(delta))
+    compliance = row_compliance(system, np.concatenate(H), np.concatenate(delta))
     n_e = robot.n_e if effectors else 0
     return CondensedStep(state, system, rows, reduced, extra, compliance, n_e, robot.n_a)
 

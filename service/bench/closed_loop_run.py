@@ -96,7 +96,15 @@ class Outcome:
 def follow(
     controller: Controller, plant: Simulator, case: Case, closed: bool, drive: Drive
 ) -> Trace:
-    """Follow a case's targets from rest, with controller and plant already warm."""
+    """Follow a case's targets from rest, with controller and plant already warm.
+
+    Args:
+        controller: decides.
+        plant: moves.
+        case: targets, one a period.
+        closed: whether measurements correct the targets.
+        drive: what the plant's winches obey, pulled lengths or tensions.
+    """
     controller.reset()
     plant.reset()
     robot, loop = controller.robot, ControlLoop(controller)
@@ -147,7 +155,17 @@ def _step(plant: Simulator, command: Array, drive: Drive) -> None:
 def judge(
     case: Case, trace: Trace, h: float, contact: str, closed: bool, young_scale: float, drive: Drive
 ) -> Outcome:
-    """Numbers of a run."""
+    """Numbers of a run.
+
+    Args:
+        case: its targets.
+        trace: the run, tick by tick.
+        h: control period [s].
+        contact: what the controller knows of contact.
+        closed: whether measurements corrected the targets.
+        young_scale: the plant's Young's modulus over the model's.
+        drive: what the plant's winches obeyed.
+    """
     speed = np.diff(trace.pull, axis=0) / h  # (s - 1, n_a) m/s
     end = max(int(_END * len(trace.error)), 1)
     return Outcome(
@@ -177,7 +195,13 @@ def rms(values: Array) -> float:
 
 
 def settling(case: Case, trace: Trace, h: float) -> float | None:
-    """Seconds from a step until the error stays within 2 % of it; None: it does not, or no step."""
+    """Seconds from a step until the error stays within 2 % of it; None: it does not, or no step.
+
+    Args:
+        case: its targets.
+        trace: the run, tick by tick.
+        h: control period [s].
+    """
     if case.from_tick == 0:
         return None
     size = np.linalg.norm(case.targets[-1] - case.targets[0], axis=1).max()

@@ -1,4 +1,4 @@
-"""Where the time of a control step goes, stage by stage, along a path of targets."""
+"""Times of the stages of a control step along a path of targets."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class StepTimes:
     """Times of control steps along a path.
 
     Attributes:
-        contact: what the controller knew of contact.
+        contact: contact model of the controller.
         steps: number of steps measured.
         stages_ms: of each stage, measured beside the step on the same state.
         whole_ms: of prepare, decide, advance and all three together.
@@ -37,7 +37,7 @@ class StepTimes:
         in_range: median number of candidates within the alarm distance.
         tip_error_mm: distance of the model's tip from the target.
         deepest_gap_mm: deepest predicted penetration, as a gap; None without any candidate in range.
-        statuses: how often each status came.
+        statuses: number of decisions by status.
     """
 
     contact: str
@@ -76,14 +76,29 @@ def time_steps(
     targets: Array,
     warm_up: int = 20,
 ) -> StepTimes:
-    """Follow targets (s, p, 3) [m] with a controller at rest and measure every step after the warm-up."""
+    """Follow targets with a controller at rest and measure every step after the warm-up.
+
+    Args:
+        robot: what to control.
+        contact: "none", "full" or a basis.
+        name: of `contact`, for tables.
+        targets: (s, p, 3) [m], one a step.
+        warm_up: first steps, which are not measured.
+    """
     return time_controller(Controller(robot, contact), name, targets, warm_up)
 
 
 def time_controller(
     controller: Controller, name: str, targets: Array, warm_up: int = 20
 ) -> StepTimes:
-    """Follow targets (s, p, 3) [m] from where a controller is; `name` says what it knows of contact."""
+    """Follow targets from the state of a controller and measure every step after the warm-up.
+
+    Args:
+        controller: decides.
+        name: of its contact model, for tables.
+        targets: (s, p, 3) [m], one a step.
+        warm_up: first steps, which are not measured.
+    """
     watch = _Watch()
     errors, gaps, rows, in_range = [], [np.inf], [], []
     statuses: Counter[str] = Counter()

@@ -1,4 +1,4 @@
-"""Controller, limiter and state machine together: what leaves at each tick, without time or network.
+"""Controller, limiter and state machine together: the actuation of each tick, without clock or network.
 
 The node and the replay run the same loop; the node passes it what Zenoh brought, the replay what a
 log contains.
@@ -19,7 +19,7 @@ from tauten.service.wire import Cause, Mode, OperatorCommand
 
 @dataclass(frozen=True, slots=True)
 class Action:
-    """What leaves at a tick.
+    """The result of a tick.
 
     Attributes:
         mode: of the state machine.
@@ -99,7 +99,7 @@ class ControlLoop:
         self._state = replace(self._state, mode=mode, cause=cause)
 
     def tick(self, goal: Array | None, seen: Signals) -> Action:
-        """One tick: a transition of the state machine, and what leaves.
+        """One tick: a transition of the state machine, then its action.
 
         Args:
             goal: (p, 3) target positions of the model [m]; None: nothing to follow.
@@ -109,7 +109,7 @@ class ControlLoop:
         return self.act(goal)
 
     def act(self, goal: Array | None) -> Action:
-        """What leaves in the present state, for a goal (p, 3) [m] or none."""
+        """The action in the present state, for a goal (p, 3) [m] or none."""
         last, decided = self.controller.actuation, False
         if self._state.mode is Mode.STOP:
             wanted = self._release()
