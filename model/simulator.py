@@ -18,6 +18,9 @@ from tauten.model.robot import Robot, State
 from tauten.model.system import Integration
 
 LARGEST = 1e6  # m or N; no cable is pulled farther or harder
+SMOOTHING = (
+    1e-6  # regularisation of smooth forces relative to the diagonal of W; larger is smoother
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -181,14 +184,11 @@ class Simulator:
         self._state = State(self._state.q, np.zeros_like(self._state.v))
         return _report(result, taken, movement, settled=movement < tolerance)
 
-    def smooth_contact_forces(self, regularisation: float = 1e-6) -> Array:
+    def smooth_contact_forces(self) -> Array:
         """The equilibrium's contact forces of nearly least norm: (n_c,) [N].
 
-        Pointwise forces are not unique where candidates are finer than the mesh; snapshots want the
-        smooth ones. The state is left as it is.
-
-        Args:
-            regularisation: relative to the diagonal of the compliance; larger is smoother.
+        Pointwise forces are not unique where candidates are finer than the mesh; snapshots need the
+        smooth ones. The state does not change.
         """
         rows = self.robot.rows(self._state)
         lam_c = np.zeros(self.robot.n_c)
@@ -202,7 +202,7 @@ class Simulator:
         n_a = self.robot.n_a
         W = response.W[n_a:, n_a:]
         delta = response.delta_free[n_a:] + response.W[n_a:, :n_a] @ self._forces.tension
-        lam_c[rows.contacts.slots] = solve_lcp(W, delta, rho=regularisation).lam
+        lam_c[rows.contacts.slots] = solve_lcp(W, delta, rho=SMOOTHING).lam
         return lam_c
 
     def _advance(

@@ -37,9 +37,8 @@ class Action:
 
     @property
     def status(self) -> Status | None:
-        """How the decision ended, or a hold that failed; None otherwise."""
-        status = self.wanted.status
-        return status if self.decided or status is not Status.OK else None
+        """How the decision ended; None where no target was decided for. Holds have `wanted.status`."""
+        return self.wanted.status if self.decided else None
 
 
 class ControlLoop:

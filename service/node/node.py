@@ -197,7 +197,7 @@ class Node:
     def _record(
         self, beat: Beat, action: Action, asked: _Asked, stamp: int, decide: float, step: float
     ) -> Tick:
-        if not action.decided:  # whatever was asked
+        if action.status is None:  # nothing was decided, whatever was asked
             asked = _NOTHING
         certificate, goal = action.actuation.certificate, asked.goal
         latency = math.nan

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 from support.bodies import beam_robot, box_mesh
 
-from tauten.controller import Controller
+from tauten.controller import Controller, Status
 from tauten.model import Robot, Simulator
 from tauten.model.numerics import Array
-from tauten.service.node import Action, ControlLoop, Signals
+from tauten.service.node import Action, ActuationLimiter, ControlLoop, Signals
 from tauten.service.wire import Cause, Mode, OperatorCommand
 
 SIZE = (0.1, 0.02, 0.02)
@@ -139,3 +141,57 @@ def test_hostile_goals_move_no_cable_out_of_its_limits(wanted: list[Array | None
         assert (np.abs(action.actuation.pull - pull) <= limits.rate * robot.h * (1.0 + 1e-12)).all()
         pull = action.actuation.pull
     np.testing.assert_array_equal(pull, 0.0)
+
+
+def one_cable(max_tension: float) -> Robot:
+    """A beam whose cable below the middle bears that much [N]."""
+    return beam_robot(
+        box_mesh(SIZE, (6, 2, 2)),
+        SIZE,
+        effectors=EFFECTORS,
+        cables=[
+            {
+                "name": "lower",
+                "points": [[0.01, 0.01, 0.002], [0.1, 0.01, 0.002]],
+                "max_tension": max_tension,
+                "max_pull": 0.015,
+                "max_rate": 0.05,
+            }
+        ],
+    )
+
+
+def test_a_hold_above_the_largest_tension_says_both_and_keeps_the_pull() -> None:
+    """The winches of a weaker cable are wound to where the stronger one pulls with 3 N."""
+    simulator = Simulator(one_cable(20.0), contact="none")
+    assert simulator.settle(tension=[3.0]).converged
+    weak = Controller(one_cable(2.0))
+    weak.start_from(simulator.state, simulator.forces, simulator.pull)
+    action = run(ControlLoop(weak), None, 1)
+    assert action.wanted.status is Status.INFEASIBLE
+    assert action.wanted.conflict == ("tension of cable 0",)
+    assert action.wanted.tension[0] > 2.5
+    assert action.actuation.tension[0] == 2.0
+    assert action.actuation.clamped
+    assert action.status is None
+    np.testing.assert_array_equal(action.actuation.pull, simulator.pull)
+
+
+def test_after_a_clamp_the_next_decision_starts_from_what_left(loop: ControlLoop) -> None:
+    """A robot whose limiter is tighter than its controller: what leaves and what follows stay together."""
+    controller = loop.controller
+    limits = controller.robot.limits
+    tight = ActuationLimiter(replace(limits, rate=0.25 * limits.rate), controller.robot.h)
+    goal, clamped = goal_at(loop, 0.01), 0
+    for _ in range(10):
+        last = controller.actuation
+        wanted = controller.decide(goal)
+        left = tight.limit(wanted, last)
+        controller.limit(left)
+        controller.advance()
+        clamped += left.clamped
+        np.testing.assert_array_equal(controller.pull, left.pull)
+        # the decision itself is within its own rate of what left, not of what it wanted before
+        step = np.abs(wanted.pull - last.pull)
+        assert (step <= limits.rate * controller.robot.h * (1.0 + 1e-6)).all()
+    assert clamped > 5
