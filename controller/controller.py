@@ -56,7 +56,13 @@ class Actuation:
     clamped: bool = False
 
     def with_values(self, pull: Array, tension: Array, clamped: bool) -> Actuation:
-        """The same actuation with other pulled lengths (n_a,) [m] and tensions (n_a,) [N]."""
+        """The same actuation with other values.
+
+        Args:
+            pull: (n_a,) pulled lengths [m].
+            tension: (n_a,) tensions [N].
+            clamped: whether a limiter changed them.
+        """
         return Actuation(
             pull, tension, self.effector, self.status, self.certificate, self.conflict, clamped
         )

@@ -142,6 +142,11 @@ def decide(
     )
 
 
+def advance(robot: Robot, predicted: PredictedStep) -> State:
+    """The model's state after the step."""
+    return robot.advance(predicted.step.state, predicted.step.system, predicted.dv)
+
+
 def hold(robot: Robot, prepared: Prepared, pull: Array, enrichment: Enrichment) -> Decision:
     """What the robot does while its winches do not turn.
 
@@ -172,6 +177,11 @@ def hold_certificate(solved: ForwardStep, pull: Array, limits: Limits) -> Certif
 
     An LCP is the optimality condition of min ½ λᵀ W λ + δ_freeᵀ λ over λ ≥ 0: the gradient is δ, and the
     norm of min(w_ii λ_i, δ_i) is that of the projected gradient.
+
+    Args:
+        solved: forces and motion.
+        pull: (n_a,) pulled lengths that are held [m].
+        limits: of the cables.
     """
     step, lam = solved.prediction.step, solved.prediction.lam[solved.prediction.step.n_e :]
     W = step.compliance.W[step.n_e :, step.n_e :]
@@ -181,10 +191,7 @@ def hold_certificate(solved: ForwardStep, pull: Array, limits: Limits) -> Certif
     size = max(np.abs(delta_free).max(initial=0.0), np.abs(force).max(initial=0.0))
     scale = size if size > 0.0 else 1.0
     residual = np.minimum(force, delta) / scale  # (m,)
-    tension = lam[: step.n_a]
-    excess = (tension - limits.tension_max) / np.where(
-        limits.tension_max > 0.0, limits.tension_max, 1.0
-    )
+    excess = lam[: step.n_a] / limits.tension_max - 1.0  # (n_a,)
     violation = np.concatenate([-delta / scale, excess])
     return Certificate(
         primal=max(0.0, float(violation.max(initial=0.0))),
@@ -193,8 +200,3 @@ def hold_certificate(solved: ForwardStep, pull: Array, limits: Limits) -> Certif
         deepest_gap=solved.prediction.deepest_gap,
         extra_columns=len(step.extra),
     )
-
-
-def advance(robot: Robot, predicted: PredictedStep) -> State:
-    """The model's state after the step."""
-    return robot.advance(predicted.step.state, predicted.step.system, predicted.dv)
