@@ -199,7 +199,7 @@ class Node:
     ) -> Tick:
         if action.status is None:  # nothing was decided, whatever was asked
             asked = _NOTHING
-        certificate, goal = action.certificate, asked.goal
+        certificate, goal = action.actuation.certificate, asked.goal
         latency = math.nan
         if goal is not None and goal.fresh and goal.stamp > 0:
             latency = 1e-9 * (stamp - goal.stamp)
@@ -223,7 +223,7 @@ class Node:
             complementarity=certificate.complementarity,
             stationarity=certificate.stationarity,
             extra_columns=certificate.extra_columns,
-            clamped=action.clamped,
+            clamped=action.actuation.clamped,
         )
 
     def _tell(self, clock: Clock, most: int) -> None:

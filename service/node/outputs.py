@@ -52,15 +52,15 @@ class NodeOutputs:
 
     def act(self, action: Action, stamp: int, tick: int) -> None:
         """Actuation first, then where the model's effectors will be."""
-        robot = self._robot
+        robot, actuation = self._robot, action.actuation
         joints = Joints(
             stamp, robot.frame, robot.cable_names,
-            tuple(action.pull.tolist()), tuple(action.tension.tolist()),
+            tuple(actuation.pull.tolist()), tuple(actuation.tension.tolist()),
         )  # fmt: skip
         self._send(self._actuation, encode_joints(joints), stamp, tick)
         if action.mode is Mode.STOP:  # the model does not follow a release
             return
-        for outlet, position in zip(self._effectors, action.effector, strict=True):
+        for outlet, position in zip(self._effectors, actuation.effector, strict=True):
             if self._wanted(outlet):
                 x, y, z = position.tolist()
                 self._send(outlet, encode_point(Point(stamp, robot.frame, (x, y, z))), stamp, tick)

@@ -7,7 +7,7 @@ does not depend on the machine's speed.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter
 
@@ -152,7 +152,7 @@ def actions(
             loop.rest()  # what a reset did
         # a decision that could not be used was one all the same
         mode = Mode.RUN if tick.goal else tick.mode
-        loop.state = replace(loop.state, mode=mode, cause=tick.cause)
+        loop.set_mode(mode, tick.cause)
         goal = np.array(tick.goal) if tick.goal else None
         action = loop.act(goal if not tick.correction else goal + np.array(tick.correction))
         loop.prepare()
@@ -191,8 +191,8 @@ def _courses(recorded: Iterator[tuple[Tick, Joints]], setup: Setup) -> Courses:
     tension: list[tuple[Array, Array]] = []
     for tick, actuation, action in actions(recorded, setup):
         stamps.append(tick.stamp)
-        pull.append((np.array(actuation.pull), action.pull))
-        tension.append((np.array(actuation.tension), action.tension))
+        pull.append((np.array(actuation.pull), action.actuation.pull))
+        tension.append((np.array(actuation.tension), action.actuation.tension))
         status.append((tick.status, "" if action.status is None else action.status.name))
     time: Array = 1e-9 * (np.array(stamps) - stamps[0] if stamps else np.zeros(0))
     shape = (len(stamps), 2, setup.robot.n_a)

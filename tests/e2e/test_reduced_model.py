@@ -153,7 +153,9 @@ def test_full_model_watches_and_takes_over(thumb_file: Path) -> None:
         np.testing.assert_allclose(loop.controller.effector, tip, atol=1e-12)
         after = loop.act(goal)
         limits = setup.robot.limits
-        assert (np.abs(after.pull - before.pull) <= limits.rate / 25.0 + 1e-12).all()
+        assert (
+            np.abs(after.actuation.pull - before.actuation.pull) <= limits.rate / 25.0 + 1e-12
+        ).all()
         assert not fall_back.wanted
         assert "taken over" in fall_back.watch.diagnostic().message
     finally:
