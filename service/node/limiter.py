@@ -32,14 +32,14 @@ class LimitedActuation:
 class ActuationLimiter:
     """Clamps pulled lengths and tensions to a robot's limits; the rate is per control period.
 
-    The winches are taken to be at rest, pull 0, when the guard is made.
+    The winches are taken to be at rest, pull 0, when the limiter is made.
 
     Attributes:
         last: what left last.
     """
 
     def __init__(self, limits: Limits, h: float) -> None:
-        """ActuationLimiter a robot.
+        """Start with nothing pulled.
 
         Args:
             limits: of its cables.
@@ -61,6 +61,14 @@ class ActuationLimiter:
             np.clip(zero, limits.tension_min, limits.tension_max),
             False,
         )
+
+    def continue_from(self, last: LimitedActuation) -> None:
+        """Go on from actuation that has left: the rate limits start there.
+
+        Args:
+            last: actuation that left last.
+        """
+        self.last = last
 
     def __call__(self, pull: Array, tension: Array) -> LimitedActuation:
         """Clamp what is about to leave.

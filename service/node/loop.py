@@ -7,7 +7,7 @@ log says.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from tauten.controller import NOTHING, Actuation, Controller
 from tauten.controller.qpcc import Certificate, Status
@@ -29,7 +29,8 @@ class Action:
         effector: (p, 3) where the model's effectors will be after the tick [m].
         status: of the decision; None when nothing was decided.
         certificate: of the decision, or of the hold.
-        clamped: whether the guard changed the actuation.
+        clamped: whether the limiter changed the actuation.
+        model_tension: (n_a,) tensions of the model, before the limiter [N].
     """
 
     mode: Mode
@@ -40,6 +41,7 @@ class Action:
     status: Status | None
     certificate: Certificate
     clamped: bool
+    model_tension: Array
 
 
 class ControlLoop:
@@ -105,6 +107,19 @@ class ControlLoop:
         self.state = judged(self.state, actuation.status.usable)
         return self._guarded(actuation, actuation.status)
 
+    def set_mode(self, mode: Mode, cause: Cause) -> None:
+        """Set the state that a recorded tick was in, for a replay.
+
+        Args:
+            mode: of the node.
+            cause: why it did not follow.
+        """
+        self.state = replace(self.state, mode=mode, cause=cause)
+
+    def hurry(self) -> None:
+        """Release the cables as fast as the rate limits permit, from where they are."""
+        self._ramp = self.guard.release(0.0)
+
     def rehearse(self, goal: Array) -> None:
         """Go through a decision that may be asked for at the next tick: (p, 3) [m]; nothing comes of it."""
         if self.state.mode is Mode.RUN:
@@ -121,7 +136,7 @@ class ControlLoop:
         last = self.guard.last
         self.controller = controller
         self.guard = ActuationLimiter(controller.robot.limits, controller.robot.h)
-        self.guard.last = last
+        self.guard.continue_from(last)
         self._ramp = None
 
     def rest(self) -> None:
@@ -140,7 +155,7 @@ class ControlLoop:
         state = self.state
         return Action(
             state.mode, state.cause, safe.pull, safe.tension, self.controller.effector,
-            None, NOTHING, safe.clamped,
+            None, NOTHING, safe.clamped, safe.tension,
         )  # fmt: skip
 
     def _guarded(self, actuation: Actuation, status: Status | None) -> Action:
@@ -148,5 +163,5 @@ class ControlLoop:
         state = self.state
         return Action(
             state.mode, state.cause, safe.pull, safe.tension, actuation.effector,
-            status, actuation.certificate, safe.clamped,
+            status, actuation.certificate, safe.clamped, actuation.tension,
         )  # fmt: skip

@@ -7,7 +7,7 @@ does not depend on the machine's speed.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter
 
@@ -152,7 +152,7 @@ def actions(
             loop.rest()  # what a reset did
         # a decision that could not be used was one all the same
         mode = Mode.RUN if tick.goal else tick.mode
-        loop.state = replace(loop.state, mode=mode, cause=tick.cause)
+        loop.set_mode(mode, tick.cause)
         goal = np.array(tick.goal) if tick.goal else None
         action = loop.act(goal if not tick.correction else goal + np.array(tick.correction))
         loop.prepare()
