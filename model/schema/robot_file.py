@@ -152,7 +152,7 @@ class ServiceSettings(Section):
 
     Hold after `target_timeout` without target, `late_limit` deadlines missed in a row or, in a closed loop,
     `measurement_timeout` without measurement; release within `release_time` at least [s]. A closed loop
-    corrects targets with gain `feedback_gain` [1/s].
+    corrects targets with gain `feedback_gain` [1/s]; its measurements are `measurement_delay` [s] late.
     """
 
     target_timeout: Positive = 0.5
@@ -160,6 +160,7 @@ class ServiceSettings(Section):
     late_limit: Annotated[int, Field(ge=1)] = 25
     measurement_timeout: Positive = 0.25
     feedback_gain: Positive = 2.0
+    measurement_delay: NonNegative = 0.0
 
 
 class RobotSettings(Section):
