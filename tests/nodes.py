@@ -56,7 +56,7 @@ def send(served: Served, beam: Robot, z: float, seconds: float, json: bool = Fal
 def last_health(served: Served) -> dict[str, Diagnostic]:
     """The next health message."""
     subscriber = served.session.declare_subscriber(
-        served.keys.health, zenoh.handlers.FifoChannel(4)
+        served.keys.health, zenoh.handlers.RingChannel(4)
     )
     found = decode_health(bytes(subscriber.recv().payload))
     assert isinstance(found, dict)

@@ -15,7 +15,7 @@ import zenoh
 from tauten.model import Robot, Simulator
 from tauten.model.numerics import Array, FactorisationError
 from tauten.service.node import Clock
-from tauten.service.process import StopFlag, collector_at_hand, one_blas_thread
+from tauten.service.process import StopFlag, manual_garbage_collection, one_blas_thread
 from tauten.service.wire import (
     FLOAT,
     HEALTH,
@@ -91,7 +91,7 @@ class Plant:
         self._health = Publisher(session, keys.plant_health, HEALTH, urgent=False)
         self._drive = settings.drive
         self._command: Array = np.zeros(robot.n_a)
-        self._tally = MessageCounts()
+        self._counts = MessageCounts()
         self._step = Window()
         self._unconverged = 0
         self._resets = 0
@@ -117,9 +117,9 @@ class Plant:
         names = self._robot.cable_names
         joints = decode_joints(bytes(sample.payload), str(sample.encoding), names)
         if isinstance(joints, Rejection):
-            self._tally.refuse(joints)
+            self._counts.refuse(joints)
             return
-        self._tally.accepted += 1
+        self._counts.accepted += 1
         found = joints.pull if self._drive == "pull" else joints.tension
         self._command = np.array(found)  # (n_a,)
 
@@ -162,7 +162,7 @@ class Plant:
             ", ".join(f"{count} {name}" for name, count in counts.items()),
             {key: str(count) for key, count in counts.items()} | self._step.entries("step_ms", 1e3),
         )
-        diagnostics = [loop, self._tally.diagnostic("actuation")]
+        diagnostics = [loop, self._counts.diagnostic("actuation")]
         self._health.put(encode_health(time.time_ns(), self._robot.name, diagnostics))
         gc.collect()
 
@@ -198,6 +198,6 @@ def simulate(robot: Robot, network: Network, settings: PlantSettings, stop: Stop
         plant = Plant(robot, simulator, session, settings)
         token = session.liveliness().declare_token(Keys(robot.name).plant_token)
         stack.callback(token.undeclare)
-        stack.enter_context(collector_at_hand())
+        stack.enter_context(manual_garbage_collection())
         log.info("simulating %s at %g Hz", robot.name, 1.0 / robot.h)
         plant.run(stop)

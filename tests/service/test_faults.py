@@ -87,7 +87,7 @@ def test_random_bytes_on_every_key_move_nothing(
 
 
 def test_a_full_disk_ends_the_log_and_not_the_node(served: Served, beam: Robot) -> None:
-    ticks = served.session.declare_subscriber(KEYS.tick, zenoh.handlers.FifoChannel(1000))
+    ticks = served.session.declare_subscriber(KEYS.tick, zenoh.handlers.RingChannel(1000))
     follow(served, beam, 0.6)
     pid = served.process.process.pid
     full = served.log.stat().st_size + 20_000

@@ -59,7 +59,7 @@ def listener(beam_file: Path) -> Iterator[Listener]:
     inside = open_session(Network(port), Role.NODE, "beam")
     outside = open_session(Network(port), Role.OTHER, "beam")
     node = Node(setup, ControlLoop(warm_controller(setup)), inside, None, closed_loop=False)
-    channel = zenoh.handlers.FifoChannel(1000)
+    channel = zenoh.handlers.RingChannel(1000)
     found = Listener(
         node,
         outside.declare_subscriber(KEYS.tick, channel),
