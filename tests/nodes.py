@@ -35,10 +35,10 @@ PERIOD = 0.02
 T = TypeVar("T")
 
 
-def point_at(beam: Robot, z: float, frame: str = "beam_base") -> Point:
-    """A target above the tip at rest."""
+def point_at(beam: Robot, z: float, frame: str = "beam_base", stamp: int | None = None) -> Point:
+    """A target above the tip at rest, made now unless a stamp is given; 0 is for one without a time."""
     x, y, z0 = beam.effector(beam.rest())[0].tolist()
-    return Point(time.time_ns(), frame, (x, y, z0 + z))
+    return Point(time.time_ns() if stamp is None else stamp, frame, (x, y, z0 + z))
 
 
 def send(served: Served, beam: Robot, z: float, seconds: float, json: bool = False) -> None:

@@ -1,7 +1,9 @@
 """The real-time node: targets in, actuation out, at a fixed rate."""
 
+from tauten.service.node.answers import QuestionAnswers
 from tauten.service.node.clock import Beat, Clock, punctual_clock
 from tauten.service.node.feedback import LARGEST, Feedback, ModelHistory, stable_gain
+from tauten.service.node.inputs import MeasuredLoop
 from tauten.service.node.limiter import ActuationLimiter
 from tauten.service.node.loop import Action, ControlLoop
 from tauten.service.node.model_watch import make_fall_back
@@ -22,10 +24,12 @@ __all__ = [
     "Histogram",
     "LARGEST",
     "LoopStatistics",
+    "MeasuredLoop",
     "MeasurementCheck",
     "ModelHistory",
     "Node",
     "NodeState",
+    "QuestionAnswers",
     "ServeSettings",
     "Signals",
     "commanded",

@@ -51,12 +51,5 @@ class QuestionAnswers:
             self._first = 1 - number
             with query:
                 payload, encoding = (metrics(), _TEXT) if number == 0 else (self._description, JSON)
-                query.reply(
-                    self._keys[number],
-                    payload,
-                    encoding=encoding,
-                    # a slow reader must never block the loop
-                    congestion_control=zenoh.CongestionControl.DROP,
-                    priority=zenoh.Priority.DATA_LOW,
-                )
+                query.reply(self._keys[number], payload, encoding=encoding)
             return
