@@ -105,7 +105,7 @@ class ModelHistory:
             now: monotonic time [s].
             effectors: (p, 3) [m].
         """
-        self._past.append((now, effectors))
+        self._past.append((now, effectors.copy()))
 
     def at(self, wanted: float) -> Array:
         """The effectors (p, 3) [m] at a time [s]; positions from before that time are forgotten."""
