@@ -57,8 +57,8 @@ def visit(task: Task) -> Snapshots:
     with threadpool_limits(1):  # more threads would change sums, and workers are many already
         simulator = Simulator(task.robot, contact="full")
         if task.start is not None:
-            simulator.state = State(task.start.q, np.zeros(task.robot.n))
-            simulator.forces = replace(simulator.forces, tension=task.start.tension)
+            start = State(task.start.q, np.zeros(task.robot.n))
+            simulator.start_from(start, replace(simulator.forces, tension=task.start.tension))
         columns = [_column(simulator, task.run, i) for i in range(len(task.run))]
     lam, pull, tension, effector, q, converged = (list(part) for part in zip(*columns, strict=True))
     return Snapshots(
@@ -79,7 +79,7 @@ def _column(
     simulator: Simulator, run: Run, i: int
 ) -> tuple[Array, Array, Array, Array, Array, bool]:
     """λ_c (n_c,), pull and tension (n_a,), effector (n_e,), q at equilibrium i; whether it is one."""
-    simulator.robot = simulator.robot.loaded(run.gravity[:, i], run.effector_force[:, i])
+    simulator.load(run.gravity[:, i], run.effector_force[:, i])
     before = simulator.state, simulator.forces
     try:
         pull = run.pull[:, i] if run.tension is None else None
@@ -90,7 +90,7 @@ def _column(
     except FactorisationError:
         converged = False
     if not np.isfinite(simulator.state.q).all() or not converged:
-        simulator.state, simulator.forces = before
+        simulator.start_from(*before)
         lam_c = np.zeros(simulator.robot.n_c)
     forces, state = simulator.forces, simulator.state
     return lam_c, simulator.pull, forces.tension, simulator.effector.ravel(), state.q, converged

@@ -53,7 +53,6 @@ class TipCheck:
     def _settled(self, simulator: Simulator, state: State, tension: Array, pull: Array) -> Array:
         """Effectors (p, 3) after a few steps towards equilibrium [m]."""
         simulator.reset()
-        simulator.state = state
-        simulator.forces = replace(simulator.forces, tension=tension)
+        simulator.start_from(state, replace(simulator.forces, tension=tension))
         simulator.settle(pull=pull, max_iterations=STEPS)
         return simulator.effector

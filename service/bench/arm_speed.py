@@ -106,8 +106,7 @@ def _forward(
     tension: Array,
 ) -> Callable[[], object]:
     simulator = Simulator(there.robot, contact, enrichment)
-    simulator.state = there.state
-    simulator.forces = replace(simulator.forces, tension=tension)
+    simulator.start_from(there.state, replace(simulator.forces, tension=tension))
     wobbling = wobble(tension)
     return lambda: simulator.step(tension=next(wobbling))
 

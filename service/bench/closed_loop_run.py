@@ -108,17 +108,17 @@ def follow(
         begin = perf_counter()
         action = loop.tick(target + feedback.correction, Signals(target=True))
         decide = perf_counter() - begin
-        command = action.pull if drive == "pull" else action.tension
-        _step(plant, command, drive)
+        sent = action.actuation
+        _step(plant, sent.pull if drive == "pull" else sent.tension, drive)
         begin = perf_counter()
         loop.prepare()
         step = decide + perf_counter() - begin
         where = plant.effector  # (p, 3)
         error = np.linalg.norm(where - target, axis=1).max()
-        usable = action.status is not None and action.status.usable
+        usable = action.decided and sent.status.usable
         touching = bool((plant.lam_c > 0.0).any())
         times = (decide, step)
-        rows.append((where[0], error, action.pull, action.tension, *times, touching, not usable))
+        rows.append((where[0], error, sent.pull, sent.tension, *times, touching, not usable))
         if closed:
             feedback.observe(controller.effector, where, robot.h)
     effector, errors, pull, tension, decided, stepped, touched, unusable = zip(*rows, strict=True)

@@ -10,7 +10,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from tauten.controller import Controller, advance, decide, forces_of, predicted_gaps, prepare
+from tauten.controller import Controller, advance, decide, prepare
 from tauten.model import Enrichment, Robot, default_enrichment, worst_rows
 from tauten.model.numerics import (
     Array,
@@ -208,17 +208,17 @@ def certificate_cost(robot: Robot, basis: ContactBasis, seconds: float = 4.0) ->
     for time in np.arange(0.0, seconds, robot.h):
         start = perf_counter()
         prepared = prepare(robot, basis, state, forces, settings.enrichment)
-        decision = decide(robot, prepared, path.at(time), pull, forces, settings)
-        state = advance(robot, decision)
+        predicted = decide(robot, prepared, path.at(time).ravel(), pull, settings).predicted
+        state = advance(robot, predicted)
         end = perf_counter()
-        if len(decision.prepared.extra) == 0 and time > 0.2:  # the first ones warm up
-            contacts = decision.prepared.rows.contacts
-            gaps = predicted_gaps(decision.prepared, decision.dv)
-            worst_rows(contacts, gaps, settings.enrichment, contacts.slots[:0])
+        step = predicted.step
+        if len(step.extra) == 0 and time > 0.2:  # the first ones warm up
+            gaps = step.rows.contacts.rows.after(step.system.h, step.system.v + predicted.dv)
+            worst_rows(step.rows.contacts, gaps, settings.enrichment, step.extra)
             steps.append(1e3 * (end - start))
             checks.append(1e3 * (perf_counter() - end))
-        forces = forces_of(robot, basis, decision)
-        pull = decision.delta[robot.n_e : robot.n_e + robot.n_a]
+        forces = step.split(predicted.lam, basis.k)
+        pull = predicted.delta[robot.n_e : robot.n_e + robot.n_a]
     return CertificateCost(len(steps), spread(checks), spread(steps))
 
 

@@ -10,8 +10,8 @@ from typing import Literal, TypeVar
 
 import numpy as np
 
-from tauten.controller import Controller, Response, inverse_problem, prepare, warm_piece
-from tauten.controller.qpcc import Start, solve_qpcc
+from tauten.controller import Controller, decide, prepare
+from tauten.controller.qpcc import solve_qpcc
 from tauten.model import ContactSpace, Robot, row_compliance
 from tauten.model.numerics import Array
 from tauten.service.replay import Spread, spread
@@ -118,7 +118,12 @@ def time_controller(
 def _time_stages(controller: Controller, watch: _Watch, target: Array) -> int:
     """Run the stages of a step one by one on the controller's state; its number of contact rows.
 
-    The controller's own step comes afterwards and overwrites the factorisation used here.
+    The controller's own step follows and overwrites the factorisation used here.
+
+    Args:
+        controller: its robot, state and settings.
+        watch: where the times are added.
+        target: (n_e,) [m].
     """
     robot, state, forces = controller.robot, controller.state, controller.forces
     space, settings = controller.space, controller.settings
@@ -127,16 +132,15 @@ def _time_stages(controller: Controller, watch: _Watch, target: Array) -> int:
     robot.linearise(state, forces.tension)
     factors = 1e3 * (perf_counter() - start) - watch.times["assembly"][-1]
     watch.times.setdefault("factorisation", []).append(factors)
-    rows = watch.time("detection", lambda: robot.rows(state, contacts=controller.sees_contact))
+    contacts = space.k > 0 or settings.enrichment.rounds > 0
+    rows = watch.time("detection", lambda: robot.rows(state, contacts=contacts))
     watch.time("reduction", lambda: space.reduce(rows.contacts))
     prepared = prepare(robot, space, state, forces, settings.enrichment)
-    H, delta = prepared.response.H, prepared.response.delta_free
-    watch.time("compliance", lambda: row_compliance(prepared.system, H, delta))
-    sizes = robot.n_e, robot.n_a, len(prepared.response) - robot.n_e - robot.n_a
-    response = Response(prepared.response.W, prepared.response.delta_free, *sizes)
-    guess = Start(forces.tension, warm_piece(prepared, forces))
-    problem = inverse_problem(
-        response, target, robot.limits, controller.pull, robot.h, settings.epsilon, guess.piece
-    )
-    watch.time("qpcc", lambda: solve_qpcc(problem, guess, settings.qpcc))
-    return sizes[2]
+    step = prepared.step
+    H, delta = step.compliance.H, step.compliance.delta_free
+    watch.time("compliance", lambda: row_compliance(step.system, H, delta))
+    decision = decide(robot, prepared, target, controller.pull, settings)
+    problem, warm = decision.problem, decision.start
+    assert problem is not None
+    watch.time("qpcc", lambda: solve_qpcc(problem, warm, settings.qpcc))
+    return step.n_contacts

@@ -136,7 +136,7 @@ class Node:
         published = time.perf_counter()
         loop.prepare()
         step = self._decide_seconds + time.perf_counter() - published
-        if action.status is None:  # nothing was decided, whatever there was to follow
+        if not action.decided:  # whatever there was to follow
             goal = None
         tick = self._tick(beat, action, goal, stamp, step, _latency(goal, fresh, stamp))
         self._statistics.add(tick, action)
@@ -186,7 +186,7 @@ class Node:
         step: float,
         latency: float,
     ) -> Tick:
-        certificate = action.certificate
+        certificate = action.actuation.certificate
         return Tick(
             stamp=stamp,
             frame=self._robot.frame,
@@ -209,7 +209,7 @@ class Node:
             complementarity=certificate.complementarity,
             stationarity=certificate.stationarity,
             extra_columns=certificate.extra_columns,
-            clamped=action.clamped,
+            clamped=action.actuation.clamped,
         )
 
     def _publish_ticks(self, clock: Clock, most: int) -> None:

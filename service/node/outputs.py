@@ -58,15 +58,15 @@ class NodeOutputs:
             stamp: time [ns since the epoch].
             tick: its number.
         """
-        robot = self._robot
+        robot, actuation = self._robot, action.actuation
         joints = Joints(
             stamp, robot.frame, robot.cable_names,
-            tuple(action.pull.tolist()), tuple(action.tension.tolist()),
+            tuple(actuation.pull.tolist()), tuple(actuation.tension.tolist()),
         )  # fmt: skip
         self._send(self._actuation, encode_joints(joints), stamp, tick)
         if action.mode is Mode.STOP:  # the model does not follow a release
             return
-        for publisher, position in zip(self._effectors, action.effector, strict=True):
+        for publisher, position in zip(self._effectors, actuation.effector, strict=True):
             if self._is_used(publisher):
                 x, y, z = position.tolist()
                 payload = encode_point(Point(stamp, robot.frame, (x, y, z)))

@@ -155,7 +155,7 @@ class LoopStatistics:
         action = self._action
         if action is None:
             return Diagnostic("tensions", Level.OK, "", {})
-        left, model = action.tension.tolist(), action.model_tension.tolist()
+        left, model = action.actuation.tension.tolist(), action.wanted.tension.tolist()
         values, changed = {}, []
         for name, sent, wanted in zip(self._cables, left, model, strict=True):
             values[f"{name}_n"], values[f"{name}_model_n"] = f"{sent:.4g}", f"{wanted:.4g}"

@@ -29,7 +29,7 @@ class Courses:
         time: (m,) of the ticks, from the first one [s].
         pull: (2, m, n_a) pulled lengths, recorded and replayed [m].
         tension: (2, m, n_a) tensions, recorded and replayed [N].
-        status: of the decisions, recorded and replayed, "" where nothing was decided.
+        status: of the decisions, recorded and replayed, "" where no target was decided for.
     """
 
     time: Array
@@ -191,9 +191,10 @@ def _courses(recorded: Iterator[tuple[Tick, Joints]], setup: Setup) -> Courses:
     tension: list[tuple[Array, Array]] = []
     for tick, actuation, action in actions(recorded, setup):
         stamps.append(tick.stamp)
-        pull.append((np.array(actuation.pull), action.pull))
-        tension.append((np.array(actuation.tension), action.tension))
-        status.append((tick.status, "" if action.status is None else action.status.name))
+        pull.append((np.array(actuation.pull), action.actuation.pull))
+        tension.append((np.array(actuation.tension), action.actuation.tension))
+        decided = action.actuation.status.name if action.decided else ""
+        status.append((tick.status if action.decided else "", decided))
     time: Array = 1e-9 * (np.array(stamps) - stamps[0] if stamps else np.zeros(0))
     shape = (len(stamps), 2, setup.robot.n_a)
     return Courses(

@@ -51,9 +51,13 @@ def write_run(setup: Setup, path: Path) -> None:
             goal = rest + np.array([[0.0, 0.0, 1e-4 * index], [0.0, 0.0, 3e-5 * index]])
         action = loop.tick(goal, Signals(goal is not None, shutdown=index >= TICKS))
         loop.prepare()
-        x, y, z = action.effector[0].tolist()
+        x, y, z = action.actuation.effector[0].tolist()
         joints = Joints(
-            stamp, robot.frame, robot.cable_names, tuple(action.pull), tuple(action.tension)
+            stamp,
+            robot.frame,
+            robot.cable_names,
+            tuple(action.actuation.pull),
+            tuple(action.actuation.tension),
         )
         tick = Tick(
             stamp, robot.frame, index, action.mode, action.cause,
@@ -61,7 +65,8 @@ def write_run(setup: Setup, path: Path) -> None:
             () if goal is None else tuple((a, b, c) for a, b, c in goal.tolist()),
             (), 0, 1e-4 * (index % 10), 2e-3 if goal is not None else float("nan"), 1e-3, 5e-3 + 1e-4 * index,
             -0.001 if index == 30 else 0.01, 2 if index == 30 else 0,
-            action.certificate.deepest_gap, 0.0, 0.0, 0, action.clamped,
+            action.actuation.certificate.deepest_gap, 0.0, 0.0, 0,
+            action.actuation.clamped,
         )  # fmt: skip
         for key, kind, payload in (
             (keys.actuation, JOINTS, encode_joints(joints)),

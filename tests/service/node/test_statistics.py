@@ -7,7 +7,6 @@ import pytest
 from bodies import beam_robot, box_mesh
 
 from tauten.controller import Actuation, Controller
-from tauten.controller.qpcc import Status
 from tauten.service.node import Action, Clock, ControlLoop, LoopStatistics, Signals
 from tauten.service.wire import (
     Cause,
@@ -30,7 +29,9 @@ class Overloaded(Controller):
 
     def hold(self) -> Actuation:
         found = super().hold()
-        return Actuation(found.pull, np.array([157.0]), Status.OK, found.certificate, found.effector)
+        return Actuation(
+            found.pull, np.array([157.0]), Status.OK, found.certificate, found.effector
+        )
 
 
 def tick_of(action: Action) -> Tick:
@@ -38,7 +39,7 @@ def tick_of(action: Action) -> Tick:
         stamp=1, frame="base", index=0, mode=action.mode, cause=action.cause, status="", goal=(),
         correction=(), target_stamp=0, lateness=0.0, latency=0.0, decide=0.0, step=0.0, slack=0.0,
         skipped=0, deepest_gap=0.0, complementarity=0.0, stationarity=0.0, extra_columns=0,
-        clamped=action.clamped,
+        clamped=action.actuation.clamped,
     )  # fmt: skip
 
 
@@ -61,8 +62,8 @@ def test_health_has_the_tension_that_left_and_the_models(overloaded: bool) -> No
         assert (health.level, health.message) == (Level.OK, "as in the model")
         return
     assert largest < 157.0
-    assert action.tension.tolist() == [largest]
-    assert action.clamped
+    assert action.actuation.tension.tolist() == [largest]
+    assert action.actuation.clamped
     assert health.level is Level.WARN
     assert health.message == f"cable: {largest:.3g} N have left, the model has 157 N"
     assert health.values == {"cable_n": f"{largest:.4g}", "cable_model_n": "157"}

@@ -71,7 +71,7 @@ class Rig:
         self.measured.subscriber.read(self._now, 1.8e9)
         cause = self.measured.correct(self._now, loop.controller.effector)
         action = loop.tick(target + feedback.correction, Signals(True, measurement=cause))
-        self.plant.step(pull=action.pull)
+        self.plant.step(pull=action.actuation.pull)
         loop.prepare()
         self.largest = max(self.largest, feedback.length)
         away = float(np.linalg.norm(self.plant.effector - target, axis=1).max())
