@@ -10,9 +10,9 @@ from pathlib import Path
 
 import pytest
 import zenoh
-from faults import client_config, start_router
-from nodes import follow, wait_mode
-from processes import Process, Served, Start, wait_alive
+from support.faults import client_config, start_router
+from support.nodes import follow, wait_mode
+from support.processes import Process, Served, Start, wait_alive
 
 from tauten.model import Robot
 from tauten.service.node import QuestionAnswers

@@ -12,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from nodes import PERIOD, check_limits, follow, recorded, wait_mode
-from processes import ROBOT, Process, Served, Start, wait_alive, write_robot
+from support.nodes import PERIOD, check_limits, follow, recorded, wait_mode
+from support.processes import ROBOT, Process, Served, Start, wait_alive, write_robot
 
 from tauten.model import Robot, load_robot
 from tauten.service.log import LogReader

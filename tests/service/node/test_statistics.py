@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from bodies import beam_robot, box_mesh
+from support.bodies import beam_robot, box_mesh
 
 from tauten.controller import Actuation, Controller
 from tauten.service.node import Action, Clock, ControlLoop, LoopStatistics, Signals
