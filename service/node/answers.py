@@ -42,7 +42,7 @@ class QuestionAnswers:
         """Answer one question if there is any; of two keys with questions each has its turn.
 
         Args:
-            metrics: makes the text; called only when it was asked for.
+            metrics: makes the text; called only for a question on its key.
         """
         for number in (self._first, 1 - self._first):
             query = self._questions[number].try_recv()

@@ -126,7 +126,7 @@ class NodeInputs:
         """The positions to follow; None when no target is young enough.
 
         Args:
-            effectors: (p, 3) of the model [m]; one without any target is to stay there.
+            effectors: (p, 3) of the model [m]; goal of an effector without any target.
         """
         positions = self._targets.latest(time.monotonic(), effectors)
         if positions is None:

@@ -25,6 +25,9 @@ _PROGRESS = 0.1  # least part of the model's motion that a measurement must have
 _IN_A_ROW = 2  # times without progress
 _RATE = 2.0  # robot sizes a second by which the difference of robot and model may change
 _JUMP = 0.05  # of the robot's size, and by which it may change at once
+_CLOSE = (
+    0.02  # of the robot's size, distance from the model within which an exchange does not matter
+)
 _CLOSER = 0.5  # part of its own distance at which an exchanged effector is clearly another
 
 
@@ -65,16 +68,18 @@ class MeasurementCheck:
         if self.fault:
             return self.fault
         difference = measured - model  # (p, 3)
-        distance = np.sqrt(np.sum(difference * difference, axis=1))  # (p,)
-        if not float(distance.max()) <= self._largest:
+        distance = _lengths(difference)  # (p,)
+        farthest = float(distance.max())
+        if not farthest <= self._largest:
             return (
-                f"an effector is measured {1e3 * float(distance.max()):.3g} mm from the model, "
+                f"an effector is measured {1e3 * farthest:.3g} mm from the model, "
                 f"allowed are {1e3 * self._largest:.3g} mm"
             )
-        if len(model) > 1 and _exchanged(model, measured, distance):
+        several = len(model) > 1 and farthest > _CLOSE * self._size
+        if several and _exchanged(model, measured, distance):
             return "two measured effectors are exchanged"
         if self._difference is not None:
-            change = float(np.sqrt(np.sum((difference - self._difference) ** 2, axis=1).max()))
+            change = float(_lengths(difference - self._difference).max())
             allowed = self._size * (_JUMP + _RATE * seconds)
             if change > allowed:
                 return (
@@ -90,10 +95,10 @@ class MeasurementCheck:
             self._start = (model, measured)
             return
         moved = model - self._start[0]  # (p, 3)
-        squared = float(np.sum(moved * moved))
+        squared = float(np.vdot(moved, moved))
         if squared < (_MOVED * self._size) ** 2:
             return
-        progress = float(np.sum((measured - self._start[1]) * moved)) / squared
+        progress = float(np.vdot(measured - self._start[1], moved)) / squared
         self._start = (model, measured)
         self._still = self._still + 1 if progress < _PROGRESS else 0
         if self._still >= _IN_A_ROW:
@@ -101,6 +106,11 @@ class MeasurementCheck:
                 f"the model moves and the measurement does not follow it ({progress:.2g} of its motion): "
                 "is it frozen, mirrored or turned? then send enable"
             )
+
+
+def _lengths(vectors: Array) -> Array:
+    """Lengths (p,) of vectors (p, 3)."""
+    return np.asarray(np.sqrt(np.einsum("ij,ij->i", vectors, vectors)))
 
 
 def _exchanged(model: Array, measured: Array, distance: Array) -> bool:

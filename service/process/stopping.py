@@ -29,7 +29,7 @@ class StopFlag:
 
     Attributes:
         requested: whether it is.
-        urgent: whether a second request has asked for the shortest way to stop.
+        urgent: whether there was a second request: then the shortest way to stop is taken.
     """
 
     def __init__(self, now: Callable[[], float] = time.monotonic) -> None:

@@ -27,7 +27,7 @@ class ReceivedCommand:
     """A command that was decoded.
 
     Attributes:
-        command: what the operator wants.
+        command: of the operator.
         payload: the message as it came.
         json: whether the message is JSON rather than CDR.
     """
@@ -41,7 +41,7 @@ class CommandSubscriber:
     """Collects commands.
 
     Attributes:
-        counts: messages by what became of them; whoever carries the commands out counts those accepted.
+        counts: messages by what became of them; accepted ones are counted once they have been carried out.
     """
 
     def __init__(self, source: Source) -> None:

@@ -162,7 +162,11 @@ class PositionSubscriber:
         """
         if now - max(self._made) > self._timeout:
             return None
-        return np.where(np.isnan(self._positions), default, self._positions)
+        positions = self._positions.copy()
+        for effector, made in enumerate(self._made):
+            if made == -math.inf:
+                positions[effector] = default[effector]
+        return positions
 
     def complete(self, now: float) -> Array | None:
         """Positions (p, 3) [m]; None unless that of every effector is young enough.
