@@ -80,7 +80,7 @@ def serve(
     port: Port = None,
     zenoh_config: ZenohConfig = None,
 ) -> None:
-    """Serve a robot: targets in, actuation out. Ctrl-C releases the cables in a ramp."""
+    """Serve a robot: targets in, actuation out. Ctrl-C releases the cables in a ramp, twice: faster."""
     from tauten.service.node import ServeSettings
     from tauten.service.node import serve as run
     from tauten.service.process import RealtimeSettings, stop_on_signals
@@ -91,12 +91,9 @@ def serve(
         RealtimeSettings(priority, tuple(cpus or ())), event,
     )  # fmt: skip
     with stop_on_signals() as stop:
-        run(
-            load_setup(robot, rate, basis, model, accept_error),
-            _network(port, zenoh_config),
-            settings,
-            stop,
-        )
+        with stop.interruptible():
+            setup = load_setup(robot, rate, basis, model, accept_error)
+        run(setup, _network(port, zenoh_config), settings, stop)
 
 
 def plant(

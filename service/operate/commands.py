@@ -76,7 +76,15 @@ def send_command(robot: str, network: Network, command: OperatorCommand) -> Tick
     keys = Keys(robot)
     with node_of(robot, network) as session:
         ticks = session.declare_subscriber(keys.tick, zenoh.handlers.RingChannel(1))
-        session.put(keys.command, encode_command(command), encoding=f"{CDR};{TEXT}")
+        session.put(
+            keys.command,
+            encode_command(command),
+            encoding=f"{CDR};{TEXT}",
+            # ahead of whatever else the session sends, and never dropped
+            congestion_control=zenoh.CongestionControl.BLOCK,
+            priority=zenoh.Priority.REAL_TIME,
+            express=True,
+        )
         time.sleep(_EFFECT)
         end = time.monotonic() + _PATIENCE
         while time.monotonic() < end:

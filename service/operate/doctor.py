@@ -6,11 +6,17 @@ import time
 from dataclasses import dataclass
 
 import numpy as np
+import zenoh
 from threadpoolctl import threadpool_info
 
 from tauten.service.node import ControlLoop, Signals, punctual_clock
 from tauten.service.plant import free_ports
-from tauten.service.process import collector_at_hand, host_info, one_blas_thread, realtime_permitted
+from tauten.service.process import (
+    host_info,
+    manual_garbage_collection,
+    one_blas_thread,
+    realtime_permitted,
+)
 from tauten.service.rate_check import rate_for, step_seconds
 from tauten.service.setup import Setup, warm_controller
 from tauten.service.wire import Network, Role, open_session
@@ -95,7 +101,7 @@ def _network() -> Finding:
     sessions = [open_session(Network(port), role, "doctor") for role in (Role.NODE, Role.OTHER)]
     here, there = sessions
     echo = there.declare_publisher("tauten/doctor/back", express=True)
-    back = here.declare_subscriber("tauten/doctor/back")
+    back = here.declare_subscriber("tauten/doctor/back", zenoh.handlers.RingChannel(1))
     replier = there.declare_subscriber("tauten/doctor/there", lambda sample: echo.put(b"x"))
     sender = here.declare_publisher("tauten/doctor/there", express=True)
     times: list[float] = []
@@ -120,7 +126,7 @@ def _rate(setup: Setup, seconds: float) -> list[Finding]:
     rate, best = 1.0 / robot.h, rate_for(step)
     loop, goal = ControlLoop(controller, settings=setup.service), controller.effector
     begin, late = time.monotonic(), []
-    with collector_at_hand():
+    with manual_garbage_collection():
         clock = punctual_clock(robot.h)
         while time.monotonic() - begin < seconds:
             late.append(clock.wait().lateness)

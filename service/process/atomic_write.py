@@ -1,4 +1,4 @@
-"""Text files that are there whole or not at all."""
+"""Text files that are written completely or not at all."""
 
 from __future__ import annotations
 

@@ -49,7 +49,7 @@ def order(served: Served, command: OperatorCommand) -> None:
 def test_an_operator_holds_enables_stops_and_resets(served: Served, beam: Robot) -> None:
     target = served.keys.targets(("tip",))[0]
     last_health(served)
-    up = [point_at(beam, 0.006)]
+    up = [point_at(beam, 0.006, stamp=0)]
     order(served, OperatorCommand.RESET)  # nothing to reset: refused
     send_for(served, up, target, 0.6)
     order(served, OperatorCommand.HOLD)

@@ -35,10 +35,10 @@ PERIOD = 0.02
 T = TypeVar("T")
 
 
-def point_at(beam: Robot, z: float, frame: str = "beam_base") -> Point:
-    """A target above the tip at rest."""
+def point_at(beam: Robot, z: float, frame: str = "beam_base", stamp: int | None = None) -> Point:
+    """A target above the tip at rest, made now unless a stamp is given; 0 is for one without a time."""
     x, y, z0 = beam.effector(beam.rest())[0].tolist()
-    return Point(time.time_ns(), frame, (x, y, z0 + z))
+    return Point(time.time_ns() if stamp is None else stamp, frame, (x, y, z0 + z))
 
 
 def send(served: Served, beam: Robot, z: float, seconds: float, json: bool = False) -> None:
@@ -56,7 +56,7 @@ def send(served: Served, beam: Robot, z: float, seconds: float, json: bool = Fal
 def last_health(served: Served) -> dict[str, Diagnostic]:
     """The next health message."""
     subscriber = served.session.declare_subscriber(
-        served.keys.health, zenoh.handlers.FifoChannel(4)
+        served.keys.health, zenoh.handlers.RingChannel(4)
     )
     found = decode_health(bytes(subscriber.recv().payload))
     assert isinstance(found, dict)

@@ -65,7 +65,7 @@ def listener(beam_file: Path) -> Iterator[Listener]:
         None,
         closed_loop=False,
     )
-    channel = zenoh.handlers.FifoChannel(1000)
+    channel = zenoh.handlers.RingChannel(1000)
     found = Listener(
         node,
         outside.declare_subscriber(KEYS.tick, channel),
