@@ -1,5 +1,6 @@
 """Positive bases of contact forces: smaller problems, same equations."""
 
+from tauten.reduction.atomic_write import atomic_write, write_text
 from tauten.reduction.contact.basis import BasisError, ContactBasis
 from tauten.reduction.contact.positive_basis import (
     METHODS,
@@ -19,6 +20,8 @@ __all__ = [
     "Method",
     "PositiveFactorisation",
     "Provenance",
+    "atomic_write",
     "factorise",
     "versions",
+    "write_text",
 ]

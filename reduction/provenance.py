@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import platform
-from dataclasses import asdict, dataclass, fields
+from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
-from typing import Any
 
 _PACKAGES = ("tauten", "numpy", "scipy", "numba")
 
@@ -66,22 +65,6 @@ class Provenance:
     curve: tuple[CurvePoint, ...]
     created: str
     versions: tuple[tuple[str, str], ...]
-
-    def to_dict(self) -> dict[str, Any]:
-        """For JSON."""
-        return asdict(self)
-
-    @classmethod
-    def from_dict(cls, entries: dict[str, Any]) -> Provenance:
-        """From what `to_dict` gave, through JSON.
-
-        Raises:
-            KeyError, TypeError, ValueError: an entry is missing or of another type.
-        """
-        values = {field.name: entries[field.name] for field in fields(cls)}
-        values["curve"] = tuple(CurvePoint(**point) for point in values["curve"])
-        values["versions"] = tuple((str(name), str(found)) for name, found in values["versions"])
-        return cls(**values)
 
 
 def versions() -> tuple[tuple[str, str], ...]:

@@ -98,6 +98,14 @@ class _Ledger:
                 f"{path}: belongs to another campaign ({part.origin}), expected {self.origin}: "
                 "choose another folder"
             )
+        robot = self.robot
+        found = (len(part.lam), len(part.q), len(part.pull), len(part.effector))
+        expected = (robot.n_c, robot.n, robot.n_a, robot.n_e)
+        if found != expected or not 0 < len(part) <= CHUNK:
+            raise SnapshotError(
+                f"{path}: has {len(part)} columns with {found} rows of lam, q, pull and effector, "
+                f"expected 1 to {CHUNK} columns with {expected}"
+            )
         return part
 
     def keep(self, index: int, part: Snapshots) -> None:

@@ -11,10 +11,13 @@ from typing import Any
 import numpy as np
 
 from tauten.model.numerics import Array, Bools, Ints
-from tauten.reduction.storage import DamagedFile, read, write
+from tauten.reduction.storage import DamagedFile, parsed, read, write
 
 SUFFIX = ".snapshots"
 _KIND = "tauten snapshots"
+# Kinds of data type and numbers of dimensions.
+_ARRAYS = {"run": ("i", 1), "converged": ("b", 1)}
+_MATRIX = ("f", 2)
 
 
 class SnapshotError(ValueError):
@@ -67,10 +70,31 @@ class Snapshots:
     origin: Origin
 
     def __post_init__(self) -> None:
+        for name, array in self._arrays().items():
+            kind, dimensions = _ARRAYS.get(name, _MATRIX)
+            if array.ndim != dimensions or array.dtype.kind != kind:
+                raise SnapshotError(
+                    f"{name} has shape {array.shape} and data type {array.dtype}: expected "
+                    f"{dimensions} dimensions and kind {kind!r}"
+                )
+            if not np.isfinite(array).all():
+                raise SnapshotError(f"{name} has entries that are not finite")
         counts = {name: array.shape[-1] for name, array in self._arrays().items()}
         if len(set(counts.values())) > 1:
             listing = ", ".join(f"{name} {count}" for name, count in counts.items())
             raise SnapshotError(f"snapshots with different numbers of columns: {listing}")
+        if len(self.gravity) != 3 or len(self.pull) != len(self.tension):
+            raise SnapshotError(
+                f"gravity has {len(self.gravity)} rows, pull {len(self.pull)}, tension "
+                f"{len(self.tension)}: expected 3 for gravity and as many pulls as tensions"
+            )
+        if len(self.effector) != len(self.effector_force) or len(self.effector) % 3:
+            raise SnapshotError(
+                f"effector has {len(self.effector)} rows, effector_force "
+                f"{len(self.effector_force)}: expected the same multiple of 3"
+            )
+        if (self.run < 0).any() or (np.diff(self.run) < 0).any():
+            raise SnapshotError("run has numbers that are negative or not ascending")
 
     def __len__(self) -> int:
         return int(self.lam.shape[1])
@@ -105,10 +129,10 @@ class Snapshots:
             SnapshotError: it is damaged or no snapshot file.
         """
         try:
-            header, arrays = read(Path(path), _KIND)
-            origin = header["origin"]
-            origin["versions"] = tuple((name, found) for name, found in origin["versions"])
-            return cls(origin=Origin(**origin), **arrays)
+            names = [field.name for field in fields(cls) if field.name != "origin"]
+            kinds = {name: _ARRAYS.get(name, _MATRIX)[0] for name in names}
+            header, arrays = read(Path(path), _KIND, kinds)
+            return cls(origin=parsed(Origin, header["origin"]), **arrays)
         except DamagedFile as error:
             raise SnapshotError(str(error)) from error
         except (SnapshotError, KeyError, TypeError, ValueError) as error:

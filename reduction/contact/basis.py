@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from tauten.model import ContactRows, ReducedContacts, Robot
 from tauten.model.numerics import Array, Ints, kernel
 from tauten.reduction.provenance import Provenance
-from tauten.reduction.storage import DamagedFile, UnknownFile, located, read, write
+from tauten.reduction.storage import DamagedFile, UnknownFile, located, parsed, read, write
 
 SUFFIX = ".basis"
 _KIND = "tauten contact basis"
@@ -39,9 +39,12 @@ class ContactBasis:
                 f"Psi has shape {self.Psi.shape}: expected (n_c, {self.provenance.k}), "
                 "k as in the provenance"
             )
+        if self.Psi.size == 0:
+            raise BasisError(f"Psi has shape {self.Psi.shape}: expected at least one mode")
         if not np.isfinite(self.Psi).all() or (self.Psi < 0.0).any():
             raise BasisError("Psi has negative or non-finite entries: contact modes are Ψ ≥ 0")
-        if np.abs(np.linalg.norm(self.Psi, axis=0) - 1.0).max(initial=0.0) > 1e-9:
+        long = self.Psi.max() > 2.0  # where squares could overflow
+        if long or np.abs(np.linalg.norm(self.Psi, axis=0) - 1.0).max() > 1e-9:
             raise BasisError("Psi has columns that are not of unit length: normalise them")
 
     @property
@@ -113,7 +116,7 @@ class ContactBasis:
         path = Path(path)
         if path.suffix != SUFFIX:
             raise BasisError(f"{path}: a contact basis file ends in {SUFFIX}")
-        write(path, _KIND, {"provenance": self.provenance.to_dict()}, {"Psi": self.Psi})
+        write(path, _KIND, {"provenance": asdict(self.provenance)}, {"Psi": self.Psi})
         return path
 
     @classmethod
@@ -132,8 +135,8 @@ class ContactBasis:
 
 def _load(path: Path) -> ContactBasis:
     try:
-        header, arrays = read(path, _KIND)
-        provenance = Provenance.from_dict(header["provenance"])
+        header, arrays = read(path, _KIND, {"Psi": "f"})
+        provenance = parsed(Provenance, header["provenance"])
         return ContactBasis(np.ascontiguousarray(arrays["Psi"], dtype=float), provenance)
     except OSError as error:
         raise BasisError(f"{path}: no basis file there can be read ({error.strerror})") from error

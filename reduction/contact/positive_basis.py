@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Literal, TypeAlias, get_args
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from tauten.model.numerics import Array, Ints
 from tauten.reduction.contact.greedy import cone_projected_greedy
@@ -49,9 +50,10 @@ class PositiveFactorisation:
 def factorise(S: Array, k: int, method: Method = "hals", seed: int = 0) -> PositiveFactorisation:
     """Positive basis of k unit columns for the snapshots S (17).
 
-    The order of the snapshots does not matter: they are sorted before the work and B is put back
-    into the given order after it, so a permuted S gives the same Ψ to the last bit. Snapshots
-    without contact and candidates that never touch take no part.
+    The order of the snapshots does not matter: they are sorted before the factorisation and B is put
+    back into the given order after it, so a permuted S gives the same Ψ to the last bit. Linear algebra
+    runs on one thread, so the number of threads does not matter either. Snapshots without contact and
+    candidates that never touch take no part.
 
     Args:
         S: (n_c, s) contact forces [N], one snapshot a column.
@@ -83,8 +85,9 @@ def factorise_each(
     columns = columns[np.lexsort(S[rows][:, columns])]
     core = np.ascontiguousarray(S[rows][:, columns])  # (n_c', s')
     _check_rank(core, ks)
-    factors = _factors(core, ks, method, seed)
-    return tuple(_unit_columns(S, rows, columns, found, method, seed) for found in factors)
+    with threadpool_limits(1):  # the order of sums depends on the number of threads
+        factors = _factors(core, ks, method, seed)
+        return tuple(_unit_columns(S, rows, columns, found, method, seed) for found in factors)
 
 
 def _factors(S: Array, ks: Sequence[int], method: Method, seed: int) -> Iterator[Factors]:

@@ -8,6 +8,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Literal
 
+from threadpoolctl import threadpool_limits
+
 from tauten.model import Robot
 from tauten.reduction.campaign import Design, Snapshots, run_campaign
 from tauten.reduction.contact.basis import ContactBasis
@@ -111,7 +113,14 @@ def reduce_robot(
 def make_basis(
     robot: Robot, snapshots: Snapshots, settings: ReduceSettings
 ) -> tuple[ContactBasis, Curve | None]:
-    """A basis from snapshots, and the error against k if it was found.
+    """A basis from snapshots, and the error against k if it was computed.
+
+    All linear algebra runs on one thread, so that the same snapshots give the same basis to the last bit.
+
+    Args:
+        robot: the robot of the snapshots.
+        snapshots: converged equilibria [N, m].
+        settings: number of modes, method, weighting.
 
     Raises:
         ValueError: as `factorise`: no contact at all, k beyond the rank.
@@ -119,15 +128,16 @@ def make_basis(
     """
     weights = snapshot_weights(checked(snapshots.lam), settings.weighting)
     S, method, seed = snapshots.lam * weights, settings.method, settings.seed
-    problems = contact_problems(robot, snapshots)
-    curve, k = None, settings.k
-    if k == "auto" or settings.curve:
-        curve = cross_validate(S, folds(snapshots), problems, method=method, seed=seed)
-    if k == "auto":
-        assert curve is not None
-        k = choose_k(curve, settings.tolerance or TOLERANCE * robot.size)
-    (fit,) = fit_each(S, problems, (k,), method, seed)
-    found = quality(fit.Psi, problems)
+    with threadpool_limits(1):  # the order of sums depends on the number of threads
+        problems = contact_problems(robot, snapshots)
+        curve, k = None, settings.k
+        if k == "auto" or settings.curve:
+            curve = cross_validate(S, folds(snapshots), problems, method=method, seed=seed)
+        if k == "auto":
+            assert curve is not None
+            k = choose_k(curve, settings.tolerance or TOLERANCE * robot.size)
+        (fit,) = fit_each(S, problems, (k,), method, seed)
+        found = quality(fit.Psi, problems)
     return ContactBasis(fit.Psi, provenance(robot, snapshots, settings, fit, found, curve)), curve
 
 

@@ -7,6 +7,7 @@ from datetime import UTC, datetime
 from typing import Literal
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from tauten.model import Robot, default_enrichment
 from tauten.model.numerics import Array, Bools
@@ -55,7 +56,9 @@ class StateSettings:
 def reduce_states(
     robot: Robot, snapshots: Snapshots, basis: ContactBasis, settings: StateSettings
 ) -> StateBasis:
-    """A state basis, its sample of elements, and its tip errors on what was held out.
+    """A state basis, its sample of elements, and its tip errors on equilibria that were held out.
+
+    All linear algebra runs on one thread, so that the same snapshots give the same basis to the last bit.
 
     Args:
         robot: the full model.
@@ -76,6 +79,15 @@ def reduce_states(
             f"{len(snapshots)} snapshots with {len(snapshots.q)} coordinates: "
             f"expected at least {HELD_OUT} with {robot.n}"
         )
+    with threadpool_limits(1):  # the order of sums depends on the number of threads
+        # a fork, because a factorisation must keep the number of threads it was analysed with
+        return _reduced(robot.fork(), snapshots, basis, settings)
+
+
+def _reduced(
+    robot: TetRobot, snapshots: Snapshots, basis: ContactBasis, settings: StateSettings
+) -> StateBasis:
+    """As `reduce_states`, arguments checked."""
     held_out = held_out_snapshots(snapshots)
     training = snapshots.select(~held_out)
     deviations = training.q - robot.rest().q[:, None]  # (n, s)

@@ -27,7 +27,7 @@ from tauten.model.contact import ContactSet
 from tauten.model.numerics import Array, DenseFactors, FactorisationError, Ints
 from tauten.model.schema import RobotConfig
 from tauten.model.tetra import TetRobot
-from tauten.reduction.state.basis import StateBasis, StateBasisError
+from tauten.reduction.state.basis import StateBasis
 from tauten.reduction.state.body import (
     ReducedPoints,
     contact_surface,
@@ -274,10 +274,7 @@ def reduced_robot(robot: Robot, states: StateBasis) -> ReducedRobot:
         StateBasisError: the basis was made for another robot, or this one is not made of tetrahedra.
     """
     states.check_robot(robot)
-    if not isinstance(robot, TetRobot):
-        raise StateBasisError(
-            f"robot {robot.name}: only robots made of tetrahedra have state bases"
-        )
+    assert isinstance(robot, TetRobot)  # as checked
     Phi = states.Phi
     body, tendons = (
         sampled_body(robot, Phi, states.elements, states.weights),

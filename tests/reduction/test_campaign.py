@@ -125,18 +125,6 @@ def test_workers_do_not_change_the_result(thumb: TetRobot, design: Design, tmp_p
     np.testing.assert_allclose(one.lam, two.lam, atol=1e-6)
 
 
-def test_dask_cluster_does_not_change_the_result(
-    thumb: TetRobot, design: Design, snapshots: Snapshots, tmp_path: Path
-) -> None:
-    distributed = pytest.importorskip("distributed", reason="needs the extra tauten[cluster]")
-    with (
-        distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as here,
-        executors.dask_cluster(here.scheduler_address) as cluster,
-    ):
-        found = run_campaign(thumb, design, tmp_path, cluster, show_progress=False)
-    assert_same(found, snapshots)
-
-
 def test_ctrl_c_saves_what_is_under_way(thumb: TetRobot, design: Design, tmp_path: Path) -> None:
     """The interrupt comes when the first of three chunks is back: all three are kept."""
     with pytest.raises(KeyboardInterrupt):
