@@ -28,6 +28,7 @@ _SHIPPED = "tauten.model.robots"
 _SMALL = 1 << 26  # [bytes] in any case
 _RATIO = 100  # times the size of the file
 _LONGEST_HEADER = 1 << 20  # [bytes]
+_LONGEST_REASON = 200  # characters quoted of another library's message
 
 
 class UnknownFile(ValueError):
@@ -35,12 +36,17 @@ class UnknownFile(ValueError):
 
 
 class DamagedFile(ValueError):
-    """A file that is not what was saved; the text says which file and what is wrong."""
+    """A file with another content than was saved; the text names the file and the fault."""
 
 
 @contextmanager
 def located(name_or_path: str | Path, suffix: str, what: str) -> Iterator[Path]:
-    """Where a file is: the path itself, or the file shipped for a robot of that name.
+    """The file of a path, or the file shipped for a robot of that name.
+
+    Args:
+        name_or_path: path, or name of a shipped robot.
+        suffix: of the file's name.
+        what: kind of file, for the message.
 
     Raises:
         UnknownFile: it is neither.
@@ -112,7 +118,8 @@ def read(
             if found == kind:
                 arrays = _arrays(archive, expected)
     except Exception as error:  # damaged archives raise exceptions of many types
-        text = " ".join(str(error).split()) or type(error).__name__
+        # some messages of zipfile quote the content of the file
+        text = " ".join(str(error).split())[:_LONGEST_REASON] or type(error).__name__
         raise DamagedFile(f"{path}: this is no readable {kind} file ({text})") from error
     if found != kind:
         raise DamagedFile(f"{path}: this is a {found} file, expected a {kind} file")

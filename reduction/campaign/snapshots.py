@@ -1,4 +1,4 @@
-"""Snapshots: contact forces of a robot in many situations, with what caused them."""
+"""Snapshots: contact forces of a robot at many equilibria, with the loads that cause them."""
 
 from __future__ import annotations
 
@@ -21,17 +21,17 @@ _MATRIX = ("f", 2)
 
 
 class SnapshotError(ValueError):
-    """Snapshots that cannot be used; the text says which, what was found and what fits."""
+    """Snapshots that cannot be used; the text names what was found and what is expected."""
 
 
 @dataclass(frozen=True, slots=True)
 class Origin:
-    """Where snapshots come from.
+    """Origin of snapshots.
 
     Attributes:
         robot: name of the robot.
         robot_digest: sha256 of its model.
-        campaign: one line that says what was done.
+        campaign: description of the design and its digest, one line.
         versions: (package, version) pairs.
     """
 
@@ -43,7 +43,7 @@ class Origin:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Snapshots:
-    """One column a situation.
+    """One column for each equilibrium.
 
     Attributes:
         lam: (n_c, s) contact forces of nearly least norm [N].
@@ -54,8 +54,8 @@ class Snapshots:
         effector_force: (n_e, s) outer forces on the effectors [N].
         run: (s,) which run of the campaign, ascending.
         converged: (s,) whether equilibrium and contact met their tolerances.
-        q: (n, s) configurations [m], or (0, s) when they were not asked for.
-        origin: where they come from.
+        q: (n, s) configurations [m], or (0, s) when they were not recorded.
+        origin: robot, campaign and versions.
     """
 
     lam: Array

@@ -18,7 +18,7 @@ _KIND = "tauten contact basis"
 
 
 class BasisError(ValueError):
-    """A basis that cannot be used; the text says which one, what was found and what fits."""
+    """A basis that cannot be used; the text names what was found and what is expected."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -27,7 +27,7 @@ class ContactBasis:
 
     Attributes:
         Psi: (n_c, k) modes, nonnegative, unit columns.
-        provenance: where it comes from.
+        provenance: its origin.
     """
 
     Psi: Array
@@ -64,7 +64,7 @@ class ContactBasis:
         any is left out.
 
         Returns:
-            H (k', n) dense, so that Hᵀ is a Fortran-ordered right-hand side as it stands;
+            H (k', n) dense, so that Hᵀ is a Fortran-ordered right-hand side without a copy;
             delta (k',) [m]; modes (k',) columns of Ψ, ascending.
         """
         if isinstance(contacts.rows.H, np.ndarray):
@@ -85,14 +85,14 @@ class ContactBasis:
         return lam
 
     def untouched(self) -> Ints:
-        """Slots of the candidates that no mode touches: contact there needs extra columns."""
+        """Slots of the candidates without force in any mode: contact there needs extra columns."""
         return np.flatnonzero(~self.Psi.any(axis=1))
 
     def check_robot(self, robot: Robot) -> None:
         """Make sure that this basis was made for this robot.
 
         Raises:
-            BasisError: it was made for another robot, or for an earlier state of this one.
+            BasisError: it was made for another robot, or for an earlier version of this one.
         """
         made_for = self.provenance
         if made_for.robot_digest != robot.digest:
@@ -124,7 +124,7 @@ class ContactBasis:
         """Read a .basis file, or the one shipped for a robot of that name.
 
         Raises:
-            BasisError: no such basis, or the file is damaged; says which and what was found.
+            BasisError: no such basis, or the file is damaged; names the file and what was found.
         """
         try:
             with located(name_or_path, SUFFIX, "contact basis") as file:

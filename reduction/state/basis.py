@@ -1,4 +1,4 @@
-"""StateBasis: configurations as combinations of a few modes (14), and the elements that stand for all."""
+"""StateBasis: configurations as combinations of a few modes (14), and the sampled elements."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ _VOLUME = (
 
 
 class StateBasisError(ValueError):
-    """A state basis that cannot be used; the text says which one, what was found and what fits."""
+    """A state basis that cannot be used; the text names what was found and what is expected."""
 
 
 @dataclass(frozen=True, slots=True)
 class StateOrigin:
-    """Where a state basis and its sample of elements come from.
+    """Origin of a state basis and its sample of elements.
 
     Attributes:
         robot: name of the robot.
@@ -40,10 +40,10 @@ class StateOrigin:
         responses: how many of them are static responses instead of modes of motion.
         projection_error: root mean square of the motion left out, relative.
         sample: number of elements in the sample.
-        sample_tolerance: relative residual asked for when they were chosen.
+        sample_tolerance: relative residual allowed when they were chosen.
         sample_error: relative residual reached.
-        tip_mean, tip_max: distance of the tip from the full model's on held-out paths [m]; NaN unchecked.
-        seed: of what is random.
+        tip_mean, tip_max: distance of the tip from the full model's on held-out paths [m], or NaN.
+        seed: of the random directions.
         created: date and time, ISO 8601 in UTC.
         versions: (package, version) pairs, Python among them.
     """
@@ -68,13 +68,13 @@ class StateOrigin:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class StateBasis:
-    """State modes of one robot, with the elements its forces are summed over.
+    """State modes of one robot, with the elements over which its forces are summed.
 
     Attributes:
         Phi: (n, r) modes, orthonormal in the mass (`tauten.reduction.state.modes`).
         elements: (s,) numbers of the sampled elements, ascending.
-        weights: (s,) how many elements each stands for, positive.
-        origin: where it comes from.
+        weights: (s,) factors of their forces, positive.
+        origin: robot, snapshots, errors and versions.
     """
 
     Phi: Array
@@ -125,14 +125,14 @@ class StateBasis:
         return hasher.hexdigest()
 
     def with_tip_errors(self, mean: float, largest: float) -> StateBasis:
-        """The same with what it errs on held-out paths [m]."""
+        """The same basis with mean and largest tip error on held-out paths [m]."""
         return replace(self, origin=replace(self.origin, tip_mean=mean, tip_max=largest))
 
     def check_tip(self, allowed: float) -> None:
         """Make sure that its tip error on held-out paths is within what a robot file allows [m].
 
         Raises:
-            StateBasisError: it is larger, or was never measured.
+            StateBasisError: it is larger, or was not measured.
         """
         if not self.origin.tip_max <= allowed:
             raise StateBasisError(
@@ -147,8 +147,9 @@ class StateBasis:
 
         Raises:
             StateBasisError: it was made for another robot, or for an earlier version of this one; its
-                modes are not orthonormal in the robot's mass, its elements do not stand for the whole
-                body, its tip error is larger than the robot, or the robot is not made of tetrahedra.
+                modes are not orthonormal in the robot's mass, its weighted elements have
+                another volume than the body, its tip error is larger than the robot, or the robot is not
+                made of tetrahedra.
         """
         if not isinstance(robot, TetRobot):
             raise StateBasisError(
@@ -164,7 +165,7 @@ class StateBasis:
         self._check_body(robot)
 
     def _check_body(self, robot: TetRobot) -> None:
-        """Compare modes, sample and tip error with the body they stand for."""
+        """Compare modes, sample and tip error with the robot's body."""
         again = f"make it again with `tauten reduce {robot.name} --states`"
         if self.elements[-1] >= robot.n_elements:
             raise StateBasisError(
@@ -213,7 +214,7 @@ class StateBasis:
         """Read a .states file, or the one shipped for a robot of that name.
 
         Raises:
-            StateBasisError: no such file, or it is damaged; says which and what was found.
+            StateBasisError: no such file, or it is damaged; names the file and what was found.
         """
         try:
             with located(name_or_path, SUFFIX, "state basis") as file:

@@ -65,7 +65,7 @@ def snapshots(
     return run_campaign(thumb, design, tmp_path_factory.mktemp("whole"), show_progress=False)
 
 
-def test_snapshots_are_what_the_design_asked_for(
+def test_snapshots_are_as_in_the_design(
     thumb: TetRobot, design: Design, snapshots: Snapshots
 ) -> None:
     assert len(snapshots) == design.size
@@ -169,13 +169,13 @@ def test_gravity_and_force_change_the_weight_alone(thumb: TetRobot) -> None:
 
 
 def test_worker_counts(thumb: TetRobot) -> None:
-    with pytest.raises(ValueError, match="0 workers asked for"), executors.processes(0):
+    with pytest.raises(ValueError, match="0 workers requested"), executors.processes(0):
         pass
 
 
 def test_dask_without_a_scheduler_says_so() -> None:
     with (
-        pytest.raises(executors.ClusterError, match=r"distributed|no Dask scheduler answers"),
+        pytest.raises(executors.ClusterError, match=r"distributed|no Dask scheduler replies"),
         executors.dask_cluster("tcp://127.0.0.1:9", timeout=0.5),
     ):
         pass

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from tauten.model import ContactRows, Rows
 from tauten.model.numerics import Array
-from tauten.reduction import CurvePoint, Provenance, storage, versions
+from tauten.reduction import CurvePoint, Provenance, package_versions, storage
 from tauten.reduction.contact import BasisError, ContactBasis
 
 ORIGIN = Provenance(
@@ -27,7 +27,7 @@ ORIGIN = Provenance(
     tip_error=1e-5,
     curve=(CurvePoint(1, 0.4, 0.5, 2.0, 1e-3), CurvePoint(3, 0.01, 0.0123, 0.1, 1e-5)),
     created="2026-01-02T03:04:05+00:00",
-    versions=versions(),
+    versions=package_versions(),
 )
 
 
