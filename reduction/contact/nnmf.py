@@ -21,7 +21,7 @@ MAX_ITERATIONS = 100
 _SWEEPS = 10  # passes over one factor with the other one fixed (Gillis and Glineur 2012)
 
 
-def als(S: Array, k: int, seed: int, iterations: int = 2 * MAX_ITERATIONS) -> Factors:
+def als(S: Array, k: int, seed: int) -> Factors:
     """Alternating least squares, exactly Algorithm 1 of the paper.
 
     Setting the negative entries of the unconstrained least-squares solution to zero is no projection: the
@@ -32,7 +32,6 @@ def als(S: Array, k: int, seed: int, iterations: int = 2 * MAX_ITERATIONS) -> Fa
         S: (n_c, s) snapshots.
         k: number of columns of Ψ.
         seed: of the random start.
-        iterations: largest number; ends earlier when the error changes by less than `TOLERANCE`, relative.
 
     Source: Goury, Carrez, Duriez, IEEE RA-L, Algorithm 1.
     """
@@ -40,7 +39,7 @@ def als(S: Array, k: int, seed: int, iterations: int = 2 * MAX_ITERATIONS) -> Fa
     Psi = rng.random((S.shape[0], k))  # (n_c, k)
     B = np.zeros((k, S.shape[1]))
     history: list[float] = []
-    for _ in range(iterations):
+    for _ in range(2 * MAX_ITERATIONS):
         # lstsq equals `solve` for a regular matrix and also works with zero columns
         B = np.maximum(np.linalg.lstsq(Psi.T @ Psi, Psi.T @ S, rcond=None)[0], 0.0)  # (k, s)
         Psi = np.maximum(np.linalg.lstsq(B @ B.T, B @ S.T, rcond=None)[0].T, 0.0)  # (n_c, k)
