@@ -104,10 +104,10 @@ def test_leading_part_ignores_the_sign_of_the_pair() -> None:
 
 
 def test_nan_columns_are_named(forces: Array) -> None:
-    spoilt = forces.copy()
-    spoilt[3, [7, 20]] = np.nan
+    damaged = forces.copy()
+    damaged[3, [7, 20]] = np.nan
     with pytest.raises(ValueError, match=r"NaN or infinite forces in columns 7, 20"):
-        factorise(spoilt, 3)
+        factorise(damaged, 3)
 
 
 def test_many_nan_columns_are_counted(forces: Array) -> None:
@@ -116,10 +116,10 @@ def test_many_nan_columns_are_counted(forces: Array) -> None:
 
 
 def test_negative_forces_are_named(forces: Array) -> None:
-    spoilt = forces.copy()
-    spoilt[3, 7] = -1.0
+    damaged = forces.copy()
+    damaged[3, 7] = -1.0
     with pytest.raises(ValueError, match=r"negative forces in column 7: contacts only push"):
-        factorise(spoilt, 3)
+        factorise(damaged, 3)
 
 
 def test_rounding_sized_negatives_are_cut(forces: Array) -> None:
