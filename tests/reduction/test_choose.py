@@ -23,7 +23,13 @@ def with_runs(run: Ints) -> Snapshots:
     nothing = np.zeros((0, s))
     flags = np.ones(s, dtype=bool)
     return Snapshots(
-        *[nothing] * 6, run=run, converged=flags, q=nothing, origin=Origin("", "", "", ())
+        *[nothing] * 4,
+        gravity=np.zeros((3, s)),
+        effector_force=nothing,
+        run=run,
+        converged=flags,
+        q=nothing,
+        origin=Origin("", "", "", ()),
     )
 
 
