@@ -107,7 +107,7 @@ def use_states(path: Path, thumb: TetRobot) -> None:
 
 def use_snapshots(path: Path, thumb: TetRobot) -> None:
     found = Snapshots.load(path)
-    assert all(np.isfinite(column).all() for column in (found.lam, found.q, found.pull))
+    assert all(np.isfinite(column).all() for column in (found.q, found.pull, found.gravity))
     assert len(found.select(found.converged)) <= len(found)
 
 
