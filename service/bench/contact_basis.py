@@ -151,7 +151,7 @@ def training_errors(
             if method == "energy":
                 force = float(np.linalg.norm(distances(fit.Psi, S)) / np.linalg.norm(S))
             errors = _settled(robot, some, basis, None)
-            yield TrainingError(method, weighting, fit.asked, force, found.energy, *errors[:3])
+            yield TrainingError(method, weighting, fit.requested, force, found.energy, *errors[:3])
 
 
 def held_out_errors(inputs: Inputs) -> Iterator[HeldOutError]:

@@ -1,6 +1,6 @@
 """The process around the service: signals, logs, files, host facts, real-time priority."""
 
-from tauten.service.process.atomic_write import write_text
+from tauten.reduction import write_text
 from tauten.service.process.host import HostInfo, host_info
 from tauten.service.process.logs import JsonLines, set_up_logging
 from tauten.service.process.realtime import (

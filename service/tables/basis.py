@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import asdict
 
 import numpy as np
 from rich.table import Table
@@ -67,7 +68,7 @@ def basis_tables(basis: ContactBasis, name: str, robot: Robot | None) -> list[Ta
 
 def _provenance(basis: ContactBasis, name: str) -> Table:
     table = Table("", name, title="contact basis")
-    for entry, value in basis.provenance.to_dict().items():
+    for entry, value in asdict(basis.provenance).items():
         if entry == "curve":  # has a table of its own
             continue
         if isinstance(value, list | tuple):
