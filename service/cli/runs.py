@@ -72,12 +72,23 @@ def replay(
     report: Annotated[
         Path | None, typer.Option(help="Folder for the differences: JSON, CSV, figure.")
     ] = None,
+    recorded_paths: Annotated[
+        bool,
+        typer.Option(
+            "--recorded-paths",
+            help="Open the robot file and the basis at the paths that the log names, not only files "
+            "beside the log. For logs that you trust.",
+        ),
+    ] = False,
 ) -> None:
-    """Run the controller on a log's targets; exit 0 when it decides the same, else 1."""
+    """Run the controller on a log's targets.
+
+    Exit code 0: it decides the same; 1: it decides differently; 2: the log cannot be replayed.
+    """
     from tauten.service.replay import replay as run
     from tauten.service.replay import write_report
 
-    result = run(log, tolerance, against, model)
+    result = run(log, tolerance, against, model, recorded_paths)
     table = Table("cable", "pull differs by [mm]", "tension differs by [N]", title=str(log))
     for name, pull, tension in zip(result.cables, result.pull, result.tension, strict=True):
         table.add_row(name, f"{1e3 * pull:.3g}", f"{tension:.3g}")

@@ -33,7 +33,7 @@ def draw_run(run: Run, cables: tuple[str, ...], path: Path) -> None:
     for axis in axes:
         axis.grid(alpha=0.3)
     time_box.align_ylabels(axes)
-    figure.suptitle(f"{run.metadata['robot']}: {len(run.ticks)} ticks at {run.metadata['rate']} Hz")
+    figure.suptitle(f"{run.robot}: {len(run.ticks)} ticks at {run.rate:g} Hz")
     figure.savefig(path, dpi=150)
 
 
@@ -42,7 +42,7 @@ def draw_paths(run: Run, axes: Axes) -> None:
     following = run.following
     goal = run.goal[following]
     model = run.model.value
-    i, j = widest_plane(np.concatenate([goal, model]))
+    i, j = widest_plane(np.concatenate([goal, model])) if len(goal) + len(model) else (0, 2)
     lines = ((goal, "target", _TARGET, 3.5, 0.35), (run.plant.value, "plant", _PLANT, 1.8, 0.9))
     for points, name, color, width, alpha in (*lines, (model, "model", _MODEL, 1.2, 1.0)):
         if len(points):
@@ -50,7 +50,8 @@ def draw_paths(run: Run, axes: Axes) -> None:
                 _MM * points[:, i], _MM * points[:, j],
                 color=color, lw=width, alpha=alpha, label=name,
             )  # fmt: skip
-    axes.plot(_MM * model[0, i], _MM * model[0, j], "o", color=_MODEL, ms=6, label="start")
+    if len(model):
+        axes.plot(_MM * model[0, i], _MM * model[0, j], "o", color=_MODEL, ms=6, label="start")
     axes.set_aspect("equal", adjustable="datalim")
     axes.set_xlabel(f"{'xyz'[i]} [mm]")
     axes.set_ylabel(f"{'xyz'[j]} [mm]")
@@ -103,7 +104,7 @@ def draw_step_time(run: Run, axes: Axes) -> None:
     axes.plot(
         times, [_MM * tick.decide for _, tick in decided], ".", ms=2.5, color=_PLANT, label="decide"
     )
-    axes.axhline(_MM / float(run.metadata["rate"]), color=_LIMIT, ls="--", label="period")
+    axes.axhline(_MM / run.rate, color=_LIMIT, ls="--", label="period")
     axes.set_ylabel("step time [ms]")
     axes.set_ylim(bottom=0.0)
     axes.legend(loc="upper right", ncols=3, fontsize="small", markerscale=4)

@@ -9,6 +9,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from tauten.model.numerics import Array
 from tauten.service.process import HostInfo, host_info, write_text
@@ -107,18 +108,17 @@ def make_report(run: Run) -> Report:
     ticks, time = run.ticks[run.active], run.time[run.active]
     decided = [tick for tick in ticks if tick.status]
     duration = float(time[-1] - time[0])
-    gaps = np.array([tick.deepest_gap for tick in decided])
-    gap = run.plant_gap.value
+    gap = finite(run.plant_gap.value)
     return Report(
-        robot=run.metadata["robot"],
+        robot=run.robot,
         duration_s=duration,
         ticks=len(ticks),
         following=int(run.following.sum()),
-        rate_hz=float(run.metadata["rate"]),
+        rate_hz=run.rate,
         achieved_hz=(len(ticks) - 1) / duration if duration > 0.0 else 0.0,
         step_ms=spread([1e3 * tick.step for tick in decided]),
         decide_ms=spread([1e3 * tick.decide for tick in decided]),
-        overhead_ms=spread(overheads(ticks, 1.0 / float(run.metadata["rate"]))),
+        overhead_ms=spread(overheads(ticks, 1.0 / run.rate)),
         lateness_ms=spread([1e3 * tick.lateness for tick in ticks]),
         latency_ms=spread([1e3 * tick.latency for tick in ticks]),
         missed=sum(tick.slack < 0.0 for tick in ticks),
@@ -126,8 +126,8 @@ def make_report(run: Run) -> Report:
         model_error=error(distance_to_goal(run, run.model)),
         plant_error=error(distance_to_goal(run, run.plant)),
         model_plant_error=error(model_against_plant(run)),
-        model_penetration_mm=1e3 * max(-float(gaps.min(initial=np.inf)), 0.0),
-        plant_penetration_mm=1e3 * max(-float(gap.min()), 0.0) if gap.size else None,
+        model_penetration_mm=penetration(finite([tick.deepest_gap for tick in decided])),
+        plant_penetration_mm=penetration(gap) if gap.size else None,
         peak_pull_mm=(1e3 * run.pull.value.max(axis=0)).tolist(),
         peak_tension_n=run.tension.value.max(axis=0).tolist(),
         modes=dict(Counter(tick.mode.value for tick in run.ticks)),
@@ -153,9 +153,8 @@ def overheads(ticks: tuple[Tick, ...], period: float) -> list[float]:
 
 
 def spread(values: list[float]) -> Spread:
-    """Percentiles of values; NaN are left out."""
-    found = np.array(values, dtype=float)
-    found = found[~np.isnan(found)]
+    """Percentiles of the finite ones of some values."""
+    found = finite(values)
     if found.size == 0:
         return Spread(None, None, None)
     return Spread(
@@ -164,11 +163,22 @@ def spread(values: list[float]) -> Spread:
 
 
 def error(distance: Array) -> TrackingError:
-    """RMS and maximum of distances [m], NaN left out."""
-    found = distance[~np.isnan(distance)]
+    """RMS and maximum of the finite ones of some distances [m]."""
+    found = finite(distance)
     if found.size == 0:
         return TrackingError(None, None)
     return TrackingError(1e3 * float(np.sqrt(np.mean(found**2))), 1e3 * float(found.max()))
+
+
+def penetration(gaps: Array) -> float:
+    """Deepest penetration of gaps [m] in millimetres."""
+    return 1e3 * max(-float(gaps.min(initial=0.0)), 0.0)
+
+
+def finite(values: ArrayLike) -> Array:
+    """The finite ones of some values, flat."""
+    found = np.asarray(values, dtype=float).ravel()
+    return found[np.isfinite(found)]
 
 
 def distance_to_goal(run: Run, series: Series) -> Array:

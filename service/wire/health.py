@@ -10,7 +10,15 @@ from math import isnan
 import numpy as np
 
 from tauten.model.numerics import Array
-from tauten.service.wire.messages import HEALTH, Rejection, from_cdr, header, new, to_cdr
+from tauten.service.wire.messages import (
+    HEALTH,
+    Rejection,
+    RejectionReason,
+    from_cdr,
+    header,
+    new,
+    to_cdr,
+)
 
 
 class Level(IntEnum):
@@ -116,6 +124,10 @@ def decode_health(payload: bytes) -> dict[str, Diagnostic] | Rejection:
     message = from_cdr(HEALTH, payload)
     if isinstance(message, Rejection):
         return message
+    levels = set(Level)
+    for status in message.status:
+        if status.level not in levels:
+            return Rejection(RejectionReason.MALFORMED, f"no diagnostic level {status.level}")
     found = [
         Diagnostic(
             name=status.name.partition(": ")[2],

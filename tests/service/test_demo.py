@@ -47,7 +47,7 @@ def test_it_leaves_log_report_figure_and_targets(folder: Path) -> None:
 
 
 def test_its_log_replays_exactly(folder: Path) -> None:
-    result = replay(folder / LOG, tolerance=1e-9)
+    result = replay(folder / LOG, tolerance=1e-9, recorded_paths=True)
     assert result.same, result
     assert result.ticks > 150
 
