@@ -19,7 +19,7 @@ def bent_tensions() -> Array:
     return bending_tensions(ArmShape(), np.zeros(3), np.full(3, BENT))
 
 
-def settled(robot: Robot, tension: Array, contact: str = "full") -> Simulator:
+def arm_in_equilibrium(robot: Robot, tension: Array, contact: str = "full") -> Simulator:
     """A simulator in equilibrium under tensions (n_a,), reached in steps.
 
     Raises:

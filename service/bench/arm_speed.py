@@ -14,7 +14,7 @@ from tauten.controller import Controller
 from tauten.model import Enrichment, Forces, Robot, Simulator, default_enrichment, row_compliance
 from tauten.model.numerics import Array, solve_pgs
 from tauten.reduction import ContactBasis
-from tauten.service.bench.arm_postures import settled
+from tauten.service.bench.arm_postures import arm_in_equilibrium
 from tauten.service.bench.stages import StepTimes, time_controller
 
 _SWEEPS, _TOLERANCE = 1000, 1e-6  # of Gauss-Seidel; 1 µm is coarse, for the reference's benefit
@@ -58,7 +58,7 @@ class Speed:
 
 def measure_speed(robot: Robot, basis: ContactBasis, tension: Array, posture: str) -> Speed:
     """Times of steps of all kinds around the equilibrium under tensions (n_a,) [N]."""
-    there = settled(robot, tension)
+    there = arm_in_equilibrium(robot, tension)
     enrichment = default_enrichment(robot.config.contact.tolerance)
     sweeps: list[int] = []
     good: list[bool] = []
@@ -133,7 +133,7 @@ def _controller(there: Simulator, contact: Literal["full"] | ContactBasis) -> Co
 
 def stage_times(robot: Robot, basis: ContactBasis, tension: Array) -> StepTimes:
     """Where the time of control steps goes that hold the tip at the equilibrium of tensions (n_a,) [N]."""
-    there = settled(robot, tension)
+    there = arm_in_equilibrium(robot, tension)
     targets = np.repeat(there.effector[None], _STEPS, axis=0)  # (s, p, 3)
     return time_controller(_controller(there, basis), f"reduced, k = {basis.k}", targets)
 

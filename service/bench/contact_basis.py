@@ -62,7 +62,7 @@ Progress = Callable[[float, str], None]
 
 
 @dataclass(frozen=True, slots=True)
-class Inputs:
+class ContactBasisInputs:
     """What is measured.
 
     Attributes:
@@ -84,7 +84,9 @@ class Inputs:
     ks: tuple[int, ...] = KS
 
 
-def bench_contact_basis(inputs: Inputs, stop: StopFlag, progress: Progress) -> ContactBasisBench:
+def bench_contact_basis(
+    inputs: ContactBasisInputs, stop: StopFlag, progress: Progress
+) -> ContactBasisBench:
     """Measure; when asked to stop, what is done so far.
 
     Args:
@@ -132,7 +134,7 @@ def _until(results: Iterable[R], stop: StopFlag, done: Callable[[], None]) -> tu
 
 
 def training_errors(
-    inputs: Inputs, problems: tuple[ContactProblem, ...]
+    inputs: ContactBasisInputs, problems: tuple[ContactProblem, ...]
 ) -> Iterator[TrainingError]:
     """Every method with every k, on some equilibria of the path the modes were made from."""
     robot, snapshots = inputs.robot, inputs.snapshots
@@ -148,11 +150,11 @@ def training_errors(
             force = fit.error
             if method == "energy":
                 force = float(np.linalg.norm(distances(fit.Psi, S)) / np.linalg.norm(S))
-            errors = _settled(robot, some, basis, None)
+            errors = _tip_errors(robot, some, basis, None)
             yield TrainingError(method, weighting, fit.asked, force, found.energy, *errors[:3])
 
 
-def held_out_errors(inputs: Inputs) -> Iterator[HeldOutError]:
+def held_out_errors(inputs: ContactBasisInputs) -> Iterator[HeldOutError]:
     """The basis on paths with other gravity, with forces on the effectors, and released."""
     robot = inputs.robot
     design, names = held_out_design(robot, inputs.steps)
@@ -163,7 +165,7 @@ def held_out_errors(inputs: Inputs) -> Iterator[HeldOutError]:
         path = run_campaign(robot, alone, folder, show_progress=False)
         apart = float(np.nanmax(sensitivity(robot, path), initial=0.0))
         for enrichment in (None, usual):
-            largest, mean, unsettled, extra = _settled(robot, path, inputs.basis, enrichment)
+            largest, mean, unsettled, extra = _tip_errors(robot, path, inputs.basis, enrichment)
             yield HeldOutError(
                 path=name,
                 enriched=enrichment is not None,
@@ -177,7 +179,7 @@ def held_out_errors(inputs: Inputs) -> Iterator[HeldOutError]:
             )
 
 
-def _settled(
+def _tip_errors(
     robot: Robot, path: Snapshots, basis: ContactBasis, enrichment: Enrichment | None
 ) -> tuple[float | None, float | None, int, int]:
     """Largest and mean effector error [mm], equilibria that did not settle, most extra columns."""

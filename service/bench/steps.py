@@ -124,7 +124,7 @@ def bench_control(
         enrichments = (None, default_enrichment(tolerance))
         errors = []
         for enrichment in enrichments:
-            errors.append(compare(full, tip_curve(robot, basis, enrichment, pulls), enrichment))
+            errors.append(tip_error(full, tip_curve(robot, basis, enrichment, pulls), enrichment))
             progress(1.0 / 6.0)
     return ControlBench(
         machine=host_info(),
@@ -138,14 +138,16 @@ def bench_control(
 
 
 @dataclass(frozen=True, slots=True)
-class _Curve:
+class _TipCurve:
     tips: Array  # (s, 3) [m]
     converged: Bools  # (s,)
     deepest: float
     extra: int
 
 
-def tip_curve(robot: Robot, contact: object, enrichment: Enrichment | None, pulls: int) -> _Curve:
+def tip_curve(
+    robot: Robot, contact: object, enrichment: Enrichment | None, pulls: int
+) -> _TipCurve:
     """Equilibria with every cable pulled alike from rest to its largest pull."""
     simulator = Simulator(robot, contact, enrichment)  # type: ignore[arg-type]
     tips, converged, deepest, extra = [], [], np.inf, 0
@@ -155,10 +157,10 @@ def tip_curve(robot: Robot, contact: object, enrichment: Enrichment | None, pull
         converged.append(report.converged)
         deepest = min(deepest, report.deepest_gap)
         extra = max(extra, report.extra_columns)
-    return _Curve(np.array(tips), np.array(converged), deepest, extra)
+    return _TipCurve(np.array(tips), np.array(converged), deepest, extra)
 
 
-def compare(full: _Curve, reduced: _Curve, enrichment: Enrichment | None) -> TipError:
+def tip_error(full: _TipCurve, reduced: _TipCurve, enrichment: Enrichment | None) -> TipError:
     """Distances between the tips of two curves where both settled."""
     both = full.converged & reduced.converged
     distance = 1e3 * np.linalg.norm(full.tips - reduced.tips, axis=1)[both]

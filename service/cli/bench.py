@@ -85,14 +85,19 @@ def manipulator(
     ),
 ) -> None:
     """Steps per second straight and bent, full and reduced; what contact does; error over modes."""
-    from tauten.service.bench import manipulator as arm
+    from tauten.service.bench import ArmBenchSettings, bench_manipulator, parse_ks
+    from tauten.service.plots import Side, draw_comparison, draw_posture_errors
     from tauten.service.tables import arm_tables, sentences, write_arm_tables
 
     try:
-        settings = arm.ArmBenchSettings(snapshots, figures, arm.parse_ks(modes))
+        settings = ArmBenchSettings(snapshots, parse_ks(modes))
     except ValueError as error:
         raise typer.BadParameter(str(error)) from error
-    result = _with_bar("manipulator", lambda progress: arm.bench_manipulator(settings, progress))
+    result, bent = _with_bar("manipulator", lambda progress: bench_manipulator(settings, progress))
+    figures.mkdir(parents=True, exist_ok=True)
+    picture = figures / "manipulator-contact.png"
+    draw_comparison(bent.robot, bent.touching, bent.passing, Side(), picture)
+    draw_posture_errors(result.errors, figures / "manipulator-errors.png")
     console = Console(width=200)
     for table in arm_tables(result):
         console.print(table.rich())
@@ -164,13 +169,13 @@ def contact_basis(
 ) -> None:
     """Errors of contact bases on and off their training path; certificate, LCP. Ctrl-C keeps what is done."""
     from tauten.reduction.campaign import ramp, run_campaign
-    from tauten.service.bench import contact_basis as bench_contact_basis
+    from tauten.service.bench import ContactBasisInputs, bench_contact_basis
+    from tauten.service.plots import draw_contact_basis
     from tauten.service.process import stop_on_signals
     from tauten.service.setup import load_setup
     from tauten.service.tables import (
         certificate,
         contact_basis_tables,
-        draw_contact_basis,
         write_contact_basis_tables,
     )
 
@@ -179,12 +184,12 @@ def contact_basis(
         raise typer.BadParameter(f"{robot} has no contact basis: tauten reduce {robot} makes one")
     folder = snapshots or Path(f"{setup.robot.name}-snapshots")
     found = run_campaign(setup.robot, ramp(setup.robot), folder)
-    inputs = bench_contact_basis.Inputs(
+    inputs = ContactBasisInputs(
         setup.robot, setup.contact, found.select(found.converged), folder, equilibria, steps
     )
     with stop_on_signals() as stop, Progress(console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task("", total=1.0)
-        result = bench_contact_basis.bench_contact_basis(
+        result = bench_contact_basis(
             inputs, stop, lambda share, what: bar.update(task, advance=share, description=what)
         )
     for table in contact_basis_tables(result):

@@ -34,8 +34,9 @@ def compare(
 ) -> None:
     """The same command with and without contact: picture, and distance of the tips."""
     from tauten.model import load_robot
-    from tauten.service.bench import comparison
-    from tauten.service.plots import Side
+    from tauten.service.bench import compare as compared
+    from tauten.service.bench import equilibrium
+    from tauten.service.plots import Side, draw_comparison
 
     if len(set(axes)) != 2 or not set(axes) <= set("xyz"):
         raise typer.BadParameter(f"--axes is {axes!r}, allowed are two different ones of x, y, z")
@@ -47,12 +48,11 @@ def compare(
         None if not tension else _each(loaded, tension, "--tension", loaded.limits.tension_max)
     )
     chosen = (pulls, None) if tensions is None else (None, tensions)
-    passing = comparison.equilibrium(loaded, "none", *chosen)
-    touching = comparison.equilibrium(loaded, "full", *chosen)
-    found = comparison.compare(loaded, touching, passing)
-    comparison.draw(
-        loaded, touching, passing, Side("xyz".index(axes[0]), "xyz".index(axes[1])), figure
-    )
+    passing = equilibrium(loaded, "none", *chosen)
+    touching = equilibrium(loaded, "full", *chosen)
+    found = compared(loaded, touching, passing)
+    side = Side("xyz".index(axes[0]), "xyz".index(axes[1]))
+    draw_comparison(loaded, touching, passing, side, figure)
     if json_file is not None:
         write_text(json_file, json.dumps(asdict(found), indent=2) + "\n")
     Console().print(

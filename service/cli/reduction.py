@@ -180,16 +180,22 @@ def _basis_path(path: Path) -> Path:
 def _design(
     name: str, robot: Robot, step: float, ranges: Ranges, runs: int, steps: int, seed: int
 ) -> Design:
-    from tauten.reduction.campaign import designs, from_csv
+    from tauten.reduction.campaign import (
+        DesignError,
+        from_csv,
+        latin_hypercube,
+        plackett_burman,
+        ramp,
+    )
 
     if name == "ramp":
-        return designs.ramp(robot, step)
+        return ramp(robot, step)
     if name == "plackett-burman":
-        return designs.plackett_burman(robot, ranges, steps)
+        return plackett_burman(robot, ranges, steps)
     if name == "latin-hypercube":
-        return designs.latin_hypercube(robot, ranges, runs, seed, steps)
+        return latin_hypercube(robot, ranges, runs, seed, steps)
     if not name.endswith(".csv"):
-        raise designs.DesignError(
+        raise DesignError(
             f"no design {name!r}: allowed are ramp, plackett-burman, latin-hypercube and files "
             "that end in .csv"
         )

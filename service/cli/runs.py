@@ -29,7 +29,8 @@ def demo(
     drive: DriveOption = "pull",
 ) -> None:
     """Run node, plant and stream as processes; leave a log, a report and a figure."""
-    from tauten.service.plant import DemoSettings, run_demo
+    from tauten.service.plant import FIGURE, DemoSettings, run_demo
+    from tauten.service.plots import draw_run
     from tauten.service.process import stop_on_signals
     from tauten.service.replay import table_rows
 
@@ -49,7 +50,9 @@ def demo(
         drive,
     )
     with stop_on_signals() as stop, console.status("starting") as status:
-        report = run_demo(settings, stop, status.update)
+        done = run_demo(settings, stop, status.update)
+    draw_run(done.run, done.cables, folder / FIGURE)
+    report = done.report
     table = Table("", f"{report.robot}, {report.duration_s:.1f} s", title="tauten demo")
     for row in table_rows(report):
         table.add_row(*row)
@@ -85,6 +88,7 @@ def replay(
 
     Exit code 0: it decides the same; 1: it decides differently; 2: the log cannot be replayed.
     """
+    from tauten.service.plots import draw_replay
     from tauten.service.replay import replay as run
     from tauten.service.replay import write_report
 
@@ -104,4 +108,5 @@ def replay(
         console.print(f"note: {note}")
     if report is not None:
         write_report(result, str(log), report)
+        draw_replay(result, str(log), report / "replay.png")
     raise typer.Exit(0 if result.same else 1)

@@ -12,7 +12,7 @@ from tauten.model.numerics import Array
 from tauten.service.replay import Run, distance_to_goal
 
 _TARGET, _MODEL, _PLANT, _LIMIT = "#222222", "#0072b2", "#d55e00", "#999999"
-_CABLES = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
+CABLE_COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
 _MM = 1e3
 _LEAD = 0.5  # s shown before the first goal
 
@@ -70,7 +70,7 @@ def widest_plane(points: Array) -> tuple[int, int]:
 def draw_pull(run: Run, cables: tuple[str, ...], axes: Axes) -> None:
     """Pulled lengths commanded."""
     for index, name in enumerate(cables):
-        color = _CABLES[index % len(_CABLES)]
+        color = CABLE_COLOURS[index % len(CABLE_COLOURS)]
         axes.plot(run.pull.time, _MM * run.pull.value[:, index], color=color, label=name)
     axes.set_ylabel("pull [mm]")
     axes.legend(loc="upper right", ncols=4, fontsize="small")
@@ -79,7 +79,7 @@ def draw_pull(run: Run, cables: tuple[str, ...], axes: Axes) -> None:
 def draw_tension(run: Run, cables: tuple[str, ...], axes: Axes) -> None:
     """Tensions commanded."""
     for index in range(len(cables)):
-        color = _CABLES[index % len(_CABLES)]
+        color = CABLE_COLOURS[index % len(CABLE_COLOURS)]
         axes.plot(run.tension.time, run.tension.value[:, index], color=color)
     axes.set_ylabel("tension [N]")
 

@@ -177,8 +177,9 @@ def penetration(gaps: Array) -> float:
 
 def finite(values: ArrayLike) -> Array:
     """The finite ones of some values, flat."""
-    found = np.asarray(values, dtype=float).ravel()
-    return found[np.isfinite(found)]
+    every = np.asarray(values, dtype=float).ravel()
+    found: Array = every[np.isfinite(every)]
+    return found
 
 
 def distance_to_goal(run: Run, series: Series) -> Array:

@@ -20,7 +20,7 @@ from tauten.model import Robot, load_robot
 from tauten.service.cli import main
 from tauten.service.log import Entry, LogError, LogReader, LogRecorder
 from tauten.service.node import ControlLoop, Signals
-from tauten.service.plots import draw_run
+from tauten.service.plots import draw_replay, draw_run
 from tauten.service.replay import TICKS as TABLE
 from tauten.service.replay import VERDICT, make_report, read_run, replay, table_rows, write_report
 from tauten.service.setup import Setup, load_setup
@@ -236,6 +236,7 @@ def test_a_report_shows_every_tick_and_the_difference(log: Path, tmp_path: Path)
     worst = rows[result.worst_tick]
     off = float(worst["tension upper replayed"]) - float(worst["tension upper recorded"])
     assert abs(off) == pytest.approx(result.tension[1], rel=1e-6)
+    draw_replay(result, "log.mcap", tmp_path / "out" / "replay.png")
     assert (tmp_path / "out" / "replay.png").read_bytes().startswith(b"\x89PNG")
     assert result.speed > 1.0
 

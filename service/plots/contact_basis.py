@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from tauten.service.bench import ContactBasisBench
-from tauten.service.tables.contact_basis import by_method, pairs_of
+from tauten.service.tables import by_method, pairs_of
 
 _COLOURS = ("#0072b2", "#d55e00", "#e69f00", "#009e73", "#cc79a7", "#666666")
 _MEAN, _MAX = 3e-3, 1e-2  # of the robot's size: what enriched contact is held to
