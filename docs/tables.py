@@ -99,13 +99,13 @@ def demo() -> str:
     ]
     body += [
         ["ticks, deadlines missed", f"{report['ticks']}, {report['missed']}"],
-        ["rate asked / achieved", f"{report['rate_hz']:.1f} / {report['achieved_hz']:.2f} Hz"],
+        ["rate requested / achieved", f"{report['rate_hz']:.1f} / {report['achieved_hz']:.2f} Hz"],
     ]
-    for who in ("model", "plant"):
-        error = report[f"{who}_error"]
+    for effector in ("model", "plant"):
+        error = report[f"{effector}_error"]
         body.append(
             [
-                f"tracking error of the {who}, RMS / max",
+                f"tracking error of the {effector}, RMS / max",
                 f"{error['rms_mm']:.2f} / {error['max_mm']:.2f} mm",
             ]
         )

@@ -101,7 +101,15 @@ def _bases(
 def posture_error(
     robot: Robot, basis: ContactBasis, runs: Snapshots, name: str, certified: bool
 ) -> PostureError:
-    """Error of one basis on runs that end in postures; cables keep their tensions."""
+    """Error of one basis on runs that end in postures, under the same tensions.
+
+    Args:
+        robot: the arm.
+        basis: of contact forces.
+        runs: equilibria with pointwise contact.
+        name: of the set of postures.
+        certified: whether unit columns are added where gaps are deeper than the tolerance.
+    """
     tolerance = robot.config.contact.tolerance
     enrichment = default_enrichment(tolerance) if certified else None
     result = tip_errors(robot, runs, basis, enrichment, "tension", _MAX_ITERATIONS)

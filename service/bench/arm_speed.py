@@ -57,7 +57,14 @@ class Speed:
 
 
 def measure_speed(robot: Robot, basis: ContactBasis, tension: Array, posture: str) -> Speed:
-    """Times of steps of all kinds around the equilibrium under tensions (n_a,) [N]."""
+    """Times of steps of all kinds around an equilibrium.
+
+    Args:
+        robot: the arm.
+        basis: its contact basis.
+        tension: (n_a,) of the equilibrium [N].
+        posture: its name.
+    """
     there = arm_in_equilibrium(robot, tension)
     enrichment = default_enrichment(robot.config.contact.tolerance)
     sweeps: list[int] = []
@@ -88,7 +95,13 @@ def measure_speed(robot: Robot, basis: ContactBasis, tension: Array, posture: st
 
 
 def times(work: Callable[[], object], count: int, warm_up: int = 10) -> Array:
-    """How long a piece of work takes, again and again: (count,) [ms]."""
+    """Times of repeated calls: (count,) [ms].
+
+    Args:
+        work: to call.
+        count: calls to measure.
+        warm_up: calls before them.
+    """
     for _ in range(warm_up):
         work()
     found = np.empty(count)
@@ -132,7 +145,13 @@ def _controller(there: Simulator, contact: Literal["full"] | ContactBasis) -> Co
 
 
 def stage_times(robot: Robot, basis: ContactBasis, tension: Array) -> StepTimes:
-    """Where the time of control steps goes that hold the tip at the equilibrium of tensions (n_a,) [N]."""
+    """Times of the stages of control steps that hold the tip at an equilibrium.
+
+    Args:
+        robot: the arm.
+        basis: its contact basis.
+        tension: (n_a,) of the equilibrium [N].
+    """
     there = arm_in_equilibrium(robot, tension)
     targets = np.repeat(there.effector[None], _STEPS, axis=0)  # (s, p, 3)
     return time_controller(_controller(there, basis), f"reduced, k = {basis.k}", targets)

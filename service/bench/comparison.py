@@ -88,7 +88,13 @@ def equilibrium(
 
 
 def compare(robot: Robot, touching: Equilibrium, passing: Equilibrium) -> Comparison:
-    """Numbers of a comparison: equilibria with and without contact."""
+    """Numbers of a comparison.
+
+    Args:
+        robot: the robot.
+        touching: its equilibrium with contact.
+        passing: its equilibrium without contact.
+    """
     gaps = robot.rows(passing.state).contacts.rows.delta
     apart = np.linalg.norm(touching.effector - passing.effector, axis=1)
     return Comparison(

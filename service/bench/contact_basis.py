@@ -1,4 +1,4 @@
-"""`tauten bench contact-basis`: what contact bases are worth, on and off the path they were made from."""
+"""`tauten bench contact-basis`: errors of contact bases on and off their training path."""
 
 from __future__ import annotations
 
@@ -87,11 +87,11 @@ class ContactBasisInputs:
 def bench_contact_basis(
     inputs: ContactBasisInputs, stop: StopFlag, progress: Progress
 ) -> ContactBasisBench:
-    """Measure; when asked to stop, what is done so far.
+    """Measure; when `stop` is raised, the results so far.
 
     Args:
         inputs: what is measured.
-        stop: looked at between one basis or path and the next.
+        stop: read after each basis and path.
         progress: called with the share of the work just done and what comes next.
     """
     robot = inputs.robot
@@ -124,7 +124,7 @@ def bench_contact_basis(
 
 
 def _until(results: Iterable[R], stop: StopFlag, done: Callable[[], None]) -> tuple[R, ...]:
-    """The results up to the moment when somebody asks to stop."""
+    """The results until `stop` is raised."""
     found: list[R] = []
     remaining = iter(results)
     while not stop.requested and (result := next(remaining, None)) is not None:
@@ -185,7 +185,7 @@ def _tip_errors(
     """Largest and mean effector error [mm], equilibria that did not settle, most extra columns."""
     try:
         found = tip_errors(robot, path, basis, enrichment)
-    except FactorisationError:  # blown up: nothing of this path can be had
+    except FactorisationError:  # diverged: the path has no result
         return None, None, len(path), 0
     errors = 1e3 * found.error[~np.isnan(found.error)]
     unsettled = int((~found.converged).sum())
@@ -196,7 +196,13 @@ def _tip_errors(
 
 
 def certificate_cost(robot: Robot, basis: ContactBasis, seconds: float = 4.0) -> CertificateCost:
-    """Follow what the cables reach and take the time of the certificate where nothing is violated."""
+    """Follow what the cables reach and measure the time of the certificate where no gap is too deep.
+
+    Args:
+        robot: the robot.
+        basis: its contact basis.
+        seconds: duration of the path.
+    """
     controller = Controller(robot, basis)
     path = make_path("reach", robot, PathSettings(period=seconds, fraction=0.9))
     settings = controller.settings

@@ -23,7 +23,9 @@ Progress = Callable[[float, str], None]
 
 RAMP_STEPS = 200  # equilibria of the training campaign
 FINE_STEPS = 100  # on refined meshes
-FOREIGN = Ranges(pull=(0.5, 1.0), tilt=np.radians(20.0), force=0.02)  # loads nobody trained for
+FOREIGN = Ranges(
+    pull=(0.5, 1.0), tilt=np.radians(20.0), force=0.02
+)  # loads that are not in the training campaign
 FOREIGN_RUNS, FOREIGN_STEPS = 6, 20
 FOLLOWED = 40  # equilibria of the training path at which tips are compared
 FAST = 1000.0  # rate of the last column [Hz]
@@ -60,11 +62,11 @@ class ReducedCase:
     Attributes:
         modes: modes of motion.
         responses: static responses among the unknowns beside them.
-        sample: relative residual asked of the sample.
+        sample: allowed relative residual of the sample.
         elements: in the sample.
         motion_left_out: of the training states, relative.
         training: along the training path, at states that took no part in it.
-        foreign: under loads that nobody trained for.
+        foreign: under loads that are not in the training campaign.
         times: of control steps along the reach path.
     """
 
@@ -170,6 +172,11 @@ def bench_reduced(
 def tet_robot(robot_file: str, rate: float | None, refinements: int) -> TetRobot:
     """The full robot.
 
+    Args:
+        robot_file: name or path.
+        rate: control rate [Hz]; None: the file's.
+        refinements: of its mesh.
+
     Raises:
         ValueError: it is not made of tetrahedra.
     """
@@ -180,7 +187,13 @@ def tet_robot(robot_file: str, rate: float | None, refinements: int) -> TetRobot
 
 
 def ramp_snapshots(robot: Robot, folder: Path, steps: int) -> Snapshots:
-    """Equilibria of the ramp of the cables."""
+    """Equilibria of the ramp of the cables.
+
+    Args:
+        robot: the robot.
+        folder: of the campaign; results in it are used again.
+        steps: of the ramp.
+    """
     design = ramp(robot, float(robot.limits.pull_max.min()) / steps)
     found = run_campaign(robot, design, folder, show_progress=False)
     return found.select(found.converged)
@@ -200,7 +213,16 @@ def run_case(
     settings: StateSettings,
     targets: Array,
 ) -> ReducedCase:
-    """Make a state basis and measure it."""
+    """Compute a state basis and measure it.
+
+    Args:
+        robot: the full robot.
+        basis: its contact basis.
+        training: snapshots to compute the basis from.
+        foreign: snapshots under other loads.
+        settings: of the basis.
+        targets: (s, 3) to follow while steps are timed [m].
+    """
     states = reduce_states(robot, training, basis, settings)
     reduced, origin = reduced_robot(robot, states), states.origin
     return ReducedCase(
@@ -218,7 +240,15 @@ def run_case(
 def run_mesh(
     robot_file: str, basis: ContactBasis, folder: Path, refinements: int, seconds: float
 ) -> MeshCase:
-    """The automatic choice on one mesh."""
+    """The automatic choice on one mesh.
+
+    Args:
+        robot_file: name or path.
+        basis: contact basis of the robot's own mesh.
+        folder: of the campaigns.
+        refinements: of the mesh.
+        seconds: duration of the path to follow.
+    """
     robot = tet_robot(robot_file, None, refinements)
     steps = FINE_STEPS if refinements else RAMP_STEPS
     training = ramp_snapshots(
@@ -243,13 +273,19 @@ def run_mesh(
 
 
 def unseen(training: Snapshots) -> Snapshots:
-    """States of the training path that took no part in the training, not more than `FOLLOWED`."""
+    """States of the training path that took no part in the training, at most `FOLLOWED` of them."""
     held_out = training.select(held_out_snapshots(training))
     return held_out.select(np.arange(0, len(held_out), -(-len(held_out) // FOLLOWED)))
 
 
 def path_accuracy(robot: Robot, basis: ContactBasis, snapshots: Snapshots) -> PathAccuracy:
-    """Settle along stored equilibria of the full model and compare tips."""
+    """Settle along stored equilibria of the full model and compare effectors.
+
+    Args:
+        robot: the reduced robot.
+        basis: its contact basis.
+        snapshots: equilibria of the full robot.
+    """
     enrichment = default_enrichment(robot.config.contact.tolerance)
     simulator = Simulator(robot, basis, enrichment)
     apart, deepest, lost = [], np.inf, 0

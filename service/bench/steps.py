@@ -1,4 +1,4 @@
-"""`tauten bench finger` and `tauten bench steps`: how long steps take, and how far reduction errs."""
+"""`tauten bench finger` and `tauten bench steps`: times of steps, and errors of the reduction."""
 
 from __future__ import annotations
 
@@ -148,7 +148,14 @@ class _TipCurve:
 def tip_curve(
     robot: Robot, contact: object, enrichment: Enrichment | None, pulls: int
 ) -> _TipCurve:
-    """Equilibria with every cable pulled alike from rest to its largest pull."""
+    """Equilibria with every cable pulled in proportion from rest to its largest pull.
+
+    Args:
+        robot: the robot.
+        contact: "none", "full" or a contact basis.
+        enrichment: of the basis; None without.
+        pulls: number of equilibria.
+    """
     simulator = Simulator(robot, contact, enrichment)  # type: ignore[arg-type]
     tips, converged, deepest, extra = [], [], np.inf, 0
     for share in np.linspace(0.0, 1.0, pulls):
@@ -161,7 +168,13 @@ def tip_curve(
 
 
 def tip_error(full: _TipCurve, reduced: _TipCurve, enrichment: Enrichment | None) -> TipError:
-    """Distances between the tips of two curves where both settled."""
+    """Distances between the tips of two curves where both settled.
+
+    Args:
+        full: with pointwise contact.
+        reduced: with a contact basis.
+        enrichment: of the basis; None without.
+    """
     both = full.converged & reduced.converged
     distance = 1e3 * np.linalg.norm(full.tips - reduced.tips, axis=1)[both]
     return TipError(
@@ -180,7 +193,14 @@ def bench_steps(
 ) -> StepBench:
     """Time forward and inverse steps without contact on a mesh and its uniform refinements.
 
-    The pull grows from nothing to half its limit, as in a peer's scene.
+    The pull grows from zero to half its limit.
+
+    Args:
+        robot_file: name or path.
+        refinements: of the mesh.
+        factorisation: back end, or "auto".
+        steps: to measure on each mesh.
+        progress: called with the share of the work that has just been done.
     """
     meshes = []
     for count in range(refinements + 1):
@@ -199,7 +219,13 @@ def bench_steps(
 
 
 def time_forward(robot: Robot, steps: int, warm_up: int = 5) -> Spread:
-    """Times of simulator steps while the cables are pulled to half their limit [ms]."""
+    """Times of simulator steps while the cables are pulled to half their limit [ms].
+
+    Args:
+        robot: the robot.
+        steps: to measure.
+        warm_up: steps before them.
+    """
     simulator, times = Simulator(robot, contact="none"), []
     for share in np.linspace(0.0, 0.5, steps + warm_up):
         start = perf_counter()
@@ -209,7 +235,13 @@ def time_forward(robot: Robot, steps: int, warm_up: int = 5) -> Spread:
 
 
 def time_inverse(robot: Robot, steps: int, warm_up: int = 5) -> Spread:
-    """Times of control steps that follow the tip of a forward simulation [ms]."""
+    """Times of control steps that follow the tip of a forward simulation [ms].
+
+    Args:
+        robot: the robot.
+        steps: to measure.
+        warm_up: steps before them.
+    """
     simulator, targets = Simulator(robot, contact="none"), []
     for share in np.linspace(0.0, 0.5, steps + warm_up):
         simulator.step(pull=share * robot.limits.pull_max)

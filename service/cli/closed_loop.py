@@ -20,10 +20,10 @@ def closed_loop(
     json_file: Json = None,
     figures: Annotated[Path | None, typer.Option(help="Folder for a figure of each case.")] = None,
     markdown: Annotated[Path | None, typer.Option(help="Page to put the tables into.")] = None,
-    seconds: Annotated[float, typer.Option(min=1.0, help="Of each case.")] = 4.0,
-    seed: Annotated[int, typer.Option(help="Of the random walk.")] = 0,
+    seconds: Annotated[float, typer.Option(min=1.0, help="Duration of each case.")] = 4.0,
+    seed: Annotated[int, typer.Option(help="Seed of the random walk.")] = 0,
 ) -> None:
-    """Controllers with reduced, full, no contact against the full-order robot; Ctrl-C keeps what is done."""
+    """Controllers with reduced, full and no contact on the full-order robot; Ctrl-C keeps finished runs."""
     from tauten.service.bench import ClosedLoopSettings, bench_closed_loop
     from tauten.service.plots import draw_case
     from tauten.service.process import stop_on_signals

@@ -1,4 +1,4 @@
-"""`tauten compare`: what contact does to a robot, as a figure and numbers."""
+"""`tauten compare`: the effect of contact on a robot, as a figure and numbers."""
 
 from __future__ import annotations
 
@@ -21,7 +21,9 @@ def compare(
     robot: Annotated[str, typer.Argument(help="A shipped robot's name, or a robot file.")],
     pull: Annotated[
         list[float] | None,
-        typer.Option(help="Pulled length of each cable [m], once a cable; default: the largest."),
+        typer.Option(
+            help="Pulled length of each cable [m], one option for each cable; default: the largest."
+        ),
     ] = None,
     tension: Annotated[
         list[float] | None, typer.Option(help="Tension of each cable instead [N].")
@@ -32,7 +34,7 @@ def compare(
         Path | None, typer.Option("--json", help="Write the numbers to this file.")
     ] = None,
 ) -> None:
-    """The same command with and without contact: picture, and distance of the tips."""
+    """Apply the same command with and without contact: figure, and distance of the effectors."""
     from tauten.model import load_robot
     from tauten.service.bench import compare as compared
     from tauten.service.bench import equilibrium

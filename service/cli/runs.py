@@ -1,4 +1,4 @@
-"""`tauten demo` and `tauten replay`: whole runs, made and made again."""
+"""`tauten demo` and `tauten replay`: a run, and the controller again on a recorded run."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from tauten.service.cli.options import Basis, ClosedLoop, DriveOption, Model, Yo
 def demo(
     robot: Annotated[str, typer.Argument(help="A shipped robot's name, or a file.")] = "finger",
     out: Annotated[Path | None, typer.Option(help="Folder for log, report and figure.")] = None,
-    seconds: Annotated[float, typer.Option(min=1.0, help="Of targets.")] = 20.0,
+    seconds: Annotated[float, typer.Option(min=1.0, help="Duration of the targets.")] = 20.0,
     path: Annotated[str, typer.Option(help="As for `tauten stream`.")] = "reach",
-    period: Annotated[float, typer.Option(min=0.1, help="Seconds of one pass.")] = 10.0,
+    period: Annotated[float, typer.Option(min=0.1, help="Duration of one pass [s].")] = 10.0,
     fraction: Annotated[
-        float, typer.Option(min=0.0, max=1.0, help="Of the largest pull, for reach.")
+        float, typer.Option(min=0.0, max=1.0, help="Share of the largest pull, for reach.")
     ] = 0.8,
     basis: Basis = None,
     model: Model = None,
@@ -28,7 +28,7 @@ def demo(
     young_scale: YoungScale = 1.0,
     drive: DriveOption = "pull",
 ) -> None:
-    """Run node, plant and stream as processes; leave a log, a report and a figure."""
+    """Run node, plant and stream as processes; write a log, a report and a figure."""
     from tauten.service.plant import FIGURE, DemoSettings, run_demo
     from tauten.service.plots import draw_run
     from tauten.service.process import stop_on_signals
@@ -63,14 +63,14 @@ def demo(
 def replay(
     log: Annotated[Path, typer.Argument(help="MCAP file of `serve --record` or `demo`.")],
     tolerance: Annotated[
-        float, typer.Option(min=0.0, help="Accepted difference, of each cable's range.")
+        float, typer.Option(min=0.0, help="Accepted difference, as a share of each cable's range.")
     ] = 1e-4,
     against: Annotated[
-        str | None, typer.Option(help="Another robot than the recorded one: name or file.")
+        str | None, typer.Option(help="Robot to use instead of the recorded one: name or file.")
     ] = None,
     model: Annotated[
         Literal["full", "reduced"] | None,
-        typer.Option(help="Another model than the recorded one."),
+        typer.Option(help="Model to use instead of the recorded one."),
     ] = None,
     report: Annotated[
         Path | None, typer.Option(help="Folder for the differences: JSON, CSV, figure.")

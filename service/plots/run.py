@@ -18,7 +18,13 @@ _LEAD = 0.5  # s shown before the first goal
 
 
 def draw_run(run: Run, cables: tuple[str, ...], path: Path) -> None:
-    """Draw a run into a file; its suffix decides the format."""
+    """Draw a run.
+
+    Args:
+        run: the run.
+        cables: names of the cables.
+        path: of the figure; its suffix decides the format.
+    """
     figure = Figure(figsize=(13.0, 8.0), layout="constrained")
     paths_box, time_box = figure.subfigures(1, 2, width_ratios=(1.0, 1.25), squeeze=False)[0]
     draw_paths(run, paths_box.subplots())
@@ -68,7 +74,13 @@ def widest_plane(points: Array) -> tuple[int, int]:
 
 
 def draw_pull(run: Run, cables: tuple[str, ...], axes: Axes) -> None:
-    """Pulled lengths commanded."""
+    """Draw the commanded pulled lengths.
+
+    Args:
+        run: the run.
+        cables: names of the cables.
+        axes: to draw into.
+    """
     for index, name in enumerate(cables):
         color = CABLE_COLOURS[index % len(CABLE_COLOURS)]
         axes.plot(run.pull.time, _MM * run.pull.value[:, index], color=color, label=name)
@@ -77,7 +89,13 @@ def draw_pull(run: Run, cables: tuple[str, ...], axes: Axes) -> None:
 
 
 def draw_tension(run: Run, cables: tuple[str, ...], axes: Axes) -> None:
-    """Tensions commanded."""
+    """Draw the commanded tensions.
+
+    Args:
+        run: the run.
+        cables: names of the cables.
+        axes: to draw into.
+    """
     for index in range(len(cables)):
         color = CABLE_COLOURS[index % len(CABLE_COLOURS)]
         axes.plot(run.tension.time, run.tension.value[:, index], color=color)

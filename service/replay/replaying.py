@@ -42,19 +42,19 @@ class Courses:
 
 @dataclass(frozen=True, slots=True)
 class Replay:
-    """How far a replay is from its log.
+    """The difference between a replay and its log.
 
     Attributes:
         cables: names.
-        courses: all of it.
-        seconds: that the replay took.
+        courses: every tick.
+        seconds: duration of the replay.
         pull: (n_a,) largest difference of pulled lengths [m].
         tension: (n_a,) largest difference of tensions [N].
         fraction: largest difference as a fraction of the cable's range.
-        worst_tick: where that was.
+        worst_tick: tick of that difference.
         statuses: ticks whose decision ended with another status.
         tolerance: fraction that is accepted.
-        notes: what else has changed since the log was made.
+        notes: other changes since the log was made.
     """
 
     cables: tuple[str, ...]
@@ -70,12 +70,12 @@ class Replay:
 
     @property
     def ticks(self) -> int:
-        """How many were compared."""
+        """Number of ticks that were compared."""
         return len(self.courses.time)
 
     @property
     def speed(self) -> float:
-        """How much faster than the run the replay was."""
+        """Duration of the run over the duration of the replay."""
         return float(self.courses.time[-1]) / self.seconds
 
     @property
@@ -118,7 +118,12 @@ def replay(
 
 
 def recorded_ticks(reader: LogReader, setup: Setup, robot: str) -> Iterator[tuple[Tick, Joints]]:
-    """Ticks of a log with the actuation that left in each.
+    """Ticks of a log, each with its actuation.
+
+    Args:
+        reader: of the log.
+        setup: the robot that replays it.
+        robot: name in the log's keys.
 
     Raises:
         LogError: a message that does not fit the robot.
@@ -158,12 +163,12 @@ def _check_positions(tick: Tick, effectors: int, path: Path) -> None:
 def actions(
     ticks: Iterator[tuple[Tick, Joints]], setup: Setup
 ) -> Iterator[tuple[Tick, Joints, Action]]:
-    """What the loop does now at each recorded tick."""
+    """Actions of the loop at the recorded ticks."""
     loop = ControlLoop(warm_controller(setup))
     for tick, actuation in ticks:
         if loop.state.mode is Mode.STOP and tick.mode is not Mode.STOP:
-            loop.rest()  # what a reset did
-        # a decision that could not be used was one all the same
+            loop.rest()  # the operator's reset
+        # also where the decision could not be used
         mode = Mode.RUN if tick.goal else tick.mode
         loop.state = replace(loop.state, mode=mode, cause=tick.cause)
         goal = np.array(tick.goal) if tick.goal else None

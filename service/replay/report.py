@@ -36,37 +36,37 @@ class TrackingError:
 
 @dataclass(frozen=True, slots=True)
 class Report:
-    """What a run was, from the first to the last tick that followed a goal.
+    """Numbers of a run, from the first to the last tick that followed a goal.
 
     Attributes:
         robot: name.
-        duration_s: seconds between these.
-        ticks: their number.
+        duration_s: seconds between these two ticks.
+        ticks: number of ticks from the first to the last of them.
         following: ticks that followed a goal.
-        rate_hz: ticks a second that were asked for.
-        achieved_hz: ticks a second that were.
+        rate_hz: configured control rate.
+        achieved_hz: measured rate of ticks.
         step_ms: decide, advance and prepare together.
         decide_ms: the decision alone.
-        overhead_ms: everything else that a tick does.
+        overhead_ms: work of a tick outside the control step.
         lateness_ms: how late ticks began.
-        latency_ms: from a target's header to the actuation that answers it.
-        missed: deadlines missed.
-        skipped: ticks lost.
-        model_error: of the model's effector, against the goal of its tick.
-        plant_error: of the plant's effector, against the goal that held then.
-        model_plant_error: between the two.
-        model_penetration_mm: deepest predicted.
+        latency_ms: from the time in a target's header to its actuation.
+        missed: number of missed deadlines.
+        skipped: number of ticks that were skipped.
+        model_error: distance of the model's effector from the goal of its tick.
+        plant_error: distance of the plant's effector from the goal at that time.
+        model_plant_error: distance between these two effectors.
+        model_penetration_mm: deepest penetration that the model predicted.
         plant_penetration_mm: deepest in the plant; None without plant.
-        peak_pull_mm: one a cable.
-        peak_tension_n: one a cable.
+        peak_pull_mm: largest pulled length of each cable.
+        peak_tension_n: largest tension of each cable.
         modes: ticks by mode, of the whole run.
         statuses: decisions by status.
-        clamped: ticks at which the guard changed the actuation.
-        extra_columns: most contacts that joined the basis at a tick.
+        clamped: ticks at which the actuation limiter changed the actuation.
+        extra_columns: largest number of contacts that were added to the basis in a tick.
         health: last health of the node.
         complete: whether the log was finished.
-        metadata: what the node wrote about the run, its robot file left out.
-        machine: that the report was made on, with its load.
+        metadata: facts that the node wrote about the run, without the robot file.
+        machine: on which the report was made, with its load.
     """
 
     robot: str
@@ -142,11 +142,11 @@ def make_report(run: Run) -> Report:
 
 
 def overheads(ticks: tuple[Tick, ...], period: float) -> list[float]:
-    """Work of each tick beside the control step [ms], from when it began and what it left over.
+    """Work of each tick outside the control step [ms], from its lateness and the slack after it.
 
     Args:
-        ticks: one after another.
-        period: seconds.
+        ticks: successive ticks.
+        period: of the ticks [s].
     """
     pairs = itertools.pairwise(ticks)
     return [1e3 * (period - tick.lateness - after.slack - tick.step) for tick, after in pairs]
@@ -183,7 +183,7 @@ def finite(values: ArrayLike) -> Array:
 
 
 def distance_to_goal(run: Run, series: Series) -> Array:
-    """Distance of each point of a series from the goal that held then, NaN where none did: (m,)."""
+    """Distance of each point of a series from the goal at that time, NaN without a goal: (m,) [m]."""
     goal = np.where(run.following[:, None], run.goal, np.nan)
     distance: Array = np.linalg.norm(series.value - held(run.time, goal, series.time), axis=1)
     return distance
@@ -198,7 +198,16 @@ def model_against_plant(run: Run) -> Array:
 
 
 def held(times: Array, values: Array, at: Array) -> Array:
-    """The value (m, d) that held at each time; NaN before the first: (len(at), d)."""
+    """Values at some times, each constant until the next one; NaN before the first.
+
+    Args:
+        times: (m,) ascending [s].
+        values: (m, d) at these times.
+        at: (k,) times to evaluate at [s].
+
+    Returns:
+        (k, d) values.
+    """
     index = np.searchsorted(times, at, side="right") - 1
     if len(times) == 0:
         return np.full((len(at), values.shape[1]), np.nan)
@@ -206,7 +215,7 @@ def held(times: Array, values: Array, at: Array) -> Array:
 
 
 def table_rows(report: Report) -> list[tuple[str, str]]:
-    """The report's lines for a terminal: what, and how much with its unit."""
+    """Names and values with units, for a terminal."""
 
     def ms(value: Spread) -> str:
         return " / ".join(_text(v, "{:.2f}") for v in (value.p50, value.p99, value.max)) + " ms"
@@ -215,7 +224,7 @@ def table_rows(report: Report) -> list[tuple[str, str]]:
         return f"{_text(value.rms_mm, '{:.2f}')} / {_text(value.max_mm, '{:.2f}')} mm"
 
     return [
-        ("rate, asked / achieved", f"{report.rate_hz:.1f} / {report.achieved_hz:.2f} Hz"),
+        ("rate, requested / achieved", f"{report.rate_hz:.1f} / {report.achieved_hz:.2f} Hz"),
         ("step p50 / p99 / max", ms(report.step_ms)),
         ("decide p50 / p99 / max", ms(report.decide_ms)),
         ("node overhead p50 / p99 / max", ms(report.overhead_ms)),

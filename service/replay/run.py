@@ -44,12 +44,12 @@ class Run:
         robot: name.
         rate: control rate [Hz].
         metadata: all that the node wrote about it.
-        ticks: one record a tick.
+        ticks: the record of each tick.
         time: (m,) of the ticks [s].
-        goal: (m, 3) of the first effector, NaN where there was none [m].
+        goal: (m, 3) of the first effector, NaN without a goal [m].
         model: first effector in the model [m].
-        pull: pulled lengths commanded, a column a cable [m].
-        tension: tensions commanded, a column a cable [N].
+        pull: commanded pulled lengths, one column for each cable [m].
+        tension: commanded tensions, one column for each cable [N].
         plant: first effector in the plant [m]; empty without plant.
         plant_gap: smallest gap in the plant [m]; empty without plant.
         health: last health of the node, by name.
