@@ -23,9 +23,7 @@ Progress = Callable[[float, str], None]
 
 RAMP_STEPS = 200  # equilibria of the training campaign
 FINE_STEPS = 100  # on refined meshes
-FOREIGN = Ranges(
-    pull=(0.5, 1.0), tilt=np.radians(20.0), force=0.02
-)  # loads that are not in the training campaign
+FOREIGN = Ranges(pull=(0.5, 1.0), tilt=np.radians(20.0), force=0.02)  # loads outside the training
 FOREIGN_RUNS, FOREIGN_STEPS = 6, 20
 FOLLOWED = 40  # equilibria of the training path at which tips are compared
 FAST = 1000.0  # rate of the last column [Hz]
