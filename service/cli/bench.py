@@ -169,7 +169,7 @@ def contact_basis(
     ] = 20,
     steps: Annotated[int, typer.Option(min=2, help="Number of steps of a held-out path.")] = 16,
 ) -> None:
-    """Errors of contact bases on and off their training path; certificate, LCP. Ctrl-C keeps finished results."""
+    """Errors of contact bases on and off their training path; certificate, LCP. Ctrl-C keeps results."""
     from tauten.reduction.campaign import ramp, run_campaign
     from tauten.service.bench import ContactBasisInputs, bench_contact_basis
     from tauten.service.plots import draw_contact_basis

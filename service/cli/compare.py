@@ -21,9 +21,7 @@ def compare(
     robot: Annotated[str, typer.Argument(help="A shipped robot's name, or a robot file.")],
     pull: Annotated[
         list[float] | None,
-        typer.Option(
-            help="Pulled length of each cable [m], one option for each cable; default: the largest."
-        ),
+        typer.Option(help="Pulled length [m], one option for each cable; default: the largest."),
     ] = None,
     tension: Annotated[
         list[float] | None, typer.Option(help="Tension of each cable instead [N].")
