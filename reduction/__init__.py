@@ -7,7 +7,13 @@ from tauten.reduction.contact.positive_basis import (
     PositiveFactorisation,
     factorise,
 )
-from tauten.reduction.provenance import CurvePoint, Provenance, versions
+from tauten.reduction.provenance import (
+    CurvePoint,
+    Provenance,
+    package_version,
+    source_version,
+    versions,
+)
 from tauten.reduction.storage import DamagedFile
 
 __all__ = [
@@ -20,5 +26,7 @@ __all__ = [
     "PositiveFactorisation",
     "Provenance",
     "factorise",
+    "package_version",
+    "source_version",
     "versions",
 ]
