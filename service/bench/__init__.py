@@ -17,7 +17,7 @@ from tauten.service.bench.comparison import (
     CompareError,
     Comparison,
     Equilibrium,
-    compare,
+    compare_equilibria,
     equilibrium,
 )
 from tauten.service.bench.contact_basis import ContactBasisInputs, bench_contact_basis
@@ -87,7 +87,7 @@ __all__ = [
     "bench_reduced",
     "bench_steps",
     "bent_tensions",
-    "compare",
+    "compare_equilibria",
     "deadlines",
     "equilibrium",
     "follow",

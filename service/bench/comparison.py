@@ -87,7 +87,7 @@ def equilibrium(
     )
 
 
-def compare(robot: Robot, touching: Equilibrium, passing: Equilibrium) -> Comparison:
+def compare_equilibria(robot: Robot, touching: Equilibrium, passing: Equilibrium) -> Comparison:
     """Numbers of a comparison.
 
     Args:

@@ -15,7 +15,7 @@ from tauten.reduction.campaign import Ranges, Snapshots, plackett_burman, run_ca
 from tauten.service.bench.arm_accuracy import PostureError, errors_over_k, posture_error
 from tauten.service.bench.arm_postures import bent_tensions, random_postures
 from tauten.service.bench.arm_speed import Speed, measure_speed, stage_times
-from tauten.service.bench.comparison import Comparison, Equilibrium, compare, equilibrium
+from tauten.service.bench.comparison import Comparison, Equilibrium, compare_equilibria, equilibrium
 from tauten.service.bench.stages import StepTimes
 from tauten.service.process import HostInfo, host_info, one_blas_thread
 
@@ -24,7 +24,7 @@ STEPS = 120  # of a run of the campaign
 _ON_THE_WAY = 6  # equilibria on the way to a posture that errors are measured at
 _HELD_OUT, _SEED = 20, 1
 
-Progress = Callable[[float], None]
+ShareDone = Callable[[float], None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,7 +74,7 @@ class ArmBenchSettings:
     ks: tuple[int, ...]
 
 
-def bench_manipulator(settings: ArmBenchSettings, progress: Progress) -> tuple[ArmBench, BentArm]:
+def bench_manipulator(settings: ArmBenchSettings, progress: ShareDone) -> tuple[ArmBench, BentArm]:
     """Measure everything; campaigns come first and take longest.
 
     Args:
@@ -108,7 +108,7 @@ def bench_manipulator(settings: ArmBenchSettings, progress: Progress) -> tuple[A
         machine=host_info(),
         speed=speed,
         stages=stages,
-        contact=compare(robot, bent.touching, bent.passing),
+        contact=compare_equilibria(robot, bent.touching, bent.passing),
         campaign=campaign.origin.campaign,
         snapshots=len(converged),
         shipped=tuple(own),

@@ -16,7 +16,7 @@ from tauten.service.plant import PathSettings, make_path
 from tauten.service.process import HostInfo, host_info, one_blas_thread
 from tauten.service.replay import Spread, spread
 
-Progress = Callable[[float], None]
+ShareDone = Callable[[float], None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,7 +99,7 @@ def sizes_of(robot: Robot, modes: int = 0) -> Sizes:
 
 
 def bench_control(
-    robot: Robot, basis: ContactBasis, seconds: float, pulls: int, progress: Progress
+    robot: Robot, basis: ContactBasis, seconds: float, pulls: int, progress: ShareDone
 ) -> ControlBench:
     """Time control steps with contact none, full and reduced; compare reduced with pointwise tips.
 
@@ -189,7 +189,7 @@ def tip_error(full: _TipCurve, reduced: _TipCurve, enrichment: Enrichment | None
 
 
 def bench_steps(
-    robot_file: str, refinements: int, factorisation: str, steps: int, progress: Progress
+    robot_file: str, refinements: int, factorisation: str, steps: int, progress: ShareDone
 ) -> StepBench:
     """Time forward and inverse steps without contact on a mesh and its uniform refinements.
 

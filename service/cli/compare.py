@@ -34,8 +34,7 @@ def compare(
 ) -> None:
     """Apply the same command with and without contact: figure, and distance of the effectors."""
     from tauten.model import load_robot
-    from tauten.service.bench import compare as compared
-    from tauten.service.bench import equilibrium
+    from tauten.service.bench import compare_equilibria, equilibrium
     from tauten.service.plots import Side, draw_comparison
 
     if len(set(axes)) != 2 or not set(axes) <= set("xyz"):
@@ -50,7 +49,7 @@ def compare(
     chosen = (pulls, None) if tensions is None else (None, tensions)
     passing = equilibrium(loaded, "none", *chosen)
     touching = equilibrium(loaded, "full", *chosen)
-    found = compared(loaded, touching, passing)
+    found = compare_equilibria(loaded, touching, passing)
     side = Side("xyz".index(axes[0]), "xyz".index(axes[1]))
     draw_comparison(loaded, touching, passing, side, figure)
     if json_file is not None:

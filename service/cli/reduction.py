@@ -12,9 +12,9 @@ import typer
 from rich.console import Console
 
 from tauten.service.cli.states import (
-    AcceptError,
+    KeepInaccurate,
     Responses,
-    Sample,
+    SampleResidual,
     StateModes,
     States,
     save_states,
@@ -81,8 +81,8 @@ def reduce(
     states: States = False,
     state_modes: StateModes = "auto",
     responses: Responses = 10,
-    sample: Sample = 1e-2,
-    accept_error: AcceptError = False,
+    sample: SampleResidual = 1e-2,
+    accept_error: KeepInaccurate = False,
 ) -> None:
     """Apply loads to a robot and compute a contact basis from the contact forces.
 

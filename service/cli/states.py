@@ -26,10 +26,10 @@ Responses = Annotated[
         min=0, help="Number of static responses to cables, contacts and effectors beside them."
     ),
 ]
-Sample = Annotated[
+SampleResidual = Annotated[
     float, typer.Option(help="Relative residual of the forces summed over sampled elements.")
 ]
-AcceptError = Annotated[
+KeepInaccurate = Annotated[
     bool,
     typer.Option("--accept-error", help="Keep a state basis whose error is larger than allowed."),
 ]

@@ -13,7 +13,7 @@ REDUCED_BEGIN, REDUCED_END = "<!-- tauten bench finger --model reduced -->", "<!
 
 def reduced_tables(result: ReducedBench) -> tuple[Numbers, ...]:
     """All tables."""
-    return cases_table(result), meshes_table(result.meshes), stages_table(result.meshes)
+    return cases_table(result), meshes_table(result.meshes), mesh_stages_table(result.meshes)
 
 
 def cases_table(result: ReducedBench) -> Numbers:
@@ -57,7 +57,7 @@ def meshes_table(meshes: tuple[MeshCase, ...]) -> Numbers:
     return Numbers("Whole inverse steps, contacts active, median / 99 %", columns, rows)
 
 
-def stages_table(meshes: tuple[MeshCase, ...]) -> Numbers:
+def mesh_stages_table(meshes: tuple[MeshCase, ...]) -> Numbers:
     """Where the time of a step goes."""
     columns: list[str] = ["stage"]
     for mesh in meshes:
