@@ -3,7 +3,13 @@
 from tauten.reduction.atomic_write import write_text
 from tauten.reduction.contact.basis import BasisError, ContactBasis
 from tauten.reduction.contact.positive_basis import factorise
-from tauten.reduction.provenance import CurvePoint, Provenance, package_versions
+from tauten.reduction.provenance import (
+    CurvePoint,
+    Provenance,
+    package_version,
+    package_versions,
+    source_version,
+)
 from tauten.reduction.storage import DamagedFile
 
 __all__ = [
@@ -13,6 +19,8 @@ __all__ = [
     "DamagedFile",
     "Provenance",
     "factorise",
+    "package_version",
     "package_versions",
+    "source_version",
     "write_text",
 ]

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import platform
+import tomllib
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
 
 _PACKAGES = ("tauten", "numpy", "scipy", "numba")
 
@@ -69,11 +71,24 @@ class Provenance:
 
 def package_versions() -> tuple[tuple[str, str], ...]:
     """Versions of Python and of the packages that numbers depend on."""
-    return (("python", platform.python_version()), *((name, _version(name)) for name in _PACKAGES))
+    return (
+        ("python", platform.python_version()),
+        *((name, package_version(name)) for name in _PACKAGES),
+    )
 
 
-def _version(package: str) -> str:
+def package_version(package: str) -> str:
+    """Version of an installed package, and of tauten also where its sources run without installation."""
     try:
         return version(package)
-    except PackageNotFoundError:  # run from a source tree that is not installed
+    except PackageNotFoundError:
+        return source_version() if package == "tauten" else "not installed"
+
+
+def source_version() -> str:
+    """Version of the source tree that this module belongs to, from its pyproject.toml."""
+    file = Path(__file__).resolve().parents[1] / "pyproject.toml"
+    if not file.is_file():
         return "not installed"
+    found: str = tomllib.loads(file.read_text(encoding="utf-8"))["project"]["version"]
+    return found

@@ -1,4 +1,4 @@
-"""`tauten doctor`: what a node finds on this machine, measured."""
+"""`tauten doctor`: measures how well this machine can run a node."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _FAST = frozenset({"pardiso", "cholmod"})
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """One line of the examination: what, what was found, and advice where it is not well."""
+    """One line of the examination: subject, result, and advice where the result is not good."""
 
     what: str
     found: str
@@ -37,11 +37,11 @@ class Finding:
 
 
 def examine(setup: Setup, seconds: float) -> list[Finding]:
-    """Look at machine, libraries, clock, network, and run the loop without cables.
+    """Examine machine, libraries, clock and network, and run the loop without cables.
 
     Args:
         setup: the robot whose loop is run.
-        seconds: that it runs.
+        seconds: duration of the loop.
     """
     facts = host_info()
     found = [
@@ -138,7 +138,7 @@ def _rate(setup: Setup, seconds: float) -> list[Finding]:
     return [
         Finding("robot", f"{robot.name}, {robot.n} unknowns, basis {setup.basis_name}"),
         Finding("control step", f"{1e3 * step:.2f} ms, allows {best:g} Hz"),
-        Finding("rate, asked / achieved", f"{rate:g} / {achieved:.1f} Hz", advice),
+        Finding("rate, requested / achieved", f"{rate:g} / {achieved:.1f} Hz", advice),
         Finding("deadlines missed / ticks", f"{clock.missed} / {len(late)}"),
         Finding("tick jitter p99", f"{p99:.2f} ms"),
     ]

@@ -6,9 +6,10 @@ import gc
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
-from importlib.metadata import PackageNotFoundError, version
 
 from threadpoolctl import threadpool_limits
+
+from tauten.reduction import package_version
 
 _PACKAGES = (
     "tauten",
@@ -69,10 +70,4 @@ def manual_garbage_collection() -> Iterator[None]:
 
 def versions() -> dict[str, str]:
     """Versions of the packages that numbers depend on, of those that are installed."""
-    found = {}
-    for name in _PACKAGES:
-        try:
-            found[name] = version(name)
-        except PackageNotFoundError:
-            found[name] = "not installed"
-    return found
+    return {name: package_version(name) for name in _PACKAGES}

@@ -188,7 +188,7 @@ def test_interrupted_campaign_goes_on(tmp_path: Path) -> None:
         assert time.monotonic() < end
         time.sleep(0.02)
     assert process.end() == 130
-    assert "cut keeps what is done" in process.output.read_text().replace("\n", "")
+    assert "cut keeps the finished part" in process.output.read_text().replace("\n", "")
     assert not (tmp_path / "cut.basis").exists()
     written = first.stat().st_mtime_ns
     assert run_main(*command, "--out", tmp_path / "cut.basis") == 0

@@ -79,7 +79,7 @@ def test_an_operator_holds_enables_stops_and_resets(served: Served, beam: Robot)
     assert joints[stopped[0]].pull[1] > 1e-4
     assert joints[stopped[-1]].pull == (0.0, 0.0)
     check_limits(joints, beam)
-    assert replay(served.log, tolerance=1e-9).same
+    assert replay(served.log, tolerance=1e-9, recorded_paths=True).same
     assert counts["accepted"] == "4"
     assert counts["refused_not_possible_now"] == "1"
     assert counts["refused_unknown_encoding"] == "1"
@@ -131,4 +131,6 @@ def test_measurements_remove_a_mismatch_and_their_loss_holds(
     assert run.ticks[-1].mode is Mode.STOP
     joints = recorded(served.log, beam)[1]
     check_limits(joints, beam)
-    assert replay(served.log, tolerance=1e-9).same  # the correction is in the log
+    assert replay(
+        served.log, tolerance=1e-9, recorded_paths=True
+    ).same  # the correction is in the log

@@ -10,13 +10,13 @@ import pytest
 from support.processes import tauten
 
 from tauten.model import Robot
-from tauten.service.bench import compare, equilibrium
+from tauten.service.bench import compare_equilibria, equilibrium
 
 
 def test_contact_opens_what_overlaps(finger: Robot) -> None:
     pull = finger.limits.pull_max
     passing, touching = (equilibrium(finger, kind, pull, None) for kind in ("none", "full"))
-    found = compare(finger, touching, passing)
+    found = compare_equilibria(finger, touching, passing)
     assert found.deepest_overlap_mm > 0.5
     assert finger.rows(touching.state).contacts.rows.delta.min() > -1e-5
     assert found.pushing > 20

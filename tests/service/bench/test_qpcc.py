@@ -92,5 +92,5 @@ def test_tables_go_between_the_marks_of_a_page(tmp_path: Path) -> None:
     assert "yesterday" not in text
     assert text.count("| 1 x 5 |") == 1
     page.write_text("no marks")
-    with pytest.raises(ValueError, match=r"page\.md: no place for the tables"):
+    with pytest.raises(ValueError, match=r"page\.md: has no marks"):
         write_qpcc_tables(result, page)
