@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import csv
 import os
+import random
 import signal
 import socket
 import subprocess
@@ -154,26 +155,34 @@ def save_path(path: TargetPath, file: Path) -> None:
 
 
 def free_ports() -> int:
-    """The first of two TCP ports of loopback that nobody uses.
+    """The first of two neighbouring TCP ports of loopback that nobody uses.
+
+    No other process gets the same two from this function while the caller's process runs: that process
+    holds an abstract Unix socket whose name contains the port, and the kernel closes it when it ends.
 
     Raises:
         DemoError: there are none.
     """
-    start = os.getpid() % len(_PORTS)
-    ports: list[int] = [*_PORTS[start:], *_PORTS[:start]]
-    for port in ports:
-        if _is_free(port) and _is_free(port + 1):
-            return port
+    for port in random.SystemRandom().sample(_PORTS, len(_PORTS)):
+        reservation = socket.socket(socket.AF_UNIX)
+        with contextlib.closing(reservation):
+            if _can_bind(reservation, f"\0tauten-{port}") and _is_free(port) and _is_free(port + 1):
+                reservation.detach()  # stays open until the process ends
+                return port
     raise DemoError(f"no two free TCP ports from {_PORTS.start} to {_PORTS.stop} on loopback")
 
 
 def _is_free(port: int) -> bool:
     with socket.socket() as probe:
-        try:
-            probe.bind(("127.0.0.1", port))
-        except OSError:
-            return False
-        return True
+        return _can_bind(probe, ("127.0.0.1", port))
+
+
+def _can_bind(one: socket.socket, address: str | tuple[str, int]) -> bool:
+    try:
+        one.bind(address)
+    except OSError:
+        return False
+    return True
 
 
 @contextlib.contextmanager
