@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
 import zenoh
-from support.processes import Served
 
+from support.processes import Served
 from tauten.model import Robot
 from tauten.service.log import LogReader
 from tauten.service.wire import (
@@ -53,6 +55,30 @@ def send(served: Served, beam: Robot, z: float, seconds: float, json: bool = Fal
         time.sleep(PERIOD)
 
 
+@contextmanager
+def streaming(served: Served, goal: Sequence[float], json: bool = False) -> Iterator[None]:
+    """Stream one target (3,) for the tip while the block runs."""
+    stop = threading.Event()
+    x, y, z = goal
+    publisher = served.session.declare_publisher(
+        served.keys.targets(("tip",))[0], encoding=f"{JSON if json else CDR};{POINT}"
+    )
+
+    def put() -> None:
+        while not stop.wait(PERIOD):
+            point = Point(time.time_ns(), "", (x, y, z))
+            publisher.put(point_json(point) if json else encode_point(point))
+
+    thread = threading.Thread(target=put)
+    thread.start()
+    try:
+        yield
+    finally:
+        stop.set()
+        thread.join()
+        publisher.undeclare()  # type: ignore[no-untyped-call]
+
+
 def last_health(served: Served) -> dict[str, Diagnostic]:
     """The next health message."""
     subscriber = served.session.declare_subscriber(
@@ -61,6 +87,33 @@ def last_health(served: Served) -> dict[str, Diagnostic]:
     found = decode_health(bytes(subscriber.recv().payload))
     assert isinstance(found, dict)
     return found
+
+
+def wait_health(
+    served: Served, wanted: Callable[[dict[str, Diagnostic]], bool]
+) -> dict[str, Diagnostic]:
+    """Wait for a health message that says something; at most a minute."""
+    end = time.monotonic() + 60.0
+    while not wanted(found := last_health(served)):
+        assert time.monotonic() < end, found
+    return found
+
+
+def wait_tip(served: Served, key: str, goal: Sequence[float], within: float) -> None:
+    """Wait until five positions in a row are near a goal [m]; at most a minute."""
+    tips = served.session.declare_subscriber(key, zenoh.handlers.RingChannel(1))
+    end, count = time.monotonic() + 60.0, 0
+    while count < 5:
+        assert time.monotonic() < end, f"{key} is not within {within} m of {goal}"
+        sample = tips.try_recv()
+        if sample is None:
+            time.sleep(0.005)
+            continue
+        tip = decode_point(bytes(sample.payload), CDR)
+        assert isinstance(tip, Point)
+        near = np.linalg.norm(np.subtract(tip.xyz, goal)) < within
+        count = count + 1 if near else 0
+    tips.undeclare()  # type: ignore[no-untyped-call]
 
 
 def recorded(log: Path, beam: Robot) -> tuple[list[Tick], list[Joints], list[Point]]:
@@ -100,6 +153,11 @@ def modes(ticks: list[Tick]) -> list[tuple[Mode, Cause]]:
     return ordered([(tick.mode, tick.cause) for tick in ticks])
 
 
+def undisturbed(ticks: list[Tick]) -> list[tuple[Mode, Cause]]:
+    """The modes without the holds of a machine that is busy with something else."""
+    return ordered([item for item in modes(ticks) if item[1] not in (Cause.LATE, Cause.NO_TARGET)])
+
+
 def whole(ticks: list[Tick]) -> bool:
     """Whether every tick is there, one after another."""
     return [tick.index for tick in ticks] == list(range(len(ticks)))
@@ -109,8 +167,8 @@ def follow(served: Served, beam: Robot, seconds: float) -> None:
     send(served, beam, 0.005, seconds)
 
 
-def wait_mode(served: Served, mode: Mode) -> Tick:
-    """Wait until the node is in a mode for some ticks; the last of them."""
+def wait_mode(served: Served, mode: Mode, cause: Cause | None = None) -> Tick:
+    """Wait until the node is in a mode, for a cause where one is given, for some ticks; the last of them."""
     ticks = served.session.declare_subscriber(served.keys.tick, zenoh.handlers.RingChannel(1))
     end, count = time.monotonic() + 60.0, 0
     while time.monotonic() < end:
@@ -120,7 +178,8 @@ def wait_mode(served: Served, mode: Mode) -> Tick:
             continue
         tick = decode_tick(bytes(sample.payload))
         assert isinstance(tick, Tick)
-        count = count + 1 if tick.mode is mode else 0
+        wanted = tick.mode is mode and cause in (None, tick.cause)
+        count = count + 1 if wanted else 0
         if count >= 5:
             ticks.undeclare()  # type: ignore[no-untyped-call]
             return tick
