@@ -7,10 +7,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from typer.testing import CliRunner
+from support.processes import run_main
 
 from tauten.service.bench import Deadlines, NodeBenchSettings, bench_node, deadlines, idle_loop
-from tauten.service.cli import app
 from tauten.service.plant import DemoError
 from tauten.service.process import ORDINARY, StopFlag
 from tauten.service.replay import Spread
@@ -104,7 +103,6 @@ def test_a_served_finger_is_in_time(tmp_path: Path) -> None:
 
 def bench(robot: str, options: list[str], file: Path) -> Any:
     """What `tauten bench node` writes about one rate."""
-    result = CliRunner().invoke(app, ["bench", "node", robot, *options])
-    assert result.exit_code == 0, result.output
+    assert run_main("bench", "node", robot, *options) == 0
     (found,) = json.loads(file.read_text(encoding="utf-8"))
     return found

@@ -9,17 +9,18 @@ import numpy as np
 import pytest
 from support.nodes import (
     check_limits,
-    point_at,
+    reached,
     recorded,
     streaming,
     undisturbed,
     wait_health,
     wait_mode,
+    wait_slack,
     wait_tip,
 )
 from support.processes import Process, Served, start, wait_alive
 
-from tauten.model import Robot, Simulator
+from tauten.model import Robot
 from tauten.service.plant import free_ports
 from tauten.service.replay import read_run, replay
 from tauten.service.wire import (
@@ -46,15 +47,16 @@ def order(served: Served, command: OperatorCommand) -> None:
 
 def test_an_operator_holds_enables_stops_and_resets(served: Served, beam: Robot) -> None:
     order(served, OperatorCommand.RESET)  # nothing to reset: refused
-    with streaming(served, point_at(beam, 0.006).xyz):
+    goal = reached(beam, 0.003)
+    with streaming(served, goal):
         wait_mode(served, Mode.RUN)
         order(served, OperatorCommand.HOLD)
         wait_mode(served, Mode.HOLD, Cause.OPERATOR)
         served.session.put(served.keys.command, b'{"data": "enable"}', encoding=JSON)
-        wait_tip(served, TIP, point_at(beam, 0.006).xyz, 1e-3)
+        wait_tip(served, TIP, goal, 1e-3)
         order(served, OperatorCommand.STOP)
         wait_mode(served, Mode.STOP, Cause.OPERATOR)
-        wait_tip(served, TIP, beam.effector(beam.rest())[0].tolist(), 1e-5)
+        wait_slack(served, beam)
         order(served, OperatorCommand.RESET)
         wait_mode(served, Mode.RUN)
         served.session.put(served.keys.command, b"explode", encoding="text/plain")
@@ -108,17 +110,15 @@ def test_measurements_remove_a_mismatch_and_their_loss_holds(
     closed: tuple[Served, Process], beam: Robot
 ) -> None:
     served, plant = closed
-    simulator = Simulator(beam, contact="none")
-    assert simulator.settle(pull=[0.0, 0.004]).converged
-    goal = simulator.effector[0].tolist()
+    goal = reached(beam, 0.004)
     with streaming(served, goal):
         wait_tip(served, served.keys.plant_effectors(("tip",))[0], goal, 5e-4)
         assert plant.end() == 0  # and with it the measurements
         wait_mode(served, Mode.HOLD, Cause.UNMEASURED)
     assert served.process.end() == 0
     run = read_run(served.log)
-    away = np.linalg.norm(run.plant.value - simulator.effector[0], axis=1)
-    model = np.linalg.norm(run.model.value - simulator.effector[0], axis=1)
+    away = np.linalg.norm(run.plant.value - goal, axis=1)
+    model = np.linalg.norm(run.model.value - goal, axis=1)
     length = 0.1
     assert away[-5:].max() < 0.01 * length
     together = run.model.time <= run.plant.time[-1]

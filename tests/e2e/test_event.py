@@ -8,7 +8,7 @@ from support.nodes import (
     PERIOD,
     check_limits,
     last_health,
-    point_at,
+    reached,
     recorded,
     send,
     streaming,
@@ -22,7 +22,7 @@ from tauten.model import Robot
 
 @pytest.mark.parametrize("served", [("--event",)], indirect=True)
 def test_targets_are_followed(served: Served, beam: Robot) -> None:
-    goal = point_at(beam, 0.006).xyz
+    goal = reached(beam, 0.003)
     with streaming(served, goal):
         wait_tip(served, "tauten/beam/effector", goal, 1e-3)
     assert served.process.end() == 0

@@ -18,6 +18,7 @@ from support.nodes import (
     last_health,
     ordered,
     point_at,
+    reached,
     recorded,
     send,
     streaming,
@@ -36,7 +37,8 @@ TIP = "tauten/beam/effector"
 
 
 def test_it_follows_holds_and_releases(served: Served, beam: Robot) -> None:
-    high, low = (point_at(beam, z).xyz for z in (0.008, 0.005))
+    high, low = (reached(beam, pull) for pull in (0.004, 0.002))
+    wait_mode(served, Mode.IDLE)
     with streaming(served, high):
         wait_tip(served, TIP, high, 1e-3)
     with streaming(served, low, json=True):
@@ -58,7 +60,7 @@ def test_it_follows_holds_and_releases(served: Served, beam: Robot) -> None:
     assert modes.count(Mode.STOP) == 20  # the 0.4 s of the robot file
     # the model's tip got as high as the last target, and the hold kept it there
     held = tips[modes.index(Mode.STOP) - 1]
-    assert held.xyz[2] == pytest.approx(point_at(beam, 0.005).xyz[2], abs=1e-3)
+    assert held.xyz[2] == pytest.approx(low[2], abs=1e-3)
     check_limits(joints, beam)
     assert max(joint.pull[1] for joint in joints) > 5e-4
     assert joints[-1].pull == (0.0, 0.0)

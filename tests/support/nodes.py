@@ -13,7 +13,7 @@ import numpy as np
 import zenoh
 
 from support.processes import Served
-from tauten.model import Robot
+from tauten.model import Robot, Simulator
 from tauten.service.log import LogReader
 from tauten.service.wire import (
     CDR,
@@ -41,6 +41,14 @@ def point_at(beam: Robot, z: float, frame: str = "beam_base") -> Point:
     """A target above the tip at rest."""
     x, y, z0 = beam.effector(beam.rest())[0].tolist()
     return Point(time.time_ns(), frame, (x, y, z0 + z))
+
+
+def reached(beam: Robot, pull: float) -> tuple[float, float, float]:
+    """Where the tip is when the upper cable is pulled so far [m]."""
+    simulator = Simulator(beam, contact="none")
+    assert simulator.settle(pull=[0.0, pull]).converged
+    x, y, z = simulator.effector[0].tolist()
+    return x, y, z
 
 
 def send(served: Served, beam: Robot, z: float, seconds: float, json: bool = False) -> None:
@@ -99,21 +107,42 @@ def wait_health(
     return found
 
 
-def wait_tip(served: Served, key: str, goal: Sequence[float], within: float) -> None:
-    """Wait until five positions in a row are near a goal [m]; at most a minute."""
-    tips = served.session.declare_subscriber(key, zenoh.handlers.RingChannel(1))
-    end, count = time.monotonic() + 60.0, 0
+def wait_for(served: Served, key: str, wanted: Callable[[bytes], bool], what: str) -> bytes:
+    """Wait until five messages of a key in a row are as wanted, at most a minute; the last of them."""
+    messages = served.session.declare_subscriber(key, zenoh.handlers.RingChannel(1))
+    end, count, payload = time.monotonic() + 60.0, 0, b""
     while count < 5:
-        assert time.monotonic() < end, f"{key} is not within {within} m of {goal}"
-        sample = tips.try_recv()
+        assert time.monotonic() < end, f"not within a minute: {what}"
+        sample = messages.try_recv()
         if sample is None:
             time.sleep(0.005)
             continue
-        tip = decode_point(bytes(sample.payload), CDR)
+        payload = bytes(sample.payload)
+        count = count + 1 if wanted(payload) else 0
+    messages.undeclare()  # type: ignore[no-untyped-call]
+    return payload
+
+
+def wait_tip(served: Served, key: str, goal: Sequence[float], within: float) -> None:
+    """Wait until a position is near a goal [m]."""
+
+    def near(payload: bytes) -> bool:
+        tip = decode_point(payload, CDR)
         assert isinstance(tip, Point)
-        near = np.linalg.norm(np.subtract(tip.xyz, goal)) < within
-        count = count + 1 if near else 0
-    tips.undeclare()  # type: ignore[no-untyped-call]
+        return bool(np.linalg.norm(np.subtract(tip.xyz, goal)) < within)
+
+    wait_for(served, key, near, f"{key} within {within} m of {goal}")
+
+
+def wait_slack(served: Served, beam: Robot) -> None:
+    """Wait until no cable is pulled."""
+
+    def slack(payload: bytes) -> bool:
+        joints = decode_joints(payload, CDR, beam.cable_names)
+        assert isinstance(joints, Joints)
+        return not any(joints.pull)
+
+    wait_for(served, served.keys.actuation, slack, "slack cables")
 
 
 def recorded(log: Path, beam: Robot) -> tuple[list[Tick], list[Joints], list[Point]]:
@@ -168,19 +197,13 @@ def follow(served: Served, beam: Robot, seconds: float) -> None:
 
 
 def wait_mode(served: Served, mode: Mode, cause: Cause | None = None) -> Tick:
-    """Wait until the node is in a mode, for a cause where one is given, for some ticks; the last of them."""
-    ticks = served.session.declare_subscriber(served.keys.tick, zenoh.handlers.RingChannel(1))
-    end, count = time.monotonic() + 60.0, 0
-    while time.monotonic() < end:
-        sample = ticks.try_recv()
-        if sample is None:
-            time.sleep(0.005)
-            continue
-        tick = decode_tick(bytes(sample.payload))
+    """Wait until the node is in a mode, for a cause where one is given; its last tick."""
+
+    def there(payload: bytes) -> bool:
+        tick = decode_tick(payload)
         assert isinstance(tick, Tick)
-        wanted = tick.mode is mode and cause in (None, tick.cause)
-        count = count + 1 if wanted else 0
-        if count >= 5:
-            ticks.undeclare()  # type: ignore[no-untyped-call]
-            return tick
-    raise AssertionError(f"no {mode} within a minute, last {tick.mode} ({tick.cause})")
+        return tick.mode is mode and cause in (None, tick.cause)
+
+    tick = decode_tick(wait_for(served, served.keys.tick, there, f"mode {mode} {cause or ''}"))
+    assert isinstance(tick, Tick)
+    return tick
