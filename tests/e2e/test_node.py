@@ -78,47 +78,6 @@ def test_ticks_are_a_period_apart_also_in_a_flood(served: Served, beam: Robot) -
     assert np.median([tick.lateness for tick in ticks]) < 2e-3
 
 
-def test_rubbish_is_counted_and_moves_nothing(served: Served, beam: Robot) -> None:
-    key = served.keys.targets(("tip",))[0]
-    good = encode_point(point_at(beam, 0.01))
-    x, y, z = point_at(beam, 0.0).xyz
-    rubbish = [
-        (good[:-5], CDR),
-        (os.urandom(40), CDR),
-        (bytes(100_000), CDR),
-        (good, f"{CDR};sensor_msgs/msg/JointState"),
-        (good, "image/png"),
-        (encode_point(point_at(beam, 0.01, frame="map")), CDR),
-        (encode_point(Point(0, "", (math.nan, y, z))), CDR),
-        (encode_point(Point(0, "", (x, y, 1e300))), CDR),
-        (encode_point(Point(0, "", (1e3 * x, 1e3 * y, 1e3 * z))), CDR),  # millimetres
-        (b"{" * 100, JSON),
-        (b"", CDR),
-    ]
-    for payload, encoding in rubbish:
-        served.session.put(key, payload, encoding=encoding)
-        time.sleep(0.01)
-    served.session.delete(key)
-    count = str(len(rubbish) + 1)
-    found = wait_health(served, lambda health: health["targets"].values["refused"] == count)
-    targets = found["targets"].values
-    refused = {name: int(count) for name, count in targets.items() if name.startswith("refused_")}
-    assert targets["accepted"] == "0"
-    assert refused.pop("refused_malformed") == 5  # the deletion has no payload
-    assert refused == {
-        "refused_too_large": 1,
-        "refused_wrong_type": 1,
-        "refused_unknown_encoding": 1,
-        "refused_wrong_frame": 1,
-        "refused_not_finite": 1,
-        "refused_out_of_reach": 2,
-    }
-    assert served.process.end(signal.SIGTERM) == 0
-    ticks, joints, _ = recorded(served.log, beam)
-    assert {tick.mode for tick in ticks} == {Mode.IDLE, Mode.STOP}
-    assert {joint.pull for joint in joints} == {(0.0, 0.0)}
-
-
 def test_a_flood_and_jumps_leave_no_actuation_out_of_limits(served: Served, beam: Robot) -> None:
     flood(served, beam, 10_000)
     assert served.process.end() == 0
@@ -156,17 +115,17 @@ def test_a_killed_node_leaves_a_readable_log(served: Served, beam: Robot) -> Non
     assert len(ticks) > 10  # at 50 Hz a chunk is less than a second
 
 
-def test_a_second_node_is_refused(served: Served, beam_file: Path, tmp_path: Path) -> None:
-    second = start(tmp_path / "second.txt", "serve", beam_file, "--port", served.port)
+def test_a_second_node_is_refused(shared: Served, beam_file: Path, tmp_path: Path) -> None:
+    second = start(tmp_path / "second.txt", "serve", beam_file, "--port", shared.port)
     assert second.process.wait(60.0) == 2
     last = second.output.read_text().strip().splitlines()[-1]
     assert last.startswith("tauten: port")
     assert "is another node of 'beam' running?" in last
-    assert served.process.process.poll() is None
+    assert shared.process.process.poll() is None
 
 
-def test_the_description_answers(served: Served, beam: Robot) -> None:
-    replies = list(served.session.get(served.keys.description, timeout=5.0))
+def test_the_description_answers(shared: Served, beam: Robot) -> None:
+    replies = list(shared.session.get(shared.keys.description, timeout=5.0))
     assert len(replies) == 1
     sample = replies[0].ok
     assert sample is not None
@@ -181,3 +140,45 @@ def test_the_description_answers(served: Served, beam: Robot) -> None:
     ]
     assert found["effectors"][0]["rest"] == pytest.approx(beam.effector(beam.rest())[0].tolist())
     assert found["model"]["digest"] == beam.digest
+
+
+def test_rubbish_is_counted_and_moves_nothing(shared: Served, beam: Robot) -> None:
+    """The last test of the shared node: it ends the node and judges its whole log."""
+    key = shared.keys.targets(("tip",))[0]
+    good = encode_point(point_at(beam, 0.01))
+    x, y, z = point_at(beam, 0.0).xyz
+    rubbish = [
+        (good[:-5], CDR),
+        (os.urandom(40), CDR),
+        (bytes(100_000), CDR),
+        (good, f"{CDR};sensor_msgs/msg/JointState"),
+        (good, "image/png"),
+        (encode_point(point_at(beam, 0.01, frame="map")), CDR),
+        (encode_point(Point(0, "", (math.nan, y, z))), CDR),
+        (encode_point(Point(0, "", (x, y, 1e300))), CDR),
+        (encode_point(Point(0, "", (1e3 * x, 1e3 * y, 1e3 * z))), CDR),  # millimetres
+        (b"{" * 100, JSON),
+        (b"", CDR),
+    ]
+    for payload, encoding in rubbish:
+        shared.session.put(key, payload, encoding=encoding)
+        time.sleep(0.01)
+    shared.session.delete(key)
+    count = str(len(rubbish) + 1)
+    found = wait_health(shared, lambda health: health["targets"].values["refused"] == count)
+    targets = found["targets"].values
+    refused = {name: int(count) for name, count in targets.items() if name.startswith("refused_")}
+    assert targets["accepted"] == "0"
+    assert refused.pop("refused_malformed") == 5  # the deletion has no payload
+    assert refused == {
+        "refused_too_large": 1,
+        "refused_wrong_type": 1,
+        "refused_unknown_encoding": 1,
+        "refused_wrong_frame": 1,
+        "refused_not_finite": 1,
+        "refused_out_of_reach": 2,
+    }
+    assert shared.process.end(signal.SIGTERM) == 0
+    ticks, joints, _ = recorded(shared.log, beam)
+    assert {tick.mode for tick in ticks} == {Mode.IDLE, Mode.STOP}
+    assert {joint.pull for joint in joints} == {(0.0, 0.0)}
