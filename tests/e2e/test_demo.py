@@ -40,6 +40,12 @@ def test_it_leaves_log_report_figure_and_targets(folder: Path) -> None:
     assert report["complete"]
     assert report["health"]["targets"]["refused"] == "0"
     assert set(report["statuses"]) == {"OK"}
+    assert 0.0 < max(report["peak_pull_mm"]) < 1.1 * 0.3 * 20.0
+
+
+@pytest.mark.realtime
+def test_it_follows_the_whole_path(folder: Path) -> None:
+    report = json.loads((folder / REPORT).read_text())
     # targets are where the cables can take the tip, so model and plant get there
     assert report["model_error"]["rms_mm"] < 0.5
     assert report["plant_error"]["rms_mm"] < 1.0
