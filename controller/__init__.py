@@ -4,20 +4,28 @@ from tauten.controller.compliance import Response
 from tauten.controller.controller import NOTHING, Actuation, Controller
 from tauten.controller.inverse import energy_scale, inverse_problem, shut
 from tauten.controller.qpcc.solution import Certificate, Status
+from tauten.controller.settings import (
+    ControllerSettings,
+    controller_settings,
+    load_controller_settings,
+)
 from tauten.controller.step import advance, decide, forces_of, predicted_gaps, prepare, warm_piece
 
 __all__ = [
     "Actuation",
     "Certificate",
     "Controller",
+    "ControllerSettings",
     "NOTHING",
     "Response",
     "Status",
     "advance",
+    "controller_settings",
     "decide",
     "energy_scale",
     "forces_of",
     "inverse_problem",
+    "load_controller_settings",
     "predicted_gaps",
     "prepare",
     "shut",

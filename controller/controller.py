@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 
 from tauten.controller.qpcc import Certificate, QpccSettings, Status
+from tauten.controller.settings import ControllerSettings
 from tauten.controller.step import (
     DecideSettings,
     Decision,
@@ -73,22 +74,25 @@ class Controller:
         robot: Robot,
         contact: Literal["none", "full"] | ContactSpace = "none",
         enrichment: Enrichment | None = None,
+        settings: ControllerSettings | None = None,
     ) -> None:
         """Start at rest.
 
         Args:
             robot: what to control; the caller's workspace is left alone.
             contact: "none"; "full", pointwise; or a basis of contact forces.
-            enrichment: when unit columns join a basis; default: at the robot file's tolerance, in at
+            enrichment: when unit columns join a basis; default: at the robot's tolerance, in at
                 most three rounds.
+            settings: of the inverse problem; default: those of a robot file that does not set any. See
+                `load_controller_settings`.
 
         Raises:
             ValueError: `contact` is none of these, or a basis of another robot's size.
         """
-        reduced = default_enrichment(robot.config.contact.tolerance)
+        reduced = default_enrichment(robot.tolerance)
         self.space, default = contact_model(contact, robot.n_c, reduced)
         self.robot = robot.fork()
-        settings = robot.config.controller
+        settings = settings or ControllerSettings()
         self.settings = DecideSettings(
             epsilon=settings.regularisation,
             enrichment=enrichment or default,

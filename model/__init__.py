@@ -16,7 +16,7 @@ from tauten.model.load.robot import load_robot
 from tauten.model.mesh.tet_mesh import MeshError
 from tauten.model.robot import Robot, RobotRows, State
 from tauten.model.rows import ContactRows, PairSlots, Rows
-from tauten.model.schema.robot_file import RobotFileError
+from tauten.model.schema.section import RobotFileError
 from tauten.model.simulator import Simulator
 from tauten.model.system import Integration, System, make_pattern
 from tauten.model.tetra.robot import TetRobot

@@ -10,13 +10,20 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from tauten.controller import Controller
+from tauten.controller import Controller, ControllerSettings, controller_settings
 from tauten.controller.qpcc import warm_solver
-from tauten.model import Robot, load_robot
-from tauten.model.load import robot_path
+from tauten.model import Robot
+from tauten.model.load import make_robot, robot_path
+from tauten.model.schema import Changes, read_toml, validated
 from tauten.reduction import ContactBasis
 from tauten.reduction.state import StateBasis, reduced_robot
 from tauten.service.process import versions
+from tauten.service.settings import (
+    ModelSettings,
+    ServiceSettings,
+    model_settings,
+    service_settings,
+)
 
 Order: TypeAlias = Literal["full", "reduced"]
 
@@ -32,6 +39,9 @@ class Setup:
         path: its file.
         contact: what the controller knows of contact: a basis, all of it, or nothing.
         basis_name: as asked for.
+        controller: settings of its decisions.
+        model: settings of the model that decides.
+        service: settings of the node.
         states: state basis of the reduced model; None with the full one.
     """
 
@@ -39,6 +49,9 @@ class Setup:
     path: Path
     contact: Literal["none", "full"] | ContactBasis
     basis_name: str
+    controller: ControllerSettings
+    model: ModelSettings
+    service: ServiceSettings
     states: StateBasis | None = None
 
     def basis_digest(self) -> str:
@@ -60,7 +73,7 @@ class Setup:
             "robot_path": str(self.path),
             "robot_digest": robot.digest,
             "robot_file": self.path.read_text(encoding="utf-8"),
-            "rate": repr(robot.config.controller.rate),
+            "rate": repr(robot.integration.rate),
             "basis": self.basis_name,
             "basis_digest": self.basis_digest(),
             "model": self.order,
@@ -92,13 +105,18 @@ def load_setup(
         RobotFileError, MeshError, BasisError, StateBasisError: what cannot be used, and why.
     """
     path = robot_path(robot)
-    loaded = load_robot(path, rate=rate)
-    name = basis or loaded.config.controller.basis or "none"
+    contents = read_toml(path)
+    changes = validated(Changes, {"rate": rate}, f"{path}: load_setup")
+    controller, kind = controller_settings(contents, path), model_settings(contents, path)
+    service = service_settings(contents, path)
+    loaded = make_robot(contents, path, changes)
+    name = basis or controller.basis or "none"
     contact = load_contact(loaded, path, name)
-    if (model or loaded.config.model.order) == "full":
-        return Setup(loaded, path, contact, name)
-    states = load_states(loaded, path, accept_error)
-    return Setup(reduced_robot(loaded, states), path, contact, name, states)
+    if (model or kind.order) == "full":
+        return Setup(loaded, path, contact, name, controller, kind, service)
+    states = load_states(loaded, path, kind, accept_error)
+    reduced = reduced_robot(loaded, states)
+    return Setup(reduced, path, contact, name, controller, kind, service, states)
 
 
 def load_contact(robot: Robot, path: Path, name: str) -> Literal["none", "full"] | ContactBasis:
@@ -116,13 +134,20 @@ def load_contact(robot: Robot, path: Path, name: str) -> Literal["none", "full"]
     return found
 
 
-def load_states(robot: Robot, path: Path, accept_error: bool) -> StateBasis:
+def load_states(
+    robot: Robot, path: Path, settings: ModelSettings, accept_error: bool
+) -> StateBasis:
     """The state basis that the robot file at `path` names, or the shipped one of the robot's name.
+
+    Args:
+        robot: the full model.
+        path: its file.
+        settings: the table `model` of the file.
+        accept_error: take a state basis that errs more than the robot file allows.
 
     Raises:
         StateBasisError: there is none, it was made for another robot, or it errs more than the file allows.
     """
-    settings = robot.config.model
     states = StateBasis.load(beside(path, settings.states or robot.name))
     states.check_robot(robot)
     if not accept_error:
@@ -142,7 +167,7 @@ def warm_controller(setup: Setup) -> Controller:
     It first follows a target a tenth of the robot's size away, so that the first real step is as
     fast as the others.
     """
-    return warm_up(Controller(setup.robot, setup.contact))
+    return warm_up(Controller(setup.robot, setup.contact, settings=setup.controller))
 
 
 def warm_up(controller: Controller) -> Controller:

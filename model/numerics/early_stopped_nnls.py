@@ -22,12 +22,12 @@ def sparse_nnls(C: Array, d: Array, tolerance: float) -> Array:
 
     The active set of Lawson and Hanson (1974) takes the columns greedily; ended early, it keeps them few
     (Farhat, Avery, Chapman, Cortial, Int. J. Numerical Methods in Engineering 98, 2014). The factor of the
-    active Gram matrix follows by single rows (as in Chapman, Avery, Collins, Farhat, ibid. 109, 2017).
+    active Gram matrix is updated by single rows (as in Chapman, Avery, Collins, Farhat, ibid. 109, 2017).
 
     Args:
         C: (m, e) contributions.
-        d: (m,) what they are to sum to.
-        tolerance: relative residual to stop at; a larger one comes back where d is too far from C's cone.
+        d: (m,) their target sum.
+        tolerance: relative residual to stop at; the residual is larger where d is too far from the cone of C.
     """
     norms = np.linalg.norm(C, axis=0)  # (e,)
     usable = norms > NOTHING * norms.max(initial=0.0)
@@ -35,24 +35,24 @@ def sparse_nnls(C: Array, d: Array, tolerance: float) -> Array:
     size, limit = float(np.linalg.norm(d)), min(C.shape)
     moments = unit @ d  # (e,)
     w, active, f = np.zeros(len(norms)), np.zeros(limit, dtype=np.int64), 0
-    inside, barred = np.zeros(len(norms), dtype=bool), ~usable
+    inside, excluded = np.zeros(len(norms), dtype=bool), ~usable
     L, residual = np.zeros((limit, limit)), d.copy()
     while float(np.linalg.norm(residual)) > tolerance * size and f < limit:
-        gain = np.where(inside | barred, -np.inf, unit @ residual)  # (e,)
+        gain = np.where(inside | excluded, -np.inf, unit @ residual)  # (e,)
         best = int(np.argmax(gain))
         if not gain[best] > NOTHING * size:
             break
         append_row(L, f, unit[active[:f]] @ unit[best], 1.0, FLOOR)
         active[f], inside[best] = best, True
-        f = settle(L, active, f + 1, moments, w, inside)
-        barred = ~usable if inside[best] else barred | (np.arange(len(w)) == best)
+        f = solve_on_active(L, active, f + 1, moments, w, inside)
+        excluded = ~usable if inside[best] else excluded | (np.arange(len(w)) == best)
         residual = d - w[active[:f]] @ unit[active[:f]]
     return np.where(usable, w / np.where(usable, norms, 1.0), 0.0)
 
 
 @kernel
-def settle(L: Array, active: Ints, f: int, moments: Array, w: Array, inside: Bools) -> int:
-    """Move w to the least squares solution on the active columns; those that turn negative leave.
+def solve_on_active(L: Array, active: Ints, f: int, moments: Array, w: Array, inside: Bools) -> int:
+    """Set w to the least squares solution on the active columns, without those that become negative.
 
     Returns:
         How many columns are active now.
@@ -63,7 +63,7 @@ def settle(L: Array, active: Ints, f: int, moments: Array, w: Array, inside: Boo
             y[k] = moments[active[k]]
         forward_substitute(L, f, y)
         back_substitute(L, f, y)
-        share, blocking = 1.0, -1  # how far towards y all weights stay positive
+        share, blocking = 1.0, -1  # largest step towards y at which all weights are positive
         for k in range(f):
             if y[k] <= 0.0:
                 here = w[active[k]] / (w[active[k]] - y[k]) if w[active[k]] > 0.0 else 0.0

@@ -44,7 +44,7 @@ def distances(Psi: Array, S: Array) -> Array:
 
 @kernel
 def _nnls(gram: Array, target: Array, x: Array) -> None:
-    """Lawson-Hanson on the normal equations; x (k,) comes as zeros and leaves as the solution."""
+    """Lawson-Hanson on the normal equations; x (k,) is zeros on entry and the solution on return."""
     k = len(target)
     passive = np.zeros(k, dtype=np.bool_)
     tolerance = 1e-13 * np.max(np.abs(target))
@@ -60,7 +60,7 @@ def _nnls(gram: Array, target: Array, x: Array) -> None:
 
 @kernel
 def _descend(gram: Array, target: Array, x: Array, passive: Bools) -> None:
-    """Minimise over the passive coefficients, releasing those that would turn negative."""
+    """Minimise over the passive coefficients, without those that become negative."""
     while passive.any():
         index = np.flatnonzero(passive)
         z = np.linalg.solve(gram[index][:, index], target[index])

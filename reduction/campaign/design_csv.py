@@ -30,7 +30,7 @@ def from_csv(robot: Robot, path: str | Path) -> Design:
     forces = [f"force_{name}_{axis}" for name in robot.effector_names for axis in "xyz"]
     default = {
         **dict.fromkeys(forces, 0.0),
-        **dict(zip(gravities, robot.config.gravity, strict=True)),
+        **dict(zip(gravities, robot.gravity, strict=True)),
     }
     lines = _read(path, ["run", *pulls], [*gravities, *forces])
     values = [default | _numbers(path, row, line) for row, line in enumerate(lines, start=2)]

@@ -123,7 +123,7 @@ def ramp(robot: Robot, step: float = 5e-5) -> Design:
         steps = round(float(limit[cable]) / step)
         final = np.zeros(robot.n_a)
         final[cable] = limit[cable]
-        runs.append(_from_rest(final, np.array(robot.config.gravity), np.zeros(robot.n_e), steps))
+        runs.append(_from_rest(final, robot.gravity, np.zeros(robot.n_e), steps))
     sizes = " + ".join(str(len(run)) for run in runs)
     return Design(f"ramp: each cable to its largest pull in {sizes} steps", tuple(runs))
 
@@ -183,7 +183,7 @@ def _spread(robot: Robot, ranges: Ranges, levels: Array, steps: int, name: str) 
     low, high = ranges.tension or ranges.pull
     limit = robot.limits.tension_max if ranges.tension else robot.limits.pull_max  # (n_a,)
     tilts = robot.n_a + 2 * (ranges.tilt > 0.0)  # where the columns of the tilts end
-    gravity = np.array(robot.config.gravity)
+    gravity = robot.gravity
     axes = null_space(gravity[None])[:, :2]  # (3, 2) across gravity
     runs = []
     for row in levels:

@@ -24,7 +24,7 @@ def held_out_design(robot: Robot, steps: int) -> tuple[Design, tuple[str, ...]]:
     Returns:
         The design and a name for each of its runs.
     """
-    down = np.array(robot.config.gravity)
+    down = robot.gravity
     size = np.linalg.norm(down)
     rising = np.arange(1, steps + 1) / steps
     nothing = np.zeros(3)

@@ -27,7 +27,7 @@ class TipCheck:
         self, robot: ReducedRobot, contact: Literal["none", "full"] | ContactSpace
     ) -> None:
         """Compare this robot, with the contact that its controller knows."""
-        enrichment = default_enrichment(robot.config.contact.tolerance)
+        enrichment = default_enrichment(robot.tolerance)
         known = None if isinstance(contact, str) else enrichment
         self._robot = robot
         self._reduced = Simulator(robot, contact, known)

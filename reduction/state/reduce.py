@@ -149,7 +149,7 @@ def check_errors(
     robot: TetRobot, states: StateBasis, basis: ContactBasis, held_out: Snapshots
 ) -> TipErrors:
     """Tips of the reduced model, as a controller uses it, against stored full-order equilibria."""
-    tolerance = robot.config.contact.tolerance
+    tolerance = robot.tolerance
     enrichment = default_enrichment(tolerance)
     return tip_errors(reduced_robot(robot, states), held_out, basis, enrichment)
 

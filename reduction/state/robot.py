@@ -25,7 +25,6 @@ from tauten.model import (
 )
 from tauten.model.contact import ContactSet
 from tauten.model.numerics import Array, DenseFactors, FactorisationError, Ints
-from tauten.model.schema import RobotConfig
 from tauten.model.tetra import TetRobot
 from tauten.reduction.state.basis import StateBasis, StateBasisError
 from tauten.reduction.state.body import (
@@ -77,11 +76,6 @@ class ReducedRobot:
     work: Work
 
     @property
-    def config(self) -> RobotConfig:
-        """The robot file."""
-        return self.full.config
-
-    @property
     def name(self) -> str:
         """Name in keys and messages."""
         return self.full.name
@@ -95,6 +89,16 @@ class ReducedRobot:
     def digest(self) -> str:
         """Digest of the full robot: contact bases fit both."""
         return self.full.digest
+
+    @property
+    def gravity(self) -> Array:
+        """Gravity that acts on it: (3,) [m/s²]."""
+        return self.full.gravity
+
+    @property
+    def tolerance(self) -> float:
+        """Depth of penetration from which a unit column is added for a contact candidate [m]."""
+        return self.full.tolerance
 
     @property
     def h(self) -> float:

@@ -106,7 +106,7 @@ def posture_error(
     robot: Robot, basis: ContactBasis, runs: Snapshots, name: str, certified: bool
 ) -> PostureError:
     """Error of one basis on runs that end in postures; cables keep their tensions."""
-    tolerance = robot.config.contact.tolerance
+    tolerance = robot.tolerance
     enrichment = default_enrichment(tolerance) if certified else None
     result = tip_errors(robot, runs, basis, enrichment, "tension", _MAX_ITERATIONS)
     last = np.append(np.diff(runs.run) != 0, True)

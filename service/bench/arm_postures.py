@@ -43,7 +43,7 @@ def random_postures(robot: Robot, count: int, steps: int, seed: int) -> Design:
         seed: of the random numbers.
     """
     rng, shape, runs = np.random.default_rng(seed), ArmShape(), []
-    gravity = np.tile(np.array(robot.config.gravity)[:, None], steps)
+    gravity = np.tile(robot.gravity[:, None], steps)
     for _ in range(count):
         angles, forces = rng.uniform(0.0, 2.0 * np.pi, 3), rng.uniform(_WEAK, _STRONG, 3)
         final = np.minimum(bending_tensions(shape, angles, forces), robot.limits.tension_max)

@@ -10,7 +10,7 @@ from typing import Literal
 
 import numpy as np
 
-from tauten.controller import Controller
+from tauten.controller import Controller, load_controller_settings
 from tauten.model import Enrichment, Forces, Robot, Simulator, default_enrichment, row_compliance
 from tauten.model.numerics import Array, solve_pgs
 from tauten.reduction import ContactBasis
@@ -59,7 +59,7 @@ class Speed:
 def measure_speed(robot: Robot, basis: ContactBasis, tension: Array, posture: str) -> Speed:
     """Times of steps of all kinds around the equilibrium under tensions (n_a,) [N]."""
     there = settled(robot, tension)
-    enrichment = default_enrichment(robot.config.contact.tolerance)
+    enrichment = default_enrichment(robot.tolerance)
     sweeps: list[int] = []
     good: list[bool] = []
     start, wobbling = there.lam_c, wobble(tension)
@@ -124,7 +124,9 @@ def _control(there: Simulator, contact: Literal["full"] | ContactBasis) -> Calla
 
 
 def _controller(there: Simulator, contact: Literal["full"] | ContactBasis) -> Controller:
-    controller = Controller(there.robot, contact)
+    controller = Controller(
+        there.robot, contact, settings=load_controller_settings(there.robot.name)
+    )
     none = np.zeros(0, dtype=np.int64)
     forces = Forces(there.tension, np.zeros(controller.space.k), none, np.zeros(0))
     controller.start_from(there.state, forces, there.pull)

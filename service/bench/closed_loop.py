@@ -12,12 +12,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from tauten.controller import Controller
+from tauten.controller import Controller, controller_settings
 from tauten.model import ContactSpace, Robot, Simulator, load_robot
+from tauten.model.schema import read_toml
 from tauten.service.bench.closed_loop_cases import Case, equilibria, make_cases
 from tauten.service.bench.closed_loop_figures import draw_case
 from tauten.service.bench.closed_loop_run import Drive, Outcome, Trace, follow, judge
 from tauten.service.process import HostInfo, StopFlag, host_info, one_blas_thread
+from tauten.service.settings import service_settings
 
 CONTACTS = ("reduced", "full", "none")
 MISMATCHES = (0.8, 1.2)
@@ -141,8 +143,13 @@ class Bench:
             path: its file, for plants.
             basis: its contact basis.
         """
+        contents = read_toml(path)
+        settings = controller_settings(contents, path)
+        self._service = service_settings(contents, path)
         contacts: dict[str, Contact] = {"reduced": basis, "full": "full", "none": "none"}
-        self._controllers = {name: Controller(robot, kind) for name, kind in contacts.items()}
+        self._controllers = {
+            name: Controller(robot, kind, settings=settings) for name, kind in contacts.items()
+        }
         self._path, self._rate = path, 1.0 / robot.h
         self._plants: dict[float, Simulator] = {}
         self._warm: set[str] = set()
@@ -153,9 +160,9 @@ class Bench:
         case = group.case
         if contact not in self._warm:
             short = Case(case.name, case.targets[-_WARM_UP:], 0)
-            follow(controller, plant, short, closed, group.drive)
+            follow(controller, plant, short, closed, group.drive, self._service)
             self._warm.add(contact)
-        trace = follow(controller, plant, case, closed, group.drive)
+        trace = follow(controller, plant, case, closed, group.drive, self._service)
         h, scale = controller.robot.h, group.young_scale
         return judge(case, trace, h, contact, closed, scale, group.drive), trace
 

@@ -19,6 +19,7 @@ from tauten.model.numerics import Array, Bools, FactorisationError
 from tauten.service.bench.closed_loop_cases import Case
 from tauten.service.node import LARGEST, ControlLoop, Feedback, Signals
 from tauten.service.replay import Spread, spread
+from tauten.service.settings import ServiceSettings
 
 Drive = Literal["pull", "tension"]
 _BAND = 0.02  # of a step, within which it counts as settled
@@ -94,15 +95,29 @@ class Outcome:
 
 
 def follow(
-    controller: Controller, plant: Simulator, case: Case, closed: bool, drive: Drive
+    controller: Controller,
+    plant: Simulator,
+    case: Case,
+    closed: bool,
+    drive: Drive,
+    settings: ServiceSettings | None = None,
 ) -> Trace:
-    """Follow a case's targets from rest, with controller and plant already warm."""
+    """Follow a case's targets from rest, with controller and plant already warm.
+
+    Args:
+        controller: follows.
+        plant: is followed.
+        case: the targets.
+        closed: whether measurements of the plant correct them.
+        drive: what the plant's cables are given.
+        settings: gain of the closed loop, and what the loop needs; default: as `ControlLoop`.
+    """
     controller.reset()
     plant.reset()
-    robot, loop = controller.robot, ControlLoop(controller)
+    robot, loop = controller.robot, ControlLoop(controller, settings=settings)
     loop.prepare()
-    gain = robot.config.service.feedback_gain
-    feedback = Feedback(len(case.targets[0]), gain, LARGEST * robot.size)
+    settings = settings or ServiceSettings()
+    feedback = Feedback(len(case.targets[0]), settings.feedback_gain, LARGEST * robot.size)
     rows = []
     for target in case.targets:
         begin = perf_counter()

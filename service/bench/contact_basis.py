@@ -10,7 +10,15 @@ from typing import TypeVar
 
 import numpy as np
 
-from tauten.controller import Controller, advance, decide, forces_of, predicted_gaps, prepare
+from tauten.controller import (
+    Controller,
+    ControllerSettings,
+    advance,
+    decide,
+    forces_of,
+    predicted_gaps,
+    prepare,
+)
 from tauten.model import Enrichment, Robot, default_enrichment, worst_rows
 from tauten.model.numerics import (
     Array,
@@ -73,6 +81,7 @@ class Inputs:
         equilibria: of the training path, to settle for each basis.
         steps: of a held-out path.
         ks: numbers of modes.
+        controller: settings of the controller whose certificate is timed; None: defaults.
     """
 
     robot: Robot
@@ -82,6 +91,7 @@ class Inputs:
     equilibria: int
     steps: int
     ks: tuple[int, ...] = KS
+    controller: ControllerSettings | None = None
 
 
 def bench_contact_basis(inputs: Inputs, stop: StopFlag, progress: Progress) -> ContactBasisBench:
@@ -96,7 +106,7 @@ def bench_contact_basis(inputs: Inputs, stop: StopFlag, progress: Progress) -> C
     progress(0.0, "certificate, LCP")
     with one_blas_thread():
         problems = contact_problems(robot, inputs.snapshots)
-        certificate = certificate_cost(robot, inputs.basis)
+        certificate = certificate_cost(robot, inputs.basis, inputs.controller)
         lcp = lcp_costs(problems[:: max(1, len(problems) // 8)])
         smoothness = smoothness_of(problems)
         progress(0.1, "bases on the training path")
@@ -109,7 +119,7 @@ def bench_contact_basis(inputs: Inputs, stop: StopFlag, progress: Progress) -> C
         machine=host_info(),
         robot=robot.name,
         size_mm=1e3 * robot.size,
-        tolerance_mm=1e3 * robot.config.contact.tolerance,
+        tolerance_mm=1e3 * robot.tolerance,
         basis=f"{origin.method}, k = {origin.k}",
         campaign=inputs.snapshots.origin.campaign,
         complete=not stop.requested,
@@ -156,7 +166,7 @@ def held_out_errors(inputs: Inputs) -> Iterator[HeldOutError]:
     """The basis on paths with other gravity, with forces on the effectors, and released."""
     robot = inputs.robot
     design, names = held_out_design(robot, inputs.steps)
-    usual = default_enrichment(robot.config.contact.tolerance)
+    usual = default_enrichment(robot.tolerance)
     for index, name in enumerate(names):
         folder = inputs.folder / f"held-out-{inputs.steps}" / f"{index:02d}"
         alone = Design(f"{design.description}, {name}", (design.runs[index],))
@@ -193,9 +203,11 @@ def _settled(
     return float(errors.max()), float(errors.mean()), unsettled, extra
 
 
-def certificate_cost(robot: Robot, basis: ContactBasis, seconds: float = 4.0) -> CertificateCost:
+def certificate_cost(
+    robot: Robot, basis: ContactBasis, control: ControllerSettings | None, seconds: float = 4.0
+) -> CertificateCost:
     """Follow what the cables reach and take the time of the certificate where nothing is violated."""
-    controller = Controller(robot, basis)
+    controller = Controller(robot, basis, settings=control)
     path = make_path("reach", robot, PathSettings(period=seconds, fraction=0.9))
     settings = controller.settings
     robot, state, forces, pull = (

@@ -141,7 +141,7 @@ def bench_node(
     Raises:
         DemoError: a process failed, or no target was followed.
     """
-    rate = setup.robot.config.controller.rate
+    rate = setup.robot.integration.rate
     say(f"{rate:g} Hz: starting the node, kernels are compiled the first time")
     ticks = _served(setup.robot.name, rate, robot, settings, stop, say)
     first = next((i for i, tick in enumerate(ticks) if tick.mode is Mode.RUN), len(ticks))
@@ -160,7 +160,7 @@ def bench_node(
 def _numbers(
     setup: Setup, settings: NodeBenchSettings, ticks: Sequence[Tick], stop: StopFlag
 ) -> NodeBench:
-    rate = setup.robot.config.controller.rate
+    rate = setup.robot.integration.rate
     followed = [tick for tick in ticks if tick.status]
     pairs = [pair for pair in pairwise(ticks) if pair[1].index == pair[0].index + 1]
     overhead = [value for pair in pairs for value in overheads(pair, 1.0 / rate)]

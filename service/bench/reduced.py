@@ -248,7 +248,7 @@ def unseen(training: Snapshots) -> Snapshots:
 
 def follow(robot: Robot, basis: ContactBasis, snapshots: Snapshots) -> PathError:
     """Settle along stored equilibria of the full model and compare tips."""
-    enrichment = default_enrichment(robot.config.contact.tolerance)
+    enrichment = default_enrichment(robot.tolerance)
     simulator = Simulator(robot, basis, enrichment)
     apart, deepest, lost = [], np.inf, 0
     for i in range(len(snapshots)):

@@ -10,7 +10,14 @@ from typing import Literal, TypeVar
 
 import numpy as np
 
-from tauten.controller import Controller, Response, inverse_problem, prepare, warm_piece
+from tauten.controller import (
+    Controller,
+    ControllerSettings,
+    Response,
+    inverse_problem,
+    prepare,
+    warm_piece,
+)
 from tauten.controller.qpcc import Start, solve_qpcc
 from tauten.model import ContactSpace, Robot, row_compliance
 from tauten.model.numerics import Array
@@ -74,10 +81,21 @@ def time_steps(
     contact: Literal["none", "full"] | ContactSpace,
     name: str,
     targets: Array,
+    settings: ControllerSettings | None = None,
     warm_up: int = 20,
 ) -> StepTimes:
-    """Follow targets (s, p, 3) [m] with a controller at rest and measure every step after the warm-up."""
-    return time_controller(Controller(robot, contact), name, targets, warm_up)
+    """Follow targets with a controller at rest and measure every step after the warm-up.
+
+    Args:
+        robot: what to control.
+        contact: what the controller knows of contact.
+        name: of that.
+        targets: (s, p, 3) [m].
+        settings: of the controller.
+        warm_up: steps that are not measured.
+    """
+    controller = Controller(robot, contact, settings=settings)
+    return time_controller(controller, name, targets, warm_up)
 
 
 def time_controller(

@@ -8,6 +8,7 @@ from time import perf_counter
 
 import numpy as np
 
+from tauten.controller import ControllerSettings
 from tauten.model import Enrichment, Robot, Simulator, default_enrichment, load_robot
 from tauten.model.numerics import Array, Bools
 from tauten.reduction import ContactBasis
@@ -99,13 +100,19 @@ def sizes_of(robot: Robot, modes: int = 0) -> Sizes:
 
 
 def bench_control(
-    robot: Robot, basis: ContactBasis, seconds: float, pulls: int, progress: Progress
+    robot: Robot,
+    basis: ContactBasis,
+    settings: ControllerSettings,
+    seconds: float,
+    pulls: int,
+    progress: Progress,
 ) -> ControlBench:
     """Time control steps with contact none, full and reduced; compare reduced with pointwise tips.
 
     Args:
         robot: what to control.
         basis: its contact basis.
+        settings: of the controllers.
         seconds: of the path along what the cables reach, there and back.
         pulls: equilibria at which tips are compared.
         progress: called with the share of the work that has just been done.
@@ -116,11 +123,11 @@ def bench_control(
     with one_blas_thread():
         control = []
         for contact, name in kinds:
-            control.append(time_steps(robot, contact, name, targets))  # type: ignore[arg-type]
+            control.append(time_steps(robot, contact, name, targets, settings))  # type: ignore[arg-type]
             progress(1.0 / 6.0)
         full = tip_curve(robot, "full", None, pulls)
         progress(1.0 / 6.0)
-        tolerance = robot.config.contact.tolerance
+        tolerance = robot.tolerance
         enrichments = (None, default_enrichment(tolerance))
         errors = []
         for enrichment in enrichments:
@@ -212,5 +219,5 @@ def time_inverse(robot: Robot, steps: int, warm_up: int = 5) -> Spread:
     for share in np.linspace(0.0, 0.5, steps + warm_up):
         simulator.step(pull=share * robot.limits.pull_max)
         targets.append(simulator.effector.ravel())
-    times = time_steps(robot, "none", "none", np.array(targets).reshape(-1, 3), warm_up)
+    times = time_steps(robot, "none", "none", np.array(targets).reshape(-1, 3), warm_up=warm_up)
     return times.whole_ms["step"]

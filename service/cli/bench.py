@@ -66,7 +66,9 @@ def finger(
         return
     result = _with_bar(
         f"control steps of {robot}",
-        lambda progress: bench_control(setup.robot, modes, seconds, pulls, progress),
+        lambda progress: bench_control(
+            setup.robot, modes, setup.controller, seconds, pulls, progress
+        ),
     )
     _show_control(result)
     _write(result, json_file)
@@ -180,7 +182,13 @@ def contact_basis(
     folder = snapshots or Path(f"{setup.robot.name}-snapshots")
     found = run_campaign(setup.robot, ramp(setup.robot), folder)
     inputs = bench_contact_basis.Inputs(
-        setup.robot, setup.contact, found.select(found.converged), folder, equilibria, steps
+        setup.robot,
+        setup.contact,
+        found.select(found.converged),
+        folder,
+        equilibria,
+        steps,
+        controller=setup.controller,
     )
     with stop_on_signals() as stop, Progress(console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task("", total=1.0)

@@ -89,6 +89,7 @@ def reduce(
     from tauten.reduction.campaign import Ranges
     from tauten.reduction.contact import ReduceSettings
     from tauten.service.plots import draw_curve
+    from tauten.service.settings import load_model_settings
 
     settings = ReduceSettings(
         k=_modes(k),
@@ -100,6 +101,7 @@ def reduce(
     )
     chosen = state_settings(state_modes, responses, sample, seed)
     loaded = load_robot(robot)
+    allowed = None if accept_error else load_model_settings(robot).max_tip_error
     target = _basis_path(out or Path(f"{loaded.name}.basis"))
     ranges = Ranges(pull=pull, tilt=math.radians(tilt), force=force, tension=tension)
     plan = _design(design, loaded, step, ranges, runs, steps, seed)
@@ -117,7 +119,7 @@ def reduce(
     )
     if states:
         path = saved.with_suffix(".states")
-        save_states(loaded, made.snapshots, made.basis, chosen, path, accept_error)
+        save_states(loaded, made.snapshots, made.basis, chosen, path, allowed)
 
 
 def inspect(

@@ -51,9 +51,17 @@ def save_states(
     basis: ContactBasis,
     settings: StateSettings,
     path: Path,
-    accept_error: bool,
+    max_tip_error: float | None,
 ) -> None:
     """Make the state basis, compare it with the full model on held-out paths, and keep it.
+
+    Args:
+        robot: the full model.
+        snapshots: of the campaign.
+        basis: contact basis of the same campaign.
+        settings: how.
+        path: where it is saved.
+        max_tip_error: error of the tip that is allowed [m]; None: any.
 
     Raises:
         StateBasisError: it errs more than the robot file allows, and that is not accepted.
@@ -61,8 +69,8 @@ def save_states(
     from tauten.reduction.state import reduce_states
 
     states = reduce_states(robot, snapshots, basis, settings)
-    if not accept_error:
-        states.check_tip(robot.config.model.max_tip_error)
+    if max_tip_error is not None:
+        states.check_tip(max_tip_error)
     origin, saved = states.origin, states.save(path)
     typer.echo(
         f"{saved}: {origin.r} state modes ({origin.responses} of them responses) of "

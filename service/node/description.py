@@ -40,8 +40,8 @@ def description(setup: Setup) -> dict[str, Any]:
     return {
         "robot": robot.name,
         "frame": robot.frame,
-        "rate": robot.config.controller.rate,
-        "target_timeout": robot.config.service.target_timeout,
+        "rate": robot.integration.rate,
+        "target_timeout": setup.service.target_timeout,
         "size": robot.size,
         "cables": cables,
         "effectors": effectors,

@@ -54,8 +54,8 @@ def make_fall_back(setup: Setup) -> FallBack | None:
     robot = setup.robot
     if not isinstance(robot, ReducedRobot):
         return None
-    settings, full = robot.config.model, None
+    settings, full = setup.model, None
     if settings.fall_back:
         slower = load_robot(setup.path, rate=settings.fall_back_rate)
-        full = warm_up(Controller(slower, setup.contact))
-    return FallBack(ModelWatch(robot, setup.contact), robot, full)
+        full = warm_up(Controller(slower, setup.contact, settings=setup.controller))
+    return FallBack(ModelWatch(robot, setup.contact, settings), robot, full)

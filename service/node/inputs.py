@@ -15,6 +15,7 @@ from tauten.model import Robot
 from tauten.model.numerics import Array
 from tauten.service.log import Entry, LogRecorder
 from tauten.service.node.feedback import LARGEST, Feedback
+from tauten.service.settings import ServiceSettings
 from tauten.service.wire import (
     COMMAND_RING,
     JSON,
@@ -43,17 +44,23 @@ class NodeInputs:
     """
 
     def __init__(
-        self, session: zenoh.Session, robot: Robot, closed_loop: bool, recorder: LogRecorder | None
+        self,
+        session: zenoh.Session,
+        robot: Robot,
+        settings: ServiceSettings,
+        closed_loop: bool,
+        recorder: LogRecorder | None,
     ) -> None:
         """Declare the subscribers.
 
         Args:
             session: open Zenoh session.
             robot: whose they are.
+            settings: timeouts and gain.
             closed_loop: whether measurements correct the targets.
             recorder: of the log; None: none is kept.
         """
-        keys, names, settings = Keys(robot.name), robot.effector_names, robot.config.service
+        keys, names = Keys(robot.name), robot.effector_names
         rest, reach = robot.effector(robot.rest()), reach_of(robot.size)
 
         def ring(key: str, size: int = POSITION_RING) -> Source:

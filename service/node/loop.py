@@ -14,6 +14,7 @@ from tauten.controller.qpcc import Certificate, Status
 from tauten.model.numerics import Array
 from tauten.service.node.limiter import ActuationLimiter, LimitedActuation
 from tauten.service.node.state_machine import NodeState, Signals, commanded, judged, transition
+from tauten.service.settings import ServiceSettings
 from tauten.service.wire import Cause, Mode, OperatorCommand
 
 
@@ -51,12 +52,19 @@ class ControlLoop:
         state: of the state machine.
     """
 
-    def __init__(self, controller: Controller, enabled: bool = True) -> None:
+    def __init__(
+        self,
+        controller: Controller,
+        enabled: bool = True,
+        settings: ServiceSettings | None = None,
+    ) -> None:
         """Start at rest, with a controller that is there too.
 
         Args:
             controller: the model.
             enabled: whether targets are followed before an operator says so.
+            settings: limit of missed deadlines and time of a release; default: those of a file that
+                does not set any.
         """
         robot = controller.robot
         self.controller = controller
@@ -64,7 +72,7 @@ class ControlLoop:
         rest = self.guard.rest()
         self.guard(rest.pull, rest.tension)  # its kernels are compiled now, not at the first tick
         self.state = NodeState(enabled=enabled)
-        self._settings = robot.config.service
+        self._settings = settings or ServiceSettings()
         self._ramp: Iterator[LimitedActuation] | None = None
 
     @property

@@ -18,6 +18,7 @@ from tauten.controller import Controller
 from tauten.model import ContactSpace
 from tauten.reduction.state import ReducedRobot, TipCheck
 from tauten.service.process import one_blas_thread
+from tauten.service.settings import ModelSettings
 from tauten.service.wire import Diagnostic, Level
 
 _NICE = 10  # where the idle class is not permitted
@@ -38,15 +39,19 @@ class ModelWatch:
     """
 
     def __init__(
-        self, robot: ReducedRobot, contact: Literal["none", "full"] | ContactSpace
+        self,
+        robot: ReducedRobot,
+        contact: Literal["none", "full"] | ContactSpace,
+        settings: ModelSettings,
     ) -> None:
         """Start the process.
 
         Args:
-            robot: the reduced model; its robot file says how often to ask and what is allowed.
+            robot: the reduced model.
             contact: what its controller knows of contact.
+            settings: how often to compare and which error is allowed.
         """
-        self._settings = robot.config.model
+        self._settings = settings
         self._pipe, far = get_context("spawn").Pipe()
         self._process = get_context("spawn").Process(
             target=answer, args=(far,), daemon=True, name="tauten model watch"

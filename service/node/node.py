@@ -92,7 +92,7 @@ class Node:
         self._robot = robot
         self._loop = loop
         self._recorder = recorder
-        self._intake = NodeInputs(session, robot, closed_loop, recorder)
+        self._intake = NodeInputs(session, robot, setup.service, closed_loop, recorder)
         self._plant = None if recorder is None else PlantRecorder(session, robot, recorder)
         self._out = NodeOutputs(session, robot, recorder)
         self._metrics = MetricsAnswer(session, robot.name)
@@ -100,7 +100,7 @@ class Node:
         self._facts = {
             "factorisation": robot.linear_solver,
             "model": setup.order,
-            "qp_solver": robot.config.controller.qp_solver,
+            "qp_solver": setup.controller.qp_solver,
             "basis": setup.basis_name,
             "digest": robot.digest,
             "loop": "closed" if closed_loop else "open",

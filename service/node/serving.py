@@ -80,13 +80,13 @@ def serve(setup: Setup, network: Network, settings: ServeSettings, stop: StopFla
         RealtimeError: priority or processors are not to be had.
         OSError: the log cannot be created.
     """
-    keys, rate = Keys(setup.robot.name), setup.robot.config.controller.rate
+    keys, rate = Keys(setup.robot.name), setup.robot.integration.rate
     with ExitStack() as stack:
         stack.enter_context(one_blas_thread())
         log.info("getting ready; kernels are compiled the first time, which takes a minute or two")
         controller = warm_controller(setup)
         check_rate(rate, step_seconds(controller), settings.rate_asked)
-        loop = ControlLoop(controller, enabled=not settings.wait)
+        loop = ControlLoop(controller, enabled=not settings.wait, settings=setup.service)
         typestore()
         session = open_session(network, Role.NODE, setup.robot.name)
         stack.callback(session.close)

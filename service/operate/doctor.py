@@ -118,7 +118,7 @@ def _rate(setup: Setup, seconds: float) -> list[Finding]:
     robot, controller = setup.robot, warm_controller(setup)
     step = step_seconds(controller)
     rate, best = 1.0 / robot.h, rate_for(step)
-    loop, goal = ControlLoop(controller), controller.effector
+    loop, goal = ControlLoop(controller, settings=setup.service), controller.effector
     begin, late = time.monotonic(), []
     with collector_at_hand():
         clock = punctual_clock(robot.h)

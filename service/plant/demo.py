@@ -122,7 +122,7 @@ def run_demo(settings: DemoSettings, stop: StopFlag, say: Callable[[str], None])
             serving.append("--closed-loop")
             behaving.append("--measure")
         sending = [str(targets), "--robot", settings.robot, "--repeat", "--await-plant", *common]
-        sending += ["--rate", repr(robot.config.controller.rate)]
+        sending += ["--rate", repr(robot.integration.rate)]
         sending += ["--duration", repr(settings.seconds)]
         node = stack.enter_context(child("serve", serving, folder))
         plant = stack.enter_context(child("plant", [settings.robot, *behaving, *common], folder))

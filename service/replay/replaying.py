@@ -146,7 +146,7 @@ def actions(
     ticks: Iterator[tuple[Tick, Joints]], setup: Setup
 ) -> Iterator[tuple[Tick, Joints, Action]]:
     """What the loop does now at each recorded tick."""
-    loop = ControlLoop(warm_controller(setup))
+    loop = ControlLoop(warm_controller(setup), settings=setup.service)
     for tick, actuation in ticks:
         if loop.state.mode is Mode.STOP and tick.mode is not Mode.STOP:
             loop.rest()  # what a reset did

@@ -174,7 +174,7 @@ def test_impossible_equilibrium_is_recorded_as_such(thumb: TetRobot, tmp_path: P
 
 
 def test_gravity_and_force_change_the_weight_alone(thumb: TetRobot) -> None:
-    same = thumb.loaded(np.array(thumb.config.gravity), np.zeros(3))
+    same = thumb.loaded(thumb.gravity, np.zeros(3))
     np.testing.assert_allclose(same.load, thumb.load)
     pushed = thumb.loaded(np.zeros(3), np.array([0.0, 0.0, 0.3]))
     np.testing.assert_allclose(pushed.load.reshape(-1, 3).sum(axis=0), [0.0, 0.0, 0.3])

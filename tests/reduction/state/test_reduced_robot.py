@@ -20,8 +20,8 @@ from tauten.reduction.state import (
     sample_elements,
 )
 
-DYNAMIC = Integration(0.01, False, 0.3, 0.02)
-STATIC = Integration(0.02, True)
+DYNAMIC = Integration(100.0, False, 0.3, 0.02)
+STATIC = Integration(50.0, True)
 
 
 def basis_of(robot: TetRobot, Phi: Array, elements: Array, weights: Array) -> StateBasis:

@@ -11,6 +11,7 @@ import pytest
 from tauten.model.tetra import TetRobot
 from tauten.reduction.contact import ContactBasis
 from tauten.reduction.state import StateBasis, StateBasisError, StateOrigin
+from tauten.service.settings import load_model_settings
 
 
 @pytest.fixture
@@ -77,7 +78,7 @@ def test_tip_error_beyond_what_is_allowed_is_refused(states: StateBasis) -> None
 def test_shipped_basis_fits_the_shipped_finger(finger: TetRobot) -> None:
     states = StateBasis.load("finger")
     states.check_robot(finger)
-    states.check_tip(finger.config.model.max_tip_error)
+    states.check_tip(load_model_settings("finger").max_tip_error)
     assert states.origin.tip_mean < 2e-3 * 0.1  # a fifth of a percent of its length
     product = states.Phi.T @ (finger.mass[:, None] * states.Phi) / (finger.mass.sum() / 3.0)
     np.testing.assert_allclose(product, np.eye(states.r), atol=1e-9)

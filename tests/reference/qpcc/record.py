@@ -120,7 +120,7 @@ def record(
 ) -> None:
     """One file."""
     recorder = LogRecorder()
-    enrichment = default_enrichment(robot.config.contact.tolerance)
+    enrichment = default_enrichment(robot.tolerance)
     controller = Controller(robot, contact, enrichment)
     with (
         mock.patch.object(control_step, "inverse_problem", recorder.build),

@@ -80,9 +80,9 @@ def record(name: str, folder: Path) -> Path:
     recorder = LogRecorder(path, {**setup.metadata(), "robot_path": ""})
     ticks = round(seconds / robot.h)
     targets = reached(setup, share, ticks)
-    loop = ControlLoop(warm_controller(setup))
+    loop = ControlLoop(warm_controller(setup), settings=setup.service)
     plant = Simulator(load_robot(name, young_scale=STIFFER), "full")
-    feedback = Feedback(len(targets[0]), robot.config.service.feedback_gain, LARGEST * robot.size)
+    feedback = Feedback(len(targets[0]), setup.service.feedback_gain, LARGEST * robot.size)
     for index in range(ticks):
         done = index / ticks
         following = done >= IDLE and not HOLD <= done < HOLD + IDLE

@@ -12,6 +12,7 @@ from tauten.controller import Controller
 from tauten.model import Robot, Simulator
 from tauten.model.numerics import Array
 from tauten.service.node import Action, ControlLoop, Signals
+from tauten.service.settings import ServiceSettings
 from tauten.service.wire import Cause, Mode, OperatorCommand
 
 SIZE = (0.1, 0.02, 0.02)
@@ -78,7 +79,7 @@ def test_a_goal_out_of_reach_is_approached_within_the_limits(loop: ControlLoop) 
 def test_a_release_ends_slack_after_the_time_asked_for(loop: ControlLoop) -> None:
     before = run(loop, goal_at(loop, 0.004), 60)
     actions = release(loop)
-    h, least = loop.controller.robot.h, loop.controller.robot.config.service.release_time
+    h, least = loop.controller.robot.h, ServiceSettings().release_time
     assert len(actions) == max(round(least / h), int(np.ceil(before.pull.max() / (0.05 * h))))
     assert {(action.mode, action.cause) for action in actions} == {(Mode.STOP, Cause.SHUTDOWN)}
     np.testing.assert_array_equal(actions[-1].pull, 0.0)

@@ -59,7 +59,13 @@ def listener(beam_file: Path) -> Iterator[Listener]:
     setup, port = load_setup(beam_file), free_ports()
     inside = open_session(Network(port), Role.NODE, "beam")
     outside = open_session(Network(port), Role.OTHER, "beam")
-    node = Node(setup, ControlLoop(warm_controller(setup)), inside, None, closed_loop=False)
+    node = Node(
+        setup,
+        ControlLoop(warm_controller(setup), settings=setup.service),
+        inside,
+        None,
+        closed_loop=False,
+    )
     channel = zenoh.handlers.FifoChannel(1000)
     found = Listener(
         node,

@@ -42,7 +42,10 @@ LAG = 0.001  # m, the pretended plant is that much too low
 def write_run(setup: Setup, path: Path) -> None:
     """The log of a run without clock and network: the loop as it is, times made up."""
     robot, keys = setup.robot, Keys(setup.robot.name)
-    loop, recorder = ControlLoop(Controller(robot)), LogRecorder(path, setup.metadata())
+    loop, recorder = (
+        ControlLoop(Controller(robot), settings=setup.service),
+        LogRecorder(path, setup.metadata()),
+    )
     rest = robot.effector(robot.rest())
     for index in range(TICKS + 20):
         stamp = 10**18 + index * 20_000_000
