@@ -111,11 +111,11 @@ def test_a_recorder_beside_the_node_sees_the_run(
     run = read_run(log)
     assert run.metadata["robot_digest"] == beam.digest
     assert run.complete
-    assert run.following.sum() > 30
-    assert len(run.model.time) > 30
+    assert run.following.sum() > 10
+    assert len(run.model.time) > 10
     keys = {message.key for message in LogReader(log).messages()}
     assert {served.keys.tick, served.keys.actuation, "tauten/beam/target"} <= keys
-    assert counts[0] > 100
+    assert counts[0] > 30
 
 
 def test_nobody_to_command_is_a_sentence() -> None:
