@@ -162,7 +162,9 @@ def test_model_where_it_was_trained_is_well(thumb_file: Path) -> None:
             fall_back.watch.look(controller)
             time.sleep(0.01)
         assert fall_back.watch.diagnostic().level is Level.OK
-        assert fall_back.watch.diagnostic().message == "reduced, within the states it was trained with"
+        assert (
+            fall_back.watch.diagnostic().message == "reduced, within the states it was trained with"
+        )
         assert not fall_back.wanted
     finally:
         fall_back.watch.close()
