@@ -1,17 +1,17 @@
 """Named silicones: Yeoh constants fitted to published tensile tests.
 
 Contains information from the Soft Robotics Materials Database (tensile tests after ASTM D412,
-github.com/LucMarechal/Soft-Robotics-Materials-Database), made available under the Open Database License (ODbL) 1.0.
-Reference: Marechal, Balland, Lindenroth, Petrou, Kontovounisios and Bello, Towards a Common Framework
-and Database of Materials for Soft Robotics, Soft Robotics, 2020, doi 10.1089/soro.2019.0115.
+github.com/LucMarechal/Soft-Robotics-Materials-Database), made available under the Open Database License 1.0.
+Reference: Marechal, Balland, Lindenroth, Petrou, Kontovounisios and Bello, Towards a Common Framework and
+Database of Materials for Soft Robotics, Soft Robotics, 2020, doi 10.1089/soro.2019.0115.
 
 The constants are the non-negative least-squares fit to engineering strains up to 1, made by
 
     python -m tauten.model.materials.fit_silicones FOLDER_OF_THE_TENSILE_TESTS
 
-The tests measured strain between the grips and pulled at 450 mm/min to failure; their stress at a strain of
-1 is 43 to 74 % of the 100 % modulus on the manufacturer's data sheets (10, 12, 22 and 86 psi). Where forces matter,
-measure your own casting and give `c10`, `c20` and `c30`.
+The tests measured strain between the grips and pulled at 450 mm/min to failure; their stress at a strain of 1
+is 43 to 74 % of the 100 % modulus on the manufacturer's data sheets (10, 12, 22 and 86 psi). Where forces
+matter, measure your own casting and give `c10`, `c20` and `c30`.
 """
 
 from __future__ import annotations
