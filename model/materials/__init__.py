@@ -12,7 +12,7 @@ from tauten.model.materials.law import (
     stable_neo_hookean,
     yeoh,
 )
-from tauten.model.materials.response import EXACT, NO_TANGENT, PROJECTED, response
+from tauten.model.materials.response import EXACT, NO_TANGENT, PROJECTED, WORK, response
 from tauten.model.materials.silicones import SILICONES, Silicone, silicone
 
 __all__ = [
@@ -26,6 +26,7 @@ __all__ = [
     "SILICONES",
     "STABLE_NEO_HOOKEAN",
     "Silicone",
+    "WORK",
     "corotational",
     "lame_parameters",
     "law_arrays",

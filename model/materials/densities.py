@@ -26,8 +26,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tauten.model.arrays import Array
-from tauten.model.jit import kernel
+from tauten.model.numerics import Array, kernel
 
 COROTATIONAL, STABLE_NEO_HOOKEAN, RIVLIN = 0, 1, 2
 N_CONSTANTS = 5  # a law's row of constants: (λ, μ) or (c10, c20, c30, c01, κ), padded with zeros

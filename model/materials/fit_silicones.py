@@ -13,8 +13,8 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import nnls
 
-from tauten.model.arrays import Array
 from tauten.model.materials.silicones import SILICONES
+from tauten.model.numerics import Array
 
 LARGEST_STRAIN = 1.0
 

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tauten.model.arrays import Array, Ints
 from tauten.model.materials.densities import COROTATIONAL, N_CONSTANTS, RIVLIN, STABLE_NEO_HOOKEAN
+from tauten.model.numerics import Array, Ints
 
 
 class MaterialError(ValueError):

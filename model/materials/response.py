@@ -1,34 +1,34 @@
-"""Stress and tangent of a density at one deformation gradient, through its principal stretches.
+"""Energy, stress and tangent of a density at one deformation gradient.
 
-With F = U diag(σ) Vᵀ, both U and V rotations, the first Piola-Kirchhoff stress is U diag(∂ψ/∂σ) Vᵀ, and
-∂²ψ/∂F² has, in the frames U and V, three kinds of entries:
+With G = cof F, B = F Fᵀ, C = FᵀF and E_m = [e_m] R (the cross product with e_m after R), the derivatives of
+the invariants by F are
 
-    A_ij = ∂²ψ/∂σᵢ∂σⱼ           between the entries (i, i) and (j, j)
-    s_ij = (ψᵢ − ψⱼ)/(σᵢ − σⱼ)  eigenvalue of the symmetric pair of entries (i, j) and (j, i)
-    t_ij = (ψᵢ + ψⱼ)/(σᵢ + σⱼ)  eigenvalue of their antisymmetric pair
+    S:  R          dR/dF = Σ_mp T_mp E_m ⊗ E_p,  T = R (tr(S) I − S)⁻¹ Rᵀ, here S = RᵀF
+    I₁: 2 F        2 I
+    I₂: 2 (I₁ F − F C) = Y
+        4 F ⊗ F + 2 (I₁ δ_ik δ_JL − δ_ik C_JL − F_iL F_kJ − B_ik δ_JL)
+    J:  G          ε_ikm ε_JLn F_mn
 
-Of densities in the invariants of `densities` both quotients are polynomials in σ plus, for S,
-2 ψ_S / (σᵢ + σⱼ). The eigenvalues of the whole are those of A, the s_ij and the t_ij: making negative ones
-zero gives the nearest positive semidefinite tangent.
-(Smith, de Goes and Kim, Analytic Eigensystems for Isotropic Distortion Energies, ACM Transactions on
-Graphics 38(1), 2019.)
+and the stress and tangent of a density in these invariants follow by the chain rule.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from tauten.model.arrays import Array
-from tauten.model.jit import kernel
-from tauten.model.materials.densities import N_DERIVATIVES, density
+from tauten.model.materials.densities import density
+from tauten.model.materials.projection import projected_tangent
+from tauten.model.numerics import Array, kernel
 
 NO_TANGENT, EXACT, PROJECTED = 0, 1, 2
-THIRD = np.array([[0, 2, 1], [2, 1, 0], [1, 0, 2]])  # the index that is neither i nor j
-SINGULAR = 1e-9  # σᵢ + σⱼ below which the rotation of F is not unique
+WORK = 32  # numbers of scratch that `response` needs
+SINGULAR = 1e-9  # det(tr(S) I − S) below which the rotation of F is not unique
 
 
 @kernel
-def response(kind: int, c: Array, F: Array, R: Array, tangent: int, P: Array, C: Array) -> float:
+def response(
+    kind: int, c: Array, F: Array, R: Array, tangent: int, P: Array, C: Array, work: Array
+) -> float:
     """Energy density, stress and tangent.
 
     Args:
@@ -39,173 +39,157 @@ def response(kind: int, c: Array, F: Array, R: Array, tangent: int, P: Array, C:
         tangent: NO_TANGENT, EXACT or PROJECTED (positive semidefinite).
         P: (3, 3) output, ∂ψ/∂F [Pa].
         C: (9, 9) output, ∂P_iJ/∂F_kL in row 3 i + J and column 3 k + L [Pa]; left alone without tangent.
+        work: (WORK,) overwritten.
 
     Returns:
         ψ [Pa].
     """
-    U, V = np.empty((3, 3)), np.empty((3, 3))
-    sigma, d = np.empty(3), np.empty(N_DERIVATIVES)
-    principal_frames(F, R, U, V, sigma)
-    x, y, z = sigma[0], sigma[1], sigma[2]
-    I = np.empty(4)  # noqa: E741
-    I[0], I[3] = x + y + z, x * y * z
-    I[1] = x * x + y * y + z * z
-    I[2] = x * x * y * y + y * y * z * z + z * z * x * x
+    d, I = work[0:10], work[10:14]  # noqa: E741
+    G, Y = work[14:23], work[23:32]
+    invariants(F, R, G, I)
     density(kind, c, I, d)
-    dI = np.empty((4, 3))  # derivatives of the invariants by the stretches
     for i in range(3):
-        j, k = (i + 1) % 3, (i + 2) % 3
-        dI[0, i] = 1.0
-        dI[1, i] = 2.0 * sigma[i]
-        dI[2, i] = 2.0 * sigma[i] * (sigma[j] ** 2 + sigma[k] ** 2)
-        dI[3, i] = sigma[j] * sigma[k]
-    P[:] = 0.0
-    for p in range(3):
-        first = d[1] + d[2] * dI[1, p] + d[3] * dI[2, p] + d[4] * dI[3, p]
+        for j in range(3):
+            P[i, j] = d[1] * R[i, j] + 2.0 * d[2] * F[i, j] + d[4] * G[3 * i + j]
+    if d[3] != 0.0 or d[8] != 0.0:
+        gradient_of_I2(F, I[1], Y)
         for i in range(3):
             for j in range(3):
-                P[i, j] += first * U[i, p] * V[j, p]
-    if tangent != NO_TANGENT:
-        principal_tangent(d, dI, sigma, tangent == PROJECTED, U, V, C)
+                P[i, j] += d[3] * Y[3 * i + j]
+    else:
+        Y[:] = 0.0
+    if tangent == EXACT:
+        exact_tangent(d, F, R, G, Y, C)
+    elif tangent == PROJECTED:
+        projected_tangent(d, F, R, C)
     return float(d[0])
 
 
 @kernel
-def principal_frames(F: Array, R: Array, U: Array, V: Array, sigma: Array) -> None:
-    """F = U diag(σ) Vᵀ from its rotation: the eigenvectors V of S = RᵀF, and U = R V."""
-    S = np.empty((3, 3))
-    for i in range(3):
-        for j in range(i, 3):
-            a = R[0, i] * F[0, j] + R[1, i] * F[1, j] + R[2, i] * F[2, j]
-            b = R[0, j] * F[0, i] + R[1, j] * F[1, i] + R[2, j] * F[2, i]
-            S[i, j] = 0.5 * (a + b)
-            S[j, i] = S[i, j]
-    symmetric_eigen(S, V)
-    for i in range(3):
-        sigma[i] = S[i, i]
-        for j in range(3):
-            U[i, j] = R[i, 0] * V[0, j] + R[i, 1] * V[1, j] + R[i, 2] * V[2, j]
-
-
-@kernel
-def symmetric_eigen(S: Array, V: Array) -> None:
-    """Diagonalise the symmetric 3x3 S in place by Jacobi's rotations; its eigenvectors into V."""
-    for i in range(3):
-        for j in range(3):
-            V[i, j] = 1.0 if i == j else 0.0
-    scale = abs(S[0, 0]) + abs(S[1, 1]) + abs(S[2, 2])
-    for _ in range(8):
-        off = abs(S[0, 1]) + abs(S[0, 2]) + abs(S[1, 2])
-        if not off > 1e-15 * scale:  # also where it is not a number
-            return
-        for p in range(2):
-            for q in range(p + 1, 3):
-                if S[p, q] != 0.0:
-                    turn(S, V, p, q)
-
-
-@kernel
-def turn(S: Array, V: Array, p: int, q: int) -> None:
-    """One rotation of Jacobi that makes S[p, q] zero."""
-    theta = 0.5 * (S[q, q] - S[p, p]) / S[p, q]
-    t = 1.0 / (abs(theta) + np.sqrt(theta * theta + 1.0))
-    if theta < 0.0:
-        t = -t
-    c = 1.0 / np.sqrt(t * t + 1.0)
-    s = t * c
-    r = 3 - p - q
-    S[p, p] -= t * S[p, q]
-    S[q, q] += t * S[p, q]
-    S[p, q] = 0.0
-    S[q, p] = 0.0
-    a, b = S[r, p], S[r, q]
-    S[r, p] = c * a - s * b
-    S[p, r] = S[r, p]
-    S[r, q] = s * a + c * b
-    S[q, r] = S[r, q]
-    for i in range(3):
-        a, b = V[i, p], V[i, q]
-        V[i, p] = c * a - s * b
-        V[i, q] = s * a + c * b
-
-
-@kernel
-def principal_tangent(
-    d: Array, dI: Array, sigma: Array, project: bool, U: Array, V: Array, C: Array
-) -> None:
-    """∂²ψ/∂F² into C (9, 9) from the derivatives of ψ by the invariants and of these by σ."""
-    A = np.empty((3, 3))
-    pairs = np.empty((3, 2))  # s_ij and t_ij of the pairs (0, 1), (0, 2), (1, 2)
-    for i in range(3):
-        for j in range(i, 3):
-            k = THIRD[i, j]
-            second = d[5] + d[6] * dI[1, i] * dI[1, j] + d[9] * dI[3, i] * dI[3, j]
-            second += d[7] * (dI[1, i] * dI[3, j] + dI[3, i] * dI[1, j])
-            second += d[8] * (dI[2, i] * dI[3, j] + dI[3, i] * dI[2, j])
-            if i == j:
-                second += 2.0 * d[2]
-                for m in range(3):
-                    if m != i:
-                        second += 2.0 * d[3] * sigma[m] ** 2
-            else:
-                second += 4.0 * d[3] * sigma[i] * sigma[j] + d[4] * sigma[k]
-                square, product = sigma[k] ** 2, sigma[i] * sigma[j]
-                total = sigma[i] + sigma[j]
-                row = i + j - 1
-                pairs[row, 0] = 2.0 * d[2] + 2.0 * d[3] * (square - product) - d[4] * sigma[k]
-                pairs[row, 1] = 2.0 * d[2] + 2.0 * d[3] * (square + product) + d[4] * sigma[k]
-                if d[1] != 0.0:
-                    # where the rotation is not unique its turning is left out
-                    pairs[row, 1] += 2.0 * d[1] / total if total > SINGULAR else -2.0 * d[2]
-            A[i, j] = second
-            A[j, i] = second
-    if project:
-        clamp(A)
-        for row in range(3):
-            pairs[row, 0] = max(pairs[row, 0], 0.0)
-            pairs[row, 1] = max(pairs[row, 1], 0.0)
-    from_principal_frames(A, pairs, U, V, C)
-
-
-@kernel
-def clamp(A: Array) -> None:
-    """Replace the symmetric 3x3 A by the nearest positive semidefinite matrix."""
-    E, Q = A.copy(), np.empty((3, 3))
-    symmetric_eigen(E, Q)
-    if E[0, 0] >= 0.0 and E[1, 1] >= 0.0 and E[2, 2] >= 0.0:
-        return
-    A[:] = 0.0
-    for p in range(3):
-        value = max(E[p, p], 0.0)
-        for i in range(3):
-            for j in range(3):
-                A[i, j] += value * Q[i, p] * Q[j, p]
-
-
-@kernel
-def from_principal_frames(A: Array, pairs: Array, U: Array, V: Array, C: Array) -> None:
-    """Σ A_pq D_p ⊗ D_q + Σ s (symmetric pair) ⊗ (same) + Σ t (antisymmetric pair) ⊗ (same) into C (9, 9).
-
-    D_p = u_p v_pᵀ; the pairs are (u_p v_qᵀ ± u_q v_pᵀ) / √2.
-    """
-    D, Y = np.empty((9, 9)), np.empty((9, 9))  # modes, and modes times eigenvalues
+def invariants(F: Array, R: Array, G: Array, I: Array) -> None:  # noqa: E741
+    """S, I₁, I₂ and J into I (4,), the cofactor matrix into G (9,)."""
+    cofactor(F, G)
+    I[:] = 0.0
     for i in range(3):
         for j in range(3):
             m = 3 * i + j
-            for p in range(3):
-                D[p, m] = U[i, p] * V[j, p]
-            for row in range(3):
-                p, q = (0, 1) if row == 0 else ((0, 2) if row == 1 else (1, 2))
-                a, b = U[i, p] * V[j, q], U[i, q] * V[j, p]
-                D[3 + row, m] = a + b
-                D[6 + row, m] = a - b
+            I[0] += R[i, j] * F[i, j]
+            I[1] += F[i, j] * F[i, j]
+            I[2] += G[m] * G[m]
+    I[3] = F[0, 0] * G[0] + F[0, 1] * G[1] + F[0, 2] * G[2]
+
+
+@kernel
+def cofactor(F: Array, G: Array) -> None:
+    """Cofactor matrix of F (3, 3) into G (9,), row by row."""
+    for i in range(3):
+        i1, i2 = (i + 1) % 3, (i + 2) % 3
+        for j in range(3):
+            j1, j2 = (j + 1) % 3, (j + 2) % 3
+            G[3 * i + j] = F[i1, j1] * F[i2, j2] - F[i1, j2] * F[i2, j1]
+
+
+@kernel
+def gradient_of_I2(F: Array, I1: float, Y: Array) -> None:
+    """2 (I₁ F − F FᵀF) into Y (9,), row by row."""
+    for i in range(3):
+        b0 = F[i, 0] * F[0, 0] + F[i, 1] * F[0, 1] + F[i, 2] * F[0, 2]  # row i of F Fᵀ
+        b1 = F[i, 0] * F[1, 0] + F[i, 1] * F[1, 1] + F[i, 2] * F[1, 2]
+        b2 = F[i, 0] * F[2, 0] + F[i, 1] * F[2, 1] + F[i, 2] * F[2, 2]
+        for j in range(3):
+            Y[3 * i + j] = 2.0 * (I1 * F[i, j] - b0 * F[0, j] - b1 * F[1, j] - b2 * F[2, j])
+
+
+@kernel
+def exact_tangent(d: Array, F: Array, R: Array, G: Array, Y: Array, C: Array) -> None:
+    """∂²ψ/∂F² into C (9, 9) from the derivatives d of ψ and the gradients G and Y of J and I₂."""
+    for i in range(3):
+        for j in range(3):
+            m = 3 * i + j
+            f, r, g, y = F[i, j], R[i, j], G[m], Y[m]
+            # rank-one parts, gathered by the factor they share
+            on_F = 4.0 * d[6] * f + 2.0 * d[7] * g
+            on_G = 2.0 * d[7] * f + d[8] * y + d[9] * g
+            on_R, on_Y = d[5] * r, d[8] * g
+            if d[3] != 0.0:
+                on_F += 4.0 * d[3] * f
+            for k in range(3):
+                for n in range(3):
+                    q = 3 * k + n
+                    C[m, q] = on_F * F[k, n] + on_G * G[q] + on_R * R[k, n] + on_Y * Y[q]
+            C[m, m] += 2.0 * d[2]
+    if d[4] != 0.0:
+        add_turn_of_cofactor(d[4], F, C)
+    if d[3] != 0.0:
+        add_curvature_of_I2(2.0 * d[3], F, C)
+    if d[1] != 0.0:
+        add_turn_of_rotation(d[1], F, R, C)
+
+
+@kernel
+def add_turn_of_cofactor(factor: float, F: Array, C: Array) -> None:
+    """Add factor ε_ikm ε_JLn F_mn."""
+    for i in range(3):
+        k, m = (i + 1) % 3, (i + 2) % 3
+        for J in range(3):
+            L, n = (J + 1) % 3, (J + 2) % 3
+            value = factor * F[m, n]
+            C[3 * i + J, 3 * k + L] += value
+            C[3 * k + L, 3 * i + J] += value
+            C[3 * i + L, 3 * k + J] -= value
+            C[3 * k + J, 3 * i + L] -= value
+
+
+@kernel
+def add_curvature_of_I2(factor: float, F: Array, C: Array) -> None:
+    """Add factor (I₁ δ_ik δ_JL − δ_ik C_JL − F_iL F_kJ − B_ik δ_JL)."""
+    I1 = 0.0
+    for i in range(3):
+        for j in range(3):
+            I1 += F[i, j] * F[i, j]
+    for i in range(3):
+        for k in range(3):
+            rows = F[i, 0] * F[k, 0] + F[i, 1] * F[k, 1] + F[i, 2] * F[k, 2]  # B_ik
+            columns = F[0, i] * F[0, k] + F[1, i] * F[1, k] + F[2, i] * F[2, k]  # C_ik
+            for J in range(3):
+                C[3 * i + J, 3 * k + J] -= factor * rows
+                C[3 * J + i, 3 * J + k] -= factor * columns
+                for L in range(3):
+                    C[3 * i + J, 3 * k + L] -= factor * F[i, L] * F[k, J]
     for m in range(9):
+        C[m, m] += factor * I1
+
+
+@kernel
+def add_turn_of_rotation(factor: float, F: Array, R: Array, C: Array) -> None:
+    """Add factor Σ_mp T_mp E_m ⊗ E_p; nothing where the rotation is not unique."""
+    T, Q = np.empty((3, 3)), np.empty(9)
+    trace = 0.0
+    for i in range(3):
+        for j in range(3):
+            trace += R[i, j] * F[i, j]
+    # tr(S) I − S turned into space, R S Rᵀ = F Rᵀ
+    for i in range(3):
+        for j in range(i, 3):
+            one = F[i, 0] * R[j, 0] + F[i, 1] * R[j, 1] + F[i, 2] * R[j, 2]
+            two = F[j, 0] * R[i, 0] + F[j, 1] * R[i, 1] + F[j, 2] * R[i, 2]
+            T[i, j] = -0.5 * (one + two)
+            T[j, i] = T[i, j]
+        T[i, i] += trace
+    cofactor(T, Q)
+    det = T[0, 0] * Q[0] + T[0, 1] * Q[1] + T[0, 2] * Q[2]
+    if not det > SINGULAR:
+        return
+    scale = factor / det
+    for m in range(3):
+        m1, m2 = (m + 1) % 3, (m + 2) % 3
         for p in range(3):
-            Y[p, m] = A[p, 0] * D[0, m] + A[p, 1] * D[1, m] + A[p, 2] * D[2, m]
-            Y[3 + p, m] = 0.5 * pairs[p, 0] * D[3 + p, m]
-            Y[6 + p, m] = 0.5 * pairs[p, 1] * D[6 + p, m]
-    C[:] = 0.0
-    for p in range(9):
-        for m in range(9):
-            for k in range(9):
-                C[m, k] += D[p, m] * Y[p, k]
+            p1, p2 = (p + 1) % 3, (p + 2) % 3
+            t = scale * Q[3 * m + p]
+            # E_m has −R[m2] in row m1 and R[m1] in row m2
+            for J in range(3):
+                for L in range(3):
+                    C[3 * m1 + J, 3 * p1 + L] += t * R[m2, J] * R[p2, L]
+                    C[3 * m1 + J, 3 * p2 + L] -= t * R[m2, J] * R[p1, L]
+                    C[3 * m2 + J, 3 * p1 + L] -= t * R[m1, J] * R[p2, L]
+                    C[3 * m2 + J, 3 * p2 + L] += t * R[m1, J] * R[p1, L]

@@ -9,12 +9,12 @@ import pytest
 from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
-from tauten.model.arrays import Array
 from tauten.model.materials import (
     EXACT,
     NO_TANGENT,
     PROJECTED,
     SILICONES,
+    WORK,
     Law,
     MaterialError,
     corotational,
@@ -26,7 +26,7 @@ from tauten.model.materials import (
     stable_neo_hookean,
     yeoh,
 )
-from tauten.model.polar import polar_rotations
+from tauten.model.numerics import Array, polar_rotations
 
 LAWS = [
     corotational(1e5, 0.45),
@@ -43,7 +43,7 @@ def evaluate(law: Law, F: Array, tangent: int = EXACT) -> tuple[float, Array, Ar
     R = np.empty((1, 3, 3))
     polar_rotations(F[None].copy(), R)
     P, C = np.empty((3, 3)), np.full((9, 9), np.nan)
-    return response(kind, constants, F, R[0], tangent, P, C), P, C
+    return response(kind, constants, F, R[0], tangent, P, C, np.empty(WORK)), P, C
 
 
 def gradients(seed: int, count: int = 12) -> list[Array]:

@@ -1,0 +1,113 @@
+"""The QPCC, (1)-(3), as a user writes it down."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tauten.controller.qpcc.solution import Solution
+from tauten.model.numerics import Array, Bools
+
+
+@dataclass(frozen=True, slots=True)
+class Qpcc:
+    """Quadratic program with complementarity constraints.
+
+        min  1/2 z'Qz + c'z + constant,   z = (a, β)                                       (1)
+        s.t. lb <= a <= ub,   g_lo <= G z <= g_hi                                          (2)
+             0 <= w = M z + m   ⟂   β >= 0                                                 (3)
+
+    n = n_a + k variables, p limits. In inverse control a are tensions [N], β reduced contact forces
+    [N], w reduced gaps [m], the limits (2) those of tension and pulled length [m], the objective is in
+    m²; nothing here depends on it.
+
+    Attributes:
+        Q: (n, n) symmetric positive semidefinite.
+        c: (n,).
+        lb: (n_a,) -inf for none.
+        ub: (n_a,) +inf for none.
+        G: (p, n).
+        g_lo: (p,) -inf for none.
+        g_hi: (p,) +inf for none.
+        M: (k, n); its columns of β are positive semidefinite in a contact problem.
+        m: (k,).
+        constant: added to the objective.
+        bound_names: (n_a,) what a bound is called when it is in conflict; default: "bound 0", ...
+        row_names: (p,) what the lower and the upper limit of a row are called; default: "row 0", ...
+    """
+
+    Q: Array
+    c: Array
+    lb: Array
+    ub: Array
+    G: Array
+    g_lo: Array
+    g_hi: Array
+    M: Array
+    m: Array
+    constant: float = 0.0
+    bound_names: tuple[str, ...] = ()
+    row_names: tuple[tuple[str, str], ...] = ()
+
+    def __post_init__(self) -> None:
+        n_a, k, p = len(self.lb), len(self.m), len(self.g_lo)
+        n = n_a + k
+        found = (self.Q.shape, self.c.shape, self.ub.shape, self.G.shape, self.g_hi.shape)
+        if (*found, self.M.shape) != ((n, n), (n,), (n_a,), (p, n), (p,), (k, n)):
+            raise ValueError(
+                f"Qpcc: Q, c, ub, G, g_hi, M have shapes {found} and {self.M.shape}, which do not fit "
+                f"{n_a} bounds, {k} complementarity rows and {p} limits"
+            )
+
+    @property
+    def arrays(self) -> tuple[Array, ...]:
+        """Q, c, lb, ub, G, g_lo, g_hi, M, m."""
+        p = self
+        return p.Q, p.c, p.lb, p.ub, p.G, p.g_lo, p.g_hi, p.M, p.m
+
+    def objective(self, lam_a: Array, beta: Array) -> float:
+        """(1) at a point."""
+        z = np.concatenate([lam_a, beta])
+        return float(z @ (0.5 * (self.Q @ z) + self.c)) + self.constant
+
+    def name_of_bound(self, j: int) -> str:
+        """What bound j is called."""
+        return self.bound_names[j] if self.bound_names else f"bound {j}"
+
+    def name_of_row(self, i: int, upper: bool) -> str:
+        """What a limit of row i is called."""
+        return self.row_names[i][int(upper)] if self.row_names else f"row {i}"
+
+
+@dataclass(frozen=True, slots=True)
+class Start:
+    """Where to start: what is known of the step before.
+
+    Attributes:
+        lam_a: (n_a,) tensions; the solution is never worse than these with the contact forces they
+            cause, as long as they satisfy the limits.
+        piece: (k,) modes that pushed.
+    """
+
+    lam_a: Array
+    piece: Bools
+
+
+Warm = Start | Solution | Bools | None
+
+
+def start_of(warm: Warm, n_a: int, k: int) -> tuple[Array, Bools]:
+    """Tensions and piece to start from; what does not fit the problem is ignored."""
+    lam_a, piece = np.zeros(n_a), np.zeros(k, dtype=np.bool_)
+    if warm is None:
+        return lam_a, piece
+    if isinstance(warm, np.ndarray):
+        given, pushes = lam_a, warm
+    else:
+        given, pushes = warm.lam_a, warm.piece
+    if given.shape == (n_a,) and np.isfinite(given).all():
+        lam_a = given
+    if pushes.shape == (k,):
+        piece = pushes.astype(np.bool_)
+    return lam_a, piece
