@@ -1,6 +1,6 @@
 """Robots made of tetrahedra."""
 
-from tauten.model.tetra.domains import Domains, assemble_domains
+from tauten.model.tetra.domains import Domains, assemble_domains, linear_domains
 from tauten.model.tetra.elements import assemble, lumped_mass, rest_gradients
 from tauten.model.tetra.quadratic import (
     quadratic_domains,
@@ -18,6 +18,7 @@ __all__ = [
     "TetRobot",
     "assemble",
     "assemble_domains",
+    "linear_domains",
     "lumped_mass",
     "make_solid",
     "quadratic_domains",

@@ -17,8 +17,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from tauten.model.materials import NO_TANGENT, WORK, response
+from tauten.model.mesh import TetMesh
 from tauten.model.numerics import Array, Ints, kernel, polar_rotations
-from tauten.model.tetra.elements import scatter
+from tauten.model.tetra.elements import rest_gradients, scatter
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,3 +128,9 @@ def add_stiffness(V: float, g: Array, C: Array, D: Array, Ke: Array) -> None:
                 for k in range(3):
                     entry = D[b, k, 3 * i] * g0 + D[b, k, 3 * i + 1] * g1 + D[b, k, 3 * i + 2] * g2
                     Ke[a, b, i, k] += entry
+
+
+def linear_domains(mesh: TetMesh, law: Ints) -> Domains:
+    """Linear tetrahedra, each with the law `law` (e,) points to."""
+    gradients = rest_gradients(mesh)[:, None].copy()  # (e, 1, 4, 3)
+    return Domains(mesh.tets, gradients, mesh.volumes[:, None].copy(), law)

@@ -45,7 +45,7 @@ def smoothed_domains(mesh: TetMesh, law: Ints, around: Around) -> list[Domains]:
     element = np.repeat(np.arange(e), parts)
     share = np.repeat(mesh.volumes / parts, parts)
     domain = domain.ravel()  # (e parts,)
-    volumes = np.bincount(domain, share)  # (d,)
+    volumes = np.bincount(domain, share).astype(float)  # (d,)
     # entries: the nodes of each domain, with their averaged gradients
     weight = (share / volumes[domain])[:, None, None]
     pairs = np.stack([np.repeat(domain, 4), mesh.tets[element].ravel()], axis=1)
