@@ -10,7 +10,13 @@ import scipy.sparse as sp
 from scipy.sparse.linalg import splu
 
 from tauten.model.materials import EXACT, NO_TANGENT, PROJECTED, Law
-from tauten.model.mesh import TetMesh, boundary_triangles, quadratic_mesh, triangle_areas
+from tauten.model.mesh import (
+    QuadraticMesh,
+    TetMesh,
+    boundary_triangles,
+    quadratic_mesh,
+    triangle_areas,
+)
 from tauten.model.numerics import Array, Bools, Ints
 from tauten.model.system import Pattern, make_pattern
 from tauten.model.tetra import (
@@ -63,10 +69,10 @@ class Body:
             residual = (f + load)[free].ravel()
             if np.abs(residual).max() < 1e-8 * np.abs(load).sum():
                 return x, iteration
-            moved = self.line_search(x, splu(K).solve(residual), load, shortest=1.0)
+            moved = self.line_search(x, solve(K, residual), load, shortest=1.0)
             if moved is None:
                 tangent = self.forces(x, PROJECTED)[2]
-                moved = self.line_search(x, splu(tangent).solve(residual), load, shortest=1e-4)
+                moved = self.line_search(x, solve(tangent, residual), load, shortest=1e-4)
             assert moved is not None, "no step lowers the potential energy"
             x = moved
         raise AssertionError(f"no equilibrium: residual {np.abs(residual).max()} N")
@@ -92,6 +98,14 @@ class Body:
         return None
 
 
+def solve(K: sp.csc_array, residual: Array) -> Array:
+    """K⁻¹ residual, K symmetric."""
+    options = {"SymmetricMode": True}
+    factors = splu(K, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.01, options=options)
+    dq: Array = factors.solve(residual)
+    return dq
+
+
 def make_body(mesh: TetMesh, kind: Kind, law: Law, fixed: Bools | None = None) -> Body:
     """A body of one law; `fixed` counts the nodes of the elements' own mesh, see `element_mesh`."""
     domains, laws = element_domains(mesh, kind, law)
@@ -99,6 +113,13 @@ def make_body(mesh: TetMesh, kind: Kind, law: Law, fixed: Bools | None = None) -
     held = np.zeros(len(own.nodes), dtype=bool) if fixed is None else fixed
     pattern = make_pattern(held, [part.nodes for part in domains])
     return Body(own, held, pattern, make_solid(domains, laws, pattern))
+
+
+def body_of_quadratic_mesh(mesh: QuadraticMesh, law: Law, fixed: Bools) -> Body:
+    """A body of quadratic tetrahedra that need not be straight."""
+    domains = [quadratic_domains(mesh, np.zeros(len(mesh.tets), dtype=np.int64))]
+    pattern = make_pattern(fixed, [mesh.tets])
+    return Body(mesh.split(), fixed, pattern, make_solid(domains, [law], pattern))
 
 
 def element_mesh(mesh: TetMesh, kind: Kind) -> TetMesh:
