@@ -6,7 +6,7 @@ import numpy as np
 
 from tauten.model import Robot, Simulator
 from tauten.model.numerics import Array
-from tauten.model.robots.arm import ArmShape, bending_tensions
+from tauten.model.robots import ArmShape, bending_tensions
 from tauten.reduction.campaign import Design, Run
 
 BENT = 50.0  # pull of every section on the inner side [N]; ribs touch from about 30 N on
