@@ -14,7 +14,15 @@ from tauten.model.body import Material
 from tauten.model.contact import ContactPair, ContactSet
 from tauten.model.limits import limits_of
 from tauten.model.load.beams import build_beam_robot, read_structure
-from tauten.model.mesh import TetMesh, boundary_triangles, in_box, read_mesh, spread_points
+from tauten.model.mesh import (
+    QuadraticMesh,
+    TetMesh,
+    boundary_triangles,
+    in_box,
+    read_mesh,
+    read_quadratic_mesh,
+    spread_points,
+)
 from tauten.model.numerics import Bools, Ints, make_factorisation
 from tauten.model.points import (
     Cable,
@@ -33,8 +41,8 @@ from tauten.model.schema import (
     read_toml,
     validated,
 )
-from tauten.model.system import integration_of, make_pattern
-from tauten.model.tetra import Elements, TetRobot, lumped_mass, rest_gradients
+from tauten.model.system import Pattern, integration_of, make_pattern
+from tauten.model.tetra import BodyParts, Elements, Solid, TetRobot, body_parts, make_solid
 
 C = TypeVar("C", RobotConfig, BeamConfig)
 
@@ -86,7 +94,8 @@ def load_robot(
             raise RobotFileError(f"{path}: refinements is {refinements}, beams are not refined")
         return build_beam_robot(beams, read_structure(path.parent / beams.beams.file), str(path))
     config = with_overrides(validated(RobotConfig, raw, path), rate, factorisation, young_scale)
-    mesh = read_mesh(path.parent / config.mesh.file, config.mesh.length_unit)
+    read = read_quadratic_mesh if config.mesh.element == "quadratic" else read_mesh
+    mesh: TetMesh | QuadraticMesh = read(path.parent / config.mesh.file, config.mesh.length_unit)
     for _ in range(refinements):
         mesh = mesh.refine()
     return build_robot(config, mesh, str(path))
@@ -103,36 +112,35 @@ def with_overrides(
         scheme = config.integration.model_copy(update={"factorisation": factorisation})
         config = config.model_copy(update={"integration": scheme})
     if young_scale != 1.0:
-        young_modulus = young_scale * config.material.young_modulus
-        material = config.material.model_copy(update={"young_modulus": young_modulus})
-        config = config.model_copy(update={"material": material})
+        config = config.scaled(young_scale)
     return config
 
 
-def build_robot(config: RobotConfig, mesh: TetMesh, source: str) -> TetRobot:
+def build_robot(config: RobotConfig, mesh: TetMesh | QuadraticMesh, source: str) -> TetRobot:
     """Build a robot from a validated configuration and a checked mesh.
 
     Raises:
         RobotFileError: a region is empty or a point lies outside the mesh; names `source`.
     """
-    material = Material(**config.material.model_dump())
-    fixed = fixed_nodes(config, mesh, source)
-    cables = build_cables(config, mesh, source)
-    effectors = build_effectors(config, mesh, source)
-    pattern = make_pattern(fixed, [mesh.tets, cables.nodes])
-    slot, column_length = pattern.blocks(mesh.tets)
-    elements = Elements(rest_gradients(mesh), mesh.volumes, slot, column_length)
-    contacts = build_contacts(config, mesh, source)
-    mass = lumped_mass(mesh, material.density)[~fixed]  # (n / 3,)
+    settings = config.material
+    material = Material(settings.young_modulus, settings.poisson_ratio, settings.density)
+    body = build_body(config, mesh, source)
+    fixed = fixed_nodes(config, body.mesh, source)
+    cables = build_cables(config, body.mesh, source)
+    effectors = build_effectors(config, body.mesh, source)
+    coupled = [part.nodes for part in body.domains]
+    pattern = make_pattern(fixed, [*coupled, cables.nodes])
+    contacts = build_contacts(config, body.mesh, source)
+    mass = body.mass[~fixed]  # (n / 3,)
     scheme = config.integration
     return TetRobot(
         config=config,
-        digest=digest(mesh, material, fixed, cables, contacts),
-        mesh=mesh,
+        digest=digest(body, material, fixed, cables, contacts),
+        mesh=body.mesh,
         material=material,
         integration=integration_of(config),
         pattern=pattern,
-        elements=elements,
+        elements=place_elements(body, pattern),
         mass=np.repeat(mass, 3),
         load=np.outer(mass, config.gravity).ravel(),
         cables=cables,
@@ -143,6 +151,40 @@ def build_robot(config: RobotConfig, mesh: TetMesh, source: str) -> TetRobot:
         contacts=contacts,
         factorisation=make_factorisation(pattern.indptr, pattern.indices, scheme.factorisation),
     )
+
+
+def build_body(config: RobotConfig, mesh: TetMesh | QuadraticMesh, source: str) -> BodyParts:
+    """The body's domains, each with the law of its region.
+
+    Raises:
+        RobotFileError: a region of `materials` without elements, or elements that do not fit the mesh.
+    """
+    laws = [item.elastic_law() for item in (config.material, *config.materials)]
+    law = np.zeros(len(mesh.tets), dtype=np.int64)
+    density = np.full(len(mesh.tets), config.material.density)
+    centres = mesh.nodes[mesh.tets[:, :4]].mean(axis=1)  # (e, 3)
+    for index, item in enumerate(config.materials):
+        chosen = in_box(centres, item.region)
+        if not chosen.any():
+            raise RobotFileError(
+                f"{source}: materials.{index}.region: no element has its centre in "
+                f"{item.region.lower} to {item.region.upper}"
+            )
+        law[chosen], density[chosen] = index + 1, item.density
+    try:
+        return body_parts(mesh, config.mesh.element, laws, law, density)
+    except ValueError as error:
+        raise RobotFileError(f"{source}: mesh: {error}") from error
+
+
+def place_elements(body: BodyParts, pattern: Pattern) -> Elements | Solid:
+    """The elements in the pattern; linear corotational ones of one material have a kernel of their own."""
+    if body.is_plain:
+        (part,) = body.domains
+        slot, column_length = pattern.blocks(part.nodes)
+        gradients, volumes = part.gradients[:, 0].copy(), part.volumes[:, 0].copy()
+        return Elements(gradients, volumes, slot, column_length)
+    return make_solid(body.domains, body.laws, pattern, body.n_elements)
 
 
 def fixed_nodes(config: RobotConfig, mesh: TetMesh, source: str) -> Bools:
@@ -236,13 +278,13 @@ def build_contacts(config: RobotConfig, mesh: TetMesh, source: str) -> ContactSe
 
 
 def digest(
-    mesh: TetMesh, material: Material, fixed: Bools, cables: CableSet, contacts: ContactSet
+    body: BodyParts, material: Material, fixed: Bools, cables: CableSet, contacts: ContactSet
 ) -> str:
     """SHA-256 of what decides the contact forces of a robot; loads and control are left out."""
     hasher = hashlib.sha256()
     arrays: list[NDArray[Any]] = [
-        mesh.nodes,
-        mesh.tets,
+        body.mesh.nodes,
+        body.mesh.tets,
         fixed,
         cables.owner,
         cables.nodes,
@@ -254,4 +296,8 @@ def digest(
     for array in arrays:
         hasher.update(np.round(np.ascontiguousarray(array, dtype=float), 12).tobytes())
     hasher.update(repr(material).encode())
+    if not body.is_plain:  # plain bodies keep the digest their bases were made with
+        hasher.update(repr(body.laws).encode())
+        for part in body.domains:
+            hasher.update(part.nodes.tobytes() + part.law.tobytes())
     return hasher.hexdigest()

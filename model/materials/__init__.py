@@ -13,7 +13,7 @@ from tauten.model.materials.law import (
     yeoh,
 )
 from tauten.model.materials.response import EXACT, NO_TANGENT, PROJECTED, WORK, response
-from tauten.model.materials.silicones import SILICONES, Silicone, silicone
+from tauten.model.materials.silicones import SILICONES, Silicone, find_silicone
 
 __all__ = [
     "COROTATIONAL",
@@ -28,12 +28,12 @@ __all__ = [
     "Silicone",
     "WORK",
     "corotational",
+    "find_silicone",
     "lame_parameters",
     "law_arrays",
     "mooney_rivlin",
     "neo_hookean",
     "response",
-    "silicone",
     "stable_neo_hookean",
     "yeoh",
 ]

@@ -42,6 +42,13 @@ class Law:
         lam, mu = self.lame
         return mu * (3.0 * lam + 2.0 * mu) / (lam + mu)
 
+    def scaled_to(self, young_modulus: float) -> Law:
+        """The same law with another Young's modulus for small strain [Pa]; every stress scales with it."""
+        factor = young_modulus / self.young_modulus
+        lam, mu = self.lame
+        constants = tuple(factor * constant for constant in self.constants)
+        return Law(self.name, self.kind, constants, (factor * lam, factor * mu))
+
     def parts(self) -> tuple[Law, Law]:
         """The law with λ = 0 and what λ adds, a function of the volume (or of tr S) alone.
 

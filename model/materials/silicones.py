@@ -20,6 +20,8 @@ from dataclasses import dataclass
 
 from tauten.model.materials.law import Law, MaterialError, yeoh
 
+POISSON_RATIO = 0.49  # silicones are nearly incompressible; more only makes the equations stiffer
+
 
 @dataclass(frozen=True, slots=True)
 class Silicone:
@@ -31,6 +33,7 @@ class Silicone:
         c10: first constant of Yeoh [Pa].
         c20: second constant of Yeoh [Pa]; the third is zero in all fits.
         density: of the manufacturer's data sheet (Smooth-On) [kg/m³].
+        poisson_ratio: ν.
     """
 
     name: str
@@ -38,6 +41,11 @@ class Silicone:
     c10: float
     c20: float
     density: float
+    poisson_ratio: float = POISSON_RATIO
+
+    def law(self) -> Law:
+        """Its Yeoh law."""
+        return yeoh(self.c10, self.c20, 0.0, self.poisson_ratio)
 
 
 SILICONES = (
@@ -46,17 +54,16 @@ SILICONES = (
     Silicone("dragon-skin-10", "Dragon Skin 10 MEDIUM", 21850.0, 2753.0, 1070.0),
     Silicone("dragon-skin-30", "Dragon Skin 30", 90413.0, 9082.0, 1080.0),
 )
-POISSON_RATIO = 0.49  # silicones are nearly incompressible; more only makes the equations stiffer
 
 
-def silicone(name: str, poisson_ratio: float = POISSON_RATIO) -> tuple[Law, float]:
-    """The law and the density [kg/m³] of a named silicone.
+def find_silicone(name: str) -> Silicone:
+    """The silicone of this name.
 
     Raises:
-        MaterialError: no silicone of this name, or a ν that is not allowed.
+        MaterialError: there is none.
     """
     for item in SILICONES:
         if item.name == name:
-            return yeoh(item.c10, item.c20, 0.0, poisson_ratio), item.density
+            return item
     known = ", ".join(item.name for item in SILICONES)
-    raise MaterialError(f"no silicone {name!r}, known are {known}")
+    raise MaterialError(f"silicone is {name!r}, known are {known}")

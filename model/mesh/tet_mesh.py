@@ -95,6 +95,24 @@ def read_mesh(path: Path, length_unit: str = "m") -> TetMesh:
         MeshError: unreadable file, no tetrahedra, inverted, flat or unconnected elements,
             or a size no desktop robot has (a wrong unit).
     """
+    raw, kinds = read_cells(path)
+    if "tetra10" in kinds:
+        raise MeshError(
+            f'{path}: holds quadratic tetrahedra; set mesh.element = "quadratic" in the robot file'
+        )
+    if "tetra" not in kinds:
+        found = ", ".join(sorted(kinds)) or "nothing"
+        raise MeshError(f"{path}: no tetrahedra found, only {found}; mesh the volume")
+    nodes, tets = used_nodes(raw, "tetra", length_unit)
+    return checked(nodes, tets, str(path))
+
+
+def read_cells(path: Path) -> tuple[meshio.Mesh, set[str]]:
+    """A mesh file as meshio reads it, and the kinds of its cells.
+
+    Raises:
+        MeshError: no such file, or not readable.
+    """
     if not path.is_file():
         raise MeshError(f"{path}: no such mesh file")
     try:
@@ -103,14 +121,15 @@ def read_mesh(path: Path, length_unit: str = "m") -> TetMesh:
         raise MeshError(
             f"{path}: not readable as a mesh ({error or type(error).__name__})"
         ) from error
-    blocks = [block.data for block in raw.cells if block.type == "tetra"]
-    if not blocks:
-        found = sorted({block.type for block in raw.cells}) or ["nothing"]
-        raise MeshError(f"{path}: no tetrahedra found, only {', '.join(found)}; mesh the volume")
-    tets = np.vstack(blocks).astype(np.int64)
-    used, tets = np.unique(tets, return_inverse=True)
+    return raw, {block.type for block in raw.cells}
+
+
+def used_nodes(raw: meshio.Mesh, kind: str, length_unit: str) -> tuple[Array, Ints]:
+    """Nodes (n_nodes, 3) [m] that cells of one kind use, and these cells (e, corners)."""
+    cells = np.vstack([block.data for block in raw.cells if block.type == kind]).astype(np.int64)
+    used, numbers = np.unique(cells, return_inverse=True)
     nodes = np.asarray(raw.points, dtype=float)[used] * UNITS[length_unit]
-    return checked(nodes, tets.reshape(-1, 4), str(path))
+    return nodes, numbers.reshape(cells.shape)
 
 
 def checked(nodes: Array, tets: Ints, source: str) -> TetMesh:

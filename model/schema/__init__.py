@@ -1,9 +1,10 @@
 """What a robot file may say, validated field by field."""
 
 from tauten.model.schema.beam_file import BarSettings, BeamConfig, Structure, TubeSettings, Vertebra
+from tauten.model.schema.material import SolidMaterialSettings
 from tauten.model.schema.robot_file import (
-    Box,
     CableSettings,
+    ElementName,
     RobotConfig,
     RobotFileError,
     RobotSettings,
@@ -12,15 +13,18 @@ from tauten.model.schema.robot_file import (
     read_toml,
     validated,
 )
+from tauten.model.schema.section import Box
 
 __all__ = [
     "BarSettings",
     "BeamConfig",
     "Box",
     "CableSettings",
+    "ElementName",
     "RobotConfig",
     "RobotFileError",
     "RobotSettings",
+    "SolidMaterialSettings",
     "Structure",
     "SurfaceSettings",
     "TubeSettings",

@@ -10,10 +10,9 @@ from tauten.model.schema.robot_file import (
     Name,
     Positive,
     RobotSettings,
-    Section,
-    Vector,
     check_unique,
 )
+from tauten.model.schema.section import Section, Vector
 
 Index = Annotated[int, Field(ge=0)]
 

@@ -6,9 +6,15 @@ import tomllib
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import Field, ValidationError, model_validator
 
-Vector = tuple[float, float, float]
+from tauten.model.schema.material import (
+    MaterialSettings,
+    RegionMaterialSettings,
+    SolidMaterialSettings,
+)
+from tauten.model.schema.section import Box, Section, Vector
+
 Positive = Annotated[float, Field(gt=0.0)]
 NonNegative = Annotated[float, Field(ge=0.0)]
 Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")]
@@ -18,41 +24,20 @@ class RobotFileError(ValueError):
     """A robot file that cannot be used; the text names file, field, what was found and allowed."""
 
 
-class Section(BaseModel):
-    """A table of the robot file: unknown keys and non-finite numbers are errors."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
-
+ElementName = Literal["linear", "quadratic", "smoothed"]
 S = TypeVar("S", bound=Section)
 
 
 class MeshSettings(Section):
-    """The body's mesh; `length_unit` is that of the mesh file alone, this file is in SI."""
+    """The body's mesh; `length_unit` is that of the mesh file alone, this file is in SI.
+
+    `element` says what is made of it: linear tetrahedra; quadratic ones, with midpoints added to a linear
+    mesh; or linear ones with strain smoothed around edges and change of volume around nodes.
+    """
 
     file: str
     length_unit: Literal["m", "cm", "mm"] = "m"
-
-
-class MaterialSettings(Section):
-    """Isotropic material."""
-
-    young_modulus: Annotated[float, Field(ge=1e2, le=1e12)]
-    poisson_ratio: Annotated[float, Field(ge=0.0, lt=0.5)]
-    density: Annotated[float, Field(ge=1.0, le=3e4)]
-
-
-class Box(Section):
-    """Nodes or triangles between two corners [m]."""
-
-    lower: Vector
-    upper: Vector
-
-    @model_validator(mode="after")
-    def _ordered(self) -> Box:
-        if any(low > high for low, high in zip(self.lower, self.upper, strict=True)):
-            raise ValueError(f"lower {self.lower} must not exceed upper {self.upper}")
-        return self
+    element: ElementName = "linear"
 
 
 class CableSettings(Section):
@@ -172,12 +157,16 @@ class RobotSettings(Section):
     fixed: Annotated[list[Box], Field(min_length=1)]
     cables: Annotated[list[CableSettings], Field(min_length=1)]
     effectors: Annotated[list[EffectorSettings], Field(min_length=1)]
-    contacts: list[ContactSettings] = []
+    contacts: list[ContactSettings] = Field(default_factory=list)
     contact: ContactRange = ContactRange()
     integration: IntegrationSettings = IntegrationSettings()
     controller: ControllerSettings = ControllerSettings()
     model: ModelSettings = ModelSettings()
     service: ServiceSettings = ServiceSettings()
+
+    def scaled(self, factor: float) -> Self:
+        """The same robot of a material `factor` times as stiff."""
+        return self.model_copy(update={"material": self.material.scaled(factor)})
 
     @model_validator(mode="after")
     def _names_once(self) -> Self:
@@ -189,8 +178,17 @@ class RobotSettings(Section):
 class RobotConfig(RobotSettings):
     """The file of a robot made of tetrahedra."""
 
+    material: SolidMaterialSettings
+    materials: list[RegionMaterialSettings] = Field(default_factory=list)
     mesh: MeshSettings
-    surfaces: list[SurfaceSettings] = []
+    surfaces: list[SurfaceSettings] = Field(default_factory=list)
+
+    def scaled(self, factor: float) -> Self:
+        """The same robot with all its materials `factor` times as stiff."""
+        materials = [material.scaled(factor) for material in self.materials]
+        return self.model_copy(
+            update={"material": self.material.scaled(factor), "materials": materials}
+        )
 
     @model_validator(mode="after")
     def _surfaces(self) -> RobotConfig:

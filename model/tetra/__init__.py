@@ -1,5 +1,6 @@
 """Robots made of tetrahedra."""
 
+from tauten.model.tetra.body import BodyParts, body_parts
 from tauten.model.tetra.domains import Domains, assemble_domains, linear_domains
 from tauten.model.tetra.elements import assemble, lumped_mass, rest_gradients
 from tauten.model.tetra.quadratic import (
@@ -12,6 +13,8 @@ from tauten.model.tetra.smoothed import smoothed_domains
 from tauten.model.tetra.solid import Solid, make_solid
 
 __all__ = [
+    "BodyParts",
+    "body_parts",
     "Domains",
     "Elements",
     "Solid",

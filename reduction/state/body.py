@@ -6,9 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tauten.model import Robot
 from tauten.model.contact import ContactPair, ContactSet
 from tauten.model.numerics import Array, Ints
-from tauten.model.tetra import TetRobot
+from tauten.model.tetra import Solid, TetRobot
+from tauten.reduction.state.basis import StateBasisError
 from tauten.reduction.state.kernels import Body, Tendons
 
 
@@ -30,6 +32,24 @@ class ReducedPoints:
         return positions
 
 
+def corotational_robot(robot: Robot) -> TetRobot:
+    """The robot, when state reduction knows its elements.
+
+    Raises:
+        StateBasisError: it is not made of linear corotational tetrahedra of one material.
+    """
+    if not isinstance(robot, TetRobot):
+        raise StateBasisError(
+            f"robot {robot.name}: only robots made of tetrahedra have state bases"
+        )
+    if isinstance(robot.elements, Solid):
+        raise StateBasisError(
+            f"robot {robot.name}: only linear tetrahedra of one corotational material have state bases; "
+            'set mesh.element = "linear" and material.law = "corotational", or use the full model'
+        )
+    return robot
+
+
 def node_rows(robot: TetRobot, Phi: Array, nodes: Ints) -> Array:
     """Rows of Φ of nodes (…,), zero where they are fixed: (…, 3, r)."""
     first = robot.pattern.dof[nodes]
@@ -40,7 +60,7 @@ def node_rows(robot: TetRobot, Phi: Array, nodes: Ints) -> Array:
 def sampled_body(robot: TetRobot, Phi: Array, elements: Ints, weights: Array) -> Body:
     """Elements (s,), each counting as many times as its weight (s,), in reduced coordinates."""
     G = element_gradients(robot, Phi, elements)  # (9 s, r)
-    volume = weights * robot.elements.volumes[elements]  # (s,)
+    volume = weights * robot.corotational.volumes[elements]  # (s,)
     weighted = np.repeat(2.0 * robot.material.lame[1] * volume, 9)[:, None] * G  # (9 s, r)
     identity = np.tile(np.eye(3).ravel(), len(elements))  # (9 s,)
     return Body(G, volume, robot.material.lame, G.T @ weighted, identity @ weighted)
@@ -49,7 +69,7 @@ def sampled_body(robot: TetRobot, Phi: Array, elements: Ints, weights: Array) ->
 def element_gradients(robot: TetRobot, Phi: Array, elements: Ints) -> Array:
     """Changes of the deformation gradients F_ij with α: (9 s, r), row 9 e + 3 i + j."""
     rows = node_rows(robot, Phi, robot.mesh.tets[elements])  # (s, 4, 3, r)
-    G = np.einsum("sair,saj->sijr", rows, robot.elements.gradients[elements], optimize=True)
+    G = np.einsum("sair,saj->sijr", rows, robot.corotational.gradients[elements], optimize=True)
     return np.ascontiguousarray(G.reshape(-1, Phi.shape[1]))
 
 

@@ -27,10 +27,11 @@ from tauten.model.contact import ContactSet
 from tauten.model.numerics import Array, DenseFactors, FactorisationError, Ints
 from tauten.model.schema import RobotConfig
 from tauten.model.tetra import TetRobot
-from tauten.reduction.state.basis import StateBasis, StateBasisError
+from tauten.reduction.state.basis import StateBasis
 from tauten.reduction.state.body import (
     ReducedPoints,
     contact_surface,
+    corotational_robot,
     reduced_tendons,
     sampled_body,
 )
@@ -274,10 +275,7 @@ def reduced_robot(robot: Robot, states: StateBasis) -> ReducedRobot:
         StateBasisError: the basis was made for another robot, or this one is not made of tetrahedra.
     """
     states.check_robot(robot)
-    if not isinstance(robot, TetRobot):
-        raise StateBasisError(
-            f"robot {robot.name}: only robots made of tetrahedra have state bases"
-        )
+    robot = corotational_robot(robot)
     Phi = states.Phi
     body, tendons = (
         sampled_body(robot, Phi, states.elements, states.weights),

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import scipy.sparse as sp
-from bodies import box_mesh
 from scipy.spatial.transform import Rotation
-from solids import Body, Kind, element_mesh, face_load, make_body
+from support.bodies import box_mesh
+from support.solids import Body, Kind, element_mesh, face_load, make_body
 
 from tauten.model.materials import (
     EXACT,
@@ -15,8 +15,8 @@ from tauten.model.materials import (
     PROJECTED,
     Law,
     corotational,
+    find_silicone,
     neo_hookean,
-    silicone,
     stable_neo_hookean,
 )
 from tauten.model.mesh import MeshError, QuadraticMesh, TetMesh, quadratic_mesh
@@ -31,7 +31,7 @@ from tauten.model.tetra import (
 )
 
 KINDS: list[Kind] = ["linear", "quadratic", "edge", "face", "node", "edge-node"]
-LAWS = [corotational(1e5, 0.4), stable_neo_hookean(1e5, 0.4), silicone("dragon-skin-30")[0]]
+LAWS = [corotational(1e5, 0.4), stable_neo_hookean(1e5, 0.4), find_silicone("dragon-skin-30").law()]
 every_kind = pytest.mark.parametrize("kind", KINDS)
 every_law = pytest.mark.parametrize("law", LAWS, ids=lambda law: law.name)
 

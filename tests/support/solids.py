@@ -112,14 +112,14 @@ def make_body(mesh: TetMesh, kind: Kind, law: Law, fixed: Bools | None = None) -
     own = element_mesh(mesh, kind)
     held = np.zeros(len(own.nodes), dtype=bool) if fixed is None else fixed
     pattern = make_pattern(held, [part.nodes for part in domains])
-    return Body(own, held, pattern, make_solid(domains, laws, pattern))
+    return Body(own, held, pattern, make_solid(domains, laws, pattern, len(mesh.tets)))
 
 
 def body_of_quadratic_mesh(mesh: QuadraticMesh, law: Law, fixed: Bools) -> Body:
     """A body of quadratic tetrahedra that need not be straight."""
     domains = [quadratic_domains(mesh, np.zeros(len(mesh.tets), dtype=np.int64))]
     pattern = make_pattern(fixed, [mesh.tets])
-    return Body(mesh.split(), fixed, pattern, make_solid(domains, [law], pattern))
+    return Body(mesh.split(), fixed, pattern, make_solid(domains, [law], pattern, len(mesh.tets)))
 
 
 def element_mesh(mesh: TetMesh, kind: Kind) -> TetMesh:
