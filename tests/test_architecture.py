@@ -41,6 +41,7 @@ ORDER = (
     "service.plots",
     "service.plant",
     "service.operate",
+    "service.bench.elements",
     "service.bench.qpcc",
     "service.bench",
     "service.tables",

@@ -1,7 +1,7 @@
 """What a robot file may say, validated field by field."""
 
 from tauten.model.schema.beam_file import BarSettings, BeamConfig, Structure, TubeSettings, Vertebra
-from tauten.model.schema.material import SolidMaterialSettings
+from tauten.model.schema.material import LawName, SolidMaterialSettings
 from tauten.model.schema.robot_file import (
     CableSettings,
     ElementName,
@@ -21,6 +21,7 @@ __all__ = [
     "Box",
     "CableSettings",
     "ElementName",
+    "LawName",
     "RobotConfig",
     "RobotFileError",
     "RobotSettings",

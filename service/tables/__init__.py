@@ -11,6 +11,12 @@ from tauten.service.tables.contact_basis import (
     write_contact_basis_tables,
 )
 from tauten.service.tables.contact_basis_figure import draw_contact_basis
+from tauten.service.tables.elements import (
+    ELEMENTS_BEGIN,
+    ELEMENTS_END,
+    element_tables,
+    write_element_tables,
+)
 from tauten.service.tables.node import NODE_BEGIN, NODE_END, node_table, write_node_tables
 from tauten.service.tables.numbers import PageError, milliseconds
 from tauten.service.tables.qpcc import qpcc_tables, write_qpcc_tables
@@ -21,6 +27,8 @@ __all__ = [
     "ARM_END",
     "CONTACT_BASIS_BEGIN",
     "CONTACT_BASIS_END",
+    "ELEMENTS_BEGIN",
+    "ELEMENTS_END",
     "NODE_BEGIN",
     "NODE_END",
     "PageError",
@@ -30,6 +38,7 @@ __all__ = [
     "closed_loop_tables",
     "contact_basis_tables",
     "draw_contact_basis",
+    "element_tables",
     "found_robot",
     "kept_curve",
     "milliseconds",
@@ -41,6 +50,7 @@ __all__ = [
     "write_arm_tables",
     "write_closed_loop_tables",
     "write_contact_basis_tables",
+    "write_element_tables",
     "write_node_tables",
     "write_qpcc_tables",
     "write_reduced_tables",
