@@ -38,13 +38,13 @@ ORDER = (
     "service",
     "service.node",
     "service.replay",
-    "service.plots",
     "service.plant",
     "service.operate",
     "service.bench.elements",
     "service.bench.qpcc",
     "service.bench",
     "service.tables",
+    "service.plots",
     "service.cli",
 )
 MOST_MODULES = 15

@@ -13,8 +13,9 @@ from tauten.model.mesh.tet_mesh import (
     TetMesh,
     checked,
     eight_parts,
-    read_cells,
+    kinds_of,
     read_mesh,
+    read_with_meshio,
     used_nodes,
     with_midpoints,
 )
@@ -58,7 +59,8 @@ def read_quadratic_mesh(path: Path, length_unit: str = "m") -> QuadraticMesh:
         MeshError: linear and quadratic tetrahedra in one file, two mid-edge nodes on one edge, or one of the
             reasons of `read_mesh`.
     """
-    raw, kinds = read_cells(path)
+    raw = read_with_meshio(path)
+    kinds = kinds_of(raw)
     if "tetra10" not in kinds:
         return quadratic_mesh(read_mesh(path, length_unit))
     if "tetra" in kinds:
@@ -70,7 +72,7 @@ def read_quadratic_mesh(path: Path, length_unit: str = "m") -> QuadraticMesh:
             f"{path}: {count['tetra']} linear beside {count['tetra10']} quadratic tetrahedra; "
             "write all of the volume with elements of second order"
         )
-    nodes, tets = used_nodes(raw, "tetra10", length_unit)
+    nodes, tets = used_nodes(raw, "tetra10", length_unit, path)
     require_shared_midpoints(tets, str(path))
     used, numbers = np.unique(tets[:, :4], return_inverse=True)
     numbers = numbers.reshape(-1, 4)

@@ -1,4 +1,4 @@
-"""Numerical kernels that know nothing of robots: arrays, rotations, factorisations, complementarity."""
+"""Numerical kernels that do not depend on robots: arrays, rotations, factorisations, complementarity."""
 
 from tauten.model.numerics.anderson import Anderson
 from tauten.model.numerics.arrays import Array, Bools, Ints

@@ -27,10 +27,6 @@ class MaterialSettings(Section):
     poisson_ratio: Annotated[float, Field(ge=0.0, lt=0.5)]
     density: Annotated[float, Field(ge=1.0, le=3e4)]
 
-    def scaled(self, factor: float) -> Self:
-        """The same material, `factor` times as stiff."""
-        return self.model_copy(update={"young_modulus": factor * self.young_modulus})
-
 
 class SolidMaterialSettings(MaterialSettings):
     """Material of a body made of tetrahedra.

@@ -6,17 +6,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tauten.model import Robot
 from tauten.model.contact import ContactPair, ContactSet
 from tauten.model.numerics import Array, Ints
-from tauten.model.tetra import Solid, TetRobot
-from tauten.reduction.state.basis import StateBasisError
+from tauten.model.tetra import TetRobot
 from tauten.reduction.state.kernels import Body, Tendons
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ReducedPoints:
-    """MaterialPoints that move with the state: x = x₀ + map α.
+    """Points that move with the reduced state: x = x₀ + map α.
 
     Attributes:
         rest: (3 p,) positions in the rest state [m].
@@ -32,33 +30,31 @@ class ReducedPoints:
         return positions
 
 
-def corotational_robot(robot: Robot) -> TetRobot:
-    """The robot, when state reduction knows its elements.
-
-    Raises:
-        StateBasisError: it is not made of linear corotational tetrahedra of one material.
-    """
-    if not isinstance(robot, TetRobot):
-        raise StateBasisError(
-            f"robot {robot.name}: only robots made of tetrahedra have state bases"
-        )
-    if isinstance(robot.elements, Solid):
-        raise StateBasisError(
-            f"robot {robot.name}: only linear tetrahedra of one corotational material have state bases; "
-            'set mesh.element = "linear" and material.law = "corotational", or use the full model'
-        )
-    return robot
-
-
 def node_rows(robot: TetRobot, Phi: Array, nodes: Ints) -> Array:
-    """Rows of Φ of nodes (…,), zero where they are fixed: (…, 3, r)."""
+    """Rows of Φ that belong to nodes, zero where a node is fixed.
+
+    Args:
+        robot: the full model.
+        Phi: (n, r) state modes.
+        nodes: (…,) node numbers.
+
+    Returns:
+        (…, 3, r).
+    """
     first = robot.pattern.dof[nodes]
     rows = Phi[np.maximum(first, 0)[..., None] + np.arange(3)]
     return np.where((first >= 0)[..., None, None], rows, 0.0)
 
 
 def sampled_body(robot: TetRobot, Phi: Array, elements: Ints, weights: Array) -> Body:
-    """Elements (s,), each counting as many times as its weight (s,), in reduced coordinates."""
+    """Sampled elements in reduced coordinates.
+
+    Args:
+        robot: the full model.
+        Phi: (n, r) state modes.
+        elements: (s,) element numbers.
+        weights: (s,) factors of their forces.
+    """
     G = element_gradients(robot, Phi, elements)  # (9 s, r)
     volume = weights * robot.corotational.volumes[elements]  # (s,)
     weighted = np.repeat(2.0 * robot.material.lame[1] * volume, 9)[:, None] * G  # (9 s, r)
@@ -67,7 +63,16 @@ def sampled_body(robot: TetRobot, Phi: Array, elements: Ints, weights: Array) ->
 
 
 def element_gradients(robot: TetRobot, Phi: Array, elements: Ints) -> Array:
-    """Changes of the deformation gradients F_ij with α: (9 s, r), row 9 e + 3 i + j."""
+    """Derivatives of the deformation gradients F_ij with respect to α.
+
+    Args:
+        robot: the full model.
+        Phi: (n, r) state modes.
+        elements: (s,) element numbers.
+
+    Returns:
+        (9 s, r) [1/m], row 9 e + 3 i + j.
+    """
     rows = node_rows(robot, Phi, robot.mesh.tets[elements])  # (s, 4, 3, r)
     G = np.einsum("sair,saj->sijr", rows, robot.corotational.gradients[elements], optimize=True)
     return np.ascontiguousarray(G.reshape(-1, Phi.shape[1]))
@@ -87,7 +92,7 @@ def reduced_tendons(robot: TetRobot, Phi: Array) -> Tendons:
 
 
 def contact_surface(robot: TetRobot, Phi: Array) -> tuple[ReducedPoints, ContactSet]:
-    """The vertices that contact needs, and the contacts on them alone."""
+    """The vertices that contacts refer to, and the contacts on these vertices only."""
     old = robot.contacts
     parts = [part.ravel() for pair in old.pairs for part in (pair.nodes, pair.triangles)]
     used = np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *parts]))  # (v,)
@@ -100,5 +105,5 @@ def contact_surface(robot: TetRobot, Phi: Array) -> tuple[ReducedPoints, Contact
         for pair in old.pairs
     ]
     rows = node_rows(robot, Phi, used).reshape(-1, Phi.shape[1])
-    carried = ReducedPoints(robot.mesh.nodes[used].ravel(), np.ascontiguousarray(rows))
-    return carried, ContactSet(pairs, len(used), old.alarm_distance)
+    surface = ReducedPoints(robot.mesh.nodes[used].ravel(), np.ascontiguousarray(rows))
+    return surface, ContactSet(pairs, len(used), old.alarm_distance)

@@ -12,7 +12,14 @@ from tauten.model import Simulator, TetRobot
 from tauten.model.load import build_robot, robot_path
 from tauten.model.mesh import read_mesh
 from tauten.model.numerics import Array
-from tauten.model.schema import ElementName, LawName, RobotConfig, read_toml, validated
+from tauten.model.schema import (
+    ElementName,
+    LawName,
+    RobotConfig,
+    model_tables,
+    read_toml,
+    validated,
+)
 from tauten.service.process import HostInfo, host_info, one_blas_thread
 from tauten.service.replay import Spread, spread
 
@@ -69,6 +76,21 @@ class Equilibrium:
     tension_error: float | None = None
     tip_error: float | None = None
     contact_error: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Variant:
+    """What is made of a robot file.
+
+    Attributes:
+        element: what its mesh is made of.
+        law: of its material.
+        refinements: how often its mesh is refined.
+    """
+
+    element: ElementName
+    law: LawName
+    refinements: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,15 +157,17 @@ def bench_elements(settings: ElementBenchSettings, progress: Progress) -> Elemen
     with one_blas_thread():
         for law in settings.laws:
             progress(share, f"reference, {law}")
-            robot = load_variant(settings.robot, "quadratic", law, settings.reference)
-            reference = measure(robot, settings, settings.reference)
+            fine = Variant("quadratic", law, settings.reference)
+            robot = load_variant(settings.robot, fine)
+            reference = measure(robot, settings, fine)
             references.append(reference)
             for element, count in plan:
                 progress(share, f"{element}, {law}, {count} refinements")
                 if (element, count) == ("quadratic", settings.reference):
                     continue
-                robot = load_variant(settings.robot, element, law, count)
-                cases.append(compared(measure(robot, settings, count), reference))
+                variant = Variant(element, law, count)
+                robot = load_variant(settings.robot, variant)
+                cases.append(compared(measure(robot, settings, variant), reference))
     machine = host_info()
     return ElementBench(machine, robot.name, robot.linear_solver, tuple(references), tuple(cases))
 
@@ -160,20 +184,20 @@ def parse_law(name: str) -> LawName:
     raise ValueError(f"law is {name!r}, to compare are {', '.join(LAWS)}")
 
 
-def load_variant(name: str, element: ElementName, law: LawName, refinements: int) -> TetRobot:
+def load_variant(name: str, variant: Variant) -> TetRobot:
     """A robot file with another element and another law for its material outside of `materials`."""
     path = robot_path(name)
-    config = validated(RobotConfig, read_toml(path), path)
+    config = validated(RobotConfig, model_tables(read_toml(path)), path)
     mesh = read_mesh(path.parent / config.mesh.file, config.mesh.length_unit)
-    for _ in range(refinements):
+    for _ in range(variant.refinements):
         mesh = mesh.refine()
-    material = config.material.model_copy(update={"law": law})
-    section = config.mesh.model_copy(update={"element": element})
+    material = config.material.model_copy(update={"law": variant.law})
+    section = config.mesh.model_copy(update={"element": variant.element})
     changed = config.model_copy(update={"material": material, "mesh": section})
     return build_robot(changed, mesh, str(path))
 
 
-def measure(robot: TetRobot, settings: ElementBenchSettings, refinements: int) -> MeshCase:
+def measure(robot: TetRobot, settings: ElementBenchSettings, variant: Variant) -> MeshCase:
     """Equilibria along the pulls, then times at the last one."""
     simulator = Simulator(robot, contact="full" if settings.contact else "none")
     equilibria = []
@@ -190,11 +214,10 @@ def measure(robot: TetRobot, settings: ElementBenchSettings, refinements: int) -
             )
         )
     assembly, step = times(robot, settings.pulls[-1] * robot.limits.pull_max)
-    config = robot.config
     return MeshCase(
-        element=config.mesh.element,
-        law=config.material.law,
-        refinements=refinements,
+        element=variant.element,
+        law=variant.law,
+        refinements=variant.refinements,
         nodes=robot.n_nodes,
         nonzeros=len(robot.pattern.indices),
         assembly_ms=assembly,

@@ -23,10 +23,16 @@ MESH = box_mesh(SIZE, (10, 2, 2))
 RUBBER = {"young_modulus": 1e6, "poisson_ratio": 0.45, "density": 1000.0}
 
 
-def beam(element: str = "linear", material: object = None, **changes: object) -> TetRobot:
-    changes = {"material": material or RUBBER, **changes}
-    settings = beam_config(SIZE, **changes)
+def settings_of(
+    element: str = "linear", material: object = None, **changes: object
+) -> dict[str, object]:
+    settings = beam_config(SIZE, **{"material": material or RUBBER, **changes})
     settings["mesh"] = {"file": "beam.vtu", "element": element}
+    return settings
+
+
+def beam(element: str = "linear", material: object = None, **changes: object) -> TetRobot:
+    settings = settings_of(element, material, **changes)
     return build_robot(RobotConfig.model_validate(settings), MESH, "beam.toml")
 
 
@@ -86,7 +92,7 @@ def test_silicone_gives_what_is_not_said() -> None:
     assert isinstance(robot.elements, Solid)
     other = beam(material={"silicone": "ecoflex-00-30", "poisson_ratio": 0.45, "density": 1050.0})
     assert other.material.density == 1050.0
-    config = robot.config
+    config = RobotConfig.model_validate(settings_of(material={"silicone": "ecoflex-00-30"}))
     assert RobotConfig.model_validate(config.model_dump()) == config
 
 
@@ -97,8 +103,22 @@ def test_young_modulus_scales_a_law() -> None:
     state = soft.rest()
     bent = replace(state, q=state.q + 1e-3 * np.random.default_rng(1).standard_normal(soft.n))
     assert stiff.potential(bent) == pytest.approx(2.0 * soft.potential(bent))
-    scaled = build_robot(soft.config.scaled(2.0), MESH, "beam.toml")
-    assert scaled.potential(bent) == pytest.approx(stiff.potential(bent))
+
+
+def test_young_scale_scales_every_region(tmp_path: Path) -> None:
+    write(tmp_path / "beam.vtu", MESH.nodes, ("tetra", MESH.tets))
+    path = tmp_path / "beam.toml"
+    region = REGION.replace("[1.0, 1.0, 1.0]", "[0.05, 0.0, 0.0]") + 'silicone = "dragon-skin-30"\n'
+    material = 'silicone = "ecoflex-00-50"'
+    path.write_text(FILE.format(mesh="", material=material, more=region), encoding="utf-8")
+    soft, stiff = load_robot(path), load_robot(path, young_scale=3.0)
+    assert isinstance(soft, TetRobot)
+    assert isinstance(stiff, TetRobot)
+    state = soft.rest()
+    bent = replace(state, q=state.q + 1e-4 * np.random.default_rng(2).standard_normal(soft.n))
+    energy, tripled = (robot.potential(bent) for robot in (soft, stiff))
+    work = soft.load @ (bent.q - state.q)
+    assert tripled + work == pytest.approx(3.0 * (energy + work))
 
 
 @pytest.mark.parametrize("element", ["linear", "quadratic", "smoothed"])
