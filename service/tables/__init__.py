@@ -12,6 +12,12 @@ from tauten.service.tables.contact_basis import (
     pairs_of,
     write_contact_basis_tables,
 )
+from tauten.service.tables.elements import (
+    ELEMENTS_BEGIN,
+    ELEMENTS_END,
+    element_tables,
+    write_element_tables,
+)
 from tauten.service.tables.node import NODE_BEGIN, NODE_END, node_table, write_node_tables
 from tauten.service.tables.numbers import Numbers, PageError, milliseconds
 from tauten.service.tables.qpcc import qpcc_tables, write_qpcc_tables
@@ -22,6 +28,8 @@ __all__ = [
     "ARM_END",
     "CONTACT_BASIS_BEGIN",
     "CONTACT_BASIS_END",
+    "ELEMENTS_BEGIN",
+    "ELEMENTS_END",
     "NODE_BEGIN",
     "NODE_END",
     "Numbers",
@@ -32,6 +40,7 @@ __all__ = [
     "certificate",
     "closed_loop_tables",
     "contact_basis_tables",
+    "element_tables",
     "found_robot",
     "kept_curve",
     "milliseconds",
@@ -44,6 +53,7 @@ __all__ = [
     "write_arm_tables",
     "write_closed_loop_tables",
     "write_contact_basis_tables",
+    "write_element_tables",
     "write_node_tables",
     "write_qpcc_tables",
     "write_reduced_tables",
