@@ -44,6 +44,7 @@ class ServiceSettings(Section):
         late_limit: deadlines missed in a row after which it holds.
         measurement_timeout: time without measurement after which a closed loop holds [s].
         feedback_gain: gain with which a closed loop corrects targets [1/s].
+        measurement_delay: age of a measurement when it arrives [s].
     """
 
     target_timeout: Annotated[Positive, in_range(1e-3, 60.0, "s")] = 0.5
@@ -51,6 +52,7 @@ class ServiceSettings(Section):
     late_limit: Annotated[int, Field(ge=1, le=100_000)] = 25
     measurement_timeout: Annotated[Positive, in_range(1e-3, 10.0, "s")] = 0.25
     feedback_gain: Annotated[Positive, in_range(0.0, 1e3, "1/s")] = 2.0
+    measurement_delay: Annotated[float, in_range(0.0, 10.0, "s")] = 0.0
 
 
 def model_settings(contents: dict[str, Any], path: Path) -> ModelSettings:

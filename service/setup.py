@@ -32,13 +32,13 @@ _WARM_UP = 12  # control steps; enough for every kernel to be compiled or loaded
 
 @dataclass(frozen=True, slots=True)
 class Setup:
-    """What a controller is made from.
+    """All that a controller is made from.
 
     Attributes:
         robot: the robot.
         path: its file.
-        contact: what the controller knows of contact: a basis, all of it, or nothing.
-        basis_name: as asked for.
+        contact: contact of the controller: a basis, "full" for pointwise contact, or "none".
+        basis_name: as given on the command line or in the robot file.
         controller: settings of its decisions.
         model: settings of the model that decides.
         service: settings of the node.
@@ -62,11 +62,11 @@ class Setup:
 
     @property
     def order(self) -> Order:
-        """Which model decides."""
+        """The model that decides."""
         return "full" if self.states is None else "reduced"
 
     def metadata(self) -> dict[str, str]:
-        """What a log says about the run, all as text."""
+        """Metadata of a log of the run, all as text."""
         robot = self.robot
         return {
             "robot": robot.name,
@@ -92,17 +92,20 @@ def load_setup(
     model: Order | None = None,
     accept_error: bool = False,
 ) -> Setup:
-    """Load a robot, the contact basis it asks for, and its state basis where the model is reduced.
+    """Load a robot, its contact basis, and its state basis where the model is reduced.
 
     Args:
         robot: name of a shipped robot or path of a robot file.
         rate: another control rate than the file's [Hz].
         basis: another basis than the file's; "none" for no contact, "full" for pointwise contact.
         model: another model than the file's.
-        accept_error: take a state basis that errs more than the robot file allows.
+        accept_error: accept a state basis with a larger error than the robot file allows.
 
     Raises:
-        RobotFileError, MeshError, BasisError, StateBasisError: what cannot be used, and why.
+        RobotFileError: the robot file cannot be used.
+        MeshError: its mesh cannot be used.
+        BasisError: its contact basis cannot be used.
+        StateBasisError: its state basis cannot be used.
     """
     path = robot_path(robot)
     contents = read_toml(path)
@@ -120,7 +123,12 @@ def load_setup(
 
 
 def load_contact(robot: Robot, path: Path, name: str) -> Literal["none", "full"] | ContactBasis:
-    """What a name says a controller knows of contact: "none", "full", or a basis that fits the robot.
+    """Contact of a controller by name: "none", "full", or a basis that fits the robot.
+
+    Args:
+        robot: the robot.
+        path: its file.
+        name: of the basis, or of its file beside the robot file.
 
     Raises:
         BasisError: there is no such basis, or it was made for another robot.
@@ -140,13 +148,13 @@ def load_states(
     """The state basis that the robot file at `path` names, or the shipped one of the robot's name.
 
     Args:
-        robot: the full model.
+        robot: the robot.
         path: its file.
         settings: the table `model` of the file.
-        accept_error: take a state basis that errs more than the robot file allows.
+        accept_error: accept a larger error than the robot file allows.
 
     Raises:
-        StateBasisError: there is none, it was made for another robot, or it errs more than the file allows.
+        StateBasisError: there is none, it was made for another robot, or its error is larger than allowed.
     """
     states = StateBasis.load(beside(path, settings.states or robot.name))
     states.check_robot(robot)

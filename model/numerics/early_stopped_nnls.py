@@ -1,4 +1,9 @@
-"""Non-negative least squares with few non-zeros: stop as soon as the residual is small enough."""
+"""Nonnegative least squares with few nonzeros: ends as soon as the residual is small enough.
+
+It solves one problem with thousands of columns and a sparse solution, by single rows of a Cholesky factor of
+the active columns only. For many small problems with one matrix, solved to the optimum, see
+`tauten.model.numerics.nnls`.
+"""
 
 from __future__ import annotations
 
@@ -14,20 +19,20 @@ from tauten.model.numerics.updated_cholesky import (
 )
 
 FLOOR = 1e-12  # against rounding in the factor of unit columns
-NOTHING = 1e-10  # a gain this small, relative to what is fitted, is rounding
+NOTHING = 1e-10  # a gain this small, relative to d, is rounding
 
 
 def sparse_nnls(C: Array, d: Array, tolerance: float) -> Array:
     """Weights w ≥ 0 with ‖C w − d‖ ≤ tolerance ‖d‖, few of them positive: (e,).
 
-    The active set of Lawson and Hanson (1974) takes the columns greedily; ended early, it keeps them few
+    The active set of Lawson and Hanson (1974) adds columns greedily; ended early, it has few of them
     (Farhat, Avery, Chapman, Cortial, Int. J. Numerical Methods in Engineering 98, 2014). The factor of the
     active Gram matrix is updated by single rows (as in Chapman, Avery, Collins, Farhat, ibid. 109, 2017).
 
     Args:
         C: (m, e) contributions.
-        d: (m,) their target sum.
-        tolerance: relative residual to stop at; the residual is larger where d is too far from the cone of C.
+        d: (m,) their weighted sum, in the unit of C.
+        tolerance: relative residual at which to end; the result's is larger where d is too far from the cone.
     """
     norms = np.linalg.norm(C, axis=0)  # (e,)
     usable = norms > NOTHING * norms.max(initial=0.0)
@@ -52,10 +57,18 @@ def sparse_nnls(C: Array, d: Array, tolerance: float) -> Array:
 
 @kernel
 def solve_on_active(L: Array, active: Ints, f: int, moments: Array, w: Array, inside: Bools) -> int:
-    """Set w to the least squares solution on the active columns, without those that become negative.
+    """Move w to the least-squares solution on the active columns; columns that become negative are removed.
+
+    Args:
+        L: (limit, limit) Cholesky factor of the active Gram matrix, updated.
+        active: (limit,) numbers of the active columns, updated.
+        f: number of active columns.
+        moments: (e,) products of the columns with d.
+        w: (e,) weights, updated.
+        inside: (e,) whether a column is active, updated.
 
     Returns:
-        How many columns are active now.
+        Number of active columns.
     """
     while f > 0:
         y = np.empty(f)

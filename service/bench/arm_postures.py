@@ -1,4 +1,4 @@
-"""Postures of the manipulator that its benchmark looks at."""
+"""Postures of the manipulator's benchmark."""
 
 from __future__ import annotations
 
@@ -19,8 +19,13 @@ def bent_tensions() -> Array:
     return bending_tensions(ArmShape(), np.zeros(3), np.full(3, BENT))
 
 
-def settled(robot: Robot, tension: Array, contact: str = "full") -> Simulator:
-    """A simulator in equilibrium under tensions (n_a,), reached in steps.
+def arm_in_equilibrium(robot: Robot, tension: Array, contact: str = "full") -> Simulator:
+    """A simulator in equilibrium under tensions, reached in steps.
+
+    Args:
+        robot: the arm.
+        tension: (n_a,) [N].
+        contact: "full" or "none".
 
     Raises:
         RuntimeError: there is none.

@@ -56,7 +56,7 @@ def make_problems(n_a: int, k: int, robots: int = ROBOTS) -> list[Asked]:
     asked = []
     for seed in range(robots):
         robot = robot_like(np.random.default_rng(seed), n_a, k)
-        free = robot.response.delta_free[3 : 3 + n_a]
+        free = robot.delta_free[3 : 3 + n_a]
         pull, before = np.zeros(n_a), None
         for step in range(STEPS + 1):
             problem = robot.problem(step, pull)

@@ -13,7 +13,7 @@ import pytest
 
 from tauten.controller.qpcc import QpccSettings, solve_qpcc
 
-DOCS = Path(__file__).resolve().parents[2] / "docs"
+DOCS = Path(__file__).resolve().parents[3] / "docs"
 
 
 @pytest.fixture(scope="module")
