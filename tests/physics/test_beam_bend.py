@@ -60,7 +60,7 @@ def bend(folder: Path, nodes: Array, profile: Profile) -> BeamRobot:
 def tip(robot: BeamRobot, load: float, increments: int, tolerance: float = 1e-9) -> Array:
     """Position of the tip (3,) [m] under a load [N] in equal increments."""
     forces = [force * Z for force in np.linspace(0.0, load, increments + 1)[1:]]
-    _, positions, _ = under_force(robot, forces, tolerance)
+    _, positions = under_force(robot, forces, tolerance)
     return positions[-1]
 
 

@@ -132,7 +132,7 @@ def exact_limit() -> float:
 def carries(robot: BeamRobot, load: float, start: State) -> State | None:
     """The equilibrium near a state under a dead load [E I / L²], None where the frame snaps through."""
     simulator = Simulator(robot.loaded(np.zeros(3), np.array([0.0, -load * EI, 0.0])), "none")
-    simulator.state = start
+    simulator.start_from(start)
     report = simulator.settle(tension=[0.0], tolerance=1e-8, max_iterations=100)
     above = simulator.effector[0, 1] > 0.5  # beyond the limit the load comes to rest at 0.23 m
     return simulator.state if report.converged and above else None

@@ -45,7 +45,7 @@ def strip(folder: Path, count: int) -> BeamRobot:
 def moved(robot: BeamRobot, load: float, angle: float) -> Array:
     """Displacement of the tip (3,) [m] under a force [N] at an angle [rad] from −y."""
     force = load * np.array([0.0, -np.cos(angle), np.sin(angle)])
-    _, positions, _ = under_force(robot, [0.5 * force, force], 1e-9)
+    _, positions = under_force(robot, [0.5 * force, force], 1e-9)
     return positions[-1] - [LENGTH, 0.0, 0.0]
 
 

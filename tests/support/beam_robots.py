@@ -98,23 +98,20 @@ def with_profile(robot: BeamRobot, profile: Profile, material: Material) -> Beam
 
 def under_force(
     robot: BeamRobot, forces: list[Array], tolerance: float, most: int = 200
-) -> tuple[Simulator, list[Array], int]:
+) -> tuple[Simulator, list[Array]]:
     """Settle under forces (3,) on the effector one after the other.
 
     Returns:
-        The simulator, the effector's position (3,) at every force, and all linearised steps together.
+        The simulator, and the effector's position (3,) [m] at every force.
     """
-    state, positions, steps = robot.rest(), [], 0
+    simulator, positions = Simulator(robot, contact="none"), []
     for force in forces:
-        simulator = Simulator(robot.loaded(np.zeros(3), force), contact="none")
-        simulator.state = state
+        simulator.load(np.zeros(3), force)
         report = simulator.settle(
             tension=np.zeros(robot.n_a), tolerance=tolerance, max_iterations=most
         )
         assert report.converged, (
             f"no equilibrium under {force.tolist()} N, moved {report.movement:.1e} m"
         )
-        state = simulator.state
         positions.append(simulator.effector[0])
-        steps += report.iterations
-    return simulator, positions, steps
+    return simulator, positions
