@@ -1,6 +1,7 @@
 """Hyperelastic materials: laws, named silicones, and the kernels that evaluate them."""
 
-from tauten.model.materials.densities import COROTATIONAL, RIVLIN, STABLE_NEO_HOOKEAN
+from tauten.model.materials.densities import COROTATIONAL
+from tauten.model.materials.evaluation import EXACT, NO_TANGENT, PROJECTED, WORK, response
 from tauten.model.materials.law import (
     Law,
     MaterialError,
@@ -12,8 +13,7 @@ from tauten.model.materials.law import (
     stable_neo_hookean,
     yeoh,
 )
-from tauten.model.materials.response import EXACT, NO_TANGENT, PROJECTED, WORK, response
-from tauten.model.materials.silicones import SILICONES, Silicone, find_silicone
+from tauten.model.materials.silicones import SILICONES, find_silicone
 
 __all__ = [
     "COROTATIONAL",
@@ -22,10 +22,7 @@ __all__ = [
     "MaterialError",
     "NO_TANGENT",
     "PROJECTED",
-    "RIVLIN",
     "SILICONES",
-    "STABLE_NEO_HOOKEAN",
-    "Silicone",
     "WORK",
     "corotational",
     "find_silicone",

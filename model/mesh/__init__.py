@@ -1,6 +1,6 @@
 """Tetrahedral meshes: reading, checks, refinement, surfaces, regions."""
 
-from tauten.model.mesh.quadratic_mesh import QuadraticMesh, quadratic_mesh, read_quadratic_mesh
+from tauten.model.mesh.quadratic import QuadraticMesh, quadratic_mesh, read_quadratic_mesh
 from tauten.model.mesh.regions import in_box
 from tauten.model.mesh.surface import boundary_triangles, spread_points, triangle_areas
 from tauten.model.mesh.tet_mesh import EDGES, MeshError, TetMesh, checked, oriented, read_mesh

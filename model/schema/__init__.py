@@ -1,7 +1,7 @@
 """The contents of robot files, validated field by field."""
 
 from tauten.model.schema.beam_file import BarSettings, BeamConfig, Structure, TubeSettings, Vertebra
-from tauten.model.schema.material import LawName, MaterialSettings, SolidMaterialSettings
+from tauten.model.schema.material import LawName, MaterialSettings
 from tauten.model.schema.robot_file import (
     CableSettings,
     Changes,
@@ -43,7 +43,6 @@ __all__ = [
     "RobotFileError",
     "RobotSettings",
     "Section",
-    "SolidMaterialSettings",
     "Structure",
     "SurfaceSettings",
     "TubeSettings",

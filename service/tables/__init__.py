@@ -12,12 +12,7 @@ from tauten.service.tables.contact_basis import (
     pairs_of,
     write_contact_basis_tables,
 )
-from tauten.service.tables.elements import (
-    ELEMENTS_BEGIN,
-    ELEMENTS_END,
-    element_tables,
-    write_element_tables,
-)
+from tauten.service.tables.elements import element_tables, write_element_tables
 from tauten.service.tables.node import NODE_BEGIN, NODE_END, node_table, write_node_tables
 from tauten.service.tables.numbers import Numbers, PageError, milliseconds
 from tauten.service.tables.qpcc import qpcc_tables, write_qpcc_tables
@@ -28,8 +23,6 @@ __all__ = [
     "ARM_END",
     "CONTACT_BASIS_BEGIN",
     "CONTACT_BASIS_END",
-    "ELEMENTS_BEGIN",
-    "ELEMENTS_END",
     "NODE_BEGIN",
     "NODE_END",
     "Numbers",
