@@ -12,12 +12,28 @@ import hashlib
 import linecache
 from collections.abc import Callable
 from functools import cache
+from pickle import UnpicklingError
 from typing import Any, get_type_hints
 
 import numba
 import numpy as np
 from numba.core.caching import FunctionCache, IndexDataCacheFile
 from numba.core.dispatcher import Dispatcher
+
+
+class KernelCacheFile(IndexDataCacheFile):
+    """Numba's cache file, where an entry that cannot be read counts as missing.
+
+    Its index names the classes in the kernel's signatures by module; after a module was renamed it cannot
+    be unpickled.
+    """
+
+    def _load_index(self) -> dict[Any, str]:
+        try:
+            found: dict[Any, str] = super()._load_index()  # type: ignore[no-untyped-call]
+        except (ImportError, AttributeError, EOFError, UnpicklingError):
+            return {}
+        return found
 
 
 class KernelCache(FunctionCache):
@@ -31,7 +47,7 @@ class KernelCache(FunctionCache):
         """Cache this function, compiled by this decorator."""
         super().__init__(function)  # type: ignore[no-untyped-call]
         self.digest = sources_digest(function, decorator)
-        self._cache_file = IndexDataCacheFile(  # type: ignore[no-untyped-call]
+        self._cache_file = KernelCacheFile(  # type: ignore[no-untyped-call]
             cache_path=self._cache_path,
             filename_base=self._impl.filename_base,
             source_stamp=self.digest,
@@ -41,8 +57,8 @@ class KernelCache(FunctionCache):
 def sources_digest(function: Callable[..., Any], decorator: Callable[..., Any]) -> str:
     """SHA-256 over a function's own file and all that its module imports for kernels.
 
-    Those are other kernels (by their own digests), named tuples (names and types of their fields) and
-    constants, which numba compiles into the code. It has to be called where the function is defined: what
+    Those are other kernels (by their modules' names and their own digests), named tuples (names and types
+    of their fields) and constants, which numba compiles into the code. It has to be called where the function is defined: what
     its module defines later is part of its own file.
 
     Args:
@@ -67,10 +83,10 @@ def _source(function: Callable[..., Any]) -> bytes:
 def _fingerprint(value: object, module: str) -> str:
     """What compiled code takes over from a global value; empty for what it cannot contain."""
     if isinstance(value, Dispatcher):
-        known = getattr(value, "_cache", None)
-        return (
-            known.digest if isinstance(known, KernelCache) else repr(value.py_func.__code__.co_code)
-        )
+        known, function = getattr(value, "_cache", None), value.py_func
+        source = known.digest if isinstance(known, KernelCache) else function.__code__.co_code
+        # cached code refers to the kernels it calls by the names of their modules
+        return f"{function.__module__}.{function.__qualname__} {source!r}"
     if isinstance(value, type):
         return _layout(value) if hasattr(value, "_fields") and value.__module__ != module else ""
     if isinstance(value, np.ndarray | np.generic):

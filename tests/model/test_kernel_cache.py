@@ -76,3 +76,18 @@ def test_changed_callee_is_compiled_into_its_caller(
         assert run(tmp_path) == (value, 0, 1), new
     assert run(tmp_path) == (35.0, 1, 0)
     assert {path.name for path in tmp_path.rglob("*.nb?")} == files, "old entries are overwritten"
+
+
+def test_a_renamed_module_of_a_callee_is_compiled_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
+    for name, text in (("callee", CALLEE), ("caller", CALLER), ("main", MAIN)):
+        (tmp_path / f"{name}.py").write_text(text)
+    assert run(tmp_path) == (6.0, 0, 1)
+    for name in ("caller", "main"):
+        file = tmp_path / f"{name}.py"
+        file.write_text(file.read_text().replace("from callee", "from renamed"))
+    os.utime(tmp_path / "caller.py")
+    (tmp_path / "callee.py").rename(tmp_path / "renamed.py")
+    assert run(tmp_path) == (6.0, 0, 1)
