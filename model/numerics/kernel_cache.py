@@ -58,8 +58,8 @@ def sources_digest(function: Callable[..., Any], decorator: Callable[..., Any]) 
     """SHA-256 over a function's own file and all that its module imports for kernels.
 
     Those are other kernels (by their modules' names and their own digests), named tuples (names and types
-    of their fields) and constants, which numba compiles into the code. It has to be called where the function is defined: what
-    its module defines later is part of its own file.
+    of their fields) and constants, which numba compiles into the code. It
+    has to be called where the function is defined: what its module defines later is part of its own file.
 
     Args:
         function: the function to compile.
