@@ -1,0 +1,232 @@
+"""From piece to piece: solve one, read its multipliers, flip the pairs that gain, repeat."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field, replace
+from time import perf_counter
+
+import numpy as np
+
+from tauten.controller.qpcc.piece import recover, reduce_piece
+from tauten.controller.qpcc.qp import Backend, Qp
+from tauten.controller.qpcc.residuals import (
+    ACTIVE,
+    EITHER,
+    EXACT,
+    OPEN,
+    PUSHES,
+    Residuals,
+    best_multipliers,
+    residuals,
+)
+from tauten.controller.qpcc.scaling import Scaled
+from tauten.model.arrays import Array, Bools, Ints
+
+NOISE = 1e-11  # of an objective, relative to its terms
+MOST_BRANCHES = 64  # nonnegative least squares problems per degenerate point
+
+
+@dataclass(frozen=True, slots=True)
+class Point:
+    """A feasible point, as a rule the optimum of a piece.
+
+    Attributes:
+        piece: (k,) which modes push.
+        z: (n,) scaled variables.
+        alpha: (n_a,) multipliers of the bounds.
+        dual: (2k + p,) multipliers of the rows.
+        residuals: objective and residuals.
+        settled: no piece that touches the point leads down.
+    """
+
+    piece: Bools
+    z: Array
+    alpha: Array
+    dual: Array
+    residuals: Residuals
+    settled: bool = False
+
+    @property
+    def feasible(self) -> bool:
+        """Within the limits and complementary; not when there is a NaN."""
+        return self.residuals.primal <= EXACT and self.residuals.complementarity <= EXACT
+
+    @property
+    def stationary(self) -> bool:
+        """Strongly stationary, or B-stationary because no piece around leads down."""
+        no_gain = self.settled or self.residuals.largest_gain <= ACTIVE
+        return self.residuals.stationarity <= EXACT and no_gain
+
+    def beats(self, other: Point) -> bool:
+        """Lower by more than round-off, or as low and stationary where the other is not."""
+        mine, others = self.residuals, other.residuals
+        margin = NOISE * (mine.terms + others.terms)
+        if mine.objective < others.objective - margin:
+            return True
+        as_low = mine.objective <= others.objective + margin
+        return as_low and self.stationary and not other.stationary
+
+
+@dataclass(slots=True)
+class Budget:
+    """QPs and time that a solve may take, in all of its phases together.
+
+    Attributes:
+        pivots: QPs at most.
+        end: value of `perf_counter` at which to stop [s].
+        spent: QPs solved.
+    """
+
+    pivots: int
+    end: float
+    spent: int = 0
+
+    @property
+    def exhausted(self) -> bool:
+        """Whether QPs or time are used up."""
+        return self.spent >= self.pivots or perf_counter() >= self.end
+
+    def spend(self) -> bool:
+        """Count a QP; False when it must not be solved any more."""
+        if self.exhausted:
+            return False
+        self.spent += 1
+        return True
+
+
+@dataclass(slots=True)
+class Descent:
+    """Descents from one or more pieces, no piece solved twice.
+
+    Attributes:
+        problem: scaled.
+        backend: of the piece's QPs.
+        budget: of the whole solve.
+        best: best point so far.
+        tried: pieces solved, as bytes.
+    """
+
+    problem: Scaled
+    backend: Backend
+    budget: Budget
+    best: Point | None = None
+    tried: set[bytes] = field(default_factory=set)
+
+    def run(self, piece: Bools) -> Point | None:
+        """Descend from a piece to a stationary point; None when the piece is empty or was tried."""
+        current = self.visit(piece)
+        while current is not None and not current.stationary:
+            following = self.improve(current) or self.settle(current)
+            if following is None:
+                break
+            current = following
+        return current
+
+    def visit(self, piece: Bools) -> Point | None:
+        """Solve a piece unless it was solved before or the budget is spent."""
+        key = piece.tobytes()
+        if key in self.tried or not self.budget.spend():
+            return None
+        self.tried.add(key)
+        point = solve_piece(self.problem, piece, self.backend)
+        if point is not None:
+            self.keep(point)
+        return point
+
+    def stay(self, z: Array, piece: Bools) -> None:
+        """Remember a point if it is feasible."""
+        n_a, rows = len(self.problem.lb), len(self.problem.r)
+        alpha, dual = np.zeros(n_a), np.zeros(rows)
+        point = Point(piece, z, alpha, dual, residuals(self.problem, z, alpha, dual))
+        if point.feasible:
+            self.keep(point)
+
+    def keep(self, point: Point) -> None:
+        """Remember a point when it is the best so far."""
+        if self.best is None or point.beats(self.best):
+            self.best = point
+
+    def improve(self, current: Point) -> Point | None:
+        """A better or stationary neighbour: all pairs that gain flipped, else one by one, largest first."""
+        gain = current.residuals.gain
+        wrong = np.flatnonzero(gain > ACTIVE)
+        wrong = wrong[np.argsort(-gain[wrong], kind="stable")]
+        flips: list[Ints] = [wrong, *wrong[:, None]] if len(wrong) > 1 else [wrong]
+        return self.first_better(current, flipped(current.piece, flips))
+
+    def settle(self, current: Point) -> Point | None:
+        """Decide a degenerate point, of which multipliers are not unique: a better one, or itself settled.
+
+        A tree over the pairs of which both sides are zero, each node the nearest point to zero of the
+        gradient plus all multipliers of right signs. What is left over is a direction of descent within
+        β >= 0 and w >= 0; where it is complementary it leads into a piece, else a pair branches.
+        """
+        k = len(current.piece)
+        stack: list[Ints] = [np.full(k, EITHER)]
+        closed = True  # whether all leaves were without descent
+        for count in range(MOST_BRANCHES):
+            sides = stack.pop()
+            alpha, dual, direction, both = best_multipliers(self.problem, current.z, sides)
+            found = residuals(self.problem, current.z, alpha, dual)
+            if count == 0:
+                strong = Point(current.piece, current.z, alpha, dual, found)
+                if strong.stationary:
+                    self.keep(strong)
+                    return strong
+            if found.stationarity > EXACT:
+                pair, piece = self.follow(current.piece, direction, both & (sides == EITHER))
+                for side in () if pair is None else (PUSHES, OPEN):
+                    stack.append(np.where(np.arange(k) == pair, side, sides))
+                if pair is None:
+                    better = self.first_better(current, [np.where(sides == EITHER, piece, sides > 0)])
+                    if better is not None:
+                        return better
+                    closed = closed and found.stationarity <= 1e3 * EXACT
+            if not stack:
+                break
+        point = replace(current, settled=closed and not stack)
+        if not point.stationary:
+            return None
+        self.keep(point)
+        return point
+
+    def follow(self, piece: Bools, direction: Array, both: Bools) -> tuple[int | None, Bools]:
+        """The pair that a direction (n,) opens on both sides, None without one, and where it leads."""
+        k = len(piece)
+        beta = direction[len(direction) - k :]
+        w = self.problem.R[k : 2 * k] @ direction
+        crossed = np.where(both, np.minimum(beta, w), 0.0)
+        pair = int(np.argmax(crossed)) if k else 0
+        into = np.where(both, beta > w, piece)
+        if k == 0 or crossed[pair] <= EXACT * np.abs(direction).max():
+            return None, into
+        return pair, into
+
+    def first_better(self, current: Point, pieces: Iterable[Bools]) -> Point | None:
+        """The first of some pieces whose optimum is better, or as good and stationary."""
+        for piece in pieces:
+            point = self.visit(piece)
+            if point is not None and point.beats(current):
+                return point
+        return None
+
+
+def solve_piece(problem: Scaled, piece: Bools, backend: Backend) -> Point | None:
+    """Optimum of one piece; None when it is empty or could not be solved."""
+    possible, H, f, A, lower, upper, reduction = reduce_piece(problem, piece)
+    if not possible:
+        return None
+    answer = backend(Qp(H, f, A, lower, upper))
+    if answer.infeasible:
+        return None
+    point = Point(piece, *recover(problem, piece, reduction, answer.y, answer.multipliers))
+    return point if point.feasible else None
+
+
+def flipped(piece: Bools, flips: Iterable[Ints]) -> Iterator[Bools]:
+    """The piece with some pairs flipped, for each choice of pairs."""
+    for flip in flips:
+        other = piece.copy()
+        other[flip] = ~other[flip]
+        yield other

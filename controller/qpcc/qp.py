@@ -1,0 +1,154 @@
+"""One convex QP, and the only module that names a QP library.
+
+    min 1/2 y'Hy + f'y   subject to   lower <= (y, A y) <= upper                       (5)
+
+The first n entries of `lower`, `upper` bound the variables, the others the rows of A. Entries beyond
+±UNBOUNDED are no bounds. The QPs of a QPCC are small (n <= 10, m <= 60 as a rule) and solved thousands of
+times a second, so that setting up and wrapping cost more than the iterations: daqp is called directly, every
+other library through qpsolvers. Their answers are taken as they are; what these are good for, the residuals
+of the solution say.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+
+import daqp
+import numpy as np
+from scipy.sparse import csc_matrix
+
+from tauten.model.arrays import Array
+
+UNBOUNDED = 1e30
+ACCURACY = 1e-10  # primal residual that daqp may leave, on QPs whose variables are of order one
+DAQP_INFEASIBLE = -1  # exit flag
+# Libraries whose own tolerances are far above what a piece needs.
+OPTIONS: dict[str, dict[str, float | int]] = {
+    "osqp": {"eps_abs": 1e-9, "eps_rel": 1e-9, "max_iter": 10_000},
+    "proxqp": {"eps_abs": 1e-9, "eps_rel": 0.0, "max_iter": 1_000},
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Qp:
+    """Problem (5).
+
+    Attributes:
+        H: (n, n) symmetric positive semidefinite.
+        f: (n,).
+        A: (m, n).
+        lower: (n + m,).
+        upper: (n + m,).
+    """
+
+    H: Array
+    f: Array
+    A: Array
+    lower: Array
+    upper: Array
+
+
+@dataclass(frozen=True, slots=True)
+class QpAnswer:
+    """The answer of a library.
+
+    Attributes:
+        infeasible: the library says that there is no feasible point; y is then not to be used.
+        y: (n,).
+        multipliers: (n + m,) Hy + f + (I, A')·multipliers = 0; positive at upper, negative at lower.
+    """
+
+    infeasible: bool
+    y: Array
+    multipliers: Array
+
+
+Backend = Callable[[Qp], QpAnswer]
+
+
+def available_backends() -> tuple[str, ...]:
+    """Names that `qp_backend` accepts on this machine, the default first."""
+    import qpsolvers
+
+    return ("daqp", *(name for name in qpsolvers.available_solvers if name != "daqp"))
+
+
+@cache
+def qp_backend(name: str) -> Backend:
+    """The function that solves (5) with a named library.
+
+    Raises:
+        ValueError: the library is not installed or unknown.
+    """
+    if name == "daqp":
+        return solve_daqp
+    known = available_backends()
+    if name not in known:
+        raise ValueError(f"QP solver {name!r} is not installed, found are {', '.join(known)}")
+    return through_qpsolvers(name)
+
+
+def solve_daqp(qp: Qp) -> QpAnswer:
+    """Dual active set (Arnström, Bemporad, Axehill 2022): exact up to round-off."""
+    if len(qp.f) == 0:
+        return QpAnswer(False, np.zeros(0), np.zeros(len(qp.lower)))
+    y, _, flag, info = daqp.solve(qp.H, qp.f, qp.A, qp.upper, qp.lower, primal_tol=ACCURACY)
+    return QpAnswer(flag == DAQP_INFEASIBLE, y, info["lam"])
+
+
+def through_qpsolvers(name: str) -> Backend:
+    """Any other library, through the interface of qpsolvers."""
+
+    def solve(qp: Qp) -> QpAnswer:
+        import qpsolvers
+
+        n, multipliers = len(qp.f), np.zeros(len(qp.lower))
+        if n == 0:
+            return QpAnswer(False, np.zeros(0), multipliers)
+        low = np.flatnonzero(qp.lower[n:] > -UNBOUNDED)
+        high = np.flatnonzero(qp.upper[n:] < UNBOUNDED)
+        G = np.vstack([-qp.A[low], qp.A[high]])
+        h = np.concatenate([-qp.lower[n:][low], qp.upper[n:][high]])
+        lb = np.where(qp.lower[:n] <= -UNBOUNDED, -np.inf, qp.lower[:n])
+        ub = np.where(qp.upper[:n] >= UNBOUNDED, np.inf, qp.upper[:n])
+        dense = name in qpsolvers.dense_solvers
+        matrix = np.asarray if dense else csc_matrix
+        problem = qpsolvers.Problem(matrix(qp.H), qp.f, matrix(G), h, lb=lb, ub=ub)
+        try:
+            with warnings.catch_warnings():  # an empty piece is no news
+                warnings.simplefilter("ignore")
+                found = qpsolvers.solve_problem(problem, name, **OPTIONS.get(name, {}))
+        except (qpsolvers.exceptions.QPError, ValueError, ArithmeticError):
+            return QpAnswer(True, np.zeros(n), multipliers)
+        if found.x is None or found.z is None or found.z_box is None:
+            return QpAnswer(True, np.zeros(n), multipliers)
+        multipliers[:n] = found.z_box
+        multipliers[n + low] -= found.z[: len(low)]
+        multipliers[n + high] += found.z[len(low) :]
+        return QpAnswer(False, found.x, multipliers)
+
+    return solve
+
+
+class KeptQp:
+    """A QP (5) solved again and again with another linear term, by daqp with its workspace kept.
+
+    Attributes:
+        usable: False when daqp refuses the problem, which then must not be solved.
+    """
+
+    def __init__(self, qp: Qp) -> None:
+        self._model = daqp.Model()
+        self._model.settings = {**self._model.settings, "primal_tol": ACCURACY}
+        sense = np.zeros(len(qp.lower), dtype=np.intc)
+        flag, _ = self._model.setup(qp.H, qp.f, qp.A, qp.upper, qp.lower, sense)
+        self.usable = bool(flag >= 0) and len(qp.f) > 0
+
+    def solve(self, f: Array) -> tuple[bool, Array]:
+        """Whether there is a minimum with the linear term f (n,), and where."""
+        self._model.update(f=f)
+        y, _, flag, _ = self._model.solve()
+        return bool(flag > 0), y

@@ -1,0 +1,169 @@
+"""A QPCC without units, which is what the solver works on.
+
+Compliances are around 1e-4 m/N and objectives around 1e-6 m², far from the order of one that tolerances of
+QP solvers expect. Forces are measured in units that make the diagonal of the contact compliance one, limits
+in units that make the largest entry of their rows one, all powers of two, so that nothing is rounded.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from tauten.controller.qpcc.problem import Qpcc
+from tauten.controller.qpcc.qp import UNBOUNDED
+from tauten.model.arrays import Array
+from tauten.model.jit import kernel
+
+USABLE, NOT_FINITE, CROSSED_LIMITS = 0, 1, 2
+
+
+class Scaled(NamedTuple):
+    """A QPCC without units, all constraints but the bounds on a as rows of one matrix.
+
+        R = (β; M; G),   lo <= R z + r <= hi,   r = (0; m; 0)                              (4)
+
+    A tuple, because kernels take tuples as they are.
+
+    Attributes:
+        Q: (n, n).
+        c: (n,).
+        lb: (n_a,), at least -UNBOUNDED.
+        ub: (n_a,), at most UNBOUNDED.
+        R: (2k + p, n).
+        r: (2k + p,).
+        lo: (2k + p,), zero for the first 2k.
+        hi: (2k + p,), UNBOUNDED for the first 2k.
+    """
+
+    Q: Array
+    c: Array
+    lb: Array
+    ub: Array
+    R: Array
+    r: Array
+    lo: Array
+    hi: Array
+
+
+class Units(NamedTuple):
+    """The units of a scaled problem: those of z (n,) and that of the objective."""
+
+    column: Array
+    cost: float
+
+
+def scale(problem: Qpcc) -> tuple[int, Scaled, Units]:
+    """Whether the numbers are USABLE, NOT_FINITE or CROSSED_LIMITS, and the problem without units."""
+    return scaled_arrays(*in_rows(problem))
+
+
+def in_rows(problem: Qpcc) -> list[Array]:
+    """The arrays of a problem, contiguous: a kernel is compiled anew for every memory layout."""
+    return [np.ascontiguousarray(array, dtype=np.float64) for array in problem.arrays]
+
+
+@kernel
+def scaled_arrays(
+    Q: Array, c: Array, lb: Array, ub: Array, G: Array, g_lo: Array, g_hi: Array, M: Array, m: Array
+) -> tuple[int, Scaled, Units]:
+    """What `scale` returns, from the arrays of a `Qpcc`."""
+    n_a, k, p = len(lb), len(m), len(g_lo)
+    column = column_units(Q, G, M, n_a)
+    R, r = np.zeros((2 * k + p, n_a + k)), np.zeros(2 * k + p)
+    lo, hi = np.zeros(2 * k + p), np.full(2 * k + p, UNBOUNDED)
+    for i in range(k):
+        R[i, n_a + i] = 1.0
+        R[k + i] = column[n_a + i] * M[i] * column
+        r[k + i] = column[n_a + i] * m[i]
+    for i in range(p):
+        row = G[i] * column
+        factor = unit(largest_magnitude(row))
+        R[2 * k + i] = row * factor
+        lo[2 * k + i], hi[2 * k + i] = cut(g_lo[i] * factor), cut(g_hi[i] * factor)
+    Q_scaled = np.empty_like(Q)
+    for i in range(n_a + k):
+        for j in range(n_a + k):
+            Q_scaled[i, j] = 0.5 * (Q[i, j] + Q[j, i]) * column[i] * column[j]
+    factor = unit(largest_magnitude(np.diag(Q_scaled)))
+    lower, upper = np.empty(n_a), np.empty(n_a)
+    for j in range(n_a):
+        lower[j], upper[j] = cut(lb[j] / column[j]), cut(ub[j] / column[j])
+    scaled = Scaled(Q_scaled * factor, c * column * factor, lower, upper, R, r, lo, hi)
+    numbers = USABLE
+    # a sum is finite unless something in it is not, or it overflows, which is as useless; and not
+    # np.isfinite, because where sums may be reordered LLVM takes its x - x for zero
+    if not (total(Q, c) + total(G, c) + total(M, m) < np.inf):
+        numbers = NOT_FINITE
+    if not (total(scaled.Q, scaled.c) + total(scaled.R, scaled.r) < np.inf):
+        numbers = NOT_FINITE
+    for lows, highs in ((lb, ub), (g_lo, g_hi)):
+        for j in range(len(lows)):
+            if np.isnan(lows[j]) or np.isnan(highs[j]):
+                numbers = NOT_FINITE
+    if numbers == USABLE and not (in_order(lb, ub, np.inf) and in_order(g_lo, g_hi, np.inf)):
+        numbers = CROSSED_LIMITS
+    elif not (in_order(lower, upper, UNBOUNDED) and in_order(lo, hi, UNBOUNDED)):
+        numbers = NOT_FINITE  # a lower limit beyond UNBOUNDED is no number to compute with
+    return numbers, scaled, Units(column, 1.0 / factor)
+
+
+@kernel
+def cut(limit: float) -> float:
+    """A limit, at most UNBOUNDED in magnitude."""
+    return min(max(limit, -UNBOUNDED), UNBOUNDED)
+
+
+@kernel
+def total(matrix: Array, vector: Array) -> float:
+    """Sum of all magnitudes."""
+    return float(np.sum(np.abs(matrix)) + np.sum(np.abs(vector)))
+
+
+@kernel
+def in_order(lower: Array, upper: Array, end: float) -> bool:
+    """Whether a number between -end and end fits between each pair of limits."""
+    fits = True
+    for i in range(len(lower)):
+        fits = fits and lower[i] <= upper[i] and lower[i] < end and upper[i] > -end
+    return fits
+
+
+@kernel
+def unit(size: float) -> float:
+    """The power of two nearest to 1 / size; 1 when there is none."""
+    if not (1e-200 < size < 1e200):
+        return 1.0
+    return float(np.exp2(-np.rint(np.log2(size))))
+
+
+@kernel
+def largest_magnitude(values: Array) -> float:
+    """Of the entries, 0 when there are none."""
+    largest = 0.0
+    for i in range(len(values)):
+        largest = max(largest, abs(values[i]))
+    return largest
+
+
+@kernel
+def column_units(Q: Array, G: Array, M: Array, n_a: int) -> Array:
+    """Units of z: one of β_i moves its own gap by about one, one of a_j a contact or a limit."""
+    n = Q.shape[0]
+    column = np.ones(n)
+    for i in range(n - n_a):
+        size = abs(M[i, n_a + i])
+        if size == 0.0:
+            size = largest_magnitude(M[i])
+        column[n_a + i] = unit(np.sqrt(size))
+    for j in range(n_a):
+        size = 0.0
+        for i in range(len(M)):
+            size = max(size, abs(M[i, j]) * column[n_a + i])
+        if size == 0.0:
+            size = largest_magnitude(G[:, j])
+        if size == 0.0:
+            size = np.sqrt(abs(Q[j, j]))
+        column[j] = unit(size)
+    return column

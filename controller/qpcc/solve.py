@@ -1,0 +1,206 @@
+"""Solve quadratic programs with complementarity constraints: an active set over pieces.
+
+Which modes push and which are open is a piece; on a piece the problem is a convex QP. Start from the
+contact forces at the previous tensions, solve the piece, look at the multipliers of the pairs of which
+both sides are zero, flip those that say the objective falls beyond, repeat until none does. docs/qpcc.md
+explains it with a picture.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from time import perf_counter
+from typing import Literal
+
+import numpy as np
+
+from tauten.controller.qpcc.descent import Budget, Descent, Point
+from tauten.controller.qpcc.feasible import feasible_piece, least_violation
+from tauten.controller.qpcc.homotopy import penalty_homotopy
+from tauten.controller.qpcc.problem import Qpcc, Warm, start_of
+from tauten.controller.qpcc.qp import qp_backend
+from tauten.controller.qpcc.residuals import EXACT, RIDGE, complementarity
+from tauten.controller.qpcc.scaling import (
+    CROSSED_LIMITS,
+    NOT_FINITE,
+    USABLE,
+    Scaled,
+    Units,
+    in_rows,
+    scaled_arrays,
+)
+from tauten.controller.qpcc.solution import Certificate, Solution, Status
+from tauten.model.active_set import pushing_forces
+from tauten.model.arrays import Array, Bools
+from tauten.model.jit import kernel
+
+
+@dataclass(frozen=True, slots=True)
+class QpccSettings:
+    """How to solve.
+
+    Attributes:
+        solver: QP library, one of `qp.available_backends()`.
+        max_pivots: QPs solved at most, in all phases together.
+        time_limit: wall time [s], in all phases together; it may be exceeded by one QP.
+        second_start: when a penalty homotopy looks for a lower optimum from a second start: "cold", without
+            a warm start; "always", which takes milliseconds; "never".
+    """
+
+    solver: str = "daqp"
+    max_pivots: int = 300
+    time_limit: float = math.inf
+    second_start: Literal["cold", "always", "never"] = "cold"
+
+
+DEFAULT = QpccSettings()
+NO_PIECE = ("complementarity",)  # what is in conflict where no limit can be blamed
+
+
+def solve_qpcc(problem: Qpcc, warm: Warm = None, settings: QpccSettings = DEFAULT) -> Solution:
+    """Solve (1)-(3) to a stationary point.
+
+    Never raises on numbers: what is wrong with them is in the status. On anything but OK the best
+    feasible point found comes back, or the one that violates the limits least.
+
+    Args:
+        problem: the QPCC.
+        warm: the last solution, or a `Start`, or a piece (k,) alone; None: start without tension. What
+            does not fit the problem is ignored.
+        settings: library and limits.
+
+    Raises:
+        ValueError: the settings name a library that is not installed.
+    """
+    backend = qp_backend(settings.solver)
+    budget = Budget(settings.max_pivots, perf_counter() + settings.time_limit)
+    given, guess = start_of(warm, len(problem.lb), len(problem.m))
+    numbers, scaled, units, lam_a, found, piece, z = start(given, guess, *in_rows(problem))
+    if numbers == NOT_FINITE:
+        return nothing(problem, Status.NOT_FINITE, lam_a)
+    if numbers == CROSSED_LIMITS:
+        return nothing(problem, Status.INFEASIBLE, lam_a, crossed_limits(problem))
+    descent = Descent(scaled, backend, budget)
+    descent.run(piece)
+    if found and (descent.best is None or not descent.best.stationary):
+        descent.stay(z, piece)
+    if settings.second_start == "always" or (warm is None and settings.second_start == "cold"):
+        penalty_homotopy(descent)
+    violating = None
+    if descent.best is None:
+        violating = least_violation(descent, piece)
+        if descent.best is None:
+            feasible_piece(descent)
+    if descent.best is not None:
+        return finish(problem, descent.best, units, budget)
+    if violating is not None:
+        return infeasible(problem, units, violating, budget.spent)
+    return nothing(problem, Status.INFEASIBLE, lam_a, NO_PIECE)
+
+
+@kernel
+def start(
+    lam_a: Array, guess: Bools, Q: Array, c: Array, lb: Array, ub: Array, G: Array, g_lo: Array,
+    g_hi: Array, M: Array, m: Array,
+) -> tuple[int, Scaled, Units, Array, bool, Bools, Array]:  # fmt: skip
+    """The scaled problem, and the contact forces at given tensions.
+
+    Returns:
+        Whether the numbers are USABLE, the scaled problem, its units; the tensions lam_a (n_a,) within their
+        bounds; whether contact forces were found there, which modes push, z = (a, β) scaled.
+    """
+    numbers, scaled, units = scaled_arrays(Q, c, lb, ub, G, g_lo, g_hi, M, m)
+    a = np.zeros(len(lb))
+    for j in range(len(lb)):
+        within = min(max(lam_a[j], lb[j]), ub[j])
+        a[j] = within if abs(within) < np.inf else 0.0
+    if numbers != USABLE:
+        return numbers, scaled, units, a, False, guess, np.zeros(len(c))
+    found, pushes, z = contact_forces(scaled, a / units.column[: len(a)], guess)
+    return numbers, scaled, units, a, found, pushes if found else guess, z
+
+
+@kernel
+def contact_forces(problem: Scaled, a: Array, guess: Bools) -> tuple[bool, Bools, Array]:
+    """The contact forces at tensions a: found, which modes push (k,), z = (a, β).
+
+    0 <= w = N β + q ⟂ β >= 0 by the active set of `model.lcp`, for which N must be symmetric and positive
+    semidefinite, as compliances are; elsewhere the answer may fail the test.
+    """
+    n_a, k = len(a), len(guess)
+    N = problem.R[k : 2 * k, n_a:].copy()
+    q = problem.r[k : 2 * k] + problem.R[k : 2 * k, :n_a].copy() @ a
+    beta, _ = pushing_forces(N, q, guess.astype(np.float64), RIDGE, 100 + 10 * k)
+    z = np.concatenate((a, beta))
+    return complementarity(problem, z) <= EXACT, beta > 0.0, z
+
+
+def finish(problem: Qpcc, best: Point, units: Units, budget: Budget) -> Solution:
+    """The best point of a descent, in the problem's units."""
+    status = Status.OK
+    if not best.stationary:
+        status = Status.MAX_PIVOTS if budget.exhausted else Status.FEASIBLE_ONLY
+    return solution_at(problem, units, best, status, budget.spent)
+
+
+def infeasible(problem: Qpcc, units: Units, violating: Point, pivots: int) -> Solution:
+    """The least violating point, with the names of the limits in conflict.
+
+    Those are the limits it violates, and the bounds that keep it from violating them less.
+    """
+    limits = violating.dual[2 * len(problem.m) :]  # (p,) minus the violations
+    pressing = 1e-6 * np.abs(limits).max(initial=0.0)
+    names = [
+        problem.name_of_row(i, upper=limits[i] > 0.0)
+        for i in np.flatnonzero(np.abs(limits) > pressing).tolist()
+    ]
+    names += [
+        problem.name_of_bound(j)
+        for j in np.flatnonzero(np.abs(violating.alpha) > pressing).tolist()
+    ]
+    conflict = tuple(names) or NO_PIECE
+    return solution_at(problem, units, violating, Status.INFEASIBLE, pivots, conflict)
+
+
+def solution_at(
+    problem: Qpcc,
+    units: Units,
+    point: Point,
+    status: Status,
+    pivots: int,
+    conflict: tuple[str, ...] = (),
+) -> Solution:
+    """A point in the problem's units."""
+    n_a, z, found = len(problem.lb), point.z * units.column, point.residuals
+    lam_a = np.minimum(np.maximum(z[:n_a], problem.lb), problem.ub)  # exact beyond UNBOUNDED too
+    return Solution(
+        lam_a=lam_a,
+        beta=z[n_a:],
+        status=status,
+        certificate=Certificate(found.primal, found.complementarity, found.stationarity, np.inf),
+        objective=found.objective * units.cost + problem.constant,
+        pivots=pivots,
+        piece=point.piece,
+        conflict=conflict,
+    )
+
+
+def nothing(
+    problem: Qpcc, status: Status, lam_a: Array, conflict: tuple[str, ...] = ()
+) -> Solution:
+    """The tensions of the start, where there is no point to return."""
+    k = len(problem.m)
+    unknown = Certificate(np.inf, np.inf, np.inf, np.inf)
+    piece = np.zeros(k, dtype=np.bool_)
+    return Solution(lam_a, np.zeros(k), status, unknown, np.inf, 0, piece, conflict)
+
+
+def crossed_limits(problem: Qpcc) -> tuple[str, ...]:
+    """Names of limits whose lower end lies above the upper."""
+    p = problem
+    bounds = np.flatnonzero((p.lb > p.ub) | (p.lb == np.inf) | (p.ub == -np.inf))
+    rows = np.flatnonzero((p.g_lo > p.g_hi) | (p.g_lo == np.inf) | (p.g_hi == -np.inf))
+    names = [p.name_of_bound(j) for j in bounds.tolist()]
+    names += [p.name_of_row(i, upper) for i in rows.tolist() for upper in (False, True)]
+    return tuple(dict.fromkeys(names))
