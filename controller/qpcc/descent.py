@@ -8,8 +8,8 @@ from time import perf_counter
 
 import numpy as np
 
-from tauten.controller.qpcc.piece import recover, reduce_piece
-from tauten.controller.qpcc.qp import Backend, Qp
+from tauten.controller.qpcc.piece import recover, reduce_piece, solve_one_cable
+from tauten.controller.qpcc.qp import Backend, Qp, solve_daqp
 from tauten.controller.qpcc.residuals import (
     ACTIVE,
     EITHER,
@@ -214,6 +214,11 @@ class Descent:
 
 def solve_piece(problem: Scaled, piece: Bools, backend: Backend) -> Point | None:
     """Optimum of one piece; None when it is empty or could not be solved."""
+    if len(problem.lb) == 1 and backend is solve_daqp:
+        found, *parts = solve_one_cable(problem, piece)
+        point = Point(piece, *parts)
+        if found and point.feasible:
+            return point
     possible, H, f, A, lower, upper, reduction = reduce_piece(problem, piece)
     if not possible:
         return None

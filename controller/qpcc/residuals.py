@@ -53,10 +53,13 @@ class Residuals(NamedTuple):
 @kernel
 def row_values(problem: Scaled, z: Array) -> tuple[Array, Array]:
     """R z + r and the magnitude of its terms: (rows,), (rows,)."""
-    R = problem.R
+    R, n_a = problem.R, len(problem.lb)
+    k = len(z) - n_a
     values, sizes = problem.r.copy(), np.abs(problem.r)
     floor = FLOOR * largest_magnitude(z)
-    for i in range(len(values)):
+    for i in range(k):  # the rows of β
+        values[i], sizes[i] = z[n_a + i], max(abs(z[n_a + i]), floor)
+    for i in range(k, len(values)):
         largest = 0.0
         for j in range(len(z)):
             if R[i, j] != 0.0:
@@ -95,13 +98,6 @@ def pair_weight(problem: Scaled, i: int) -> float:
 
 
 @kernel
-def complementarity(problem: Scaled, z: Array) -> float:
-    """Largest |min(β, w)| over the pairs, relative."""
-    beta, w = pair_values(problem, z, *row_values(problem, z))
-    return largest_magnitude(np.minimum(beta, w))
-
-
-@kernel
 def limit_residual(problem: Scaled, z: Array, values: Array, sizes: Array) -> float:
     """Largest violation of bounds and limits, relative."""
     n_a = len(problem.lb)
@@ -118,12 +114,18 @@ def limit_residual(problem: Scaled, z: Array, values: Array, sizes: Array) -> fl
 
 
 @kernel
-def signs_allowed(problem: Scaled, z: Array, sides: Ints) -> tuple[Bools, Bools]:
+def signs_allowed(
+    problem: Scaled, z: Array, values: Array, sizes: Array, beta: Array, w: Array, sides: Ints
+) -> tuple[Bools, Bools]:
     """Which multipliers a stationary point may have: (n_a + rows, 2) bool, and pairs with both sides zero.
 
     Args:
         problem: scaled.
         z: (n,) the point.
+        values: (rows,) of `row_values`.
+        sizes: (rows,) of `row_values`.
+        beta: (k,) of `pair_values`.
+        w: (k,) of `pair_values`.
         sides: (k,) PUSHES, OPEN or EITHER, read where both sides of a pair are zero. EITHER allows what
             strong stationarity does.
 
@@ -132,8 +134,6 @@ def signs_allowed(problem: Scaled, z: Array, sides: Ints) -> tuple[Bools, Bools]
     """
     n_a = len(problem.lb)
     k = len(z) - n_a
-    values, sizes = row_values(problem, z)
-    beta, w = pair_values(problem, z, values, sizes)
     allowed = np.zeros((n_a + len(values), 2), dtype=np.bool_)
     both = np.zeros(k, dtype=np.bool_)
     for j in range(n_a):
@@ -167,9 +167,13 @@ def gradient(problem: Scaled, z: Array) -> tuple[Array, Array]:
 @kernel
 def add_multipliers(problem: Scaled, alpha: Array, dual: Array, total: Array) -> None:
     """Add (alpha, 0) + R'dual to a gradient (n,), in place."""
-    for j in range(len(alpha)):
+    n_a = len(alpha)
+    k = len(total) - n_a
+    for j in range(n_a):
         total[j] += alpha[j]
-    for i in range(len(dual)):
+    for i in range(k):  # the rows of β
+        total[n_a + i] += dual[i]
+    for i in range(k, len(dual)):
         if dual[i] != 0.0:
             for j in range(len(total)):
                 total[j] += problem.R[i, j] * dual[i]
@@ -188,7 +192,9 @@ def residuals(problem: Scaled, z: Array, alpha: Array, dual: Array) -> Residuals
         primal = max(primal, -beta[i], -w[i])
         crossed = max(crossed, min(beta[i], w[i]))
     # both signs of both sides of a pair: which of them a piece may have, its gains say
-    allowed, both = signs_allowed(problem, z, np.zeros(k, dtype=np.int64))
+    allowed, both = signs_allowed(
+        problem, z, values, sizes, beta, w, np.zeros(k, dtype=np.int64)
+    )
     alpha, dual = alpha.copy(), dual.copy()
     for j in range(n_a):
         alpha[j] = permitted(alpha[j], allowed[j])
@@ -239,7 +245,9 @@ def best_multipliers(problem: Scaled, z: Array, sides: Ints) -> tuple[Array, Arr
         stationary point and a direction of descent elsewhere; pairs with both sides zero (k,).
     """
     n, n_a = len(z), len(problem.lb)
-    allowed, both = signs_allowed(problem, z, sides)
+    values, sizes = row_values(problem, z)
+    beta, w = pair_values(problem, z, values, sizes)
+    allowed, both = signs_allowed(problem, z, values, sizes, beta, w, sides)
     most = int(np.sum(allowed))
     rows, source, sign = np.zeros((most, n)), np.empty(most, np.int64), np.empty(most)
     count = 0

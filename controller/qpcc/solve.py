@@ -20,7 +20,7 @@ from tauten.controller.qpcc.feasible import feasible_piece, least_violation
 from tauten.controller.qpcc.homotopy import penalty_homotopy
 from tauten.controller.qpcc.problem import Qpcc, Warm, start_of
 from tauten.controller.qpcc.qp import qp_backend
-from tauten.controller.qpcc.residuals import EXACT, RIDGE, complementarity
+from tauten.controller.qpcc.residuals import EXACT, FLOOR, RIDGE
 from tauten.controller.qpcc.scaling import (
     CROSSED_LIMITS,
     NOT_FINITE,
@@ -28,6 +28,7 @@ from tauten.controller.qpcc.scaling import (
     Scaled,
     Units,
     in_rows,
+    largest_magnitude,
     scaled_arrays,
 )
 from tauten.controller.qpcc.solution import Certificate, Solution, Status
@@ -132,8 +133,16 @@ def contact_forces(problem: Scaled, a: Array, guess: Bools) -> tuple[bool, Bools
     N = problem.R[k : 2 * k, n_a:].copy()
     q = problem.r[k : 2 * k] + problem.R[k : 2 * k, :n_a].copy() @ a
     beta, _ = pushing_forces(N, q, guess.astype(np.float64), RIDGE, 100 + 10 * k)
-    z = np.concatenate((a, beta))
-    return complementarity(problem, z) <= EXACT, beta > 0.0, z
+    found, pushes = True, beta > 0.0
+    floor = FLOOR * largest_magnitude(beta)
+    for i in range(k):
+        w, size = q[i], max(abs(q[i]), floor)
+        for j in np.flatnonzero(pushes):
+            w += N[i, j] * beta[j]
+            size += abs(N[i, j] * beta[j])
+        side = min(beta[i] * N[i, i], w)
+        found = found and abs(side) <= EXACT * size
+    return found, pushes, np.concatenate((a, beta))
 
 
 def finish(problem: Qpcc, best: Point, units: Units, budget: Budget) -> Solution:
