@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from tauten.model.arrays import Array
+from tauten.model.numerics import Array
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,8 +8,7 @@ from typing import Literal
 
 import numpy as np
 
-from tauten.controller.qpcc import QpccSettings
-from tauten.controller.solution import Certificate, Status
+from tauten.controller.qpcc import Certificate, QpccSettings, Status
 from tauten.controller.step import (
     DecideSettings,
     Decision,
@@ -20,11 +19,17 @@ from tauten.controller.step import (
     hold,
     prepare,
 )
-from tauten.model.arrays import Array
-from tauten.model.contact_space import ContactSpace
-from tauten.model.factorisation import FactorisationError
-from tauten.model.forward import Enrichment, Forces, contact_model, modes_first, no_forces
-from tauten.model.robot import Robot, State
+from tauten.model import (
+    ContactSpace,
+    Enrichment,
+    Forces,
+    Robot,
+    State,
+    contact_model,
+    default_enrichment,
+    no_forces,
+)
+from tauten.model.numerics import Array, FactorisationError
 
 NOTHING = Certificate(np.nan, np.nan, np.nan, np.nan)
 
@@ -80,7 +85,7 @@ class Controller:
         Raises:
             ValueError: `contact` is none of these, or a basis of another robot's size.
         """
-        reduced = modes_first(robot.config.contact.tolerance)
+        reduced = default_enrichment(robot.config.contact.tolerance)
         self.space, default = contact_model(contact, robot.n_c, reduced)
         self.robot = robot.fork()
         settings = robot.config.controller

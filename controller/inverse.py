@@ -8,10 +8,8 @@ import numpy as np
 
 from tauten.controller.compliance import Response
 from tauten.controller.qpcc import Qpcc
-from tauten.model.arrays import Array, Bools
-from tauten.model.jit import kernel
-from tauten.model.limits import Limits
-from tauten.reduction.dense_factors import cholesky, solve_rows
+from tauten.model import Limits
+from tauten.model.numerics import Array, Bools, cholesky, kernel, solve_rows
 
 
 def inverse_problem(

@@ -17,15 +17,23 @@ import numpy as np
 
 from tauten.controller.compliance import Response
 from tauten.controller.inverse import inverse_problem
-from tauten.controller.qpcc import QpccSettings, Start, solve_qpcc
-from tauten.controller.solution import Certificate, Solution, Status
-from tauten.model.arrays import Array, Bools, Ints
-from tauten.model.compliance import Compliance, compliance, extended
-from tauten.model.contact_space import ContactSpace, ReducedContacts
-from tauten.model.forward import Enrichment, Forces, unit_rows, worst_rows
-from tauten.model.lcp import solve_lcp
-from tauten.model.robot import Robot, RobotRows, State
-from tauten.model.system import System
+from tauten.controller.qpcc import Certificate, QpccSettings, Solution, Start, Status, solve_qpcc
+from tauten.model import (
+    Compliance,
+    ContactSpace,
+    Enrichment,
+    Forces,
+    ReducedContacts,
+    Robot,
+    RobotRows,
+    State,
+    System,
+    extended,
+    row_compliance,
+    unit_rows,
+    worst_rows,
+)
+from tauten.model.numerics import Array, Bools, Ints, solve_lcp
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,7 +115,7 @@ def prepare(
     H_extra, delta_extra = unit_rows(rows.contacts, extra)
     H = np.vstack([rows.effectors.dense(), rows.actuators.dense(), reduced.H, H_extra])
     delta = np.concatenate([rows.effectors.delta, rows.actuators.delta, reduced.delta, delta_extra])
-    return Prepared(state, system, rows, reduced, extra, compliance(system, H, delta))
+    return Prepared(state, system, rows, reduced, extra, row_compliance(system, H, delta))
 
 
 def decide(

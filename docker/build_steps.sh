@@ -13,9 +13,9 @@ install_into() {
 warm() {
   # a short run of the finger and its plant compiles all that they need
   NUMBA_CACHE_DIR="$1/cache" OMP_NUM_THREADS=1 "$1/bin/python" - <<'PYTHON'
-from tauten.service.config import load_setup, one_blas_thread, warm_controller
-from tauten.service.loop import ControlLoop
-from tauten.service.plant import warm_simulator
+from tauten.service.setup import load_setup, one_blas_thread, warm_controller
+from tauten.service.node.loop import ControlLoop
+from tauten.service.plant.plant import warm_simulator
 
 setup = load_setup("finger")
 with one_blas_thread():

@@ -17,12 +17,17 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 
-from tauten.controller.lcp_start import solve_lcp
-from tauten.controller.qp import solve_daqp
-from tauten.controller.qpcc import Qpcc, QpccSettings, solve_qpcc
-from tauten.controller.qpcc_descent import Descent, Point
-from tauten.controller.qpcc_scaling import scale
-from tauten.model.arrays import Array
+from tauten.controller.qpcc import (
+    Descent,
+    Point,
+    Qpcc,
+    QpccSettings,
+    scale,
+    solve_daqp,
+    solve_lcp,
+    solve_qpcc,
+)
+from tauten.model.numerics import Array
 
 FILE = Path(__file__).resolve().parent / "figures" / "qpcc.svg"
 COLOURS = ListedColormap(["#ffffff", "#dbe9f6", "#fde6cf", "#e3dcee"])

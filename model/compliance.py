@@ -9,8 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tauten.model.arrays import Array
-from tauten.model.jit import kernel
+from tauten.model.numerics import Array, kernel
 from tauten.model.system import System
 
 
@@ -39,7 +38,7 @@ class Compliance:
         return change
 
 
-def compliance(system: System, H: Array, delta: Array) -> Compliance:
+def row_compliance(system: System, H: Array, delta: Array) -> Compliance:
     """Condense dense rows H (m, n) with values delta (m,) through one factorised system."""
     X = np.ascontiguousarray(system.solve(H.T).T)  # (m, n)
     return Compliance(H, X, *_condensed(H, X, delta, system.v_free, system.h))
@@ -57,7 +56,7 @@ def _condensed(H: Array, X: Array, delta: Array, v_free: Array, h: float) -> tup
 
 def extended(system: System, known: Compliance, H: Array, delta: Array) -> Compliance:
     """`known` with the rows H (r, n), delta (r,) below; only the new columns are solved for."""
-    new = compliance(system, H, delta)
+    new = row_compliance(system, H, delta)
     cross = system.h**2 * (known.H @ new.X.T)  # (m, r)
     return Compliance(
         H=np.vstack([known.H, new.H]),

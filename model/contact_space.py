@@ -11,7 +11,7 @@ from typing import Protocol
 
 import numpy as np
 
-from tauten.model.arrays import Array, Ints
+from tauten.model.numerics import Array, Ints
 from tauten.model.rows import ContactRows
 
 

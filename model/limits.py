@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tauten.model.arrays import Array
-from tauten.model.config import CableSettings
+from tauten.model.numerics import Array
+from tauten.model.schema import CableSettings
 
 
 @dataclass(frozen=True, slots=True)

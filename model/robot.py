@@ -10,10 +10,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol
 
-from tauten.model.arrays import Array, Ints
-from tauten.model.config import RobotSettings
 from tauten.model.limits import Limits
+from tauten.model.numerics import Array, Ints
 from tauten.model.rows import ContactRows, PairSlots, Rows
+from tauten.model.schema import RobotSettings
 from tauten.model.system import Integration, System
 
 

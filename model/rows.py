@@ -8,8 +8,7 @@ from typing import TypeAlias
 import numpy as np
 import scipy.sparse as sp
 
-from tauten.model.arrays import Array, Ints
-from tauten.model.jit import kernel
+from tauten.model.numerics import Array, Ints, kernel
 
 # Sparse where the unknowns are the mesh's, dense where they are the few of a state basis.
 Jacobian: TypeAlias = sp.csr_array | Array

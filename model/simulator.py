@@ -8,20 +8,18 @@ from typing import Literal
 
 import numpy as np
 
-from tauten.model.anderson import Anderson
-from tauten.model.arrays import Array
-from tauten.model.compliance import compliance
+from tauten.model.compliance import row_compliance
 from tauten.model.contact_space import ContactSpace
-from tauten.model.forward import (
+from tauten.model.forward_step import (
     NO_ENRICHMENT,
-    Command,
+    CableCommand,
     Enrichment,
     ForwardStep,
     contact_model,
     forward_step,
     no_forces,
 )
-from tauten.model.lcp import solve_lcp
+from tauten.model.numerics import Anderson, Array, solve_lcp
 from tauten.model.robot import Robot, State
 from tauten.model.system import Integration
 
@@ -170,7 +168,7 @@ class Simulator:
             return lam_c
         system = self.robot.linearise(self.state, self.forces.tension, self._static)
         H = np.vstack([rows.actuators.dense(), rows.contacts.rows.dense()])
-        response = compliance(
+        response = row_compliance(
             system, H, np.concatenate([rows.actuators.delta, rows.contacts.rows.delta])
         )
         n_a = self.robot.n_a
@@ -181,7 +179,7 @@ class Simulator:
 
     def _advance(
         self,
-        command: Command,
+        command: CableCommand,
         integration: Integration | None = None,
         anderson: Anderson | None = None,
         near: float = 0.0,
@@ -200,7 +198,7 @@ class Simulator:
 
     def _command(
         self, pull: Sequence[float] | Array | None, tension: Sequence[float] | Array | None
-    ) -> Command:
+    ) -> CableCommand:
         if (pull is None) == (tension is None):
             raise ValueError("give either pull [m] or tension [N], one value a cable")
         value = np.asarray(pull if tension is None else tension, dtype=float)
@@ -209,7 +207,7 @@ class Simulator:
                 f"{'pull' if tension is None else 'tension'}: found {value.tolist()}, "
                 f"expected {self.robot.n_a} finite values"
             )
-        return Command(pull=value) if tension is None else Command(tension=value)
+        return CableCommand(pull=value) if tension is None else CableCommand(tension=value)
 
 
 def _report(result: ForwardStep, iterations: int, movement: float, converged: bool) -> Report:

@@ -15,9 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from tauten.model.arrays import Array, Bools, Ints
-from tauten.model.config import RobotSettings
-from tauten.model.factorisation import Factorisation
+from tauten.model.numerics import Array, Bools, Factorisation, Ints
+from tauten.model.schema import RobotSettings
 
 
 @dataclass(frozen=True, slots=True)

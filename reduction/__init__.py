@@ -1,15 +1,24 @@
 """Positive bases of contact forces: smaller problems, same equations."""
 
-from tauten.reduction.contact_basis import BasisError, ContactBasis
-from tauten.reduction.positive_basis import METHODS, Factorisation, Method, factorise
-from tauten.reduction.provenance import Provenance
+from tauten.reduction.contact.basis import BasisError, ContactBasis
+from tauten.reduction.contact.positive_basis import (
+    METHODS,
+    Method,
+    PositiveFactorisation,
+    factorise,
+)
+from tauten.reduction.provenance import CurvePoint, Provenance, versions
+from tauten.reduction.storage import DamagedFile
 
 __all__ = [
-    "METHODS",
     "BasisError",
     "ContactBasis",
-    "Factorisation",
+    "CurvePoint",
+    "DamagedFile",
+    "METHODS",
     "Method",
+    "PositiveFactorisation",
     "Provenance",
     "factorise",
+    "versions",
 ]

@@ -12,7 +12,7 @@ _PACKAGES = ("tauten", "numpy", "scipy", "numba")
 
 @dataclass(frozen=True, slots=True)
 class CurvePoint:
-    """What was found of one k, as in `tauten.reduction.choose.Curve`.
+    """What was found of one k, as in `tauten.reduction.contact.mode_count.Curve`.
 
     Attributes:
         k: number of modes.

@@ -8,14 +8,11 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.linalg import spsolve
 
-from tauten.model.arrays import Array, Ints
-from tauten.model.beam_body import BeamBody, make_body
-from tauten.model.beams import assemble_beams
-from tauten.model.load_beams import groups
-from tauten.model.material import Material
-from tauten.model.profile import Profile
-from tauten.model.quaternion import turned
-from tauten.model.system import make_pattern
+from tauten.model import make_pattern
+from tauten.model.beams import BeamBody, Profile, assemble_beams, make_body
+from tauten.model.body import Material
+from tauten.model.load import groups
+from tauten.model.numerics import Array, Ints, turned
 
 
 def chain(nodes: Array, up: Array, profile: Profile, material: Material) -> BeamBody:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from tauten.model.arrays import Array, Ints
-from tauten.model.config import RobotConfig
 from tauten.model.load import build_robot
 from tauten.model.mesh import TetMesh, oriented
+from tauten.model.numerics import Array, Ints
 from tauten.model.robots.make_finger import split_cells
-from tauten.model.tet_robot import TetRobot
+from tauten.model.schema import RobotConfig
+from tauten.model.tetra import TetRobot
 
 
 def box_mesh(size: tuple[float, float, float], cells: tuple[int, int, int]) -> TetMesh:

@@ -14,7 +14,7 @@ import pytest
 from hypothesis import settings
 
 from tauten.model.load import load_robot
-from tauten.model.tet_robot import TetRobot
+from tauten.model.tetra import TetRobot
 
 # The same examples every time, so that what fails here fails there; see CONTRIBUTING for others.
 settings.register_profile("repeatable", derandomize=True)

@@ -29,7 +29,7 @@ JUMPING = """\
 import pathlib, sys, time
 jump, real = pathlib.Path(sys.argv.pop(1)), time.time_ns
 time.time_ns = lambda: real() + (int(jump.read_text() or 0) if jump.exists() else 0)
-from tauten.service.cli import main
+from tauten.service.cli.app import main
 main()
 """
 

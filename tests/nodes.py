@@ -12,21 +12,24 @@ import zenoh
 from processes import Served
 
 from tauten.model import Robot
-from tauten.service.health import Diagnostic, decode_health
-from tauten.service.logfile import LogReader
-from tauten.service.messages import (
+from tauten.service.log import LogReader
+from tauten.service.wire import (
     CDR,
     JSON,
     POINT,
+    Cause,
+    Diagnostic,
     Joints,
+    Mode,
     Point,
+    Tick,
+    decode_health,
     decode_joints,
     decode_point,
+    decode_tick,
     encode_point,
     point_json,
 )
-from tauten.service.state_machine import Cause, Mode
-from tauten.service.tick import Tick, decode_tick
 
 PERIOD = 0.02
 T = TypeVar("T")

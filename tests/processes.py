@@ -15,8 +15,7 @@ import numpy as np
 import zenoh
 from bodies import box_mesh
 
-from tauten.service.keys import Keys
-from tauten.service.network import is_alive
+from tauten.service.wire import Keys, is_alive
 
 ROBOT = """\
 name = "beam"

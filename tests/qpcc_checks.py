@@ -7,12 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from tauten.controller.certificate import certify
-from tauten.controller.qpcc import Qpcc
-from tauten.controller.recorded_qpcc import Recorded, load_recorded
-from tauten.controller.solution import Certificate, Solution
-from tauten.model.arrays import Array
-from tauten.model.lcp import solve_lcp
+from tauten.controller.qpcc import Certificate, Qpcc, Solution, certify
+from tauten.model.numerics import Array, solve_lcp
+from tauten.service.bench.qpcc import Recorded, load_recorded
 
 EXACT = 1e-8  # the residuals a solution may have
 RECORDED = ("finger_5", "finger_20", "three_cables_5", "three_cables_20")

@@ -1,47 +1,143 @@
-"""How the rooms may know each other: model ← reduction ← controller ← service."""
+"""Which folder may import from which: one table, and sizes that keep a folder readable."""
 
 from __future__ import annotations
 
 import ast
+import tomllib
 from pathlib import Path
 
 import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
-ORDER = ("model", "reduction", "controller", "service")
-FILES = [path for package in ORDER for path in sorted((ROOT / package).rglob("*.py"))]
+
+# Imports between folders go down this table only: a folder imports from folders above its own line.
+# A name without a folder below it stands for the modules directly inside.
+ORDER = (
+    "model.schema",
+    "model.numerics",
+    "model",
+    "model.mesh",
+    "model.points",
+    "model.contact",
+    "model.body",
+    "model.tetra",
+    "model.beams",
+    "model.load",
+    "model.robots",
+    "reduction",
+    "reduction.campaign",
+    "reduction.contact",
+    "reduction.state",
+    "controller.qpcc",
+    "controller",
+    "service.process",
+    "service.wire",
+    "service.log",
+    "service",
+    "service.node",
+    "service.replay",
+    "service.plots",
+    "service.plant",
+    "service.operate",
+    "service.bench.qpcc",
+    "service.bench",
+    "service.tables",
+    "service.cli",
+)
+MOST_MODULES = 15
+MOST_LINES = 400
+# `serve` is the process that a robot depends on: none of these is loaded by it.
+LABORATORY = ("service.bench", "service.tables", "service.plots", "service.cli")
+
+FILES = [
+    path
+    for package in ("model", "reduction", "controller", "service")
+    for path in sorted((ROOT / package).rglob("*.py"))
+]
+# Faces and entry points stand above the modules of their folder.
+MODULES = [path for path in FILES if path.name not in ("__init__.py", "__main__.py")]
 
 
-def imported(path: Path) -> set[str]:
-    names = set()
+def folder_of(path: Path) -> str:
+    """The folder of a module, with dots."""
+    return ".".join(path.relative_to(ROOT).parent.parts)
+
+
+def imported_folders(path: Path) -> set[tuple[str, str]]:
+    """Folders of tauten that a module imports from, each with the name it imports from it."""
+    found: set[tuple[str, str]] = set()
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        modules: list[str] = []
         if isinstance(node, ast.Import):
-            names |= {alias.name for alias in node.names}
-        elif isinstance(node, ast.ImportFrom):
-            assert node.level == 0, f"{path}: relative import"
-            names.add(node.module or "")
-    return names
+            modules = [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom) and node.module is not None:
+            modules = [f"{node.module}.{alias.name}" for alias in node.names]
+        for module in modules:
+            if module.startswith("tauten."):
+                name = module.removeprefix("tauten.")
+                found.add((longest_folder(name), name))
+    return found
 
 
-@pytest.mark.parametrize("path", FILES, ids=lambda path: str(path.relative_to(ROOT)))
-def test_imports_point_one_way(path: Path) -> None:
-    rank = ORDER.index(path.relative_to(ROOT).parts[0])
-    for name in imported(path):
-        top, *rest = name.split(".")
-        assert top not in ORDER, f"{path}: bare import of {name}"
-        if top == "tauten":
-            assert ORDER.index(rest[0]) <= rank, f"{path} imports {name}"
+def longest_folder(name: str) -> str:
+    """The line of the table that a dotted name belongs to."""
+    return max((folder for folder in ORDER if f"{name}.".startswith(f"{folder}.")), key=len)
 
 
-def test_only_one_room_names_a_qp_library() -> None:
-    libraries = {"daqp", "osqp", "proxsuite", "qpsolvers", "quadprog"}
-    users = {
-        path.name for path in FILES if libraries & {name.split(".")[0] for name in imported(path)}
+def test_every_folder_stands_in_the_table() -> None:
+    assert {folder_of(path) for path in FILES} == set(ORDER)
+
+
+@pytest.mark.parametrize("folder", ORDER)
+def test_imports_go_down_the_table_only(folder: str) -> None:
+    allowed = ORDER[: ORDER.index(folder) + 1]
+    upwards = [
+        f"{path.relative_to(ROOT)} imports {name}"
+        for path in MODULES
+        if folder_of(path) == folder
+        for target, name in imported_folders(path)
+        if target not in allowed
+    ]
+    assert not upwards
+
+
+def test_names_of_another_folder_come_from_its_face() -> None:
+    past = []
+    for path in MODULES:
+        own = folder_of(path)
+        for target, name in imported_folders(path):
+            module = ROOT / f"{'/'.join(name.split('.')[:-1])}.py"
+            story = "." not in target and own.split(".")[0] == target
+            if target != own and module.is_file() and not story:
+                past.append(f"{path.relative_to(ROOT)} imports {name}")
+    assert not past
+
+
+def test_the_node_does_not_know_the_laboratory() -> None:
+    found = [
+        f"{path.relative_to(ROOT)} imports {name}"
+        for path in FILES
+        if folder_of(path) in ("service.node", "service.wire", "service.process", "service.log")
+        for target, name in imported_folders(path)
+        if target.startswith(LABORATORY)
+    ]
+    assert not found
+
+
+@pytest.mark.parametrize("folder", ORDER)
+def test_a_folder_has_few_modules(folder: str) -> None:
+    modules = [path for path in MODULES if folder_of(path) == folder]
+    assert len(modules) <= MOST_MODULES
+
+
+def test_a_module_is_short() -> None:
+    lines = {
+        str(path.relative_to(ROOT)): len(path.read_text(encoding="utf-8").splitlines())
+        for path in [*FILES, *sorted((ROOT / "tests").rglob("*.py"))]
     }
-    assert users == {"qp.py"}
+    assert {name: count for name, count in lines.items() if count > MOST_LINES} == {}
 
 
-@pytest.mark.parametrize("path", FILES, ids=lambda path: str(path.relative_to(ROOT)))
-def test_rooms_stay_small(path: Path) -> None:
-    assert len(path.read_text(encoding="utf-8").splitlines()) <= 300
-    assert path.name != "utils.py"
+def test_every_folder_is_installed() -> None:
+    settings = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    assert set(settings["tool"]["setuptools"]["packages"]) == {f"tauten.{name}" for name in ORDER}

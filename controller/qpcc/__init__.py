@@ -1,24 +1,51 @@
-"""The QPCC (1)-(3) and its solver.
+"""Quadratic programs with complementarity constraints: problem, solver, certificate."""
 
-    from tauten.controller.qpcc import Qpcc, solve_qpcc
-"""
-
+from tauten.controller.qpcc.descent import Budget, Descent, Point, solve_piece
+from tauten.controller.qpcc.homotopy import relaxation
+from tauten.controller.qpcc.piece import parabola
 from tauten.controller.qpcc.problem import Qpcc, Start, read_qpcc, write_qpcc
-from tauten.controller.qpcc.qp import available_backends
+from tauten.controller.qpcc.qp import (
+    UNBOUNDED,
+    KeptQp,
+    Qp,
+    QpAnswer,
+    available_backends,
+    qp_backend,
+    solve_daqp,
+)
 from tauten.controller.qpcc.residuals import certify
+from tauten.controller.qpcc.scaling import USABLE, Scaled, scale
 from tauten.controller.qpcc.solution import Certificate, Solution, Status
-from tauten.controller.qpcc.solve import QpccSettings, solve_qpcc
+from tauten.controller.qpcc.solve import QpccSettings, contact_forces, solve_qpcc
+from tauten.controller.qpcc.warming import warm_solver
 
 __all__ = [
+    "Budget",
     "Certificate",
+    "Descent",
+    "KeptQp",
+    "Point",
+    "Qp",
+    "QpAnswer",
     "Qpcc",
     "QpccSettings",
+    "Scaled",
     "Solution",
     "Start",
     "Status",
+    "UNBOUNDED",
+    "USABLE",
     "available_backends",
     "certify",
+    "contact_forces",
+    "parabola",
+    "qp_backend",
     "read_qpcc",
+    "relaxation",
+    "scale",
+    "solve_daqp",
+    "solve_piece",
     "solve_qpcc",
+    "warm_solver",
     "write_qpcc",
 ]

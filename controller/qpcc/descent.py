@@ -21,7 +21,7 @@ from tauten.controller.qpcc.residuals import (
     residuals,
 )
 from tauten.controller.qpcc.scaling import Scaled
-from tauten.model.arrays import Array, Bools, Ints
+from tauten.model.numerics import Array, Bools, Ints
 
 NOISE = 1e-11  # of an objective, relative to its terms
 MOST_BRANCHES = 64  # nonnegative least squares problems per degenerate point
@@ -179,7 +179,9 @@ class Descent:
                 for side in () if pair is None else (PUSHES, OPEN):
                     stack.append(np.where(np.arange(k) == pair, side, sides))
                 if pair is None:
-                    better = self.first_better(current, [np.where(sides == EITHER, piece, sides > 0)])
+                    better = self.first_better(
+                        current, [np.where(sides == EITHER, piece, sides > 0)]
+                    )
                     if better is not None:
                         return better
                     closed = closed and found.stationarity <= 1e3 * EXACT
@@ -215,8 +217,8 @@ class Descent:
 def solve_piece(problem: Scaled, piece: Bools, backend: Backend) -> Point | None:
     """Optimum of one piece; None when it is empty or could not be solved."""
     if len(problem.lb) == 1 and backend is solve_daqp:
-        found, *parts = solve_one_cable(problem, piece)
-        point = Point(piece, *parts)
+        found, z, alpha, dual, values = solve_one_cable(problem, piece)
+        point = Point(piece, z, alpha, dual, values)
         if found and point.feasible:
             return point
     possible, H, f, A, lower, upper, reduction = reduce_piece(problem, piece)

@@ -16,9 +16,9 @@ import numpy as np
 from tauten.controller.qpcc.descent import Descent, Point
 from tauten.controller.qpcc.homotopy import relaxation
 from tauten.controller.qpcc.qp import UNBOUNDED, Qp, solve_daqp
-from tauten.controller.qpcc.residuals import EXACT, OPEN, PUSHES, residuals
+from tauten.controller.qpcc.residuals import OPEN, PUSHES, residuals
 from tauten.controller.qpcc.scaling import Scaled
-from tauten.model.arrays import Bools, Ints
+from tauten.model.numerics import Bools, Ints
 
 SIGMA = 1e-8  # chooses among points that violate the limits equally
 

@@ -15,7 +15,7 @@ from tauten.controller.qpcc.descent import Descent
 from tauten.controller.qpcc.qp import UNBOUNDED, KeptQp, Qp
 from tauten.controller.qpcc.residuals import EXACT
 from tauten.controller.qpcc.scaling import Scaled
-from tauten.model.arrays import Array
+from tauten.model.numerics import Array
 
 FIRST, FACTOR, LAST = 0.03, 2.0, 1e6  # weights ρ, on a problem whose curvatures are of order one
 STEPS = 3  # QPs per weight: exact optima on the way are not needed

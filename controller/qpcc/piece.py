@@ -12,7 +12,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tauten.controller.elimination import back_substitute, eliminate, solve_transposed
 from tauten.controller.qpcc.qp import UNBOUNDED
 from tauten.controller.qpcc.residuals import (
     FLOOR,
@@ -22,10 +21,19 @@ from tauten.controller.qpcc.residuals import (
     residuals,
 )
 from tauten.controller.qpcc.scaling import Scaled, largest_magnitude
-from tauten.model.arrays import Array, Bools, Ints
-from tauten.model.jit import kernel
+from tauten.model.numerics import (
+    Array,
+    Bools,
+    Ints,
+    eliminate,
+    kernel,
+    solve_transposed,
+    solve_upper,
+)
 
-CONSTANT = 1e-9  # coefficients this small, relative to the terms they are summed from, are round-off
+CONSTANT = (
+    1e-9  # coefficients this small, relative to the terms they are summed from, are round-off
+)
 ZERO = 1e-14  # as is a variable this small, of a QP whose variables are of order one
 
 
@@ -158,7 +166,7 @@ def eliminate_pushing(problem: Scaled, modes: Ints) -> Pushing:
         beta[i, n_a + free] = X[i, n_a]
         for j in range(free):
             beta[i, n_a + j] = -E[i, rank + j]
-    back_substitute(E, beta, rank)
+    solve_upper(E, beta, rank)
     return Pushing(rank, modes[rows], modes[cols], E, beta)
 
 

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 from zipfile import BadZipFile
 
 import numpy as np
 
 from tauten.controller.qpcc.solution import Solution
-from tauten.model.arrays import Array, Bools
+from tauten.model.numerics import Array, Bools
 
 ARRAYS = ("Q", "c", "lb", "ub", "G", "g_lo", "g_hi", "M", "m")
 
@@ -125,7 +126,7 @@ def write_qpcc(path: Path, problem: Qpcc, start: Start | None = None) -> None:
         problem: the QPCC.
         start: tensions and piece of the step before, without which the failure may not repeat.
     """
-    arrays = dict(zip(ARRAYS, problem.arrays, strict=True))
+    arrays: dict[str, Any] = dict(zip(ARRAYS, problem.arrays, strict=True))
     named = {"bound_names": problem.bound_names, "row_names": problem.row_names}
     arrays |= {name: np.array(names, dtype=np.str_) for name, names in named.items() if names}
     if start is not None:
@@ -143,7 +144,7 @@ def read_qpcc(path: Path) -> tuple[Qpcc, Start | None]:
     """
     try:
         with np.load(path, allow_pickle=False) as data:
-            found = {name: data[name] for name in data.files}
+            found: dict[str, Any] = {name: data[name] for name in data.files}
     except (BadZipFile, ValueError, AttributeError, TypeError) as error:
         raise ValueError(f"{path}: not an npz file of arrays ({error})") from error
     missing = [name for name in ARRAYS if name not in found]
@@ -151,7 +152,7 @@ def read_qpcc(path: Path) -> tuple[Qpcc, Start | None]:
         raise ValueError(f"{path}: no QPCC, the arrays {', '.join(missing)} are missing")
     try:
         problem = Qpcc(
-            *(found[name].astype(np.float64) for name in ARRAYS),
+            **{name: found[name].astype(np.float64) for name in ARRAYS},
             constant=float(found.get("constant", 0.0)),
             bound_names=tuple(found.get("bound_names", np.zeros(0, np.str_)).tolist()),
             row_names=tuple(map(tuple, found.get("row_names", np.zeros((0, 2), np.str_)).tolist())),

@@ -15,18 +15,19 @@ import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
+from typing import Any
 
 import daqp
 import numpy as np
 from scipy.sparse import csc_matrix
 
-from tauten.model.arrays import Array
+from tauten.model.numerics import Array
 
 UNBOUNDED = 1e30
 ACCURACY = 1e-10  # primal residual that daqp may leave, on QPs whose variables are of order one
 DAQP_INFEASIBLE = -1  # exit flag
 # Libraries whose own tolerances are far above what a piece needs.
-OPTIONS: dict[str, dict[str, float | int]] = {
+OPTIONS: dict[str, dict[str, Any]] = {
     "osqp": {"eps_abs": 1e-9, "eps_rel": 1e-9, "max_iter": 10_000},
     "proxqp": {"eps_abs": 1e-9, "eps_rel": 0.0, "max_iter": 1_000},
 }

@@ -16,13 +16,15 @@ import numpy as np
 from tauten.controller.qpcc.problem import Qpcc
 from tauten.controller.qpcc.scaling import USABLE, Scaled, largest_magnitude, scale
 from tauten.controller.qpcc.solution import Certificate
-from tauten.model.active_set import pushing_forces
-from tauten.model.arrays import Array, Bools, Ints
-from tauten.model.jit import kernel
+from tauten.model.numerics import Array, Bools, Ints, kernel, pushing_forces
 
-EXACT = 1e-8  # relative residual of a solution; double precision leaves 1e-16 times the conditioning
+EXACT = (
+    1e-8  # relative residual of a solution; double precision leaves 1e-16 times the conditioning
+)
 ACTIVE = 1e-8  # a limit this close, relative to its terms, may carry a multiplier
-FLOOR = 1e-3  # share of the largest terms that terms count at least; 1e-11 of a force is then round-off
+FLOOR = (
+    1e-3  # share of the largest terms that terms count at least; 1e-11 of a force is then round-off
+)
 RIDGE = 1e-12  # of the unit diagonal of the multipliers' least squares problem, where they are not unique
 PUSHES, OPEN, EITHER = 1, -1, 0  # side of a pair of which β and w are both zero
 
@@ -192,9 +194,7 @@ def residuals(problem: Scaled, z: Array, alpha: Array, dual: Array) -> Residuals
         primal = max(primal, -beta[i], -w[i])
         crossed = max(crossed, min(beta[i], w[i]))
     # both signs of both sides of a pair: which of them a piece may have, its gains say
-    allowed, both = signs_allowed(
-        problem, z, values, sizes, beta, w, np.zeros(k, dtype=np.int64)
-    )
+    allowed, both = signs_allowed(problem, z, values, sizes, beta, w, np.zeros(k, dtype=np.int64))
     alpha, dual = alpha.copy(), dual.copy()
     for j in range(n_a):
         alpha[j] = permitted(alpha[j], allowed[j])

@@ -13,10 +13,9 @@ import numpy as np
 
 from tauten.controller.qpcc.problem import Qpcc
 from tauten.controller.qpcc.qp import UNBOUNDED
-from tauten.model.arrays import Array
-from tauten.model.jit import kernel
+from tauten.model.numerics import Array, kernel
 
-USABLE, NOT_FINITE, CROSSED_LIMITS = 0, 1, 2
+USABLE, CROSSED_LIMITS, NOT_FINITE = 0, 1, 2  # the larger one counts
 
 
 class Scaled(NamedTuple):
@@ -69,19 +68,9 @@ def scaled_arrays(
     Q: Array, c: Array, lb: Array, ub: Array, G: Array, g_lo: Array, g_hi: Array, M: Array, m: Array
 ) -> tuple[int, Scaled, Units]:
     """What `scale` returns, from the arrays of a `Qpcc`."""
-    n_a, k, p = len(lb), len(m), len(g_lo)
+    n_a, k = len(lb), len(m)
     column = column_units(Q, G, M, n_a)
-    R, r = np.zeros((2 * k + p, n_a + k)), np.zeros(2 * k + p)
-    lo, hi = np.zeros(2 * k + p), np.full(2 * k + p, UNBOUNDED)
-    for i in range(k):
-        R[i, n_a + i] = 1.0
-        R[k + i] = column[n_a + i] * M[i] * column
-        r[k + i] = column[n_a + i] * m[i]
-    for i in range(p):
-        row = G[i] * column
-        factor = unit(largest_magnitude(row))
-        R[2 * k + i] = row * factor
-        lo[2 * k + i], hi[2 * k + i] = cut(g_lo[i] * factor), cut(g_hi[i] * factor)
+    R, r, lo, hi = scaled_rows(column, G, g_lo, g_hi, M, m)
     Q_scaled = np.empty_like(Q)
     for i in range(n_a + k):
         for j in range(n_a + k):
@@ -91,22 +80,47 @@ def scaled_arrays(
     for j in range(n_a):
         lower[j], upper[j] = cut(lb[j] / column[j]), cut(ub[j] / column[j])
     scaled = Scaled(Q_scaled * factor, c * column * factor, lower, upper, R, r, lo, hi)
-    numbers = USABLE
+    finite = total(Q, c) + total(G, c) + total(M, m) + total(scaled.Q, scaled.c) + total(R, r)
     # a sum is finite unless something in it is not, or it overflows, which is as useless; and not
     # np.isfinite, because where sums may be reordered LLVM takes its x - x for zero
-    if not (total(Q, c) + total(G, c) + total(M, m) < np.inf):
+    numbers = USABLE if finite < np.inf else NOT_FINITE
+    if has_nan(lb) or has_nan(ub) or has_nan(g_lo) or has_nan(g_hi):
         numbers = NOT_FINITE
-    if not (total(scaled.Q, scaled.c) + total(scaled.R, scaled.r) < np.inf):
-        numbers = NOT_FINITE
-    for lows, highs in ((lb, ub), (g_lo, g_hi)):
-        for j in range(len(lows)):
-            if np.isnan(lows[j]) or np.isnan(highs[j]):
-                numbers = NOT_FINITE
-    if numbers == USABLE and not (in_order(lb, ub, np.inf) and in_order(g_lo, g_hi, np.inf)):
-        numbers = CROSSED_LIMITS
+    elif not (in_order(lb, ub, np.inf) and in_order(g_lo, g_hi, np.inf)):
+        numbers = max(numbers, CROSSED_LIMITS)
     elif not (in_order(lower, upper, UNBOUNDED) and in_order(lo, hi, UNBOUNDED)):
         numbers = NOT_FINITE  # a lower limit beyond UNBOUNDED is no number to compute with
     return numbers, scaled, Units(column, 1.0 / factor)
+
+
+@kernel
+def has_nan(values: Array) -> bool:
+    """Whether an entry is NaN."""
+    found = False
+    for i in range(len(values)):
+        found = found or np.isnan(values[i])
+    return found
+
+
+@kernel
+def scaled_rows(
+    column: Array, G: Array, g_lo: Array, g_hi: Array, M: Array, m: Array
+) -> tuple[Array, Array, Array, Array]:
+    """R, r, lo, hi of `Scaled`."""
+    k, p, n = len(m), len(g_lo), len(column)
+    R, r = np.zeros((2 * k + p, n)), np.zeros(2 * k + p)
+    lo, hi = np.zeros(2 * k + p), np.full(2 * k + p, UNBOUNDED)
+    for i in range(k):
+        unit_of_i = column[n - k + i]
+        R[i, n - k + i] = 1.0
+        R[k + i] = unit_of_i * M[i] * column
+        r[k + i] = unit_of_i * m[i]
+    for i in range(p):
+        row = G[i] * column
+        factor = unit(largest_magnitude(row))
+        R[2 * k + i] = row * factor
+        lo[2 * k + i], hi[2 * k + i] = cut(g_lo[i] * factor), cut(g_hi[i] * factor)
+    return R, r, lo, hi
 
 
 @kernel

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 
-from tauten.model.arrays import Array, Bools
+from tauten.model.numerics import Array, Bools
 
 
 class Status(Enum):

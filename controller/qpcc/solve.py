@@ -32,9 +32,7 @@ from tauten.controller.qpcc.scaling import (
     scaled_arrays,
 )
 from tauten.controller.qpcc.solution import Certificate, Solution, Status
-from tauten.model.active_set import pushing_forces
-from tauten.model.arrays import Array, Bools
-from tauten.model.jit import kernel
+from tauten.model.numerics import Array, Bools, kernel, pushing_forces
 
 
 @dataclass(frozen=True, slots=True)

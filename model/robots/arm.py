@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from tauten.model.arrays import Array, Ints
+from tauten.model.numerics import Array, Ints
 
 
 @dataclass(frozen=True, slots=True)
@@ -147,7 +147,7 @@ def vertebra(shape: ArmShape, number: int, node: int) -> dict[str, Any]:
 
 
 def foot_surface(shape: ArmShape, centre: Array, out: Array, node: int) -> tuple[Array, Ints, int]:
-    """Points (9, 3) and triangles (8, 3) of a sole that looks down, and its node."""
+    """MaterialPoints (9, 3) and triangles (8, 3) of a sole that looks down, and its node."""
     across = np.array([-out[1], out[0], 0.0])
     slope = np.tan(np.radians(shape.landing_deg))
     steps = np.array([-0.5, 0.0, 0.5])

@@ -17,8 +17,8 @@ from pathlib import Path
 import meshio
 import numpy as np
 
-from tauten.model.arrays import Array, Ints
 from tauten.model.mesh import oriented
+from tauten.model.numerics import Array, Ints
 
 
 @dataclass(frozen=True, slots=True)

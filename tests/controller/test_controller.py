@@ -9,10 +9,9 @@ import pytest
 from bodies import beam_robot, box_mesh
 
 from tauten.controller import Controller
-from tauten.controller.solution import Status
-from tauten.model import Robot, Simulator
-from tauten.model.arrays import Array
-from tauten.model.contact_space import EmptySpace
+from tauten.controller.qpcc import Status
+from tauten.model import EmptySpace, Robot, Simulator
+from tauten.model.numerics import Array
 
 SIZE = (0.1, 0.02, 0.02)
 DOWN = np.array([0.0, 0.0, -0.01])  # m, within reach

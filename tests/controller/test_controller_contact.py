@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 from tauten.controller import Controller
-from tauten.controller.solution import Status
-from tauten.model import Robot, Simulator
-from tauten.model.arrays import Array
-from tauten.model.forward import Enrichment
+from tauten.controller.qpcc import Status
+from tauten.model import Enrichment, Robot, Simulator
+from tauten.model.numerics import Array
 
 CHECKED = Enrichment(tolerance=5e-5, rounds=5, per_pair=2)
 

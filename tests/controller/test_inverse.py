@@ -8,9 +8,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from tauten.controller.inverse import energy_scale, inverse_problem, shut
+from tauten.controller import energy_scale, inverse_problem, shut
 from tauten.controller.qpcc import Qpcc, solve_qpcc
-from tauten.controller.random_qpcc import robot_like
+from tauten.service.bench.qpcc import robot_like
 
 N_A, K, H, EPSILON = 3, 4, 0.02, 1e-2
 ROBOT = robot_like(np.random.default_rng(1), N_A, K)

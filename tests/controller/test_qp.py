@@ -5,19 +5,21 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tauten.controller.elimination import back_substitute, eliminate, solve_transposed
-from tauten.controller.qp import (
+from tauten.controller.qpcc import (
     UNBOUNDED,
     Qp,
     QpAnswer,
     RepeatedQp,
     available_backends,
+    back_substitute,
+    eliminate,
+    lower_bound,
+    polished,
     qp_backend,
     solve_daqp,
+    solve_transposed,
 )
-from tauten.controller.qp_bound import lower_bound
-from tauten.controller.qp_polish import polished
-from tauten.model.arrays import Array, Ints
+from tauten.model.numerics import Array, Ints
 
 BACKENDS = available_backends()
 

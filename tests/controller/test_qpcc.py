@@ -8,12 +8,22 @@ import numpy as np
 import pytest
 from qpcc_checks import EXACT, assert_solves, recorded, staying, violation, worst
 
-from tauten.controller.certificate import certify
-from tauten.controller.oracle import enumerate_pieces, scip_optimum
-from tauten.controller.qp import available_backends
-from tauten.controller.qpcc import Qpcc, QpccSettings, Start, solve_qpcc
-from tauten.controller.random_qpcc import known_global, known_stationary, robot_like
-from tauten.model.arrays import Bools
+from tauten.controller.qpcc import (
+    Qpcc,
+    QpccSettings,
+    Start,
+    available_backends,
+    certify,
+    solve_qpcc,
+)
+from tauten.model.numerics import Bools
+from tauten.service.bench.qpcc import (
+    enumerate_pieces,
+    known_global,
+    known_stationary,
+    robot_like,
+    scip_optimum,
+)
 
 GLOBAL = QpccSettings(search_time=10.0, max_pivots=10_000)  # ends long before when proved
 

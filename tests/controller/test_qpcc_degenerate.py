@@ -8,10 +8,8 @@ import numpy as np
 import pytest
 from qpcc_checks import EXACT, assert_solves, violation, worst
 
-from tauten.controller.oracle import enumerate_pieces
-from tauten.controller.qpcc import Qpcc, QpccSettings, solve_qpcc
-from tauten.controller.random_qpcc import degenerate, robot_like
-from tauten.controller.solution import Status
+from tauten.controller.qpcc import Qpcc, QpccSettings, Status, solve_qpcc
+from tauten.service.bench.qpcc import degenerate, enumerate_pieces, robot_like
 
 
 @pytest.mark.parametrize(("n_a", "k"), [(1, 5), (3, 10), (9, 23)])

@@ -8,10 +8,8 @@ import numpy as np
 import pytest
 from qpcc_checks import EXACT, worst
 
-from tauten.controller.certificate import certify
-from tauten.controller.qpcc import Qpcc, QpccSettings, Start, solve_qpcc
-from tauten.controller.random_qpcc import nonsense
-from tauten.controller.solution import Solution, Status
+from tauten.controller.qpcc import Qpcc, QpccSettings, Solution, Start, Status, certify, solve_qpcc
+from tauten.service.bench.qpcc import nonsense
 
 HANG = 5.0  # s
 

@@ -5,16 +5,24 @@ from itertools import product
 import numpy as np
 import pytest
 
-from tauten.controller import qpcc
-from tauten.controller.lcp_start import feasible_start
-from tauten.controller.qp import UNBOUNDED, Qp, QpAnswer, solve_daqp
-from tauten.controller.qpcc_descent import solve_piece
-from tauten.controller.qpcc_elastic import least_violation
-from tauten.controller.qpcc_one_cable import parabola, within_limit
-from tauten.controller.qpcc_problem import Start
-from tauten.controller.qpcc_scaling import USABLE, Scaled, scale
-from tauten.controller.random_qpcc import robot_like
-from tauten.controller.residuals import judge
+from tauten.controller.qpcc import (
+    UNBOUNDED,
+    USABLE,
+    Qp,
+    QpAnswer,
+    Scaled,
+    Start,
+    feasible_start,
+    judge,
+    least_violation,
+    parabola,
+    scale,
+    solve_daqp,
+    solve_piece,
+    within_limit,
+)
+from tauten.controller.qpcc import solve as qpcc
+from tauten.service.bench.qpcc import robot_like
 
 
 def library(qp: Qp) -> QpAnswer:

@@ -8,10 +8,14 @@ import numpy as np
 import pytest
 from qpcc_checks import EXACT, RECORDED, assert_solves, recorded, violation, worst
 
-from tauten.controller.oracle import enumerate_pieces, scip_optimum
-from tauten.controller.qpcc import Qpcc, QpccSettings, Start, solve_qpcc
-from tauten.controller.random_qpcc import known_stationary, nonsense, robot_like
-from tauten.controller.solution import Solution, Status
+from tauten.controller.qpcc import Qpcc, QpccSettings, Solution, Start, Status, solve_qpcc
+from tauten.service.bench.qpcc import (
+    enumerate_pieces,
+    known_stationary,
+    nonsense,
+    robot_like,
+    scip_optimum,
+)
 
 
 def two_cables(**changes: object) -> Qpcc:

@@ -9,10 +9,8 @@ import numpy as np
 import pytest
 from qpcc_checks import EXACT, RECORDED, assert_solves, recorded, staying, worst
 
-from tauten.controller.certificate import certify
-from tauten.controller.oracle import enumerate_pieces, scip_optimum
-from tauten.controller.qpcc import QpccSettings, solve_qpcc
-from tauten.controller.recorded_qpcc import load_recorded, save_recorded
+from tauten.controller.qpcc import QpccSettings, certify, solve_qpcc
+from tauten.service.bench.qpcc import enumerate_pieces, load_recorded, save_recorded, scip_optimum
 
 SEARCH = QpccSettings(search_time=0.2)
 

@@ -5,9 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tauten.controller import Controller
-from tauten.controller.compliance import Response
-from tauten.controller.inverse import shut
+from tauten.controller import Controller, Response, shut
 from tauten.model import Robot, Simulator
 from tauten.reduction import ContactBasis
 

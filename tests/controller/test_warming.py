@@ -6,15 +6,15 @@ import sys
 
 import pytest
 
-from tauten.controller.warming import warm_solver
+from tauten.controller.qpcc import warm_solver
 
 HARSH = """
 import sys
 import numpy as np
 from numba.core.dispatcher import Dispatcher
-from tauten.controller.qpcc import QpccSettings, Start, solve_qpcc
-from tauten.controller.random_qpcc import degenerate, known_stationary
-from tauten.controller.warming import warm_solver
+from tauten.controller.qpcc.solve import QpccSettings, Start, solve_qpcc
+from tauten.service.bench.qpcc.random_problems import degenerate, known_stationary
+from tauten.controller.qpcc.warming import warm_solver
 
 
 def loaded():

@@ -7,13 +7,18 @@ import pytest
 from beam_frames import Frame, chain
 from scipy.spatial.transform import Rotation
 
-from tauten.model.arrays import Array
-from tauten.model.beam_body import BeamError, make_body
-from tauten.model.beams import angle_functions, element
-from tauten.model.carried import Entries, carry, carry_along, join_carried
-from tauten.model.material import Material
-from tauten.model.profile import bar, natural_stiffness, tube
-from tauten.model.quaternion import rotation_vector, turned
+from tauten.model.beams import (
+    BeamError,
+    angle_functions,
+    bar,
+    element,
+    make_body,
+    natural_stiffness,
+    tube,
+)
+from tauten.model.body import Material
+from tauten.model.numerics import Array, rotation_vector, turned
+from tauten.model.points import Entries, carry, carry_along, join_attached_points
 
 STEEL = Material(2e11, 0.3, 7800.0)
 D = np.array([50.0, 20.0, 15.0, 2.0, 3.0, 5.0])  # of the same order, so that no term hides
@@ -114,7 +119,7 @@ def test_carried_points_move_as_their_map_says() -> None:
     rng = np.random.default_rng(5)
     rest = rng.standard_normal((6, 3))
     along = carry_along(body.nodes, body.ends[[0, 1, 1]], rng.random(3), rest[3:])
-    points = join_carried([carry(body.nodes, np.array([0, 1, 2]), rest[:3]), along])
+    points = join_attached_points([carry(body.nodes, np.array([0, 1, 2]), rest[:3]), along])
     np.testing.assert_allclose(points.place(frame.x, frame.Q)[0], rest)
     frame.move(rng.standard_normal(12))
     dof = frame.pattern.dof[::2]

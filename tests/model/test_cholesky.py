@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tauten.model.cholesky import append_row, back_substitute, delete_row, forward_substitute
+from tauten.model.numerics import append_row, back_substitute, delete_row, forward_substitute
 
 SIZE = 12
 

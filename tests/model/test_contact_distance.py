@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tauten.model.arrays import Array, Ints
 from tauten.model.contact import ContactPair, ContactSet, contact_rows
-from tauten.model.surface import boundary_triangles
+from tauten.model.mesh import boundary_triangles
+from tauten.model.numerics import Array, Ints
 
 ALARM = 0.4
 

@@ -5,10 +5,10 @@ import dataclasses
 import numpy as np
 import pytest
 
+from tauten.model import Simulator
 from tauten.model.contact import ContactPair, ContactSet, contact_rows
-from tauten.model.lcp import solve_lcp, solve_pgs
-from tauten.model.simulator import Simulator
-from tauten.model.tet_robot import TetRobot
+from tauten.model.numerics import solve_lcp, solve_pgs
+from tauten.model.tetra import TetRobot
 
 PULL = 0.022  # closes the mouths of all notches
 

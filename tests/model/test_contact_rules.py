@@ -5,9 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tauten.model.arrays import Array, Ints
-from tauten.model.broad_phase import BLOCK
-from tauten.model.contact import ContactPair, ContactSet, contact_rows
+from tauten.model.contact import BLOCK, ContactPair, ContactSet, contact_rows
+from tauten.model.numerics import Array, Ints
 
 ALARM = 2e-3
 

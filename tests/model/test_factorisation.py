@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from tauten.model.factorisation import (
+from tauten.model.numerics import (
     BACKENDS,
     FactorisationError,
     installed_backends,

@@ -6,8 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import nnls
 
-from tauten.model.arrays import Array
-from tauten.model.lcp import complementarity, solve_lcp, solve_pgs
+from tauten.model.numerics import Array, complementarity, solve_lcp, solve_pgs
 
 
 def contact_problem(

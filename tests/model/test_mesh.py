@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from bodies import box_mesh
 
-from tauten.model.attachment import attach
 from tauten.model.mesh import MeshError, read_mesh
+from tauten.model.points import attach
 
 TETS = np.array([[0, 1, 2, 3]])
 NODES = 0.05 * np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.linalg import polar
 
-from tauten.model.polar import LANES, polar_rotations
+from tauten.model.numerics import LANES, polar_rotations
 
 
 def rotations(F: np.ndarray) -> np.ndarray:

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from bodies import beam_config, box_mesh
 
-from tauten.model.config import RobotConfig, RobotFileError
 from tauten.model.load import build_robot, load_robot
+from tauten.model.schema import RobotConfig, RobotFileError
 
 SIZE = (0.1, 0.02, 0.02)
 

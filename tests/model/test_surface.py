@@ -6,9 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial import cKDTree
 
-from tauten.model.arrays import Array, Ints
-from tauten.model.surface import boundary_triangles, spread_points, triangle_areas
-from tauten.model.tet_robot import TetRobot
+from tauten.model.mesh import boundary_triangles, spread_points, triangle_areas
+from tauten.model.numerics import Array, Ints
+from tauten.model.tetra import TetRobot
 
 
 def rectangle(width: float, height: float) -> tuple[Array, Ints]:

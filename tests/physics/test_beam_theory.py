@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from bodies import beam_robot, box_mesh
 
-from tauten.model.simulator import Simulator
+from tauten.model import Simulator
 
 LENGTH, SIDE = 0.2, 0.02
 E, RHO, G = 1e6, 1000.0, 9.81

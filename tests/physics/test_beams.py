@@ -7,9 +7,9 @@ import pytest
 from beam_frames import Frame, chain
 from scipy.spatial.transform import Rotation
 
-from tauten.model.arrays import Array
-from tauten.model.material import Material
-from tauten.model.profile import bar, tube
+from tauten.model.beams import bar, tube
+from tauten.model.body import Material
+from tauten.model.numerics import Array
 
 Z = np.array([0.0, 0.0, 1.0])
 

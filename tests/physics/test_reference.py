@@ -13,13 +13,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tauten.model import tet_robot as robot_room
-from tauten.model.arrays import Array, Ints
-from tauten.model.config import RobotConfig
+from tauten.model import Simulator
 from tauten.model.load import build_robot
 from tauten.model.mesh import TetMesh, checked, read_mesh
-from tauten.model.simulator import Simulator
-from tauten.model.tet_robot import TetRobot
+from tauten.model.numerics import Array, Ints
+from tauten.model.schema import RobotConfig
+from tauten.model.tetra import TetRobot
+from tauten.model.tetra import robot as robot_room
 
 ROUTE = np.array(
     [[-x, 12.5, 2.5] for x in (17.5, 32.5, 47.5, 62.5, 77.5)]

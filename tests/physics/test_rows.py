@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tauten.model.arrays import Array
-from tauten.model.robot import State
-from tauten.model.simulator import Simulator
-from tauten.model.tet_robot import TetRobot
+from tauten.model import Simulator, State
+from tauten.model.numerics import Array
+from tauten.model.tetra import TetRobot
 
 
 @pytest.fixture(scope="module")

@@ -8,10 +8,10 @@ import scipy.sparse as sp
 from bodies import box_mesh
 from scipy.spatial.transform import Rotation
 
-from tauten.model.arrays import Array
+from tauten.model import make_pattern
 from tauten.model.mesh import TetMesh
-from tauten.model.system import make_pattern
-from tauten.model.tetrahedra import assemble, lumped_mass, rest_gradients
+from tauten.model.numerics import Array
+from tauten.model.tetra import assemble, lumped_mass, rest_gradients
 
 LAME = (3e5, 2e5)  # Pa
 

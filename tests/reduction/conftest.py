@@ -8,15 +8,12 @@ import numpy as np
 import pytest
 from thumb import thumb_mesh, thumb_settings
 
-from tauten.model.arrays import Array
-from tauten.model.config import RobotConfig
 from tauten.model.load import build_robot
-from tauten.model.tet_robot import TetRobot
-from tauten.reduction.campaign import run_campaign
-from tauten.reduction.cone import coordinates
-from tauten.reduction.contact_problem import ContactProblem, contact_problems
-from tauten.reduction.designs import ramp
-from tauten.reduction.snapshots import Snapshots
+from tauten.model.numerics import Array, coordinates
+from tauten.model.schema import RobotConfig
+from tauten.model.tetra import TetRobot
+from tauten.reduction.campaign import Snapshots, ramp, run_campaign
+from tauten.reduction.contact import ContactProblem, contact_problems
 
 
 def _hats(u: Array, nodes: int) -> Array:

@@ -7,11 +7,18 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tauten.model.tet_robot import TetRobot
-from tauten.reduction import campaign, executors
-from tauten.reduction.campaign import run_campaign
-from tauten.reduction.designs import Design, Ranges, latin_hypercube, ramp
-from tauten.reduction.snapshots import SnapshotError, Snapshots
+from tauten.model.tetra import TetRobot
+from tauten.reduction.campaign import (
+    Design,
+    Ranges,
+    SnapshotError,
+    Snapshots,
+    executors,
+    latin_hypercube,
+    ramp,
+    run_campaign,
+)
+from tauten.reduction.campaign import run as campaign
 
 STEPS = 16
 

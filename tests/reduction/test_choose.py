@@ -3,11 +3,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tauten.model.arrays import Ints
-from tauten.reduction.choose import ChoiceError, Curve, choose_k, cross_validate, folds
-from tauten.reduction.contact_problem import ContactProblem
-from tauten.reduction.curve_figure import draw_curve
-from tauten.reduction.snapshots import Origin, Snapshots
+from tauten.model.numerics import Ints
+from tauten.reduction.campaign import Origin, Snapshots
+from tauten.reduction.contact import (
+    ChoiceError,
+    ContactProblem,
+    Curve,
+    choose_k,
+    cross_validate,
+    folds,
+)
+from tauten.service.plots import draw_curve
 
 Problems = tuple[ContactProblem, ...]
 

@@ -4,7 +4,7 @@ import scipy.optimize
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tauten.reduction.cone import coordinates, distances
+from tauten.model.numerics import coordinates, distances
 
 
 @settings(deadline=None, max_examples=50)

@@ -7,11 +7,10 @@ import scipy.sparse as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tauten.model.arrays import Array
-from tauten.model.rows import ContactRows, Rows
-from tauten.reduction import storage
-from tauten.reduction.contact_basis import BasisError, ContactBasis
-from tauten.reduction.provenance import CurvePoint, Provenance, versions
+from tauten.model import ContactRows, Rows
+from tauten.model.numerics import Array
+from tauten.reduction import CurvePoint, Provenance, storage, versions
+from tauten.reduction.contact import BasisError, ContactBasis
 
 ORIGIN = Provenance(
     robot="thumb",

@@ -5,12 +5,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tauten.model.robot import Robot
-from tauten.reduction.design_csv import from_csv
-from tauten.reduction.designs import (
+from tauten.model import Robot
+from tauten.reduction.campaign import (
     Design,
     DesignError,
     Ranges,
+    from_csv,
     latin_hypercube,
     latin_hypercube_levels,
     plackett_burman,

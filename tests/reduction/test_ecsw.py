@@ -6,12 +6,10 @@ import numpy as np
 import pytest
 from scipy.optimize import nnls
 
-from tauten.model.arrays import Array
-from tauten.model.tet_robot import TetRobot
-from tauten.reduction.ecsw import Sample, contributions, sample_elements
-from tauten.reduction.pod import pod
-from tauten.reduction.snapshots import Snapshots
-from tauten.reduction.sparse_nnls import sparse_nnls
+from tauten.model.numerics import Array, sparse_nnls
+from tauten.model.tetra import TetRobot
+from tauten.reduction.campaign import Snapshots
+from tauten.reduction.state import Sample, contributions, pod, sample_elements
 
 
 def alphas_of(robot: TetRobot, Phi: Array, snapshots: Snapshots) -> Array:

@@ -5,13 +5,17 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from tauten.model.arrays import Array
-from tauten.model.robot import Robot
-from tauten.model.simulator import Simulator
-from tauten.reduction.contact_problem import ContactProblem, contact_problems
-from tauten.reduction.energy_basis import energy_error, refine
-from tauten.reduction.fit import fit_each, quality
-from tauten.reduction.snapshots import Snapshots
+from tauten.model import Robot, Simulator
+from tauten.model.numerics import Array
+from tauten.reduction.campaign import Snapshots
+from tauten.reduction.contact import (
+    ContactProblem,
+    contact_problems,
+    energy_error,
+    fit_each,
+    quality,
+    refine,
+)
 
 Problems = tuple[ContactProblem, ...]
 

@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from tauten.model.robot import Robot
-from tauten.reduction.held_out import FORCES, held_out_design, sensitivity
-from tauten.reduction.snapshots import Snapshots
+from tauten.model import Robot
+from tauten.reduction.campaign import FORCES, Snapshots, held_out_design, sensitivity
 
 
 @pytest.mark.parametrize("steps", [5, 20])

@@ -5,14 +5,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tauten.model.simulator import Simulator
-from tauten.model.tet_robot import TetRobot
-from tauten.reduction.contact_basis import ContactBasis
-from tauten.reduction.model_error import TipCheck
-from tauten.reduction.reduce import ReduceSettings, make_basis
-from tauten.reduction.reduce_states import StateSettings, reduce_states
-from tauten.reduction.reduced_robot import ReducedRobot, reduced_robot
-from tauten.reduction.snapshots import Snapshots
+from tauten.model import Simulator
+from tauten.model.tetra import TetRobot
+from tauten.reduction.campaign import Snapshots
+from tauten.reduction.contact import ContactBasis, ReduceSettings, make_basis
+from tauten.reduction.state import (
+    ReducedRobot,
+    StateSettings,
+    TipCheck,
+    reduce_states,
+    reduced_robot,
+)
 
 
 @pytest.fixture(scope="module")

@@ -5,12 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tauten.model.arrays import Array
-from tauten.model.contact_space import EmptySpace
-from tauten.model.robot import State
-from tauten.model.simulator import Simulator
-from tauten.model.tet_robot import TetRobot
-from tauten.reduction.pod import enriched, pod, responses
+from tauten.model import EmptySpace, Simulator, State
+from tauten.model.numerics import Array
+from tauten.model.tetra import TetRobot
+from tauten.reduction.state import enriched, pod, responses
 
 
 @pytest.fixture(scope="module")

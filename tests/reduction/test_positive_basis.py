@@ -3,10 +3,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tauten.model.arrays import Array
-from tauten.reduction.cone import distances
-from tauten.reduction.nnmf import leading_part
-from tauten.reduction.positive_basis import METHODS, Method, factorise, factorise_each
+from tauten.model.numerics import Array, distances
+from tauten.reduction.contact import METHODS, Method, factorise, factorise_each, leading_part
 
 KS = (1, 2, 3, 5, 8, 12, 20, 30)
 

@@ -6,20 +6,24 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tauten.model.arrays import Array
-from tauten.model.forward import Enrichment
-from tauten.model.robot import Robot
-from tauten.model.simulator import Simulator
-from tauten.reduction.choose import ChoiceError
-from tauten.reduction.contact_basis import BasisError, ContactBasis
-from tauten.reduction.coverage import coverage
-from tauten.reduction.designs import ramp
-from tauten.reduction.fit import Fit, Quality
-from tauten.reduction.modes_figure import draw_modes
-from tauten.reduction.positive_basis import factorise
-from tauten.reduction.reduce import ReduceSettings, Reduction, provenance, reduce_robot
-from tauten.reduction.snapshots import Snapshots
-from tauten.reduction.tip import tip_errors
+from tauten.model import Enrichment, Robot, Simulator
+from tauten.model.numerics import Array
+from tauten.reduction.campaign import Snapshots, ramp
+from tauten.reduction.contact import (
+    BasisError,
+    ChoiceError,
+    ContactBasis,
+    Fit,
+    Quality,
+    ReduceSettings,
+    Reduction,
+    coverage,
+    factorise,
+    provenance,
+    reduce_robot,
+    tip_errors,
+)
+from tauten.service.plots import draw_modes
 
 FOUR = ReduceSettings(k=4)
 

@@ -6,17 +6,19 @@ import numpy as np
 import pytest
 
 from tauten.controller import Controller
-from tauten.model.arrays import Array
-from tauten.model.factorisation import FactorisationError
-from tauten.model.robot import Robot, State
-from tauten.model.simulator import Simulator
-from tauten.model.system import Integration
-from tauten.model.tet_robot import TetRobot
-from tauten.reduction.ecsw import sample_elements
-from tauten.reduction.pod import pod
-from tauten.reduction.reduced_robot import ReducedRobot, reduced_robot
-from tauten.reduction.snapshots import Snapshots
-from tauten.reduction.state_basis import StateBasis, StateBasisError, StateOrigin
+from tauten.model import Integration, Robot, Simulator, State
+from tauten.model.numerics import Array, FactorisationError
+from tauten.model.tetra import TetRobot
+from tauten.reduction.campaign import Snapshots
+from tauten.reduction.state import (
+    ReducedRobot,
+    StateBasis,
+    StateBasisError,
+    StateOrigin,
+    pod,
+    reduced_robot,
+    sample_elements,
+)
 
 DYNAMIC = Integration(0.01, False, 0.3, 0.02)
 STATIC = Integration(0.02, True)

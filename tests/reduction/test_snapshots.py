@@ -4,7 +4,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tauten.reduction.snapshots import Origin, SnapshotError, Snapshots, join
+from tauten.reduction.campaign import Origin, SnapshotError, Snapshots, join
 
 ORIGIN = Origin("thumb", "ab" * 32, "ramp", (("python", "3.11"), ("numpy", "2.0")))
 

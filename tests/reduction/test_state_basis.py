@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tauten.model.tet_robot import TetRobot
-from tauten.reduction.contact_basis import ContactBasis
-from tauten.reduction.state_basis import StateBasis, StateBasisError, StateOrigin
+from tauten.model.tetra import TetRobot
+from tauten.reduction.contact import ContactBasis
+from tauten.reduction.state import StateBasis, StateBasisError, StateOrigin
 
 
 @pytest.fixture

@@ -4,8 +4,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tauten.reduction import storage
-from tauten.reduction.storage import DamagedFile
+from tauten.reduction import DamagedFile, storage
 
 KIND = "test record"
 

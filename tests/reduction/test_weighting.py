@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from tauten.model.arrays import Array
-from tauten.reduction.weighting import snapshot_weights
+from tauten.model.numerics import Array
+from tauten.reduction.contact import snapshot_weights
 
 
 def test_equal_weights_bring_columns_to_unit_length(forces: Array) -> None:

@@ -9,9 +9,8 @@ import pytest
 from processes import Process, Served, Start, start, wait_alive, write_robot
 
 from tauten.model import Robot, load_robot
-from tauten.service.demo import free_ports
-from tauten.service.keys import Keys
-from tauten.service.network import Network, Role, open_session
+from tauten.service.plant import free_ports
+from tauten.service.wire import Keys, Network, Role, open_session
 
 
 @pytest.fixture(scope="session")

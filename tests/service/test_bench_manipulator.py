@@ -8,21 +8,32 @@ import numpy as np
 import pytest
 
 from tauten.controller import Controller
-from tauten.model import Robot, load_robot
-from tauten.model.forward import Forces
+from tauten.model import Forces, Robot, load_robot
 from tauten.model.robots.arm import ArmShape, bending_tensions, tendon_angle
 from tauten.reduction import ContactBasis
 from tauten.reduction.campaign import run_campaign
-from tauten.service.arm_accuracy import KINDS, PostureError, draw_errors, posture_error
-from tauten.service.arm_postures import bent_tensions, random_postures, settled
-from tauten.service.arm_speed import Speed, gauss_seidel_step, measure_speed
-from tauten.service.arm_tables import BEGIN, END, write_markdown
-from tauten.service.bench_manipulator import ArmBench, parse_ks
-from tauten.service.compare import Comparison
-from tauten.service.machine import machine
-from tauten.service.paths import directions
-from tauten.service.report import Spread
-from tauten.service.stages import STAGES, WHOLE, StepTimes
+from tauten.service.bench import (
+    KINDS,
+    STAGES,
+    WHOLE,
+    ArmBench,
+    Comparison,
+    PostureError,
+    Speed,
+    StepTimes,
+    bent_tensions,
+    draw_errors,
+    gauss_seidel_step,
+    measure_speed,
+    parse_ks,
+    posture_error,
+    random_postures,
+    settled,
+)
+from tauten.service.plant import directions
+from tauten.service.process import host_info
+from tauten.service.replay import Spread
+from tauten.service.tables import ARM_BEGIN, ARM_END, write_arm_tables
 
 
 @pytest.fixture(scope="module")
@@ -121,11 +132,11 @@ def test_tables_and_figure(arm: Robot, tmp_path) -> None:  # type: ignore[no-unt
         one, -0.001, {"OK": 200},
     )  # fmt: skip
     result = ArmBench(
-        machine(), (speed,), stages, contact, "a campaign", 1400, (errors[0],), tuple(errors)
+        host_info(), (speed,), stages, contact, "a campaign", 1400, (errors[0],), tuple(errors)
     )
     page = tmp_path / "page.md"
-    page.write_text(f"{BEGIN}{END}", encoding="utf-8")
-    write_markdown(result, page)
+    page.write_text(f"{ARM_BEGIN}{ARM_END}", encoding="utf-8")
+    write_arm_tables(result, page)
     text = page.read_text(encoding="utf-8")
     assert "| 4,500, bent | 2,250 | 1 * | 50 | 200 | 200.0 | 4.00 | 25 | 100 |" in text
     assert "2,250 candidates in range, reduced, k = 23, 40 contact rows" in text

@@ -8,23 +8,14 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from tauten.service.bench_node import (
-    Deadlines,
-    NodeBenchSettings,
-    bench_node,
-    deadlines,
-    idle_loop,
-)
+from tauten.service.bench import Deadlines, NodeBenchSettings, bench_node, deadlines, idle_loop
 from tauten.service.cli import app
-from tauten.service.config import load_setup
-from tauten.service.demo import DemoError
-from tauten.service.node_tables import BEGIN, END
-from tauten.service.realtime import ORDINARY
-from tauten.service.report import Spread
-from tauten.service.state_machine import Cause, Mode
-from tauten.service.stopping import StopFlag
-from tauten.service.tables import milliseconds
-from tauten.service.tick import Tick
+from tauten.service.plant import DemoError
+from tauten.service.process import ORDINARY, StopFlag
+from tauten.service.replay import Spread
+from tauten.service.setup import load_setup
+from tauten.service.tables import NODE_BEGIN, NODE_END, milliseconds
+from tauten.service.wire import Cause, Mode, Tick
 
 TICK = Tick(
     stamp=0, frame="base", index=0, mode=Mode.RUN, cause=Cause.NONE, status="OK", goal=(),
@@ -81,7 +72,7 @@ def test_a_node_that_ends_is_an_error_with_its_last_words(beam_file: Path) -> No
 
 def test_a_served_finger_is_seen(tmp_path: Path) -> None:
     page, file = tmp_path / "page.md", tmp_path / "node.json"
-    page.write_text(f"before\n{BEGIN}\nold\n{END}\nafter\n", encoding="utf-8")
+    page.write_text(f"before\n{NODE_BEGIN}\nold\n{NODE_END}\nafter\n", encoding="utf-8")
     options = ["--model", "reduced", "--rate", "50", "--seconds", "4", "--targets", "25"]
     result = CliRunner().invoke(
         app,

@@ -9,13 +9,19 @@ import numpy as np
 import pytest
 from qpcc_checks import recorded
 
-from tauten.controller.qp import available_backends
-from tauten.controller.random_qpcc import known_global, robot_like
-from tauten.service.bench_qpcc import QpccBench
-from tauten.service.machine import machine
-from tauten.service.qpcc_quality import Case, generated, measure
-from tauten.service.qpcc_tables import tables, write_markdown
-from tauten.service.qpcc_times import make_problems, time_solves
+from tauten.controller.qpcc import available_backends
+from tauten.service.bench.qpcc import (
+    QpccBench,
+    QpccCase,
+    generated,
+    known_global,
+    make_problems,
+    measure,
+    robot_like,
+    time_solves,
+)
+from tauten.service.process import host_info
+from tauten.service.tables import qpcc_tables, write_qpcc_tables
 
 
 def nothing() -> None:
@@ -44,9 +50,9 @@ def test_a_thousand_problems_are_generated() -> None:
 def test_gaps_are_counted_against_the_optimum() -> None:
     known = known_global(np.random.default_rng(1), 3, 8)
     value = known.problem.objective(known.lam_a, known.beta)
-    right = Case(known.problem, None, value)
-    wrong = Case(known.problem, None, value - 0.005 * abs(value))
-    far = Case(known.problem, None, value - 0.5 * abs(value))
+    right = QpccCase(known.problem, None, value)
+    wrong = QpccCase(known.problem, None, value - 0.005 * abs(value))
+    far = QpccCase(known.problem, None, value - 0.5 * abs(value))
     quality = measure("three", [right, wrong, far], nothing)
     second = quality.gaps[-1]
     assert second.start == "second phase"
@@ -58,11 +64,11 @@ def test_gaps_are_counted_against_the_optimum() -> None:
 def test_empty_problems_are_left_out_and_recorded_ones_compared_with_staying() -> None:
     problem = robot_like(np.random.default_rng(2), 2, 4).problem()
     empty = replace(problem, g_lo=problem.g_hi + 1.0, g_hi=problem.g_hi + 2.0)
-    quality = measure("empty", [Case(empty), Case(problem)], nothing)
+    quality = measure("empty", [QpccCase(empty), QpccCase(problem)], nothing)
     assert (quality.problems, quality.empty) == (2, 1)
     assert quality.gaps[0].statuses["INFEASIBLE"] == 1
     steps = recorded("finger_5")[:5]
-    warm = measure("finger", [Case(step.problem(), step.start) for step in steps], nothing)
+    warm = measure("finger", [QpccCase(step.problem(), step.start) for step in steps], nothing)
     assert [gaps.start for gaps in warm.gaps] == ["cold", "warm", "second phase"]
     assert warm.stay > 0
     assert warm.worse_than_staying == 0
@@ -71,13 +77,15 @@ def test_empty_problems_are_left_out_and_recorded_ones_compared_with_staying() -
 def test_tables_go_between_the_marks_of_a_page(tmp_path: Path) -> None:
     asked = make_problems(1, 5, robots=1)
     times = tuple(time_solves(asked, "daqp", warm, fastest_of=1) for warm in (False, True))
-    quality = measure("few", [Case(asked[0].problem)], nothing)
-    result = QpccBench(machine(), times, (quality,))
-    assert all(len(row) == len(table.columns) for table in tables(result) for row in table.rows)
+    quality = measure("few", [QpccCase(asked[0].problem)], nothing)
+    result = QpccBench(host_info(), times, (quality,))
+    assert all(
+        len(row) == len(table.columns) for table in qpcc_tables(result) for row in table.rows
+    )
     page = tmp_path / "page.md"
     page.write_text("before\n<!-- tauten bench qpcc -->\nyesterday\n<!-- end -->\nafter\n")
     for _ in range(2):  # twice is as good as once
-        write_markdown(result, page)
+        write_qpcc_tables(result, page)
     text = page.read_text()
     assert text.startswith("before\n")
     assert text.endswith("<!-- end -->\nafter\n")
@@ -85,4 +93,4 @@ def test_tables_go_between_the_marks_of_a_page(tmp_path: Path) -> None:
     assert text.count("| 1 x 5 |") == 1
     page.write_text("no marks")
     with pytest.raises(ValueError, match=r"page\.md: no place for the tables"):
-        write_markdown(result, page)
+        write_qpcc_tables(result, page)

@@ -15,9 +15,9 @@ from processes import START, start
 from thumb import write_thumb
 
 from tauten.reduction import ContactBasis
-from tauten.reduction.snapshots import Snapshots
-from tauten.service.basis_report import ranges
+from tauten.reduction.campaign import Snapshots
 from tauten.service.cli import main
+from tauten.service.tables import ranges
 
 STEP = ("--step", 4e-4)
 

@@ -5,7 +5,7 @@ import time
 import numpy as np
 import pytest
 
-from tauten.service.clock import Clock, punctual_clock
+from tauten.service.node import Clock, punctual_clock
 
 
 class Hand:

@@ -12,14 +12,24 @@ from nodes import PERIOD, check_limits, last_health, ordered, point_at, recorded
 from processes import Process, Served, start, wait_alive
 
 from tauten.model import Robot, Simulator
-from tauten.service.commands import encode_command
-from tauten.service.demo import free_ports
-from tauten.service.keys import Keys
-from tauten.service.messages import CDR, JSON, POINT, TEXT, Point, encode_point
-from tauten.service.network import Network, Role, open_session
-from tauten.service.replay import replay
-from tauten.service.run import read_run
-from tauten.service.state_machine import Cause, Command, Mode
+from tauten.service.plant import free_ports
+from tauten.service.replay import read_run, replay
+from tauten.service.wire import (
+    CDR,
+    JSON,
+    POINT,
+    TEXT,
+    Cause,
+    Keys,
+    Mode,
+    Network,
+    OperatorCommand,
+    Point,
+    Role,
+    encode_command,
+    encode_point,
+    open_session,
+)
 
 
 def send_for(served: Served, points: list[Point], key: str, seconds: float) -> None:
@@ -31,7 +41,7 @@ def send_for(served: Served, points: list[Point], key: str, seconds: float) -> N
         time.sleep(PERIOD)
 
 
-def order(served: Served, command: Command) -> None:
+def order(served: Served, command: OperatorCommand) -> None:
     payload = encode_command(command)
     served.session.put(served.keys.command, payload, encoding=f"{CDR};{TEXT}")
 
@@ -40,15 +50,15 @@ def test_an_operator_holds_enables_stops_and_resets(served: Served, beam: Robot)
     target = served.keys.targets(("tip",))[0]
     last_health(served)
     up = [point_at(beam, 0.006)]
-    order(served, Command.RESET)  # nothing to reset: refused
+    order(served, OperatorCommand.RESET)  # nothing to reset: refused
     send_for(served, up, target, 0.6)
-    order(served, Command.HOLD)
+    order(served, OperatorCommand.HOLD)
     send_for(served, up, target, 0.3)
     served.session.put(served.keys.command, b'{"data": "enable"}', encoding=JSON)
     send_for(served, up, target, 0.3)
-    order(served, Command.STOP)
+    order(served, OperatorCommand.STOP)
     send_for(served, up, target, 0.9)  # the ramp takes 0.4 s
-    order(served, Command.RESET)
+    order(served, OperatorCommand.RESET)
     send_for(served, up, target, 0.3)
     served.session.put(served.keys.command, b"explode", encoding="text/plain")
     served.session.put(served.keys.command, b'{"data": "fire"}', encoding=JSON)

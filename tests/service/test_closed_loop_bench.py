@@ -8,14 +8,24 @@ import numpy as np
 import pytest
 
 from tauten.controller import Controller
-from tauten.model import Robot, Simulator, load_robot
-from tauten.model.contact_space import EmptySpace
+from tauten.model import EmptySpace, Robot, Simulator, load_robot
 from tauten.reduction import ContactBasis
-from tauten.service.bench_closed_loop import Bench, BenchSettings, bench_closed_loop, planned
-from tauten.service.cases import CASES, Case, make_cases
-from tauten.service.closed_loop_figures import draw_case
-from tauten.service.closed_loop_run import Outcome, Trace, follow, judge, settling
-from tauten.service.stopping import StopFlag
+from tauten.service.bench import (
+    CASES,
+    Bench,
+    BenchSettings,
+    Case,
+    Outcome,
+    Trace,
+    bench_closed_loop,
+    draw_case,
+    follow,
+    judge,
+    make_cases,
+    planned,
+    settling,
+)
+from tauten.service.process import StopFlag
 
 LENGTH = 0.1
 STIFFER = 1.2

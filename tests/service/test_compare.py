@@ -10,7 +10,7 @@ import pytest
 from processes import tauten
 
 from tauten.model import Robot
-from tauten.service.compare import compare, equilibrium
+from tauten.service.bench import compare, equilibrium
 
 
 def test_contact_opens_what_overlaps(finger: Robot) -> None:

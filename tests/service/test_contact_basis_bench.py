@@ -10,13 +10,17 @@ import pytest
 from thumb import write_thumb
 
 from tauten.model import load_robot
-from tauten.reduction.designs import ramp
-from tauten.reduction.reduce import ReduceSettings, reduce_robot
-from tauten.service.bench_contact_basis import Inputs, bench_contact_basis
-from tauten.service.contact_basis_figure import draw
-from tauten.service.contact_basis_results import ContactBasisBench
-from tauten.service.contact_basis_tables import BEGIN, END, tables, write_markdown
-from tauten.service.stopping import StopFlag
+from tauten.reduction.campaign import ramp
+from tauten.reduction.contact import ReduceSettings, reduce_robot
+from tauten.service.bench import ContactBasisBench, Inputs, bench_contact_basis
+from tauten.service.process import StopFlag
+from tauten.service.tables import (
+    CONTACT_BASIS_BEGIN,
+    CONTACT_BASIS_END,
+    contact_basis_tables,
+    draw_contact_basis,
+    write_contact_basis_tables,
+)
 
 
 @pytest.fixture(scope="module")
@@ -72,15 +76,15 @@ def test_full_problems_are_solved(result: ContactBasisBench) -> None:
 def test_it_goes_into_json_a_page_and_a_picture(result: ContactBasisBench, tmp_path: Path) -> None:
     assert json.loads(json.dumps(asdict(result)))["basis"] == "energy, k = 4"
     page = tmp_path / "page.md"
-    page.write_text(f"before\n\n{BEGIN}\nold\n{END}\n\nafter\n")
-    write_markdown(result, page)
+    page.write_text(f"before\n\n{CONTACT_BASIS_BEGIN}\nold\n{CONTACT_BASIS_END}\n\nafter\n")
+    write_contact_basis_tables(result, page)
     text = page.read_text()
     assert text.startswith("before\n")
     assert text.endswith("after\n")
     assert "old" not in text
-    for table in tables(result):
+    for table in contact_basis_tables(result):
         assert table.title in text
-    draw(result, tmp_path / "bench.png")
+    draw_contact_basis(result, tmp_path / "bench.png")
     assert (tmp_path / "bench.png").read_bytes().startswith(b"\x89PNG")
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tauten.service.demo import (
+from tauten.service.plant import (
     FIGURE,
     LOG,
     REPORT,
@@ -17,8 +17,8 @@ from tauten.service.demo import (
     child,
     run_demo,
 )
+from tauten.service.process import StopFlag
 from tauten.service.replay import replay
-from tauten.service.stopping import StopFlag
 
 
 @pytest.fixture(scope="module")

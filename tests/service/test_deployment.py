@@ -14,7 +14,7 @@ import pytest
 from jsonschema import Draft201909Validator
 from ruamel.yaml import YAML
 
-from tauten.service.network import read_config
+from tauten.service.wire import read_config
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCKER = ROOT / "docker"

@@ -27,15 +27,26 @@ from nodes import (
 from processes import Process, Served, Start, wait_alive
 
 from tauten.model import Robot
-from tauten.service.demo import free_ports
-from tauten.service.health import Level
-from tauten.service.keys import Keys
-from tauten.service.logfile import LogReader
-from tauten.service.messages import CDR, HEALTH, JOINTS, JSON, POINT, TEXT, TICK, encode_point
-from tauten.service.network import Network, Role, open_session
-from tauten.service.replay import replay
-from tauten.service.run import read_run
-from tauten.service.state_machine import Cause, Mode
+from tauten.service.log import LogReader
+from tauten.service.plant import free_ports
+from tauten.service.replay import read_run, replay
+from tauten.service.wire import (
+    CDR,
+    HEALTH,
+    JOINTS,
+    JSON,
+    POINT,
+    TEXT,
+    TICK,
+    Cause,
+    Keys,
+    Level,
+    Mode,
+    Network,
+    Role,
+    encode_point,
+    open_session,
+)
 
 KEYS = Keys("beam")
 TARGET = KEYS.targets(("tip",))[0]

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tauten.service.feedback import Feedback
+from tauten.service.node import Feedback
 
 H = 0.02
 OFF = np.array([[0.003, 0.0, -0.002]])  # the robot is that far from its model

@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tauten.model.arrays import Array
-from tauten.model.limits import Limits
-from tauten.service.guard import Guard
+from tauten.model import Limits
+from tauten.model.numerics import Array
+from tauten.service.node import ActuationLimiter
 
 H = 0.02
 LIMITS = Limits(
@@ -24,7 +24,7 @@ hostile = st.tuples(anything, anything) | st.just((np.zeros(3), np.zeros(2)))
 @settings(max_examples=300)
 @given(st.lists(hostile, min_size=1, max_size=30))
 def test_every_output_is_within_limits_and_rate(inputs: list[tuple[Array, Array]]) -> None:
-    guard = Guard(LIMITS, H)
+    guard = ActuationLimiter(LIMITS, H)
     previous = guard.last.pull
     for pull, tension in inputs:
         out = guard(pull, tension)
@@ -39,7 +39,7 @@ def test_every_output_is_within_limits_and_rate(inputs: list[tuple[Array, Array]
 
 
 def test_what_is_within_limits_leaves_unchanged() -> None:
-    guard = Guard(LIMITS, H)
+    guard = ActuationLimiter(LIMITS, H)
     pull, tension = np.array([0.0007, -0.0015]), np.array([5.0, 1.0])
     out = guard(pull, tension)
     np.testing.assert_array_equal(out.pull, pull)
@@ -48,7 +48,7 @@ def test_what_is_within_limits_leaves_unchanged() -> None:
 
 
 def test_rounding_is_clamped_but_not_reported() -> None:
-    guard = Guard(LIMITS, H)
+    guard = ActuationLimiter(LIMITS, H)
     out = guard(np.array([-1e-12, 0.0]), np.array([0.0, 0.5]))
     assert out.pull[0] == 0.0
     assert not out.clamped
@@ -57,7 +57,7 @@ def test_rounding_is_clamped_but_not_reported() -> None:
 
 @given(st.floats(0.0, 0.04), st.floats(0.0, 5.0))
 def test_a_release_is_as_long_as_asked_and_as_the_rate_needs(pulled: float, seconds: float) -> None:
-    guard = Guard(LIMITS, H)
+    guard = ActuationLimiter(LIMITS, H)
     for _ in range(100):
         guard(np.array([pulled, 0.0]), np.array([1.0, 1.0]))
     ramp = list(guard.release(seconds))
@@ -71,4 +71,4 @@ def test_a_release_is_as_long_as_asked_and_as_the_rate_needs(pulled: float, seco
 
 
 def test_rest_respects_limits_that_exclude_zero_tension() -> None:
-    assert Guard(LIMITS, H).rest().tension == pytest.approx([0.0, 0.5])
+    assert ActuationLimiter(LIMITS, H).rest().tension == pytest.approx([0.0, 0.5])

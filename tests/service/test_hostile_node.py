@@ -17,28 +17,29 @@ import zenoh
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
-from tauten.service.clock import Beat, Clock
-from tauten.service.commands import encode_command
-from tauten.service.config import load_setup, warm_controller
-from tauten.service.demo import free_ports
-from tauten.service.keys import Keys
-from tauten.service.loop import ControlLoop
-from tauten.service.messages import (
+from tauten.service.log import Entry
+from tauten.service.node import Beat, Clock, ControlLoop, Node
+from tauten.service.plant import free_ports
+from tauten.service.setup import load_setup, warm_controller
+from tauten.service.wire import (
     CDR,
     JSON,
     POINT,
     TEXT,
     Joints,
+    Keys,
+    Network,
+    OperatorCommand,
     Point,
+    Role,
+    Tick,
     decode_joints,
     decode_point,
+    decode_tick,
+    encode_command,
     encode_point,
+    open_session,
 )
-from tauten.service.network import Network, Role, open_session
-from tauten.service.node import Node
-from tauten.service.record import Entry
-from tauten.service.state_machine import Command
-from tauten.service.tick import Tick, decode_tick
 
 KEYS = Keys("beam")
 TARGET, MEASURED = KEYS.targets(("tip", "middle")), KEYS.measurements(("tip", "middle"))
@@ -94,7 +95,7 @@ points = st.builds(
     lambda stamp, frame, xyz: encode_point(Point(stamp, frame, xyz)),
     st.integers(0, 2**31 * 10**9 - 1), frames, st.tuples(numbers, numbers, numbers),
 )  # fmt: skip
-commands = st.sampled_from([encode_command(command) for command in Command])
+commands = st.sampled_from([encode_command(command) for command in OperatorCommand])
 payloads = points | commands | st.binary(max_size=120)
 keys = st.sampled_from([*TARGET, *TARGET, *MEASURED, KEYS.command])
 encodings = st.sampled_from([f"{CDR};{POINT}", f"{CDR};{TEXT}", CDR, JSON, "text/plain"])

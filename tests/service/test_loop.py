@@ -8,11 +8,11 @@ from bodies import beam_robot, box_mesh
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
-from tauten.controller.controller import Controller
+from tauten.controller import Controller
 from tauten.model import Robot, Simulator
-from tauten.model.arrays import Array
-from tauten.service.loop import Action, ControlLoop
-from tauten.service.state_machine import Cause, Command, Mode, Signals
+from tauten.model.numerics import Array
+from tauten.service.node import Action, ControlLoop, Signals
+from tauten.service.wire import Cause, Mode, OperatorCommand
 
 SIZE = (0.1, 0.02, 0.02)
 EFFECTORS = [
@@ -92,19 +92,19 @@ def test_a_release_ends_slack_after_the_time_asked_for(loop: ControlLoop) -> Non
 def test_after_an_operators_stop_and_reset_it_follows_as_at_first(loop: ControlLoop) -> None:
     goal = goal_at(loop, 0.004)
     first = run(loop, goal, 40)
-    assert loop.command(Command.STOP)
+    assert loop.command(OperatorCommand.STOP)
     stopped = run(loop, goal, 1)
     assert (stopped.mode, stopped.cause) == (Mode.STOP, Cause.OPERATOR)
-    assert not loop.command(Command.RESET)  # not while cables are pulled
+    assert not loop.command(OperatorCommand.RESET)  # not while cables are pulled
     slack = run(loop, goal, 100)
     np.testing.assert_array_equal(slack.pull, 0.0)
     assert loop.released
-    assert not loop.command(Command.ENABLE)
-    assert loop.command(Command.RESET)
+    assert not loop.command(OperatorCommand.ENABLE)
+    assert loop.command(OperatorCommand.RESET)
     assert run(loop, None, 1).mode is Mode.IDLE
     again = run(loop, goal, 40)
     np.testing.assert_allclose(again.pull, first.pull, atol=1e-6)
-    assert loop.command(Command.HOLD)
+    assert loop.command(OperatorCommand.HOLD)
     assert run(loop, goal, 1).mode is Mode.HOLD
 
 

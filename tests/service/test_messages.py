@@ -1,4 +1,4 @@
-"""What goes over the wire: round trips, and rubbish that must become a Fault."""
+"""What goes over the wire: round trips, and rubbish that must become a Rejection."""
 
 import json
 import math
@@ -7,7 +7,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from tauten.service.messages import (
+from tauten.service.wire import (
     CDR,
     HEALTH,
     JOINTS,
@@ -15,10 +15,10 @@ from tauten.service.messages import (
     MAX_PAYLOAD,
     POINT,
     TICK,
-    Fault,
     Joints,
     Point,
-    Reason,
+    Rejection,
+    RejectionReason,
     decode_joints,
     decode_point,
     definition,
@@ -68,35 +68,39 @@ def test_encodings_of_cdr_that_are_read(encoding: str) -> None:
 @pytest.mark.parametrize(
     ("payload", "encoding", "reason"),
     [
-        (b"", CDR, Reason.MALFORMED),
-        (encode_point(HERE)[:-1], CDR, Reason.MALFORMED),
-        (encode_point(HERE) + bytes(8), CDR, Reason.MALFORMED),
-        (bytes(MAX_PAYLOAD + 1), CDR, Reason.TOO_LARGE),
-        (encode_point(HERE), "text/plain", Reason.ENCODING),
-        (encode_point(HERE), f"{CDR};{JOINTS}", Reason.WRONG_TYPE),
-        (encode_point(Point(0, "", (math.nan, 0.0, 0.0))), CDR, Reason.NOT_FINITE),
-        (encode_point(Point(0, "", (0.0, math.inf, 0.0))), CDR, Reason.NOT_FINITE),
-        (b'{"point": {"x": 0, "y": 0, "z": NaN}}', JSON, Reason.NOT_FINITE),
-        (b'{"point": {"x": 0, "y": 0}}', JSON, Reason.MALFORMED),
-        (b'{"point": {"x": "0", "y": 0, "z": 0}}', JSON, Reason.MALFORMED),
-        (b'{"point": {"x": true, "y": 0, "z": 0}}', JSON, Reason.MALFORMED),
-        (b'{"point": {"x": 1' + b"0" * 400 + b', "y": 0, "z": 0}}', JSON, Reason.MALFORMED),
-        (b"[" * 10_000, JSON, Reason.MALFORMED),
-        (b"[]", JSON, Reason.MALFORMED),
-        (b"\xff\xfe", JSON, Reason.MALFORMED),
-        (b'{"header": 3, "point": {"x": 0, "y": 0, "z": 0}}', JSON, Reason.MALFORMED),
+        (b"", CDR, RejectionReason.MALFORMED),
+        (encode_point(HERE)[:-1], CDR, RejectionReason.MALFORMED),
+        (encode_point(HERE) + bytes(8), CDR, RejectionReason.MALFORMED),
+        (bytes(MAX_PAYLOAD + 1), CDR, RejectionReason.TOO_LARGE),
+        (encode_point(HERE), "text/plain", RejectionReason.ENCODING),
+        (encode_point(HERE), f"{CDR};{JOINTS}", RejectionReason.WRONG_TYPE),
+        (encode_point(Point(0, "", (math.nan, 0.0, 0.0))), CDR, RejectionReason.NOT_FINITE),
+        (encode_point(Point(0, "", (0.0, math.inf, 0.0))), CDR, RejectionReason.NOT_FINITE),
+        (b'{"point": {"x": 0, "y": 0, "z": NaN}}', JSON, RejectionReason.NOT_FINITE),
+        (b'{"point": {"x": 0, "y": 0}}', JSON, RejectionReason.MALFORMED),
+        (b'{"point": {"x": "0", "y": 0, "z": 0}}', JSON, RejectionReason.MALFORMED),
+        (b'{"point": {"x": true, "y": 0, "z": 0}}', JSON, RejectionReason.MALFORMED),
+        (
+            b'{"point": {"x": 1' + b"0" * 400 + b', "y": 0, "z": 0}}',
+            JSON,
+            RejectionReason.MALFORMED,
+        ),
+        (b"[" * 10_000, JSON, RejectionReason.MALFORMED),
+        (b"[]", JSON, RejectionReason.MALFORMED),
+        (b"\xff\xfe", JSON, RejectionReason.MALFORMED),
+        (b'{"header": 3, "point": {"x": 0, "y": 0, "z": 0}}', JSON, RejectionReason.MALFORMED),
         (
             b'{"header": {"stamp": {"sec": 1e30}}, "point": {"x": 0, "y": 0, "z": 0}}',
             JSON,
-            Reason.MALFORMED,
+            RejectionReason.MALFORMED,
         ),
     ],
 )
 def test_bad_points_are_refused_for_the_right_reason(
-    payload: bytes, encoding: str, reason: Reason
+    payload: bytes, encoding: str, reason: RejectionReason
 ) -> None:
     found = decode_point(payload, encoding)
-    assert isinstance(found, Fault)
+    assert isinstance(found, Rejection)
     assert found.reason is reason
 
 
@@ -109,10 +113,10 @@ def test_a_point_without_header_is_read_from_json() -> None:
 def test_wrong_cables_are_refused() -> None:
     joints = Joints(0, "base", ("a", "b"), (0.0, 0.0), (1.0, 1.0))
     found = decode_joints(encode_joints(joints), CDR, ("b", "a"))
-    assert isinstance(found, Fault)
-    assert found.reason is Reason.WRONG_SHAPE
+    assert isinstance(found, Rejection)
+    assert found.reason is RejectionReason.WRONG_SHAPE
     short = encode_joints(Joints(0, "base", ("a",), (0.0,), ()))
-    assert isinstance(decode_joints(short, CDR, ("a",)), Fault)
+    assert isinstance(decode_joints(short, CDR, ("a",)), Rejection)
 
 
 @settings(max_examples=500)
@@ -120,8 +124,8 @@ def test_wrong_cables_are_refused() -> None:
 @example(b"\x00\x01\x00\x00" + b"\xff" * 60, CDR)
 def test_random_bytes_raise_nothing(payload: bytes, encoding: str) -> None:
     for prefix in (b"", b"\x00\x01\x00\x00", b"\x00\x00\x00\x00"):
-        assert isinstance(decode_point(prefix + payload, encoding), Point | Fault)
-        assert isinstance(decode_joints(prefix + payload, encoding, ("a",)), Joints | Fault)
+        assert isinstance(decode_point(prefix + payload, encoding), Point | Rejection)
+        assert isinstance(decode_joints(prefix + payload, encoding, ("a",)), Joints | Rejection)
         for kind in (HEALTH, TICK):
             from_cdr(kind, prefix + payload)
 
@@ -132,7 +136,7 @@ def test_flipped_bytes_raise_nothing(point: Point, at: int, patch: bytes) -> Non
     payload = bytearray(encode_point(point))
     at = min(at, len(payload) - 1)
     payload[at : at + len(patch)] = patch
-    assert isinstance(decode_point(bytes(payload), CDR), Point | Fault)
+    assert isinstance(decode_point(bytes(payload), CDR), Point | Rejection)
 
 
 @settings(max_examples=300)
@@ -149,7 +153,7 @@ def test_flipped_bytes_raise_nothing(point: Point, at: int, patch: bytes) -> Non
     )
 )
 def test_json_of_any_shape_raises_nothing(value: object) -> None:
-    assert isinstance(decode_point(json.dumps(value).encode(), JSON), Point | Fault)
+    assert isinstance(decode_point(json.dumps(value).encode(), JSON), Point | Rejection)
 
 
 def test_schemas_name_every_type_they_use() -> None:

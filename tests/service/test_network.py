@@ -7,18 +7,18 @@ from pathlib import Path
 import pytest
 import zenoh
 
-from tauten.service.demo import free_ports
-from tauten.service.inbox import Source
-from tauten.service.messages import TICK
-from tauten.service.network import (
+from tauten.service.plant import free_ports
+from tauten.service.wire import (
+    TICK,
     Network,
     NetworkError,
+    Publisher,
     Role,
+    Source,
     default_port,
     open_session,
     read_config,
 )
-from tauten.service.outlet import Outlet
 
 Open = Callable[[Role], zenoh.Session]
 
@@ -119,14 +119,17 @@ def test_an_outlet_knows_whether_anybody_listens(open_one: Open) -> None:
     node, other = open_one(Role.NODE), open_one(Role.OTHER)
     early = other.declare_subscriber("tauten/r/early")
 
-    def becomes(outlet: Outlet, heard: bool) -> bool:
+    def becomes(outlet: Publisher, heard: bool) -> bool:
         end = time.monotonic() + 10.0
         while outlet.heard is not heard and time.monotonic() < end:
             time.sleep(0.01)
         return outlet.heard is heard
 
-    outlet, silent = Outlet(node, "tauten/r/late", TICK), Outlet(node, "tauten/r/silent", TICK)
-    assert becomes(Outlet(node, "tauten/r/early", TICK), True)
+    outlet, silent = (
+        Publisher(node, "tauten/r/late", TICK),
+        Publisher(node, "tauten/r/silent", TICK),
+    )
+    assert becomes(Publisher(node, "tauten/r/early", TICK), True)
     assert not outlet.heard
     late = other.declare_subscriber("tauten/*/late")
     assert becomes(outlet, True)

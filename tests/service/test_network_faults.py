@@ -15,11 +15,8 @@ from nodes import check_limits, follow, modes, recorded, whole
 from processes import Process, Served, Start, wait_alive
 
 from tauten.model import Robot
-from tauten.service.demo import free_ports
-from tauten.service.keys import Keys
-from tauten.service.network import read_config
-from tauten.service.state_machine import Cause, Mode
-from tauten.service.tick import Tick
+from tauten.service.plant import free_ports
+from tauten.service.wire import Cause, Keys, Mode, Tick, read_config
 
 KEYS = Keys("beam")
 

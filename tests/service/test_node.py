@@ -16,9 +16,8 @@ from nodes import PERIOD, check_limits, last_health, ordered, point_at, recorded
 from processes import Served, start
 
 from tauten.model import Robot
-from tauten.service.logfile import LogReader
-from tauten.service.messages import CDR, JSON, Point, encode_point
-from tauten.service.state_machine import Mode
+from tauten.service.log import LogReader
+from tauten.service.wire import CDR, JSON, Mode, Point, encode_point
 
 
 def test_it_follows_holds_and_releases(served: Served, beam: Robot) -> None:

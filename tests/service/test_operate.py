@@ -20,20 +20,28 @@ from processes import Served, start, tauten
 from prometheus_client.parser import text_string_to_metric_families
 
 from tauten.model import Robot
-from tauten.service.config import load_setup
-from tauten.service.demo import free_ports
-from tauten.service.doctor import examine
-from tauten.service.histogram import BOUNDS, Histogram
-from tauten.service.logfile import LogReader
-from tauten.service.logs import JsonLines
-from tauten.service.network import Network, NetworkError
-from tauten.service.operate import ask_metrics, is_there, send_command, serve_metrics
-from tauten.service.pace import RateError, check_rate, rate_for
-from tauten.service.realtime import RealtimeError, RealtimeSettings, apply_realtime
-from tauten.service.recording import record_robot
-from tauten.service.run import read_run
-from tauten.service.state_machine import Cause, Command, Mode
-from tauten.service.stopping import StopFlag
+from tauten.service.log import LogReader
+from tauten.service.node import BOUNDS, Histogram
+from tauten.service.operate import (
+    ask_metrics,
+    examine,
+    is_there,
+    record_robot,
+    send_command,
+    serve_metrics,
+)
+from tauten.service.plant import free_ports
+from tauten.service.process import (
+    JsonLines,
+    RealtimeError,
+    RealtimeSettings,
+    StopFlag,
+    apply_realtime,
+)
+from tauten.service.rate_check import RateError, check_rate, rate_for
+from tauten.service.replay import read_run
+from tauten.service.setup import load_setup
+from tauten.service.wire import Cause, Mode, Network, NetworkError, OperatorCommand
 
 NOBODY = 65_534
 
@@ -54,7 +62,7 @@ def test_a_command_reaches_the_node_and_metrics_say_what_it_does(
     served: Served, beam: Robot
 ) -> None:
     send(served, beam, 0.005, 1.0)
-    tick = send_command("beam", Network(served.port), Command.HOLD)
+    tick = send_command("beam", Network(served.port), OperatorCommand.HOLD)
     assert (tick.mode, tick.cause) == (Mode.HOLD, Cause.OPERATOR)
     assert is_there("beam", Network(served.port), served.keys.token)
     assert not is_there("beam", Network(served.port), served.keys.plant_token, patience=0.0)
@@ -112,7 +120,7 @@ def test_a_recorder_beside_the_node_sees_the_run(
 
 def test_nobody_to_command_is_a_sentence() -> None:
     with pytest.raises(NetworkError, match="no node serves 'beam': start it with tauten serve"):
-        send_command("beam", Network(free_ports()), Command.STOP)
+        send_command("beam", Network(free_ports()), OperatorCommand.STOP)
 
 
 def test_a_histogram_counts_what_it_is_given() -> None:
@@ -150,7 +158,7 @@ def test_a_processor_that_is_not_there_is_refused() -> None:
 @pytest.mark.skipif(os.geteuid() != 0, reason="only root can give its rights up")
 def test_priority_that_is_not_permitted_is_a_sentence(beam_file: Path, tmp_path: Path) -> None:
     code = (
-        "import os; from tauten.service.realtime import *\n"
+        "import os; from tauten.service.process.realtime import *\n"
         f"os.setuid({NOBODY})\n"
         "try: apply_realtime(RealtimeSettings(priority=10))\n"
         "except RealtimeError as error: print(error)\n"

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from tauten.model import Robot
-from tauten.service.demo import save_path
-from tauten.service.paths import SHAPES, PathError, PathSettings, Plane, make_path
+from tauten.service.plant import SHAPES, PathError, PathSettings, Plane, make_path, save_path
 
 SETTINGS = PathSettings(size=0.01, period=4.0)
 

@@ -9,8 +9,8 @@ import pytest
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 
-from tauten.service.logfile import LogError, LogReader
-from tauten.service.messages import (
+from tauten.service.log import Entry, LogError, LogReader, LogRecorder
+from tauten.service.wire import (
     FLOAT,
     JOINTS,
     POINT,
@@ -21,13 +21,12 @@ from tauten.service.messages import (
     encode_point,
     point_json,
 )
-from tauten.service.record import Entry, Recorder
 
 METADATA = {"robot": "finger", "robot_file": 'name = "finger"\n'}
 
 
-def write_log(path: Path, count: int, close: bool = True) -> Recorder:
-    recorder = Recorder(path, METADATA)
+def write_log(path: Path, count: int, close: bool = True) -> LogRecorder:
+    recorder = LogRecorder(path, METADATA)
     for tick in range(count):
         joints = Joints(tick, "base", ("a", "b"), (0.001 * tick, 0.0), (1.0, 2.0))
         point = Point(tick, "base", (0.1, 0.2, tick))
@@ -113,7 +112,7 @@ def test_a_full_disk_stops_the_log_and_nothing_else(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     with pytest.raises(OSError) as caught:  # said at once when nothing at all can be written
-        Recorder(Path("/dev/full"), METADATA)
+        LogRecorder(Path("/dev/full"), METADATA)
     assert caught.value.errno == errno.ENOSPC
     path = tmp_path / "log.mcap"
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)

@@ -7,9 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tauten.service.replay import replay
-from tauten.service.run import read_run
-from tauten.service.state_machine import Mode
+from tauten.service.replay import read_run, replay
+from tauten.service.wire import Mode
 
 LOGS = Path(__file__).with_name("data")
 # Shares of a cable's range. Another factorisation changes the finger's run by about 1e-13. Nine tendons share

@@ -13,19 +13,14 @@ from nodes import last_health, point_at
 from processes import Served, start, wait_alive
 from thumb import write_thumb
 
-from tauten.controller.controller import Controller
+from tauten.controller import Controller
 from tauten.model import load_robot
-from tauten.reduction.reduced_robot import ReducedRobot
-from tauten.reduction.state_basis import StateBasis, StateBasisError
+from tauten.reduction.state import ReducedRobot, StateBasis, StateBasisError
 from tauten.service.cli import main
-from tauten.service.config import load_setup
-from tauten.service.demo import free_ports
-from tauten.service.fall_back import make_fall_back
-from tauten.service.health import Level
-from tauten.service.keys import Keys
-from tauten.service.loop import ControlLoop
-from tauten.service.messages import CDR, POINT, encode_point
-from tauten.service.network import Network, Role, open_session
+from tauten.service.node import ControlLoop, make_fall_back
+from tauten.service.plant import free_ports
+from tauten.service.setup import load_setup
+from tauten.service.wire import CDR, POINT, Keys, Level, Network, Role, encode_point, open_session
 
 
 @pytest.fixture(scope="module")

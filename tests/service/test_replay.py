@@ -12,32 +12,28 @@ import numpy as np
 import pytest
 from processes import ROBOT, write_robot
 
-from tauten.controller.controller import Controller
+from tauten.controller import Controller
 from tauten.model import Robot, load_robot
-from tauten.service.config import Setup, load_setup
-from tauten.service.figures import draw_run
-from tauten.service.keys import Keys
-from tauten.service.logfile import LogError, LogReader
-from tauten.service.loop import ControlLoop
-from tauten.service.messages import (
+from tauten.service.log import Entry, LogError, LogReader, LogRecorder
+from tauten.service.node import ControlLoop, Signals
+from tauten.service.plots import draw_run
+from tauten.service.replay import TICKS as TABLE
+from tauten.service.replay import VERDICT, make_report, read_run, replay, table_rows, write_report
+from tauten.service.setup import Setup, load_setup
+from tauten.service.wire import (
     FLOAT,
     JOINTS,
     POINT,
     TICK,
     Joints,
+    Keys,
     Point,
+    Tick,
     encode_float,
     encode_joints,
     encode_point,
+    encode_tick,
 )
-from tauten.service.record import Entry, Recorder
-from tauten.service.replay import replay
-from tauten.service.replay_report import TICKS as TABLE
-from tauten.service.replay_report import VERDICT, write_report
-from tauten.service.report import make_report, table_rows
-from tauten.service.run import read_run
-from tauten.service.state_machine import Signals
-from tauten.service.tick import Tick, encode_tick
 
 TICKS = 60
 LAG = 0.001  # m, the pretended plant is that much too low
@@ -46,7 +42,7 @@ LAG = 0.001  # m, the pretended plant is that much too low
 def write_run(setup: Setup, path: Path) -> None:
     """The log of a run without clock and network: the loop as it is, times made up."""
     robot, keys = setup.robot, Keys(setup.robot.name)
-    loop, recorder = ControlLoop(Controller(robot)), Recorder(path, setup.metadata())
+    loop, recorder = ControlLoop(Controller(robot)), LogRecorder(path, setup.metadata())
     rest = robot.effector(robot.rest())
     for index in range(TICKS + 20):
         stamp = 10**18 + index * 20_000_000
@@ -129,7 +125,7 @@ def test_missing_ticks_are_noticed(log: Path, beam_file: Path, tmp_path: Path) -
     holed = tmp_path / "holed.mcap"
     reader = LogReader(log)
     messages = list(reader.messages())
-    recorder = Recorder(holed, reader.metadata)
+    recorder = LogRecorder(holed, reader.metadata)
     kinds = {"actuation": JOINTS, "tick": TICK}
     for message in messages:
         kind = kinds.get(message.key.rsplit("/", 1)[1])
@@ -143,7 +139,7 @@ def test_missing_ticks_are_noticed(log: Path, beam_file: Path, tmp_path: Path) -
 def test_a_robot_whose_file_is_gone_is_looked_up_by_name(log: Path, tmp_path: Path) -> None:
     reader = LogReader(log)
     metadata = {**reader.read_metadata(), "robot_path": str(tmp_path / "gone.toml")}
-    recorder = Recorder(tmp_path / "log.mcap", metadata)
+    recorder = LogRecorder(tmp_path / "log.mcap", metadata)
     recorder.close()
     with pytest.raises(ValueError, match="no robot 'beam'"):
         replay(tmp_path / "log.mcap", 1e-4)
@@ -198,7 +194,7 @@ def test_the_figure_is_drawn(log: Path, beam: Robot, tmp_path: Path) -> None:
 def test_a_run_without_plant_is_reported_too(log: Path, beam: Robot, tmp_path: Path) -> None:
     reader = LogReader(log)
     messages = list(reader.messages())
-    recorder = Recorder(tmp_path / "log.mcap", reader.metadata)
+    recorder = LogRecorder(tmp_path / "log.mcap", reader.metadata)
     kinds = {"actuation": JOINTS, "tick": TICK, "effector": POINT}
     for m in messages:
         if "plant" not in m.key:

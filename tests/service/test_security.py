@@ -17,14 +17,19 @@ from nodes import PERIOD, point_at
 from processes import Process, start, wait_alive
 
 from tauten.model import Robot
-from tauten.service.commands import encode_command
-from tauten.service.demo import free_ports
-from tauten.service.health import decode_health
-from tauten.service.keys import Keys
-from tauten.service.messages import CDR, POINT, TEXT, encode_point
-from tauten.service.network import read_config
 from tauten.service.operate import ask_metrics
-from tauten.service.state_machine import Command
+from tauten.service.plant import free_ports
+from tauten.service.wire import (
+    CDR,
+    POINT,
+    TEXT,
+    Keys,
+    OperatorCommand,
+    decode_health,
+    encode_command,
+    encode_point,
+    read_config,
+)
 
 SHIPPED = Path(__file__).resolve().parents[2] / "docker" / "zenoh"
 ROLES = ("node", "operator", "viewer")
@@ -133,7 +138,7 @@ def drive(session: zenoh.Session, beam: Robot) -> None:
         target = encode_point(point_at(beam, 0.003))
         session.put(KEYS.targets(("tip",))[0], target, encoding=f"{CDR};{POINT}")
         time.sleep(PERIOD)
-    session.put(KEYS.command, encode_command(Command.HOLD), encoding=f"{CDR};{TEXT}")
+    session.put(KEYS.command, encode_command(OperatorCommand.HOLD), encoding=f"{CDR};{TEXT}")
     time.sleep(0.2)
 
 

@@ -8,32 +8,24 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tauten.service.state_machine import (
-    Cause,
-    Command,
-    Mode,
-    Signals,
-    State,
-    commanded,
-    judged,
-    transition,
-)
+from tauten.service.node import NodeState, Signals, commanded, judged, transition
+from tauten.service.wire import Cause, Mode, OperatorCommand
 
 LIMIT = 3
 TARGET, NOTHING = Signals(target=True), Signals(target=False)
 LATE = Signals(target=True, in_time=False)
-RUNNING = transition(State(), TARGET, LIMIT)
+RUNNING = transition(NodeState(), TARGET, LIMIT)
 
 
-def after(state: State, *seen: Signals) -> State:
+def after(state: NodeState, *seen: Signals) -> NodeState:
     for signals in seen:
         state = transition(state, signals, LIMIT)
     return state
 
 
 def test_a_target_starts_it_and_its_absence_holds_it() -> None:
-    assert after(State(), NOTHING).mode is Mode.IDLE
-    assert State(Mode.RUN, Cause.NONE) == RUNNING
+    assert after(NodeState(), NOTHING).mode is Mode.IDLE
+    assert NodeState(Mode.RUN, Cause.NONE) == RUNNING
     held = after(RUNNING, NOTHING)
     assert (held.mode, held.cause) == (Mode.HOLD, Cause.NO_TARGET)
     assert after(held, TARGET) == RUNNING
@@ -49,7 +41,7 @@ def test_a_missing_measurement_holds() -> None:
     held = after(RUNNING, Signals(target=True, measured=False))
     assert (held.mode, held.cause) == (Mode.HOLD, Cause.UNMEASURED)
     assert after(held, TARGET) == RUNNING
-    idle = after(State(), Signals(target=True, measured=False))
+    idle = after(NodeState(), Signals(target=True, measured=False))
     assert (idle.mode, idle.cause) == (Mode.IDLE, Cause.UNMEASURED)
 
 
@@ -65,47 +57,49 @@ def test_deadlines_missed_in_a_row_hold_until_as_many_more_are_met() -> None:
 
 
 def test_an_operator_holds_stops_and_resets() -> None:
-    held = commanded(RUNNING, Command.HOLD, released=False)
+    held = commanded(RUNNING, OperatorCommand.HOLD, released=False)
     assert held is not None
     assert after(held, TARGET).cause is Cause.OPERATOR
-    enabled = commanded(after(held, TARGET), Command.ENABLE, released=False)
+    enabled = commanded(after(held, TARGET), OperatorCommand.ENABLE, released=False)
     assert enabled is not None
     assert after(enabled, TARGET) == RUNNING
-    stopped = commanded(RUNNING, Command.STOP, released=False)
+    stopped = commanded(RUNNING, OperatorCommand.STOP, released=False)
     assert stopped is not None
     assert after(stopped, TARGET, TARGET).mode is Mode.STOP
-    for command in (Command.ENABLE, Command.HOLD):
+    for command in (OperatorCommand.ENABLE, OperatorCommand.HOLD):
         assert commanded(stopped, command, released=True) is None
-    assert commanded(stopped, Command.RESET, released=False) is None
-    assert commanded(stopped, Command.RESET, released=True) == State()
-    assert commanded(RUNNING, Command.RESET, released=True) is None
+    assert commanded(stopped, OperatorCommand.RESET, released=False) is None
+    assert commanded(stopped, OperatorCommand.RESET, released=True) == NodeState()
+    assert commanded(RUNNING, OperatorCommand.RESET, released=True) is None
 
 
 def test_a_node_that_waits_stays_idle_until_enabled() -> None:
-    waiting = after(State(enabled=False), TARGET)
+    waiting = after(NodeState(enabled=False), TARGET)
     assert (waiting.mode, waiting.cause) == (Mode.IDLE, Cause.OPERATOR)
-    enabled = commanded(waiting, Command.ENABLE, released=False)
+    enabled = commanded(waiting, OperatorCommand.ENABLE, released=False)
     assert enabled is not None
     assert after(enabled, TARGET) == RUNNING
 
 
 @pytest.mark.parametrize("mode", list(Mode))
 def test_a_shutdown_stops_from_everywhere(mode: Mode) -> None:
-    state = after(replace(State(), mode=mode), replace(NOTHING, shutdown=True))
+    state = after(replace(NodeState(), mode=mode), replace(NOTHING, shutdown=True))
     assert (state.mode, state.cause) == (Mode.STOP, Cause.SHUTDOWN)
 
 
 signals = st.builds(Signals, target=st.booleans(), in_time=st.booleans(), measured=st.booleans())
-events = st.lists(signals | st.sampled_from(list(Command)) | st.booleans(), max_size=40)
+events = st.lists(signals | st.sampled_from(list(OperatorCommand)) | st.booleans(), max_size=40)
 
 
 @given(events)
-def test_it_runs_only_when_everything_allows_it(wanted: list[Signals | Command | bool]) -> None:
+def test_it_runs_only_when_everything_allows_it(
+    wanted: list[Signals | OperatorCommand | bool],
+) -> None:
     """Commands, ticks and verdicts (booleans) in any order."""
-    state, late = State(), 0
+    state, late = NodeState(), 0
     for event in wanted:
         before = state
-        if isinstance(event, Command):
+        if isinstance(event, OperatorCommand):
             state = commanded(before, event, released=True) or before
         elif isinstance(event, bool):
             state = judged(before, event)
@@ -119,6 +113,6 @@ def test_it_runs_only_when_everything_allows_it(wanted: list[Signals | Command |
                 assert late < LIMIT
         assert (state.mode is Mode.RUN) == (state.cause is Cause.NONE)
         if before.mode is Mode.STOP and state.mode is not Mode.STOP:
-            assert event is Command.RESET
+            assert event is OperatorCommand.RESET
         if state.mode is Mode.IDLE:
-            assert before.mode is Mode.IDLE or event is Command.RESET
+            assert before.mode is Mode.IDLE or event is OperatorCommand.RESET

@@ -10,15 +10,11 @@ from pathlib import Path
 import pytest
 import zenoh
 
-from tauten.service.clock import Beat, Clock
-from tauten.service.config import load_setup, warm_controller
-from tauten.service.demo import free_ports
-from tauten.service.keys import Keys
-from tauten.service.loop import ControlLoop
-from tauten.service.network import Network, Role, open_session
-from tauten.service.node import Node
-from tauten.service.stopping import StopFlag
-from tauten.service.tick import Tick, decode_tick
+from tauten.service.node import Beat, Clock, ControlLoop, Node
+from tauten.service.plant import free_ports
+from tauten.service.process import StopFlag
+from tauten.service.setup import load_setup, warm_controller
+from tauten.service.wire import Keys, Network, Role, Tick, decode_tick, open_session
 
 KEYS, WAITING = Keys("beam"), 10
 

@@ -14,19 +14,13 @@ from unittest import mock
 
 import numpy as np
 
+from tauten.controller import Controller, Response, inverse_problem
 from tauten.controller import step as control_step
-from tauten.controller.compliance import Response
-from tauten.controller.controller import Controller
-from tauten.controller.inverse import inverse_problem
-from tauten.controller.qpcc import QpccSettings, Start, solve_qpcc
-from tauten.controller.qpcc_problem import Qpcc
-from tauten.controller.recorded_qpcc import Recorded, save_recorded
-from tauten.controller.solution import Solution
-from tauten.model import Robot, Simulator, load_robot
-from tauten.model.arrays import Array, Bools
-from tauten.model.forward import modes_first
-from tauten.model.limits import Limits
+from tauten.controller.qpcc import Qpcc, QpccSettings, Solution, Start, solve_qpcc
+from tauten.model import Limits, Robot, Simulator, default_enrichment, load_robot
+from tauten.model.numerics import Array, Bools
 from tauten.reduction import ContactBasis, Provenance, factorise
+from tauten.service.bench.qpcc import Recorded, save_recorded
 
 HERE = Path(__file__).parent
 ROBOTS = HERE.parents[2] / "model" / "robots"
@@ -46,7 +40,7 @@ max_rate = 0.040
 THREE = [(0.011, 0.004), (0.011, 0.011), (0.0025, 0.0075)]
 
 
-class Recorder:
+class LogRecorder:
     """Stands between the controller and the solver and keeps what passes."""
 
     def __init__(self) -> None:
@@ -125,8 +119,8 @@ def record(
     robot: Robot, contact: ContactBasis, rng: np.random.Generator, steps: int, name: str
 ) -> None:
     """One file."""
-    recorder = Recorder()
-    enrichment = modes_first(robot.config.contact.tolerance)
+    recorder = LogRecorder()
+    enrichment = default_enrichment(robot.config.contact.tolerance)
     controller = Controller(robot, contact, enrichment)
     with (
         mock.patch.object(control_step, "inverse_problem", recorder.build),

@@ -15,14 +15,20 @@ from pathlib import Path
 import numpy as np
 
 from tauten.model import Simulator, load_robot
-from tauten.service.config import Setup, load_setup, one_blas_thread, warm_controller
-from tauten.service.feedback import LARGEST, Feedback
-from tauten.service.keys import Keys
-from tauten.service.loop import Action, ControlLoop
-from tauten.service.messages import JOINTS, TICK, Joints, encode_joints
-from tauten.service.record import Entry, Recorder
-from tauten.service.state_machine import Signals
-from tauten.service.tick import Positions, Tick, encode_tick
+from tauten.service.log import Entry, LogRecorder
+from tauten.service.node import LARGEST, Action, ControlLoop, Feedback, Signals
+from tauten.service.process import one_blas_thread
+from tauten.service.setup import Setup, load_setup, warm_controller
+from tauten.service.wire import (
+    JOINTS,
+    TICK,
+    Joints,
+    Keys,
+    Positions,
+    Tick,
+    encode_joints,
+    encode_tick,
+)
 
 RUNS = {"finger": (0.7, 4.0), "manipulator": (0.4, 3.0)}  # share of the largest pull, seconds
 STIFFER = 1.15
@@ -35,7 +41,7 @@ def points(values: np.ndarray) -> Positions:
 
 
 def write(
-    recorder: Recorder,
+    recorder: LogRecorder,
     setup: Setup,
     index: int,
     action: Action,
@@ -71,7 +77,7 @@ def record(name: str, folder: Path) -> Path:
     setup = load_setup(name)
     robot, path = setup.robot, folder / f"{name}.mcap"
     # the path of the file is nobody's business, the robot is found by its name
-    recorder = Recorder(path, {**setup.metadata(), "robot_path": ""})
+    recorder = LogRecorder(path, {**setup.metadata(), "robot_path": ""})
     ticks = round(seconds / robot.h)
     targets = reached(setup, share, ticks)
     loop = ControlLoop(warm_controller(setup))

@@ -1,0 +1,53 @@
+"""Every way through `solve_qpcc` taken once: a kernel that is first needed in a loop stops it for seconds."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from time import perf_counter
+
+import numpy as np
+
+from tauten.controller.qpcc.descent import Budget, Descent, solve_piece
+from tauten.controller.qpcc.problem import Qpcc
+from tauten.controller.qpcc.qp import qp_backend
+from tauten.controller.qpcc.scaling import scale
+from tauten.controller.qpcc.solve import QpccSettings, solve_qpcc
+
+CLOSED = np.zeros(2, dtype=np.bool_)
+
+
+def warm_solver(solver: str) -> None:
+    """Compile or load all kernels of `solve_qpcc`, those of its rare ways too.
+
+    Rare are pieces that a QP library must solve, degenerate points, and limits in conflict.
+
+    Args:
+        solver: QP library, one of `qp.available_backends()`.
+
+    Raises:
+        ValueError: the library is not installed.
+    """
+    backend = qp_backend(solver)
+    settings = QpccSettings(solver, second_start="always")
+    for n_a in (1, 2):  # one tension has kernels of its own
+        problem = small(n_a)
+        solve_qpcc(problem, settings=settings)
+        solve_qpcc(replace(problem, g_lo=np.array([9.0]), g_hi=np.array([9.5])), settings=settings)
+        _, scaled, _ = scale(problem)
+        descent = Descent(
+            scaled, wrapped := lambda qp: backend(qp), Budget(8, perf_counter() + 9.0)
+        )
+        point = solve_piece(scaled, CLOSED, wrapped)
+        if point is not None:
+            descent.settle(point)
+
+
+def small(n_a: int) -> Qpcc:
+    """Cables n_a and two contacts that push each other, both closed at the start without pushing."""
+    n = n_a + 2
+    M = np.hstack([-np.ones((2, n_a)), np.array([[1.0, 0.5], [0.5, 1.0]])])
+    return Qpcc(
+        Q=np.eye(n), c=-np.ones(n), lb=np.zeros(n_a), ub=np.ones(n_a),
+        G=np.ones((1, n)), g_lo=np.array([-1.0]), g_hi=np.array([2.0]),
+        M=M, m=np.zeros(2),
+    )  # fmt: skip

@@ -1,0 +1,23 @@
+"""Robots made of beams."""
+
+from tauten.model.beams.body import BeamBody, BeamError, make_body
+from tauten.model.beams.elements import angle_functions, assemble_beams, element
+from tauten.model.beams.profile import Profile, bar, natural_stiffness, tube
+from tauten.model.beams.robot import BeamRobot
+from tauten.model.beams.surfaces import BeamSurfaces, build_beam_surfaces
+
+__all__ = [
+    "BeamBody",
+    "BeamError",
+    "BeamRobot",
+    "BeamSurfaces",
+    "Profile",
+    "angle_functions",
+    "assemble_beams",
+    "bar",
+    "build_beam_surfaces",
+    "element",
+    "make_body",
+    "natural_stiffness",
+    "tube",
+]

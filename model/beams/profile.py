@@ -1,0 +1,86 @@
+"""Cross-sections of beams: areas, moments of inertia, and the stiffnesses of a beam's natural modes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tauten.model.body import Material
+from tauten.model.numerics import Array
+
+
+@dataclass(frozen=True, slots=True)
+class Profile:
+    """A cross-section; axis 2 and 3 are its principal axes.
+
+    Attributes:
+        area: A [m²].
+        shear_area: κ A for shear along axes 2 and 3 [m²]; +inf for beams without shear.
+        torsion: J [m⁴].
+        bending: second moments I for bending about axes 2 and 3 [m⁴].
+        outline: (c, 2) corners of the cross-section along axes 2 and 3, for drawing [m].
+    """
+
+    area: float
+    shear_area: tuple[float, float]
+    torsion: float
+    bending: tuple[float, float]
+    outline: Array
+
+
+def tube(outer: float, inner: float = 0.0, corners: int = 8) -> Profile:
+    """A round tube, or a rod when `inner` is zero.
+
+    Args:
+        outer: outer diameter [m].
+        inner: inner diameter [m].
+        corners: of the outline.
+    """
+    area = np.pi / 4.0 * (outer**2 - inner**2)
+    moment = np.pi / 64.0 * (outer**4 - inner**4)
+    # Cowper 1966 for ν → 0.4, between a rod (0.9) and a thin tube (0.53)
+    kappa = 0.9 - 0.37 * min(1.0, 1.5 * inner / outer)
+    angle = 2.0 * np.pi * np.arange(corners) / corners
+    outline = 0.5 * outer * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    return Profile(area, (kappa * area, kappa * area), 2.0 * moment, (moment, moment), outline)
+
+
+def bar(width: float, height: float) -> Profile:
+    """A rectangular bar, `width` along axis 2 and `height` along axis 3 [m]."""
+    area = width * height
+    long, short = max(width, height), min(width, height)
+    # Roark: within 4 % of the series solution for torsion of rectangles
+    torsion = long * short**3 * (1.0 / 3.0 - 0.21 * short / long * (1.0 - (short / long) ** 4 / 12))
+    bending = (width * height**3 / 12.0, height * width**3 / 12.0)
+    y, z = 0.5 * width, 0.5 * height
+    outline = np.array([[-y, -z], [y, -z], [y, z], [-y, z]])
+    return Profile(area, (5 / 6 * area, 5 / 6 * area), float(torsion), bending, outline)
+
+
+def natural_stiffness(profile: Profile, material: Material, length: float) -> Array:
+    """Stiffnesses of the natural modes of a beam element, see (B1).
+
+    The antisymmetric modes bend and shear: with w the offset of the ends, both kept parallel to the
+    chord's frame, 1/k = L³ / (12 E I) + L / (κ G A).
+
+    Args:
+        profile: cross-section.
+        material: what it is made of.
+        length: L [m].
+
+    Returns:
+        (6,): for u along axes 1, 2, 3 [N/m], for φ about axes 1, 2, 3 [N m].
+    """
+    E, G = material.young_modulus, material.lame[1]
+    (I2, I3), (A2, A3) = profile.bending, profile.shear_area
+    return np.array(
+        [
+            E * profile.area / length,
+            1.0 / (length**3 / (12.0 * E * I3) + length / (G * A2)),
+            1.0 / (length**3 / (12.0 * E * I2) + length / (G * A3)),
+            G * profile.torsion / length,
+            E * I2 / length,
+            E * I3 / length,
+        ]
+    )

@@ -1,0 +1,165 @@
+"""The robot made of beams, with surfaces, cables and effectors that the beams carry."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+
+import numpy as np
+
+from tauten.model.beams.body import BeamBody
+from tauten.model.beams.elements import assemble_beams
+from tauten.model.beams.surfaces import BeamSurfaces
+from tauten.model.body import SparseRobot
+from tauten.model.numerics import Array, Ints, turned
+from tauten.model.points import AttachedPoints, BeamCables, Entries, add_beam_cable_stiffness
+from tauten.model.robot import RobotRows, State
+from tauten.model.rows import ContactRows, Rows
+from tauten.model.schema import BeamConfig
+from tauten.model.system import System
+
+
+@dataclass(frozen=True, slots=True)
+class BeamRobot(SparseRobot):
+    """A cable-driven robot made of beams, a `Robot`; made by `load_robot`.
+
+    A node has six degrees of freedom: position, and turns about the fixed axes. Of a free node q holds
+    position and unit quaternion, seven numbers.
+
+    Groups 2 i and 2 i + 1 of the pattern are position and rotation of node i.
+
+    Attributes, beside those of every sparse robot:
+        body: the beams at rest.
+        beam_slot: places of the elements in the pattern.
+        gravity: (3,) [m/s²].
+        effector_force: (n_e,) outer forces on the effectors [N].
+        hull: surfaces, for contact and for drawing.
+    """
+
+    config: BeamConfig
+    cables: BeamCables
+    effectors: AttachedPoints
+    body: BeamBody
+    beam_slot: tuple[Ints, Ints]
+    gravity: Array
+    effector_force: Array
+    hull: BeamSurfaces
+
+    @property
+    def n_nodes(self) -> int:
+        """Nodes, fixed ones included."""
+        return len(self.body.nodes)
+
+    @property
+    def n_elements(self) -> int:
+        """Beam elements."""
+        return len(self.body.ends)
+
+    @property
+    def size(self) -> float:
+        """Diagonal of the bounding box at rest [m]."""
+        return self.body.size
+
+    @property
+    def triangles(self) -> Ints:
+        """Surface as triples of `points`: (t, 3)."""
+        return self.hull.triangles
+
+    @property
+    def dof(self) -> Ints:
+        """First of the six degrees of freedom of a node, −1 where it is fixed: (n_nodes,)."""
+        return self.pattern.dof[::2]
+
+    def loaded(self, gravity: Array, effector_force: Array) -> BeamRobot:
+        """The robot under another gravity (3,) [m/s²] and forces on its effectors (n_e,) [N]."""
+        return dataclasses.replace(
+            self, gravity=np.asarray(gravity), effector_force=np.asarray(effector_force)
+        )
+
+    def rest(self) -> State:
+        """The stress-free state at standstill."""
+        free = self.body.nodes[self.dof >= 0]
+        q = np.hstack([free, np.tile([1.0, 0.0, 0.0, 0.0], (len(free), 1))])
+        return State(q.ravel(), np.zeros(self.n))
+
+    def pose(self, state: State) -> tuple[Array, Array]:
+        """Positions (n_nodes, 3) [m] and rotations (n_nodes, 4) of all nodes."""
+        free, q = self.dof >= 0, state.q.reshape(-1, 7)
+        x, Q = self.body.nodes.copy(), np.tile([1.0, 0.0, 0.0, 0.0], (self.n_nodes, 1))
+        x[free], Q[free] = q[:, :3], q[:, 3:]
+        return x, Q
+
+    def effector(self, state: State) -> Array:
+        """Positions of the effectors: (p, 3) [m]."""
+        return self.effectors.place(*self.pose(state))[0]
+
+    def points(self, state: State) -> Array:
+        """Positions of what `triangles` joins: (P, 3) [m]."""
+        return self.hull.drawn.place(*self.pose(state))[0]
+
+    def candidates(self, state: State) -> Array:
+        """Positions of the contact candidates: (n_c, 3) [m]."""
+        return self.contacts.positions(self.hull.skin.place(*self.pose(state))[0])
+
+    def displacement(self, dq: Array) -> float:
+        """Largest displacement of a node, or of what it carries far out, in a change dq (n,) [m]."""
+        moved, turn = np.abs(dq.reshape(-1, 2, 3)).max(axis=(0, 2), initial=0.0)
+        return float(max(moved, turn * self.hull.lever))
+
+    def forces(
+        self, state: State, tension: Array | None = None, exact: bool = False
+    ) -> tuple[Array, Array]:
+        """Internal and outer forces, and the tangent; see `Robot.forces`.
+
+        Returns:
+            force (n,) [N, N m] without cables and contacts, and K = −∂force/∂q as CSC values (nnz,).
+        """
+        x, Q = self.pose(state)
+        body, dof = self.body, self.pattern.dof
+        force, K = np.zeros((2 * self.n_nodes, 3)), np.zeros(len(self.pattern.indices))
+        force[::2] = np.outer(body.mass, self.gravity)
+        assemble_beams(
+            x, Q, body.ends, body.axes, body.D, body.length, exact, *self.beam_slot, force, K
+        )
+        if tension is not None:
+            cables = self.cables
+            points, arms = cables.stations.place(x, Q)
+            add_beam_cable_stiffness(
+                points, arms, cables.first, cables.owner, tension, exact, *self.cable_slot, K
+            )
+        total = force[dof >= 0].ravel()
+        if self.effector_force.any():
+            total += self.effector_rows(x, Q).H.T @ self.effector_force
+        return total, K
+
+    def rows(self, state: State, contacts: bool = True) -> RobotRows:
+        """Rows of effectors, cables and, unless told otherwise, contacts at this state."""
+        x, Q = self.pose(state)
+        return RobotRows(
+            effectors=self.effector_rows(x, Q),
+            actuators=self.cables.rows(x, Q, self.dof, self.n),
+            contacts=self.contact_rows(x, Q) if contacts else self.no_contact_rows(),
+        )
+
+    def effector_rows(self, x: Array, Q: Array) -> Rows:
+        """Positions of the effectors as rows."""
+        points, arms = self.effectors.place(x, Q)
+        return Rows(self.effectors.velocity_map(arms, self.dof, self.n), points.ravel())
+
+    def contact_rows(self, x: Array, Q: Array) -> ContactRows:
+        """Gaps and H_c of the candidates in range at node positions and rotations."""
+        points, arms = self.hull.skin.place(x, Q)
+        found = self.contacts.detect(points)
+        vectors = found.coefficients[:, :, None] * found.normal[:, None, :]  # (m, 6, 3)
+        starts = np.arange(0, 6 * len(found) + 1, 6)
+        entries = Entries(starts, found.vertices.ravel(), vectors.reshape(-1, 3))
+        H = self.hull.skin.rows(arms, self.dof, self.n, entries)
+        return ContactRows(Rows(H, found.gap), found.slots, found.pair, self.n_c)
+
+    def advance(self, state: State, system: System, dv: Array) -> State:
+        """The state one step later: v + dv, nodes moved and turned by h (v + dv)."""
+        v = system.v + dv
+        step = (system.h * v).reshape(-1, 6)
+        q = state.q.reshape(-1, 7)
+        moved = np.hstack([q[:, :3] + step[:, :3], turned(q[:, 3:].copy(), step[:, 3:].copy())])
+        return State(moved.ravel(), v)

@@ -1,0 +1,147 @@
+"""What robots with a sparse tangent have in common, whatever their elements are."""
+
+from __future__ import annotations
+
+import dataclasses
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import Self
+
+import scipy.sparse as sp
+
+from tauten.model.contact import ContactSet
+from tauten.model.limits import Limits
+from tauten.model.numerics import Array, Factorisation, FactorisationError, Ints, make_factorisation
+from tauten.model.points import AttachedPoints, BeamCables, CableSet, MaterialPoints
+from tauten.model.robot import State
+from tauten.model.rows import ContactRows, PairSlots
+from tauten.model.schema import RobotSettings
+from tauten.model.system import Integration, Pattern, System, make_system
+
+
+@dataclass(frozen=True, slots=True)
+class SparseRobot(ABC):
+    """Names, sizes and the linear system of a `Robot` that has a pattern and a factorisation.
+
+    Attributes:
+        config: the robot file.
+        digest: SHA-256 over all that decides its contact forces (body, material, cables, contacts).
+        integration: time step and scheme.
+        pattern: sparsity of its matrices.
+        mass: (n,) lumped mass of the free degrees of freedom [kg], [kg m²] where they are rotations.
+        cables: its cables.
+        cable_slot: places of the cables' curvature in the pattern.
+        limits: what the winches can do.
+        effectors: points that reach targets.
+        contacts: candidates and the surfaces they may touch.
+        factorisation: workspace of the linear solver.
+    """
+
+    config: RobotSettings
+    digest: str
+    integration: Integration
+    pattern: Pattern
+    mass: Array
+    cables: CableSet | BeamCables
+    cable_slot: tuple[Ints, Ints]
+    limits: Limits
+    effectors: MaterialPoints | AttachedPoints
+    contacts: ContactSet
+    factorisation: Factorisation
+
+    @property
+    def name(self) -> str:
+        """Name in keys and messages."""
+        return self.config.name
+
+    @property
+    def frame(self) -> str:
+        """Frame id of its positions on the wire."""
+        return self.config.frame
+
+    @property
+    def h(self) -> float:
+        """Time step [s]."""
+        return self.integration.h
+
+    @property
+    def n(self) -> int:
+        """Free degrees of freedom, the length of v."""
+        return self.pattern.n
+
+    @property
+    def n_a(self) -> int:
+        """Cables."""
+        return self.cables.n_a
+
+    @property
+    def n_e(self) -> int:
+        """Effector rows, three a point."""
+        return 3 * len(self.effectors)
+
+    @property
+    def n_c(self) -> int:
+        """Contact candidates, slots of λ_c."""
+        return self.contacts.n_slots
+
+    @property
+    def linear_solver(self) -> str:
+        """Name of the factorisation in use."""
+        return self.factorisation.name
+
+    @property
+    def pairs(self) -> tuple[PairSlots, ...]:
+        """Contact pairs in the order of their slots."""
+        return self.contacts.pair_slots
+
+    @property
+    def cable_names(self) -> tuple[str, ...]:
+        """Names of the cables, in the order of λ_a."""
+        return tuple(cable.name for cable in self.config.cables)
+
+    @property
+    def effector_names(self) -> tuple[str, ...]:
+        """Names of the effectors, in row order."""
+        return tuple(effector.name for effector in self.config.effectors)
+
+    def fork(self) -> Self:
+        """The same robot with a factorisation workspace of its own."""
+        backend = self.config.integration.factorisation
+        workspace = make_factorisation(self.pattern.indptr, self.pattern.indices, backend)
+        return dataclasses.replace(self, factorisation=workspace)
+
+    @abstractmethod
+    def forces(
+        self, state: State, tension: Array | None = None, exact: bool = False
+    ) -> tuple[Array, Array]:
+        """Forces without cables and contacts (n,) [N], and K = −∂force/∂q as CSC values (nnz,)."""
+
+    def linearise(
+        self, state: State, tension: Array | None = None, integration: Integration | None = None
+    ) -> System:
+        """The system of one step from this state: A, b, v_free (7)-(10).
+
+        Args:
+            state: where the step starts.
+            tension: (n_a,) last tensions, for the curvature they add to A [N].
+            integration: another scheme than the robot's own.
+
+        Raises:
+            FactorisationError: A is not positive definite (a state that has blown up).
+        """
+        scheme = integration or self.integration
+        for exact in (True, False):
+            force, K = self.forces(state, tension, exact)
+            try:
+                return make_system(
+                    self.pattern, self.factorisation, scheme, K, self.mass, force, state.v
+                )
+            except FactorisationError:
+                # the exact tangent may be indefinite (buckling, compression); the other one is not
+                if not exact:
+                    raise
+        raise AssertionError("unreachable")
+
+    def no_contact_rows(self) -> ContactRows:
+        """Contact rows with no candidate in range."""
+        return ContactRows.out_of_range(sp.csr_array((0, self.n)), self.n_c)

@@ -1,0 +1,162 @@
+"""Which triangle of a surface is likely the nearest to each of a block of candidates.
+
+The planes of a triangle and of its edges give a lower bound of the distance to it, exact beside its inside
+and its edges. Triangles out of reach of the whole block are left out; the bounds of the others are computed
+in loops over flat arrays, which the compiler turns into vector instructions.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tauten.model.contact.closest_point import face_normal
+from tauten.model.contact.surface_topology import SurfaceTopology
+from tauten.model.numerics import Array, Ints, Vector3, cross, dot, kernel, row, subtract, unit
+
+BLOCK = 128  # candidates looked at together
+ROUNDING = 1e-9  # of bounds, relative
+
+
+@kernel
+def in_reach(points: Array, x: Array, triangles: Ints, first: int, end: int, reach: float) -> Ints:
+    """Triangles that may be within reach of a point: those whose box comes so near to the points' box.
+
+    Args:
+        points: (3, m) the points; those that are not finite do not count.
+        x: (v, 3) vertex positions.
+        triangles: (t, 3) vertices,
+        first: of triangles from here
+        end: to before here.
+        reach: largest distance.
+    """
+    lower, upper = box(points)
+    near, count = np.empty(end - first, np.int64), 0
+    for t in range(first, end):
+        apart = False
+        for i in range(3):
+            a, b, c = x[triangles[t, 0], i], x[triangles[t, 1], i], x[triangles[t, 2], i]
+            # said so that NaN is apart from everything
+            meets = min(a, b, c) - reach <= upper[i] and max(a, b, c) + reach >= lower[i]
+            apart = apart or not meets
+        if not apart:
+            near[count] = t
+            count += 1
+    return near[:count]
+
+
+@kernel
+def box(points: Array) -> tuple[Array, Array]:
+    """Corners (3,) of the box round those of points (3, m) that are finite; turned inside out for none."""
+    lower, upper = np.full(3, np.inf), np.full(3, -np.inf)
+    for i in range(3):
+        for s in range(points.shape[1]):
+            if abs(points[i, s]) < np.inf:
+                lower[i], upper[i] = min(lower[i], points[i, s]), max(upper[i], points[i, s])
+    return lower, upper
+
+
+@kernel
+def rank(
+    points: Array, planes: Array, near: Ints, patches: SurfaceTopology, begin: int, reach: float
+) -> tuple[Ints, Array]:
+    """The triangle of the smallest lower bound for each candidate, and the second smallest bound.
+
+    Args:
+        points: (3, m) candidates begin … begin + m − 1.
+        planes: of the triangles, see `walls`.
+        near: (t,) their numbers.
+        patches: what they are kin of; those are left out.
+        begin: number of the first candidate.
+        reach: largest distance.
+
+    Returns:
+        (m,) place in `near`, −1 when none is within reach; (m,) squared bound, +inf without a second one.
+    """
+    m = points.shape[1]
+    X, Y, Z = points[0], points[1], points[2]
+    likely, least = np.full(m, -1, np.int64), np.full(m, reach * reach)
+    second, bounds = np.full(m, np.inf), np.empty(m)
+    for f in range(near.shape[0]):
+        lower_bounds(X, Y, Z, planes, f, bounds)
+        for place in range(patches.kin_first[near[f]], patches.kin_first[near[f] + 1]):
+            if 0 <= patches.kin[place] - begin < m:
+                bounds[patches.kin[place] - begin] = np.inf
+        compete(f, bounds, likely, least, second)
+    return likely, second
+
+
+@kernel
+def lower_bounds(X: Array, Y: Array, Z: Array, planes: Array, f: int, bounds: Array) -> None:
+    """`lower_bound` of points with coordinates (m,) into bounds (m,)."""
+    n0, n1, n2, n3 = planes[0, f], planes[1, f], planes[2, f], planes[3, f]
+    a0, a1, a2, a3 = planes[4, f], planes[5, f], planes[6, f], planes[7, f]
+    b0, b1, b2, b3 = planes[8, f], planes[9, f], planes[10, f], planes[11, f]
+    c0, c1, c2, c3 = planes[12, f], planes[13, f], planes[14, f], planes[15, f]
+    for s in range(X.shape[0]):
+        height = n0 * X[s] + n1 * Y[s] + n2 * Z[s] - n3
+        a = a0 * X[s] + a1 * Y[s] + a2 * Z[s] - a3
+        b = b0 * X[s] + b1 * Y[s] + b2 * Z[s] - b3
+        c = c0 * X[s] + c1 * Y[s] + c2 * Z[s] - c3
+        out = a if a > b else b
+        out = c if c > out else out
+        out = out if out > 0.0 else 0.0
+        bounds[s] = height * height + out * out
+
+
+@kernel
+def compete(f: int, bounds: Array, likely: Ints, least: Array, second: Array) -> None:
+    """Enter the bounds of triangle f into the smallest two of each point, all (m,)."""
+    for s in range(least.shape[0]):
+        bound, smallest, following = bounds[s], least[s], second[s]
+        closer = bound < smallest
+        loser = smallest if closer else bound
+        second[s] = loser if loser < following else following
+        least[s] = bound if closer else smallest
+        likely[s] = f if closer else likely[s]
+
+
+@kernel
+def lower_bound(p: Vector3, planes: Array, f: int) -> float:
+    """Lower bound of the squared distance of p to triangle f of `walls`."""
+    height, a = beyond(p, planes, 0, f), beyond(p, planes, 4, f)
+    b, c = beyond(p, planes, 8, f), beyond(p, planes, 12, f)
+    out = a if a > b else b
+    out = c if c > out else out
+    out = out if out > 0.0 else 0.0
+    return float(height * height + out * out)
+
+
+@kernel
+def beyond(p: Vector3, planes: Array, k: int, f: int) -> float:
+    """How far p is beyond the plane in rows k to k + 3 of triangle f."""
+    along = planes[k, f] * p[0] + planes[k + 1, f] * p[1] + planes[k + 2, f] * p[2]
+    return float(along - planes[k + 3, f])
+
+
+@kernel
+def walls(x: Array, triangles: Ints, near: Ints) -> Array:
+    """Planes of the triangles numbered `near` (t,): (18, t).
+
+    Unit normal and offset of the triangle's own plane, then of the planes through its edges at right angles
+    to it, pointing out; then one over the distances of the first two edges to the corners opposite them.
+    """
+    planes = np.empty((18, near.shape[0]))
+    for f in range(near.shape[0]):
+        t = near[f]
+        n, corner = face_normal(x, triangles, t), row(x, triangles[t, 0])
+        put_plane(planes, 0, f, n, corner)
+        for k in range(3):
+            following = row(x, triangles[t, (k + 1) % 3])
+            put_plane(planes, 4 + 4 * k, f, unit(cross(subtract(following, corner), n)), corner)
+            if k < 2:
+                high = -beyond(row(x, triangles[t, (k + 2) % 3]), planes, 4 + 4 * k, f)
+                planes[16 + k, f] = 1.0 / high if high > 0.0 else np.inf
+            corner = following
+    return planes
+
+
+@kernel
+def put_plane(planes: Array, k: int, f: int, n: Vector3, p: Vector3) -> None:
+    """Enter the plane through p at right angles to n where `beyond` reads it."""
+    planes[k, f], planes[k + 1, f], planes[k + 2, f] = n
+    planes[k + 3, f] = dot(n, p)

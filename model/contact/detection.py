@@ -1,0 +1,268 @@
+"""Contact: candidate points of one surface against the triangles of another.
+
+A candidate is a point of a surface triangle, fixed in it. It touches the point of the target
+surface that it *stands over*: the nearest point within the alarm distance that
+
+1. is a local minimum of the distance to the surface, so that it faces the candidate;
+2. lies inside the surface, not on its border;
+3. lies on a triangle without a vertex in common with the candidate's own: neighbours on one
+   surface, or the two flanks of a notch at its root, do not collide.
+
+The gap δ_c is the signed distance to this point, negative behind the surface. Being a distance, its
+gradient needs no derivative of the closest point:
+
+    dδ_c = nᵀ (Σ_j w_j dx_j − Σ_j b_j dy_j)                                       (T2)
+
+with the candidate's weights w over its triangle's vertices x and the closest point's weights b over
+the target triangle's vertices y.
+
+**What an open surface means.** A face cut out of a body has a border, and which side a point
+beside it is on has no answer. Rule 2 gives none: a candidate past the border, above or below the
+face, has no row. It cannot be caught on the border, and one that has slid off the face below its
+level is not taken for a deep penetration. The gap is therefore continuous as long as the candidate
+stands over the face, and ends where it leaves over the border (rule 3 draws such a border round
+the candidate's own neighbourhood, too). A closed surface has none, and its gap is continuous
+everywhere within the alarm distance.
+
+**How deep.** Penetration is found down to the alarm distance, which must stay below the thickness
+of the body: in a thinner wall a candidate of one side is also behind the other side.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+import scipy.sparse as sp
+
+from tauten.model.contact.broad_phase import BLOCK
+from tauten.model.contact.narrow_phase import no_closest_points, search
+from tauten.model.contact.surface_topology import SurfaceTopology, join_surfaces
+from tauten.model.numerics import Array, Ints, kernel
+from tauten.model.rows import ContactRows, PairSlots, Rows
+
+
+@dataclass(frozen=True, slots=True)
+class ContactPair:
+    """Candidate points of one surface against the triangles of another, or of the same one.
+
+    Attributes:
+        name: how messages call it.
+        nodes: (m, 3) vertex ids of the triangle each candidate lies in.
+        weights: (m, 3) its barycentric weights, row sums 1.
+        triangles: (t, 3) vertex ids of the target, counter-clockwise seen from outside.
+    """
+
+    name: str
+    nodes: Ints
+    weights: Array
+    triangles: Ints
+
+
+@dataclass(frozen=True, slots=True)
+class Detection:
+    """Candidates within the alarm distance.
+
+    Attributes:
+        slots: (m,) slot of each, ascending.
+        pair: (m,) its contact pair.
+        gap: (m,) signed gap [m], negative where it penetrates.
+        normal: (m, 3) unit direction in which the gap grows when the candidate moves.
+        vertices: (m, 6) the candidate's three vertices, then the target triangle's.
+        coefficients: (m, 6): dgap = Σ_j coefficients_j normalᵀ dx_j (T2).
+    """
+
+    slots: Ints
+    pair: Ints
+    gap: Array
+    normal: Array
+    vertices: Ints
+    coefficients: Array
+
+    def __len__(self) -> int:
+        return len(self.gap)
+
+
+class ContactSet:
+    """All contact pairs of a robot; every candidate keeps its slot for life.
+
+    Attributes:
+        pairs: the pairs; slots run through them in this order.
+        n_vertices: number of vertices positions are given for.
+        alarm_distance: gaps of less are reported [m].
+        n_slots: number of candidates n_c.
+    """
+
+    def __init__(self, pairs: list[ContactPair], n_vertices: int, alarm_distance: float) -> None:
+        """Check the pairs and gather them in flat arrays.
+
+        Raises:
+            ValueError: the alarm distance is not positive, or a pair has no candidates or
+                triangles, vertices out of range, weights that are not barycentric, or triangles
+                not oriented alike.
+        """
+        if not 0.0 < alarm_distance < np.inf:
+            raise ValueError(f"alarm_distance is {alarm_distance} m, it must be positive")
+        for pair in pairs:
+            check_pair(pair, n_vertices)
+        self.pairs = tuple(pairs)
+        self.n_vertices = n_vertices
+        self.alarm_distance = alarm_distance
+        self._nodes: Ints = np.vstack([np.zeros((0, 3)), *(p.nodes for p in pairs)]).astype(
+            np.int64
+        )
+        self._weights: Array = np.vstack([np.zeros((0, 3)), *(p.weights for p in pairs)])
+        self._first: Ints = np.cumsum([0, *(len(pair.nodes) for pair in pairs)]).astype(np.int64)
+        self._patches: SurfaceTopology = join_surfaces(
+            [pair.triangles.astype(np.int64) for pair in pairs],
+            [pair.nodes.astype(np.int64) for pair in pairs],
+            [pair.name for pair in pairs],
+        )
+
+    @property
+    def n_slots(self) -> int:
+        """Number of candidates."""
+        return len(self._nodes)
+
+    @property
+    def pair_slots(self) -> tuple[PairSlots, ...]:
+        """The pairs' names and slots, in order."""
+        slots = pairwise(self._first.tolist())
+        return tuple(PairSlots(p.name, *s) for p, s in zip(self.pairs, slots, strict=True))
+
+    def positions(self, x: Array) -> Array:
+        """Positions of all candidates at vertex positions x (n_vertices, 3): (n_c, 3) [m]."""
+        positions: Array = np.einsum("mj,mji->mi", self._weights, x[self._nodes])
+        return positions
+
+    def detect(self, x: Array) -> Detection:
+        """Gaps of the candidates in range at vertex positions x (n_vertices, 3) [m].
+
+        Never fails: a candidate or a triangle at a position that is not finite is out of range.
+
+        Args:
+            x: vertex positions.
+        """
+        x = np.ascontiguousarray(x, dtype=float)
+        return Detection(
+            *detect_all(
+                x, self._nodes, self._weights, self._first, self._patches, self.alarm_distance
+            )
+        )
+
+
+def check_pair(pair: ContactPair, n_vertices: int) -> None:
+    """Raise a ValueError that names the pair when its arrays do not make a contact."""
+    for what, ids in (("candidates", pair.nodes), ("triangles", pair.triangles)):
+        if ids.ndim != 2 or ids.shape[1] != 3 or len(ids) == 0:
+            raise ValueError(
+                f"{pair.name}: {what} have shape {ids.shape}, expected (m, 3) with m > 0"
+            )
+        if ids.min() < 0 or ids.max() >= n_vertices:
+            raise ValueError(
+                f"{pair.name}: {what} name vertices {ids.min()} to {ids.max()}, "
+                f"there are 0 to {n_vertices - 1}"
+            )
+    weights = pair.weights
+    if weights.shape != pair.nodes.shape:
+        raise ValueError(
+            f"{pair.name}: weights have shape {weights.shape}, the candidates {pair.nodes.shape}"
+        )
+    good = (weights >= -1e-9).all(axis=1) & (np.abs(weights.sum(axis=1) - 1.0) < 1e-9)
+    if not good.all():
+        worst = int(np.flatnonzero(~good)[0])
+        raise ValueError(
+            f"{pair.name}: candidate {worst} has weights {weights[worst].tolist()}, "
+            "they must not be negative and sum to 1"
+        )
+
+
+@kernel
+def detect_all(
+    x: Array,
+    nodes: Ints,
+    weights: Array,
+    first: Ints,
+    patches: SurfaceTopology,
+    reach: float,
+) -> tuple[Ints, Ints, Array, Array, Ints, Array]:
+    """The arrays of a `Detection`.
+
+    Args:
+        x: (n_vertices, 3) positions [m].
+        nodes: (n_c, 3) vertices of the candidates of all pairs.
+        weights: (n_c, 3) their weights.
+        first: (p + 1,) where each pair's candidates start.
+        patches: target surfaces of the pairs.
+        reach: alarm distance [m].
+    """
+    count = nodes.shape[0]
+    points = np.zeros((3, count))
+    for s in range(count):
+        for j in range(3):
+            for i in range(3):
+                points[i, s] += weights[s, j] * x[nodes[s, j], i]
+    feet, pairs = no_closest_points(count), np.empty(count, np.int64)
+    for pair in range(first.shape[0] - 1):
+        a, b = first[pair], first[pair + 1]
+        for begin in range(a, b, BLOCK):
+            block = points[:, begin : min(begin + BLOCK, b)].copy()
+            search(x, block, patches, pair, begin, reach, feet)
+        pairs[a:b] = pair
+    slots = np.flatnonzero(feet.triangle >= 0)
+    m = slots.shape[0]
+    gap, normal = np.empty(m), np.empty((m, 3))
+    vertices, coefficients = np.empty((m, 6), np.int64), np.empty((m, 6))
+    triangle, inside, triangles = feet.triangle, feet.weights, patches.triangles
+    for k in range(m):
+        s = slots[k]
+        gap[k] = feet.gap[s]
+        for j in range(3):  # entry by entry: slices cost more than what is in them
+            normal[k, j] = feet.normal[s, j]
+            vertices[k, j], vertices[k, 3 + j] = nodes[s, j], triangles[triangle[s], j]
+            coefficients[k, j], coefficients[k, 3 + j] = weights[s, j], -inside[s, j]
+    return slots, pairs[slots], gap, normal, vertices, coefficients
+
+
+def contact_rows(detection: Detection, dof: Ints, n: int, n_slots: int) -> ContactRows:
+    """Contact rows H_c (m, n) with the gaps (T2).
+
+    With `dof = 3 arange(n_vertices)` the columns are the vertices' own coordinates, to be
+    multiplied with a velocity map where vertices are carried by something else than nodes.
+
+    Args:
+        detection: candidates in range.
+        dof: (n_vertices,) first degree of freedom of each vertex, -1 where it is fixed.
+        n: number of degrees of freedom.
+        n_slots: n_c.
+    """
+    data, columns, starts = row_arrays(
+        detection.normal, detection.vertices, detection.coefficients, dof
+    )
+    H = sp.csr_array((data, columns, starts), shape=(len(detection), n))
+    return ContactRows(Rows(H, detection.gap), detection.slots, detection.pair, n_slots)
+
+
+@kernel
+def row_arrays(
+    normal: Array, vertices: Ints, coefficients: Array, dof: Ints
+) -> tuple[Array, Ints, Ints]:
+    """CSR data, columns and row starts of the contact rows, without fixed or weightless vertices.
+
+    Columns are int32, what scipy would otherwise convert them to.
+    """
+    m = normal.shape[0]
+    data, columns = np.empty(18 * m), np.empty(18 * m, np.int32)
+    starts = np.zeros(m + 1, np.int32)
+    place = 0
+    for k in range(m):
+        for j in range(6):
+            first = dof[vertices[k, j]]
+            if first >= 0 and coefficients[k, j] != 0.0:
+                for i in range(3):
+                    data[place] = coefficients[k, j] * normal[k, i]
+                    columns[place] = first + i
+                    place += 1
+        starts[k + 1] = place
+    return data[:place], columns[:place], starts

@@ -1,0 +1,142 @@
+"""Target surfaces of all contact pairs in flat arrays, with the neighbourhoods the kernels need."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import scipy.sparse as sp
+
+from tauten.model.numerics import Ints
+
+
+class SurfaceTopology(NamedTuple):
+    """Triangles of several surfaces, one after the other; surfaces do not know each other.
+
+    A tuple because kernels take it as it is.
+
+    Attributes:
+        triangles: (t, 3) vertex ids.
+        first: (p + 1,) where each surface's triangles start.
+        across: (t, 3) vertex opposite edge k in the neighbour over it, -1 where there is no single
+            neighbour: the border.
+        over: (t, 3) that neighbour, -1 on the border.
+        fan_first: (t, 3) where the fan of corner k starts in `fans`, -1 for corners on the border.
+        fan_last: (t, 3) where it ends.
+        fans: triangles round each inner vertex.
+        kin_first: (t + 1,) where the kin of each triangle starts in `kin`.
+        kin: candidates whose own triangle has a vertex in common with a triangle.
+    """
+
+    triangles: Ints
+    first: Ints
+    across: Ints
+    over: Ints
+    fan_first: Ints
+    fan_last: Ints
+    fans: Ints
+    kin_first: Ints
+    kin: Ints
+
+
+def join_surfaces(
+    surfaces: list[Ints], candidates: list[Ints], names: list[str]
+) -> SurfaceTopology:
+    """SurfaceTopology of the surfaces, each (t, 3), and of the triangles (m, 3) that their candidates lie in.
+
+    Raises:
+        ValueError: neighbouring triangles of a surface run round in opposite senses.
+    """
+    none = np.zeros((0, 3), dtype=np.int64)
+    surfaces, names = [*surfaces, none], [*names, ""]  # arrays keep their shape without surfaces
+    parts = [neighbours(triangles, name) for triangles, name in zip(surfaces, names, strict=True)]
+    fan_parts = [fans(t, over) for t, (_, over) in zip(surfaces, parts, strict=True)]
+    first = np.cumsum([0, *(len(triangles) for triangles in surfaces)])
+    kin_first, kin = kinship(surfaces[:-1], candidates)
+    fan_base = np.cumsum([0, *(len(members) for _, _, members in fan_parts)])
+
+    def joined(arrays: list[Ints], base: Ints | None = None) -> Ints:
+        shift = np.zeros(len(arrays), dtype=np.int64) if base is None else base[:-1]
+        moved = [np.where(a < 0, a, a + b) for a, b in zip(arrays, shift, strict=True)]
+        return np.concatenate(moved)
+
+    return SurfaceTopology(
+        triangles=joined(surfaces),
+        first=first[:-1],
+        across=joined([across for across, _ in parts]),
+        over=joined([over for _, over in parts], first),
+        fan_first=joined([begin for begin, _, _ in fan_parts], fan_base),
+        fan_last=joined([end for _, end, _ in fan_parts], fan_base),
+        fans=joined([members for _, _, members in fan_parts], first),
+        kin_first=kin_first,
+        kin=kin,
+    )
+
+
+def kinship(surfaces: list[Ints], candidates: list[Ints]) -> tuple[Ints, Ints]:
+    """Where the kin of each triangle starts (t + 1,), and the numbers of the candidates that are its kin."""
+    counts, members, base = [np.zeros(1, dtype=np.int64)], [np.zeros(0, dtype=np.int64)], 0
+    for triangles, nodes in zip(surfaces, candidates, strict=True):
+        vertices = 1 + max(triangles.max(), nodes.max())
+        shared = sp.csr_array(incidence(triangles, vertices) @ incidence(nodes, vertices).T)
+        shared.sort_indices()
+        counts.append(np.diff(shared.indptr))
+        members.append(base + shared.indices)
+        base += len(nodes)
+    first = np.cumsum(np.concatenate(counts)).astype(np.int64)
+    return first, np.concatenate(members).astype(np.int64)
+
+
+def incidence(triangles: Ints, vertices: int) -> sp.csr_array:
+    """Which vertices each triangle has: (t, v)."""
+    ones, rows = np.ones(triangles.size), np.repeat(np.arange(len(triangles)), 3)
+    return sp.csr_array((ones, (rows, triangles.ravel())), shape=(len(triangles), vertices))
+
+
+def neighbours(triangles: Ints, name: str) -> tuple[Ints, Ints]:
+    """Per edge (t, 3): the neighbour's opposite vertex and the neighbour; -1 on the border.
+
+    An edge with more than two triangles counts as border: there is no telling its outside.
+    """
+    edges = triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)  # (3 t, 2)
+    _, number, count = np.unique(
+        np.sort(edges, axis=1), axis=0, return_inverse=True, return_counts=True
+    )
+    order = np.argsort(number.ravel(), kind="stable")
+    starts = np.cumsum(count) - count
+    one = order[starts[count == 2]]  # half-edges in pairs
+    other = order[starts[count == 2] + 1]
+    wrong = np.flatnonzero(edges[one, 0] == edges[other, 0])
+    if len(wrong):
+        raise ValueError(
+            f"{name}: triangles {one[wrong[0]] // 3} and {other[wrong[0]] // 3} are not oriented "
+            "alike, all must be counter-clockwise seen from outside"
+        )
+    across = np.full(len(edges), -1, dtype=np.int64)
+    over = np.full(len(edges), -1, dtype=np.int64)
+    for mine, theirs in ((one, other), (other, one)):
+        over[mine] = theirs // 3
+        across[mine] = triangles[theirs // 3, (theirs % 3 + 2) % 3]
+    return across.reshape(-1, 3), over.reshape(-1, 3)
+
+
+def fans(triangles: Ints, over: Ints) -> tuple[Ints, Ints, Ints]:
+    """Where each corner's fan starts and ends (t, 3), and the triangles of all fans.
+
+    Corners on the border have no fan: -1.
+    """
+    vertices, local = np.unique(triangles, return_inverse=True)
+    local = local.reshape(-1, 3)
+    border = np.zeros(len(vertices), dtype=bool)
+    for k in range(3):
+        open_ = over[:, k] < 0
+        border[local[open_, k]] = True
+        border[local[open_, (k + 1) % 3]] = True
+    order = np.argsort(local.ravel(), kind="stable")
+    end = np.cumsum(np.bincount(local.ravel(), minlength=len(vertices)))
+    begin = np.concatenate([[0], end[:-1]]).astype(np.int64)
+    return (
+        np.where(border[local], -1, begin[local]),
+        np.where(border[local], -1, end[local]),
+        order // 3,
+    )

@@ -1,0 +1,257 @@
+"""From a robot file to a robot: read, check against the mesh, build once."""
+
+from __future__ import annotations
+
+import hashlib
+from importlib import resources
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tauten.model.body import Material
+from tauten.model.contact import ContactPair, ContactSet
+from tauten.model.limits import limits_of
+from tauten.model.load.beams import build_beam_robot, read_structure
+from tauten.model.mesh import TetMesh, boundary_triangles, in_box, read_mesh, spread_points
+from tauten.model.numerics import Bools, Ints, make_factorisation
+from tauten.model.points import (
+    Cable,
+    CableSet,
+    MaterialPoints,
+    attach,
+    effector_matrix,
+    make_cables,
+)
+from tauten.model.robot import Robot
+from tauten.model.schema import (
+    BeamConfig,
+    RobotConfig,
+    RobotFileError,
+    SurfaceSettings,
+    read_toml,
+    validated,
+)
+from tauten.model.system import integration_of, make_pattern
+from tauten.model.tetra import Elements, TetRobot, lumped_mass, rest_gradients
+
+C = TypeVar("C", RobotConfig, BeamConfig)
+
+
+def robot_path(name_or_path: str | Path) -> Path:
+    """The robot file: a path as it is, a bare name looked up among the shipped robots.
+
+    Raises:
+        RobotFileError: neither exists.
+    """
+    path = Path(name_or_path)
+    if path.suffix == ".toml":
+        return path
+    folder = Path(str(resources.files("tauten.model.robots")))
+    shipped = folder / f"{name_or_path}.toml"
+    if not shipped.is_file():
+        names = ", ".join(sorted(item.stem for item in folder.glob("*.toml")))
+        raise RobotFileError(
+            f"no robot {str(name_or_path)!r}: give a path to a .toml file or one of {names}"
+        )
+    return shipped
+
+
+def load_robot(
+    name_or_path: str | Path,
+    rate: float | None = None,
+    refinements: int = 0,
+    factorisation: str | None = None,
+    young_scale: float = 1.0,
+) -> Robot:
+    """Load a robot by name ("finger") or from a robot file.
+
+    Args:
+        name_or_path: name of a shipped robot, or a path that ends in .toml.
+        rate: another control rate than the file's [Hz]; the time step is 1 / rate.
+        refinements: how often every tetrahedron is cut into eight.
+        factorisation: another back end than the file's.
+        young_scale: Young's modulus as a multiple of the file's, for robots that are not as modelled.
+
+    Raises:
+        RobotFileError: the file, or what it says about the mesh, cannot be used.
+        MeshError: the mesh cannot be used.
+    """
+    path = robot_path(name_or_path)
+    raw = read_toml(path)
+    if "beams" in raw:
+        beams = with_overrides(validated(BeamConfig, raw, path), rate, factorisation, young_scale)
+        if refinements:
+            raise RobotFileError(f"{path}: refinements is {refinements}, beams are not refined")
+        return build_beam_robot(beams, read_structure(path.parent / beams.beams.file), str(path))
+    config = with_overrides(validated(RobotConfig, raw, path), rate, factorisation, young_scale)
+    mesh = read_mesh(path.parent / config.mesh.file, config.mesh.length_unit)
+    for _ in range(refinements):
+        mesh = mesh.refine()
+    return build_robot(config, mesh, str(path))
+
+
+def with_overrides(
+    config: C, rate: float | None, factorisation: str | None, young_scale: float
+) -> C:
+    """A robot file with what `load_robot` was told otherwise."""
+    if rate is not None:
+        controller = config.controller.model_copy(update={"rate": rate})
+        config = config.model_copy(update={"controller": controller})
+    if factorisation is not None:
+        scheme = config.integration.model_copy(update={"factorisation": factorisation})
+        config = config.model_copy(update={"integration": scheme})
+    if young_scale != 1.0:
+        young_modulus = young_scale * config.material.young_modulus
+        material = config.material.model_copy(update={"young_modulus": young_modulus})
+        config = config.model_copy(update={"material": material})
+    return config
+
+
+def build_robot(config: RobotConfig, mesh: TetMesh, source: str) -> TetRobot:
+    """Build a robot from a validated configuration and a checked mesh.
+
+    Raises:
+        RobotFileError: a region is empty or a point lies outside the mesh; names `source`.
+    """
+    material = Material(**config.material.model_dump())
+    fixed = fixed_nodes(config, mesh, source)
+    cables = build_cables(config, mesh, source)
+    effectors = build_effectors(config, mesh, source)
+    pattern = make_pattern(fixed, [mesh.tets, cables.nodes])
+    slot, column_length = pattern.blocks(mesh.tets)
+    elements = Elements(rest_gradients(mesh), mesh.volumes, slot, column_length)
+    contacts = build_contacts(config, mesh, source)
+    mass = lumped_mass(mesh, material.density)[~fixed]  # (n / 3,)
+    scheme = config.integration
+    return TetRobot(
+        config=config,
+        digest=digest(mesh, material, fixed, cables, contacts),
+        mesh=mesh,
+        material=material,
+        integration=integration_of(config),
+        pattern=pattern,
+        elements=elements,
+        mass=np.repeat(mass, 3),
+        load=np.outer(mass, config.gravity).ravel(),
+        cables=cables,
+        cable_slot=pattern.blocks(cables.nodes),
+        limits=limits_of(config.cables),
+        effectors=effectors,
+        H_e=effector_matrix(effectors, pattern.dof, pattern.n),
+        contacts=contacts,
+        factorisation=make_factorisation(pattern.indptr, pattern.indices, scheme.factorisation),
+    )
+
+
+def fixed_nodes(config: RobotConfig, mesh: TetMesh, source: str) -> Bools:
+    """Nodes in any of the `fixed` boxes: (n_nodes,) bool."""
+    fixed = np.zeros(len(mesh.nodes), dtype=bool)
+    for index, box in enumerate(config.fixed):
+        chosen = in_box(mesh.nodes, box)
+        if not chosen.any():
+            low, high = mesh.nodes.min(axis=0).round(4), mesh.nodes.max(axis=0).round(4)
+            raise RobotFileError(
+                f"{source}: fixed.{index}: no node in {box.lower} to {box.upper}, "
+                f"the mesh spans {low.tolist()} to {high.tolist()} m"
+            )
+        fixed |= chosen
+    if np.linalg.matrix_rank(mesh.nodes[fixed] - mesh.nodes[fixed][0], tol=1e-6 * mesh.size) < 2:
+        raise RobotFileError(f"{source}: fixed: needs three nodes not on a line to hold the robot")
+    if fixed.all():
+        raise RobotFileError(f"{source}: fixed: holds every node, nothing is left to move")
+    return fixed
+
+
+def build_cables(config: RobotConfig, mesh: TetMesh, source: str) -> CableSet:
+    """Cables attached to the mesh."""
+    cables = []
+    for index, cable in enumerate(config.cables):
+        what = f"{source}: cables.{index}.points"
+        points = place(mesh, cable.points, what, cable.max_outside)
+        pull_point = None if cable.pull_point is None else np.array(cable.pull_point)
+        route = np.array(cable.points if pull_point is None else [pull_point, *cable.points])
+        short = np.flatnonzero(np.linalg.norm(np.diff(route, axis=0), axis=1) < 1e-9)
+        if len(short):
+            raise RobotFileError(f"{what}: points {short[0]} and {short[0] + 1} coincide")
+        cables.append(Cable(cable.name, points, pull_point))
+    return make_cables(cables, mesh.nodes)
+
+
+def build_effectors(config: RobotConfig, mesh: TetMesh, source: str) -> MaterialPoints:
+    """Effectors attached to the mesh."""
+    parts = [
+        place(mesh, [item.point], f"{source}: effectors.{index}.point", item.max_outside)
+        for index, item in enumerate(config.effectors)
+    ]
+    return MaterialPoints(
+        np.concatenate([part.nodes for part in parts]),
+        np.concatenate([part.weights for part in parts]),
+    )
+
+
+def place(
+    mesh: TetMesh, points: list[tuple[float, float, float]], what: str, slack: float
+) -> MaterialPoints:
+    """`attach`, its error as a RobotFileError."""
+    try:
+        return attach(mesh, np.array(points), what, slack)
+    except ValueError as error:
+        raise RobotFileError(str(error)) from error
+
+
+def select_surface(settings: SurfaceSettings, mesh: TetMesh, boundary: Ints, source: str) -> Ints:
+    """Boundary triangles a surface selects: (t, 3).
+
+    Raises:
+        RobotFileError: none.
+    """
+    corners = mesh.nodes[boundary]  # (t, 3, 3)
+    chosen = in_box(corners.mean(axis=1), settings.box)
+    if settings.normal is not None:
+        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+        wanted = np.array(settings.normal) / np.linalg.norm(settings.normal)
+        chosen &= normals @ wanted >= np.cos(np.radians(settings.max_angle_deg))
+    if not chosen.any():
+        raise RobotFileError(
+            f"{source}: surfaces.{settings.name}: no boundary triangle has its centre in "
+            f"{settings.box.lower} to {settings.box.upper}"
+            + (f" and points along {settings.normal}" if settings.normal else "")
+        )
+    return boundary[chosen]
+
+
+def build_contacts(config: RobotConfig, mesh: TetMesh, source: str) -> ContactSet:
+    """Candidates and target surfaces of every contact."""
+    boundary = boundary_triangles(mesh.tets)
+    surfaces = {s.name: select_surface(s, mesh, boundary, source) for s in config.surfaces}
+    pairs = []
+    for contact in config.contacts:
+        nodes, weights = spread_points(mesh.nodes, surfaces[contact.candidates], contact.points)
+        name = f"{contact.candidates} on {contact.against}"
+        pairs.append(ContactPair(name, nodes, weights, surfaces[contact.against]))
+    return ContactSet(pairs, len(mesh.nodes), config.contact.alarm_distance)
+
+
+def digest(
+    mesh: TetMesh, material: Material, fixed: Bools, cables: CableSet, contacts: ContactSet
+) -> str:
+    """SHA-256 of what decides the contact forces of a robot; loads and control are left out."""
+    hasher = hashlib.sha256()
+    arrays: list[NDArray[Any]] = [
+        mesh.nodes,
+        mesh.tets,
+        fixed,
+        cables.owner,
+        cables.nodes,
+        cables.weights,
+        cables.offset,
+    ]
+    for pair in contacts.pairs:
+        arrays += [pair.nodes, pair.weights, pair.triangles]
+    for array in arrays:
+        hasher.update(np.round(np.ascontiguousarray(array, dtype=float), 12).tobytes())
+    hasher.update(repr(material).encode())
+    return hasher.hexdigest()

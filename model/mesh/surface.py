@@ -1,0 +1,143 @@
+"""Triangle surfaces: the boundary of a tetrahedral mesh, points spread evenly over a surface."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from tauten.model.numerics import Array, Ints, kernel
+
+# Corners of the faces of a positively oriented tetrahedron, seen from outside counter-clockwise.
+FACES = np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]])
+
+SAMPLES_PER_POINT = 40  # how much denser the surface is sampled than it is to be covered
+RELAXATIONS = 20  # Lloyd steps; positions move by less than a sample spacing after about ten
+
+
+def boundary_triangles(tets: Ints) -> Ints:
+    """Faces that belong to one tetrahedron only, oriented outward.
+
+    Args:
+        tets: (e, 4) node ids, positively oriented.
+
+    Returns:
+        (t, 3) node ids, in the order of the tetrahedra they come from.
+    """
+    faces = tets[:, FACES].reshape(-1, 3)  # (4 e, 3)
+    _, first, count = np.unique(
+        np.sort(faces, axis=1), axis=0, return_index=True, return_counts=True
+    )
+    boundary: Ints = faces[np.sort(first[count == 1])]
+    return boundary
+
+
+def triangle_areas(vertices: Array, triangles: Ints) -> Array:
+    """Area of each triangle: (t,) [m²]."""
+    a, b, c = (vertices[triangles[:, i]] for i in range(3))
+    areas: Array = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    return areas
+
+
+def spread_points(vertices: Array, triangles: Ints, count: int) -> tuple[Ints, Array]:
+    """MaterialPoints spread evenly over a surface, each standing for about the same area.
+
+    A dense sampling of the surface is thinned by farthest-point selection (Gonzalez 1985) and
+    relaxed towards the centroidal Voronoi tessellation (Lloyd 1982). The outermost points end half
+    a spacing inside the border: a small slip between two facing surfaces does not carry them past
+    the other's border. Distances are straight lines, so on a surface folded tighter than the
+    spacing the cells of both sides mix. Deterministic.
+
+    Args:
+        vertices: (v, 3) positions [m].
+        triangles: (t, 3) vertex ids.
+        count: number of points.
+
+    Returns:
+        Vertex ids (count, 3) of the triangle each point lies in, and its barycentric weights
+        (count, 3), positive with row sums 1.
+
+    Raises:
+        ValueError: `count` is not positive or the surface has no area.
+    """
+    if count < 1:
+        raise ValueError(f"count is {count}, at least one point is needed")
+    area = float(triangle_areas(vertices, triangles).sum())
+    if not area > 0.0:
+        raise ValueError(f"the surface of {len(triangles)} triangles has no area")
+    owner, weights = dense_samples(vertices, triangles, area / (SAMPLES_PER_POINT * count))
+    nodes = triangles[owner]  # (s, 3)
+    samples = np.einsum("si,sij->sj", weights, vertices[nodes])  # (s, 3)
+    chosen = farthest_points(samples, count)
+    for _ in range(RELAXATIONS):
+        moved = nearest_to_centroids(samples, chosen)
+        if np.array_equal(moved, chosen):
+            break
+        chosen = moved
+    chosen = np.sort(chosen)
+    return nodes[chosen], weights[chosen]
+
+
+def dense_samples(vertices: Array, triangles: Ints, area: float) -> tuple[Ints, Array]:
+    """Centres of the d² equal parts of each triangle, none larger than `area` [m²].
+
+    Returns:
+        Triangle of each sample (s,) and its barycentric weights (s, 3).
+    """
+    areas = triangle_areas(vertices, triangles)
+    divisions = np.ceil(np.sqrt(areas / area)).astype(np.int64)  # 0 where the triangle is flat
+    owner, weights = [], []
+    for d in np.unique(divisions[divisions > 0]):
+        members = np.flatnonzero(divisions == d)
+        centres = part_centres(int(d))
+        owner.append(np.repeat(members, len(centres)))
+        weights.append(np.tile(centres, (len(members), 1)))
+    order = np.argsort(np.concatenate(owner), kind="stable")
+    return np.concatenate(owner)[order], np.concatenate(weights)[order]
+
+
+def part_centres(d: int) -> Array:
+    """Barycentric centres of a triangle's d² congruent parts: (d², 3)."""
+    i, j = (grid.ravel() for grid in np.meshgrid(np.arange(d), np.arange(d), indexing="ij"))
+    upright, inverted = i + j < d, i + j < d - 1
+    first = np.concatenate([i[upright] + 1 / 3, i[inverted] + 2 / 3]) / d
+    second = np.concatenate([j[upright] + 1 / 3, j[inverted] + 2 / 3]) / d
+    return np.stack([1.0 - first - second, first, second], axis=1)
+
+
+@kernel
+def farthest_points(samples: Array, count: int) -> Ints:
+    """Samples chosen one by one, each farthest from the ones before: ids (count,).
+
+    The first is the one farthest from the centre of all.
+    """
+    chosen = np.empty(count, dtype=np.int64)
+    distance = np.full(samples.shape[0], np.inf)
+    from_x = samples[:, 0].mean()
+    from_y = samples[:, 1].mean()
+    from_z = samples[:, 2].mean()
+    for k in range(count):
+        best, farthest = 0, -1.0
+        for s in range(samples.shape[0]):
+            dx, dy, dz = samples[s, 0] - from_x, samples[s, 1] - from_y, samples[s, 2] - from_z
+            here = min(distance[s], dx * dx + dy * dy + dz * dz)
+            if k > 0:  # the centre is no point to keep away from
+                distance[s] = here
+            if here > farthest:
+                best, farthest = s, here
+        chosen[k] = best
+        from_x, from_y, from_z = samples[best, 0], samples[best, 1], samples[best, 2]
+    return chosen
+
+
+def nearest_to_centroids(samples: Array, chosen: Ints) -> Ints:
+    """One Lloyd step: for each chosen sample the one nearest to the centroid of its cell (c,)."""
+    _, cell = cKDTree(samples[chosen]).query(samples)  # (s,)
+    size = np.bincount(cell, minlength=len(chosen))
+    sums = [np.bincount(cell, samples[:, i], minlength=len(chosen)) for i in range(3)]
+    centroid = np.stack(sums, axis=1) / np.maximum(size, 1)[:, None]  # (c, 3)
+    distance = np.linalg.norm(samples - centroid[cell], axis=1)
+    order = np.lexsort((distance, cell))
+    filled, first = np.unique(cell[order], return_index=True)
+    moved = chosen.copy()
+    moved[filled] = order[first]
+    return moved

@@ -1,0 +1,95 @@
+"""Numerical kernels that know nothing of robots: arrays, rotations, factorisations, complementarity."""
+
+from tauten.model.numerics.active_set import pushing_forces
+from tauten.model.numerics.anderson import Anderson
+from tauten.model.numerics.arrays import Array, Bools, Ints
+from tauten.model.numerics.dense_cholesky import DenseFactors, cholesky, solve_in_place, solve_rows
+from tauten.model.numerics.early_stopped_nnls import sparse_nnls
+from tauten.model.numerics.elimination import eliminate, solve_transposed, solve_upper
+from tauten.model.numerics.factorisation import (
+    BACKENDS,
+    Factorisation,
+    FactorisationError,
+    installed_backends,
+    make_factorisation,
+)
+from tauten.model.numerics.jit import kernel
+from tauten.model.numerics.lcp import LcpResult, complementarity, solve_lcp, solve_pgs
+from tauten.model.numerics.nnls import coordinates, distances
+from tauten.model.numerics.polar import LANES, polar_rotations
+from tauten.model.numerics.quaternions import (
+    conjugate,
+    normalised,
+    product,
+    quaternion,
+    rotate,
+    rotation_vector,
+    turned,
+)
+from tauten.model.numerics.updated_cholesky import (
+    append_row,
+    back_substitute,
+    delete_row,
+    forward_substitute,
+)
+from tauten.model.numerics.vector import (
+    Vector3,
+    add,
+    cross,
+    dot,
+    length,
+    row,
+    scale,
+    subtract,
+    unit,
+)
+
+__all__ = [
+    "Anderson",
+    "Array",
+    "BACKENDS",
+    "Bools",
+    "DenseFactors",
+    "Factorisation",
+    "FactorisationError",
+    "Ints",
+    "LANES",
+    "LcpResult",
+    "Vector3",
+    "add",
+    "append_row",
+    "back_substitute",
+    "cholesky",
+    "complementarity",
+    "conjugate",
+    "coordinates",
+    "cross",
+    "delete_row",
+    "distances",
+    "dot",
+    "eliminate",
+    "forward_substitute",
+    "installed_backends",
+    "kernel",
+    "length",
+    "make_factorisation",
+    "normalised",
+    "polar_rotations",
+    "product",
+    "pushing_forces",
+    "quaternion",
+    "rotate",
+    "rotation_vector",
+    "row",
+    "scale",
+    "solve_in_place",
+    "solve_lcp",
+    "solve_pgs",
+    "solve_rows",
+    "solve_transposed",
+    "solve_upper",
+    "sparse_nnls",
+    "subtract",
+    "turned",
+    "unit",
+]

@@ -1,0 +1,77 @@
+"""Cholesky factors of small dense matrices, in compiled loops: called every step, with nothing to set up."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tauten.model.numerics.arrays import Array
+from tauten.model.numerics.factorisation import FactorisationError
+from tauten.model.numerics.jit import kernel
+
+
+@kernel
+def cholesky(A: Array, L: Array) -> bool:
+    """The lower factor of A into L; False when A is not positive definite or not finite."""
+    for i in range(A.shape[0]):
+        for j in range(i + 1):
+            value = A[i, j]
+            for k in range(j):
+                value -= L[i, k] * L[j, k]
+            if j < i:
+                L[i, j] = value / L[j, j]
+            elif value > 0.0 and value < np.inf:
+                L[i, i] = np.sqrt(value)
+            else:
+                return False
+    return True
+
+
+@kernel
+def solve_in_place(L: Array, b: Array) -> None:
+    """Overwrite b (r,) with (L Lᵀ)⁻¹ b."""
+    r = b.shape[0]
+    for i in range(r):
+        value = b[i]
+        for j in range(i):
+            value -= L[i, j] * b[j]
+        b[i] = value / L[i, i]
+    for i in range(r - 1, -1, -1):
+        b[i] /= L[i, i]
+        for j in range(i):
+            b[j] -= L[i, j] * b[i]
+
+
+@kernel
+def solve_rows(L: Array, rows: Array) -> Array:
+    """Rows (m, r) of the solutions to rows of right-hand sides (m, r)."""
+    X = rows.copy()
+    for i in range(X.shape[0]):
+        solve_in_place(L, X[i])
+    return X
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DenseFactors:
+    """Cholesky factors of the small dense A; a `tauten.model.numerics.factorisation.Factorisation`.
+
+    Attributes:
+        L: (r, r) lower factor, overwritten with every system.
+    """
+
+    L: Array
+    name = "dense"
+
+    def refactor(self, values: Array) -> None:
+        """Factorise the matrix (r, r)."""
+        if not cholesky(values, self.L):
+            raise FactorisationError("not positive definite")
+
+    def solve(self, B: Array) -> Array:
+        """A⁻¹ B for B (r,) or (r, m)."""
+        if B.ndim == 1:
+            x = B.copy()
+            solve_in_place(self.L, x)
+            return x
+        return solve_rows(self.L, np.ascontiguousarray(B.T)).T

@@ -1,0 +1,235 @@
+"""Sparse factorisation of symmetric matrices that share one pattern: analyse once, refactor often.
+
+Back ends, fastest first: MKL PARDISO (`pip install tauten[pardiso]`), CHOLMOD from cvxopt
+(`tauten[cholmod]`), SuperLU from scipy (always there).
+"""
+
+from __future__ import annotations
+
+import ctypes
+import importlib.util
+import logging
+import sys
+from collections.abc import Callable
+from typing import Any, Protocol
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.linalg import splu
+
+from tauten.model.numerics.arrays import Array, Ints
+
+log = logging.getLogger(__name__)
+
+BACKENDS = {"pardiso": "pypardiso", "cholmod": "cvxopt", "superlu": "scipy"}
+
+
+class FactorisationError(RuntimeError):
+    """The matrix could not be factorised (not positive definite, or not finite)."""
+
+
+class Factorisation(Protocol):
+    """Factors of a symmetric matrix whose pattern stays the same."""
+
+    name: str
+
+    def refactor(self, values: Array) -> None:
+        """Factorise the matrix with these CSC values (nnz,).
+
+        Raises:
+            FactorisationError: not positive definite or not finite.
+        """
+
+    def solve(self, B: Array) -> Array:
+        """A⁻¹ B for B (n,) or (n, m); column-major B is not copied. Returns the shape of B."""
+
+
+def installed_backends() -> tuple[str, ...]:
+    """Names of the usable back ends, fastest first."""
+    return tuple(name for name, module in BACKENDS.items() if importlib.util.find_spec(module))
+
+
+def make_factorisation(indptr: Ints, indices: Ints, backend: str = "auto") -> Factorisation:
+    """Analyse a symmetric pattern.
+
+    Args:
+        indptr: (n + 1,) CSC column pointers.
+        indices: (nnz,) row indices, sorted in each column; the pattern holds both triangles.
+        backend: "auto" for the fastest one installed, or a name of `BACKENDS`.
+
+    Raises:
+        ValueError: the back end is unknown or not installed.
+    """
+    available = installed_backends()
+    name = available[0] if backend == "auto" else backend
+    if name not in available:
+        raise ValueError(
+            f"factorisation {name!r} is not installed, available are {', '.join(available)}; "
+            f"try pip install 'tauten[{name}]'"
+        )
+    makers: dict[str, Callable[[Ints, Ints], Factorisation]] = {
+        "pardiso": Pardiso,
+        "cholmod": Cholmod,
+        "superlu": SuperLU,
+    }
+    log.info("factorisation: %s, %d unknowns, %d entries", name, len(indptr) - 1, len(indices))
+    return makers[name](indptr, indices)
+
+
+def triangle(indptr: Ints, indices: Ints) -> tuple[Ints, Ints, Ints]:
+    """Lower triangle of a CSC pattern: (indptr, indices, places of its values in the full one)."""
+    column = np.repeat(np.arange(len(indptr) - 1), np.diff(indptr))
+    places = np.flatnonzero(indices >= column)
+    counts = np.bincount(column[places], minlength=len(indptr) - 1)
+    return np.concatenate([[0], np.cumsum(counts)]), indices[places], places
+
+
+class Analysed:
+    """Pickled as its pattern: the other side analyses again and starts without factors."""
+
+    name: str
+
+    def __init__(self, indptr: Ints, indices: Ints) -> None:
+        self._pattern = indptr, indices
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return make_factorisation, (*self._pattern, self.name)
+
+
+class SuperLU(Analysed):
+    """scipy's SuperLU; the column ordering is found once and applied to the values afterwards."""
+
+    name = "superlu"
+
+    def __init__(self, indptr: Ints, indices: Ints) -> None:
+        super().__init__(indptr, indices)
+        n = len(indptr) - 1
+        numbers = sp.csc_array((np.arange(len(indices)), indices, indptr), shape=(n, n))
+        column = np.repeat(np.arange(n), np.diff(indptr))
+        # a Laplacian of the pattern: any positive definite matrix will do for the ordering
+        values = np.where(indices == column, np.diff(indptr)[column].astype(float), -1.0 + 1e-3)
+        probe = sp.csc_array((values, indices, indptr), shape=(n, n))
+        self._order = np.argsort(splu(probe, "MMD_AT_PLUS_A", options=SUPERLU_OPTIONS).perm_c)
+        permuted = sp.csc_array(numbers[self._order][:, self._order])
+        permuted.sort_indices()
+        self._source = permuted.data
+        self._matrix = sp.csc_array(
+            (np.zeros(len(indices)), permuted.indices, permuted.indptr), shape=(n, n)
+        )
+        self._lu: Any = None
+
+    def refactor(self, values: Array) -> None:
+        """See `Factorisation`."""
+        self._matrix.data[:] = values[self._source]
+        try:
+            self._lu = splu(self._matrix, "NATURAL", options=SUPERLU_OPTIONS)
+        except RuntimeError as error:
+            raise FactorisationError(str(error)) from error
+        # without pivoting U = D Lᵀ, and A is positive definite exactly when D is
+        if not (self._lu.U.diagonal() > 0.0).all():
+            raise FactorisationError("not positive definite")
+
+    def solve(self, B: Array) -> Array:
+        """See `Factorisation`."""
+        X = np.empty_like(B, order="F")
+        X[self._order] = self._lu.solve(B[self._order])
+        return X
+
+
+SUPERLU_OPTIONS = {"SymmetricMode": True, "DiagPivotThresh": 0.0}
+
+
+class Cholmod(Analysed):
+    """CHOLMOD's supernodal Cholesky as shipped in cvxopt's wheels."""
+
+    name = "cholmod"
+
+    def __init__(self, indptr: Ints, indices: Ints) -> None:
+        from cvxopt import cholmod, matrix, spmatrix
+
+        super().__init__(indptr, indices)
+        self._cholmod, self._to_matrix = cholmod, matrix
+        lower_ptr, lower, self._places = triangle(indptr, indices)
+        columns = np.repeat(np.arange(len(indptr) - 1), np.diff(lower_ptr))
+        # a diagonally dominant probe: any positive definite matrix will do for the analysis
+        values = np.where(lower == columns, float(len(indptr)), -0.5)
+        self._matrix = spmatrix(values, lower, columns, (len(indptr) - 1,) * 2)
+        cholmod.options["supernodal"] = 2
+        self._factor = cholmod.symbolic(self._matrix)
+
+    def refactor(self, values: Array) -> None:
+        """See `Factorisation`."""
+        self._matrix.V = self._to_matrix(values[self._places])
+        try:
+            self._cholmod.numeric(self._matrix, self._factor)
+        except (ArithmeticError, ValueError) as error:
+            raise FactorisationError(f"not positive definite ({error})") from error
+
+    def solve(self, B: Array) -> Array:
+        """See `Factorisation`."""
+        X = self._to_matrix(B)
+        self._cholmod.solve(self._factor, X)
+        return np.asarray(X).reshape(B.shape, order="F")
+
+
+class Pardiso(Analysed):
+    """MKL PARDISO for positive definite matrices, through the library pypardiso finds."""
+
+    name = "pardiso"
+
+    def __init__(self, indptr: Ints, indices: Ints) -> None:
+        from pypardiso import PyPardisoSolver
+
+        super().__init__(indptr, indices)
+        # The lower triangle by columns is the upper triangle by rows, which PARDISO wants.
+        lower_ptr, lower, self._places = triangle(indptr, indices)
+        self._ia, self._ja = (lower_ptr + 1).astype(np.int32), (lower + 1).astype(np.int32)
+        self._a = np.zeros(len(lower))
+        self._n = len(indptr) - 1
+        # pypardiso finds the MKL library and its calling convention; calling that directly spares
+        # a conversion of the pattern in every phase
+        self._library = PyPardisoSolver(mtype=2)
+        self._pt = np.zeros(64, dtype=np.int64)
+        self._iparm = np.zeros(64, dtype=np.int32)
+        self._iparm[0], self._iparm[1], self._iparm[9] = 1, 2, 8  # own settings, METIS ordering
+        # a diagonally dominant probe for the analysis; later matrices share only the pattern
+        self._a[:] = np.where(lower == np.repeat(np.arange(self._n), np.diff(lower_ptr)), 1.0, 0.0)
+        self._call(11, np.zeros(1), np.zeros(1), 1)
+
+    def _call(self, phase: int, b: Array, x: Array, m: int) -> None:
+        def scalar(value: int) -> Any:
+            return ctypes.byref(ctypes.c_int32(value))
+
+        def ints(array: Any) -> Any:
+            return array.ctypes.data_as(ctypes.POINTER(ctypes.c_int32))
+
+        def floats(array: Array) -> Any:
+            return array.ctypes.data_as(ctypes.POINTER(ctypes.c_double))
+
+        error = ctypes.c_int32(0)
+        self._library._mkl_pardiso(
+            self._pt.ctypes.data_as(ctypes.POINTER(ctypes.c_int64)),
+            scalar(1), scalar(1), scalar(2), scalar(phase), scalar(self._n),
+            floats(self._a), ints(self._ia), ints(self._ja), ints(np.zeros(1, dtype=np.int32)),
+            scalar(m), ints(self._iparm), scalar(0), floats(b), floats(x), ctypes.byref(error),
+        )  # fmt: skip
+        if error.value:
+            raise FactorisationError(f"PARDISO error {error.value} in phase {phase}")
+
+    def refactor(self, values: Array) -> None:
+        """See `Factorisation`."""
+        np.take(values, self._places, out=self._a)
+        self._call(22, np.zeros(1), np.zeros(1), 1)
+
+    def solve(self, B: Array) -> Array:
+        """See `Factorisation`."""
+        B = np.asfortranarray(B)
+        X = np.empty_like(B, order="F")
+        if B.size:
+            self._call(33, B, X, 1 if B.ndim == 1 else B.shape[1])
+        return X
+
+    def __del__(self) -> None:
+        # MKL keeps the factors outside Python's memory; at exit modules are gone and it may keep them
+        if not sys.is_finalizing() and hasattr(self, "_pt") and self._pt.any():
+            self._call(-1, np.zeros(1), np.zeros(1), 1)

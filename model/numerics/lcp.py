@@ -1,0 +1,172 @@
+"""Linear complementarity problems of contact: of a gap and its force one always vanishes.
+
+    0 ≤ δ ⟂ λ ≥ 0,   δ = δ_free + W λ                                            (9), (11)
+
+with W symmetric positive semidefinite. A cable wound to a length has the same form, with
+δ = δ_a − pull ≥ 0 ⟂ tension ≥ 0, so contacts and cables may be stacked.
+
+δ is unique, λ is not where W is rank-deficient: candidates finer than the mesh press on the same
+nodes. `solve_lcp` gives the forces of nearly least norm Σ w_ii λ_i², which do not depend on where
+it starts; `solve_pgs`, the reference of the paper (13), gives forces that do.
+
+The residual of both is max_i |min(w_ii λ_i, δ_i)| [m]: how far a gap is from being open without
+force or closed under one. The default tolerance of 1e-9 m is far below what a mesh resolves and far
+above the rounding of coordinates in metres.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tauten.model.numerics.active_set import pushing_forces
+from tauten.model.numerics.arrays import Array
+from tauten.model.numerics.jit import kernel
+
+
+@dataclass(frozen=True, slots=True)
+class LcpResult:
+    """Solution of an LCP.
+
+    Attributes:
+        lam: (m,) forces [N], not negative.
+        delta: (m,) gaps [m].
+        residual: max |min(w_ii λ_i, δ_i)| [m]; +inf when W or delta_free were not finite.
+        iterations: sweeps, or sets of pushing rows that were tried.
+        converged: whether the residual is within the tolerance.
+    """
+
+    lam: Array
+    delta: Array
+    residual: float
+    iterations: int
+    converged: bool
+
+
+def complementarity(W: Array, lam: Array, delta: Array) -> float:
+    """Largest |min(w_ii λ_i, δ_i)| [m]; 0 without rows."""
+    return float(np.abs(np.minimum(np.diag(W) * lam, delta)).max(initial=0.0))
+
+
+def solve_lcp(
+    W: Array,
+    delta_free: Array,
+    start: Array | None = None,
+    rho: float = 1e-9,
+    tolerance: float = 1e-9,
+    max_iterations: int | None = None,
+) -> LcpResult:
+    """Solve 0 ≤ δ ⟂ λ ≥ 0 by an active set, to rounding but for `rho`.
+
+    The forces minimise ½ λᵀ (W + rho diag W) λ + δ_freeᵀ λ over λ ≥ 0. `rho` makes them unique: it
+    chooses where W leaves a choice. What it does to the gaps is taken back at the end, all of it
+    at the default, most of it at larger ones, which spread the forces more evenly.
+
+    Never raises: problems without a solution (gaps that no force can open) come back with
+    `converged` False.
+
+    Args:
+        W: (m, m) compliance [m/N].
+        delta_free: (m,) gaps without forces [m].
+        start: (m,) forces to start from, e.g. the last step's; only saves time.
+        rho: regularisation relative to the diagonal of W.
+        tolerance: residual that counts as solved [m].
+        max_iterations: sets of pushing rows at most; default 100 + 10 m.
+    """
+    W, delta_free = np.ascontiguousarray(W), np.ascontiguousarray(delta_free)
+    if not (all_finite(W) and all_finite(delta_free)):
+        return refused(delta_free)
+    start = usable(start, delta_free)
+    limit = 100 + 10 * len(delta_free) if max_iterations is None else max_iterations
+    lam, iterations = pushing_forces(W, delta_free, start, max(rho, 1e-13), limit)
+    return judged(W, delta_free, lam, iterations, tolerance)
+
+
+def solve_pgs(
+    W: Array,
+    delta_free: Array,
+    start: Array | None = None,
+    tolerance: float = 1e-9,
+    max_sweeps: int = 10_000,
+) -> LcpResult:
+    """Solve 0 ≤ δ ⟂ λ ≥ 0 by projected Gauss-Seidel (13), the reference.
+
+    Converges linearly, and slowly where many candidates press on few nodes.
+
+    Args:
+        W: (m, m) compliance [m/N].
+        delta_free: (m,) gaps without forces [m].
+        start: (m,) forces to start from; with a rank-deficient W they decide the result.
+        tolerance: residual that counts as solved [m].
+        max_sweeps: sweeps over all rows at most.
+    """
+    W, delta_free = np.ascontiguousarray(W), np.ascontiguousarray(delta_free)
+    if not (all_finite(W) and all_finite(delta_free)):
+        return refused(delta_free)
+    start = usable(start, delta_free)
+    lam, sweeps = gauss_seidel(W, delta_free, start, tolerance, max_sweeps)
+    return judged(W, delta_free, lam, sweeps, tolerance)
+
+
+def usable(start: Array | None, delta_free: Array) -> Array:
+    """Forces to start from (m,), without what is negative or not finite; zeros for none."""
+    if start is None:
+        return np.zeros_like(delta_free)
+    return np.where(np.isfinite(start), np.maximum(start, 0.0), 0.0)
+
+
+def judged(W: Array, delta_free: Array, lam: Array, iterations: int, tolerance: float) -> LcpResult:
+    """The result with gaps and residual measured on the problem as it was given."""
+    delta = delta_free + W @ lam
+    residual = complementarity(W, lam, delta)
+    return LcpResult(lam, delta, residual, iterations, residual <= tolerance)
+
+
+def refused(delta_free: Array) -> LcpResult:
+    """The result for data that are not finite: no forces, not converged."""
+    return LcpResult(np.zeros_like(delta_free), delta_free, np.inf, 0, False)
+
+
+@kernel
+def all_finite(a: Array) -> bool:
+    """Whether no entry of a is NaN or infinite."""
+    finite = True
+    for value in a.flat:
+        finite = finite and bool(
+            abs(value) < np.inf
+        )  # a comparison, since the compiler may reorder sums
+    return finite
+
+
+@kernel
+def gauss_seidel(
+    W: Array, delta_free: Array, start: Array, tolerance: float, max_sweeps: int
+) -> tuple[Array, int]:
+    """Forces (m,) and the number of sweeps of `solve_pgs`.
+
+    The change w_ii Δλ_i of a row is its residual min(w_ii λ_i, δ_i) at that moment, so a sweep
+    measures itself; what it says is checked on fresh gaps before it ends the loop.
+    """
+    n = delta_free.shape[0]
+    lam = start.copy()
+    delta = delta_free + W @ lam
+    for sweep in range(max_sweeps):
+        largest = 0.0
+        for i in range(n):
+            if W[i, i] <= 0.0:  # nothing that a force could move
+                continue
+            change = max(-delta[i] / W[i, i], -lam[i])
+            if change != 0.0:
+                lam[i] += change
+                delta += change * W[i]
+                largest = max(largest, abs(W[i, i] * change))
+        if largest <= tolerance:
+            delta = delta_free + W @ lam
+            residual = 0.0
+            for i in range(n):
+                if W[i, i] > 0.0:
+                    residual = max(residual, abs(min(W[i, i] * lam[i], delta[i])))
+            if residual <= tolerance:
+                return lam, sweep + 1
+    return lam, max_sweeps

@@ -1,0 +1,84 @@
+"""Unit quaternions (w, x, y, z) as tuples, for kernels: rotations without singular angles."""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+import numpy as np
+
+from tauten.model.numerics.arrays import Array
+from tauten.model.numerics.jit import kernel
+from tauten.model.numerics.vector import Vector3, cross, length, row, scale
+
+Quaternion: TypeAlias = tuple[float, float, float, float]
+
+
+@kernel
+def quaternion(Q: Array, i: int) -> Quaternion:
+    """Row i of Q (m, 4)."""
+    return (Q[i, 0], Q[i, 1], Q[i, 2], Q[i, 3])
+
+
+@kernel
+def product(a: Quaternion, b: Quaternion) -> Quaternion:
+    """The rotation b followed by a."""
+    return (
+        a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
+        a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2],
+        a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1],
+        a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0],
+    )
+
+
+@kernel
+def conjugate(a: Quaternion) -> Quaternion:
+    """The opposite rotation."""
+    return (a[0], -a[1], -a[2], -a[3])
+
+
+@kernel
+def normalised(a: Quaternion) -> Quaternion:
+    """The quaternion brought to unit length."""
+    s = (a[0] * a[0] + a[1] * a[1] + a[2] * a[2] + a[3] * a[3]) ** -0.5
+    return (s * a[0], s * a[1], s * a[2], s * a[3])
+
+
+@kernel
+def rotate(a: Quaternion, r: Vector3) -> Vector3:
+    """The vector r turned by a: r + 2 (w t + v x t) with t = v x r."""
+    v = (a[1], a[2], a[3])
+    t = cross(v, r)
+    s = cross(v, t)
+    return (
+        r[0] + 2.0 * (a[0] * t[0] + s[0]),
+        r[1] + 2.0 * (a[0] * t[1] + s[1]),
+        r[2] + 2.0 * (a[0] * t[2] + s[2]),
+    )
+
+
+@kernel
+def rotation_vector(a: Quaternion) -> Vector3:
+    """Axis times angle of a, the angle in 0 … π [rad]."""
+    sign = 1.0 if a[0] >= 0.0 else -1.0
+    s = (a[1] * a[1] + a[2] * a[2] + a[3] * a[3]) ** 0.5
+    # for s → 0 the ratio angle / s tends to 2 / w
+    ratio = 2.0 * np.arctan2(s, sign * a[0]) / s if s > 1e-12 else 2.0
+    return scale(sign * ratio, (a[1], a[2], a[3]))
+
+
+@kernel
+def from_rotation_vector(r: Vector3) -> Quaternion:
+    """The rotation about r by |r| [rad]."""
+    half = 0.5 * length(r)
+    ratio = 0.5 * np.sin(half) / half if half > 1e-8 else 0.5
+    return (np.cos(half), ratio * r[0], ratio * r[1], ratio * r[2])
+
+
+@kernel
+def turned(Q: Array, increment: Array) -> Array:
+    """Rotations Q (m, 4) followed by small ones about fixed axes (m, 3) [rad]: (m, 4), unit."""
+    result = np.empty_like(Q)
+    for i in range(Q.shape[0]):
+        after = from_rotation_vector(row(increment, i))
+        result[i] = np.array(normalised(product(after, quaternion(Q, i))))
+    return result

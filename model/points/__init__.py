@@ -1,0 +1,32 @@
+"""Material points on bodies and the rows they give: cables and effectors."""
+
+from tauten.model.points.attached_points import (
+    AttachedPoints,
+    Entries,
+    carry,
+    carry_along,
+    join_attached_points,
+)
+from tauten.model.points.beam_cables import BeamCables, add_beam_cable_stiffness, make_beam_cables
+from tauten.model.points.cable import Cable, CableSet, add_cable_stiffness, make_cables
+from tauten.model.points.effector import effector_matrix, effector_rows
+from tauten.model.points.material_points import MaterialPoints, attach
+
+__all__ = [
+    "AttachedPoints",
+    "BeamCables",
+    "Cable",
+    "CableSet",
+    "Entries",
+    "MaterialPoints",
+    "add_beam_cable_stiffness",
+    "add_cable_stiffness",
+    "attach",
+    "carry",
+    "carry_along",
+    "effector_matrix",
+    "effector_rows",
+    "join_attached_points",
+    "make_beam_cables",
+    "make_cables",
+]

@@ -1,0 +1,168 @@
+"""MaterialPoints carried by beams: where they are, how fast they move, how forces on them reach the nodes.
+
+A carried point is fixed to one node, or blends between two on its way along an element:
+
+    x_P = Σ_a w_a (x_a + R_a ρ_a)
+    δx_P = Σ_a w_a (δx_a + δθ_a x R_a ρ_a) = J δq                                  (B3)
+
+Forces f on points reach the nodes through the transpose, f on the node and R_a ρ_a x f about it, each
+times w_a. So any row that is linear in the velocities of points becomes a row of the robot, and power
+is the same on both sides.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from tauten.model.numerics import Array, Ints, cross, kernel, quaternion, rotate, row, scale
+
+
+@dataclass(frozen=True, slots=True)
+class AttachedPoints:
+    """MaterialPoints carried by nodes.
+
+    Attributes:
+        nodes: (p, 2) carrying nodes; the second counts only where its weight is not zero.
+        weights: (p, 2) w, rows sum to one.
+        offsets: (p, 2, 3) ρ, from each node to the point, in the node's axes [m].
+    """
+
+    nodes: Ints
+    weights: Array
+    offsets: Array
+
+    def __len__(self) -> int:
+        return len(self.nodes)
+
+    def place(self, x: Array, Q: Array) -> tuple[Array, Array]:
+        """Positions (p, 3) and weighted lever arms w_a R_a ρ_a (p, 2, 3) [m].
+
+        Args:
+            x: (n_nodes, 3) node positions [m].
+            Q: (n_nodes, 4) node rotations.
+        """
+        return place(x, Q, self.nodes, self.weights, self.offsets)
+
+    def rows(self, arms: Array, dof: Ints, n: int, entries: Entries) -> sp.csr_array:
+        """Rows over the robot's degrees of freedom of rows over points: (m, n).
+
+        Args:
+            arms: (p, 2, 3) from `place`.
+            dof: (n_nodes,) first degree of freedom of a node, -1 where it is fixed.
+            n: number of degrees of freedom.
+            entries: the rows over points.
+        """
+        data, columns, starts = pull_back(
+            entries.starts, entries.points, entries.vectors, self.nodes, self.weights, arms, dof
+        )
+        return sp.csr_array((data, columns, starts), shape=(len(entries.starts) - 1, n))
+
+    def velocity_map(self, arms: Array, dof: Ints, n: int) -> sp.csr_array:
+        """J (3 p, n) of (B3)."""
+        count = 3 * len(self)
+        entries = Entries(
+            np.arange(count + 1), np.arange(count) // 3, np.tile(np.eye(3), (len(self), 1))
+        )
+        return self.rows(arms, dof, n, entries)
+
+
+@dataclass(frozen=True, slots=True)
+class Entries:
+    """Rows over points, as sums of vectorᵀ δx_point.
+
+    Attributes:
+        starts: (m + 1,) where each row's entries start.
+        points: (e,) point of each entry.
+        vectors: (e, 3).
+    """
+
+    starts: Ints
+    points: Ints
+    vectors: Array
+
+
+def carry(nodes: Array, ids: Ints, points: Array) -> AttachedPoints:
+    """MaterialPoints (p, 3), each fixed to one node ids (p,) of nodes (n_nodes, 3) at rest [m]."""
+    ids = np.asarray(ids, dtype=np.int64)
+    weights = np.tile([1.0, 0.0], (len(ids), 1))
+    offset = points - nodes[ids]
+    return AttachedPoints(
+        np.stack([ids, ids], axis=1), weights, np.stack([offset, np.zeros_like(offset)], axis=1)
+    )
+
+
+def carry_along(nodes: Array, ends: Ints, share: Array, points: Array) -> AttachedPoints:
+    """MaterialPoints (p, 3) between two nodes each.
+
+    Args:
+        nodes: (n_nodes, 3) nodes at rest [m].
+        ends: (p, 2) the two nodes.
+        share: (p,) in 0 … 1, weight of the second.
+        points: (p, 3) positions at rest [m].
+    """
+    weights = np.stack([1.0 - share, share], axis=1)
+    return AttachedPoints(np.asarray(ends, dtype=np.int64), weights, points[:, None] - nodes[ends])
+
+
+def join_attached_points(parts: list[AttachedPoints]) -> AttachedPoints:
+    """All points one after the other."""
+    return AttachedPoints(
+        np.concatenate([part.nodes for part in parts]),
+        np.concatenate([part.weights for part in parts]),
+        np.concatenate([part.offsets for part in parts]),
+    )
+
+
+@kernel
+def place(x: Array, Q: Array, nodes: Ints, weights: Array, offsets: Array) -> tuple[Array, Array]:
+    """The arrays of `AttachedPoints.place`."""
+    points, arms = np.zeros((nodes.shape[0], 3)), np.zeros((nodes.shape[0], 2, 3))
+    for p in range(nodes.shape[0]):
+        for a in range(2):
+            w = weights[p, a]
+            if w == 0.0:
+                continue
+            arm = rotate(quaternion(Q, nodes[p, a]), row(offsets[p], a))
+            for i in range(3):
+                arms[p, a, i] = w * arm[i]
+                points[p, i] += w * x[nodes[p, a], i] + arms[p, a, i]
+    return points, arms
+
+
+@kernel
+def pull_back(
+    starts: Ints, points: Ints, vectors: Array, nodes: Ints, weights: Array, arms: Array, dof: Ints
+) -> tuple[Array, NDArray[np.int32], NDArray[np.int32]]:
+    """CSR data, columns and row starts of the rows over points; every node once in a row."""
+    m = starts.shape[0] - 1
+    most = 2 * points.shape[0]
+    data, columns = np.zeros(6 * most), np.empty(6 * most, np.int32)
+    indptr = np.zeros(m + 1, np.int32)
+    end = 0
+    for r in range(m):
+        begin = end
+        for e in range(starts[r], starts[r + 1]):
+            p = points[e]
+            for a in range(2):
+                w, first = weights[p, a], dof[nodes[p, a]]
+                if w == 0.0 or first < 0:
+                    continue
+                at = begin
+                while at < end and columns[at] != first:
+                    at += 6
+                if at == end:
+                    end += 6
+                    for i in range(6):
+                        columns[at + i], data[at + i] = first + i, 0.0
+                f = row(vectors, e)
+                moment = cross(row(arms[p], a), f)
+                force = scale(w, f)
+                for i in range(3):
+                    data[at + i] += force[i]
+                    data[at + 3 + i] += moment[i]
+        indptr[r + 1] = end
+    return data[:end], columns[:end], indptr

@@ -1,0 +1,67 @@
+"""Material points: places inside elements, given once in rest coordinates, carried by nodes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tauten.model.mesh import TetMesh
+from tauten.model.numerics import Array, Ints
+
+
+@dataclass(frozen=True, slots=True)
+class MaterialPoints:
+    """Material points, each a fixed combination of nodes.
+
+    Attributes:
+        nodes: (p, 4) node ids.
+        weights: (p, 4) barycentric weights, rows sum to one.
+    """
+
+    nodes: Ints
+    weights: Array
+
+    def __len__(self) -> int:
+        return len(self.nodes)
+
+    def positions(self, x: Array) -> Array:
+        """Where the points are when the nodes are at x (n_nodes, 3): (p, 3) [m]."""
+        positions: Array = np.einsum("pa,pai->pi", self.weights, x[self.nodes])
+        return positions
+
+
+def attach(mesh: TetMesh, points: Array, what: str, max_outside: float = 0.0) -> MaterialPoints:
+    """Attach rest positions to the elements that contain them.
+
+    Args:
+        mesh: the body.
+        points: (p, 3) rest positions [m].
+        what: how to name the points in an error, e.g. "finger.toml: cables.0.points".
+        max_outside: how far outside the body a point may lie [m]; its weights then extrapolate.
+
+    Raises:
+        ValueError: a point lies further outside the body than max_outside.
+    """
+    corners = mesh.nodes[mesh.tets]  # (e, 4, 3)
+    inverse = np.linalg.inv(np.swapaxes(corners[:, 1:] - corners[:, :1], 1, 2))  # (e, 3, 3)
+    height = 1.0 / np.linalg.norm(inverse, axis=2)  # (e, 3), over the faces of corners 1..3
+    height0 = 1.0 / np.linalg.norm(inverse.sum(axis=1), axis=1)  # (e,)
+    heights = np.concatenate([height0[:, None], height], axis=1)  # (e, 4)
+    tolerance = max(max_outside, 1e-9 * mesh.size)
+    nodes, weights = [], []
+    for index, point in enumerate(points):
+        w = np.einsum("eij,ej->ei", inverse, point - corners[:, 0])  # (e, 3)
+        w = np.concatenate([1.0 - w.sum(axis=1, keepdims=True), w], axis=1)  # (e, 4)
+        outside = np.maximum(-w * heights, 0.0).max(axis=1)  # (e,) distance to the worst face
+        e = int(outside.argmin())
+        if outside[e] > tolerance:
+            raise ValueError(
+                f"{what}: point {index} at {np.round(point, 6).tolist()} m lies at least "
+                f"{outside[e]:.2g} m outside the mesh, allowed is {max_outside:g} m"
+            )
+        nodes.append(mesh.tets[e])
+        weights.append(w[e])
+    return MaterialPoints(
+        np.array(nodes, dtype=np.int64).reshape(-1, 4), np.array(weights).reshape(-1, 4)
+    )

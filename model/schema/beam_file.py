@@ -1,0 +1,136 @@
+"""The robot file of a robot made of beams, and the structure file beside it."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from tauten.model.schema.robot_file import (
+    Name,
+    Positive,
+    RobotSettings,
+    Section,
+    Vector,
+    check_unique,
+)
+
+Index = Annotated[int, Field(ge=0)]
+
+
+class StructureSettings(Section):
+    """The file with nodes, beams, vertebrae and surfaces."""
+
+    file: str
+
+
+class TubeSettings(Section):
+    """A round cross-section: outer and inner diameter [m]."""
+
+    kind: Literal["tube"]
+    name: Name
+    outer: Positive
+    inner: Annotated[float, Field(ge=0.0)] = 0.0
+
+    @model_validator(mode="after")
+    def _hollow(self) -> TubeSettings:
+        if self.inner >= self.outer:
+            raise ValueError(f"inner {self.inner} must be less than outer {self.outer}")
+        return self
+
+
+class BarSettings(Section):
+    """A rectangular cross-section: width along axis 2, height along axis 3, which is near `up` [m]."""
+
+    kind: Literal["bar"]
+    name: Name
+    width: Positive
+    height: Positive
+
+
+class BeamConfig(RobotSettings):
+    """The file of a robot made of beams."""
+
+    beams: StructureSettings
+    profiles: Annotated[
+        list[Annotated[TubeSettings | BarSettings, Field(discriminator="kind")]],
+        Field(min_length=1),
+    ]
+
+    @model_validator(mode="after")
+    def _profiles(self) -> BeamConfig:
+        check_unique("profiles", [profile.name for profile in self.profiles])
+        return self
+
+
+class BeamElement(Section):
+    """A beam between two nodes; `up` is near axis 3 of its cross-section."""
+
+    ends: tuple[Index, Index]
+    profile: Name
+    up: Vector
+
+
+class Vertebra(Section):
+    """A rigid round disc on a node, that cables pass and effectors sit on [m].
+
+    The disc adds its mass, that of the robot's material, to the node.
+    """
+
+    name: Name
+    node: Index
+    radius: Positive
+    thickness: Positive
+    axis: Vector = (0.0, 0.0, 1.0)
+
+
+class CarriedSurface(Section):
+    """Triangles between points, each fixed to a node; counter-clockwise seen from outside [m]."""
+
+    name: Name
+    nodes: list[Index]
+    points: list[Vector]
+    triangles: Annotated[list[tuple[Index, Index, Index]], Field(min_length=1)]
+
+    @model_validator(mode="after")
+    def _consistent(self) -> CarriedSurface:
+        if len(self.nodes) != len(self.points):
+            raise ValueError(
+                f"surface {self.name!r} has {len(self.points)} points and {len(self.nodes)} nodes"
+            )
+        last = max(max(corners) for corners in self.triangles)
+        if last >= len(self.points):
+            raise ValueError(
+                f"surface {self.name!r}: a triangle names point {last}, "
+                f"there are 0 to {len(self.points) - 1}"
+            )
+        return self
+
+
+class Structure(Section):
+    """The structure file: all in rest position, in the robot's frame [m]."""
+
+    nodes: Annotated[list[Vector], Field(min_length=2)]
+    beams: Annotated[list[BeamElement], Field(min_length=1)]
+    vertebrae: Annotated[list[Vertebra], Field(min_length=1)]
+    surfaces: tuple[CarriedSurface, ...] = ()
+
+    @model_validator(mode="after")
+    def _names(self) -> Structure:
+        check_unique("vertebrae", [vertebra.name for vertebra in self.vertebrae])
+        check_unique("surfaces", [surface.name for surface in self.surfaces])
+        last = len(self.nodes) - 1
+        for index, beam in enumerate(self.beams):
+            if max(beam.ends) > last:
+                raise ValueError(f"beams.{index}: ends {beam.ends}, there are nodes 0 to {last}")
+        for vertebra in self.vertebrae:
+            if vertebra.node > last:
+                raise ValueError(
+                    f"vertebra {vertebra.name!r}: node {vertebra.node}, there are 0 to {last}"
+                )
+        for surface in self.surfaces:
+            if surface.nodes and max(surface.nodes) > last:
+                raise ValueError(
+                    f"surface {surface.name!r}: node {max(surface.nodes)}, there are 0 to {last}"
+                )
+        return self

@@ -1,0 +1,150 @@
+"""The robot made of tetrahedra."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+
+from tauten.model.body import Material, SparseRobot
+from tauten.model.contact import contact_rows
+from tauten.model.mesh import TetMesh, boundary_triangles
+from tauten.model.numerics import Array, Ints
+from tauten.model.points import CableSet, MaterialPoints, add_cable_stiffness, effector_rows
+from tauten.model.robot import RobotRows, State
+from tauten.model.rows import ContactRows
+from tauten.model.schema import RobotConfig
+from tauten.model.system import System
+from tauten.model.tetra.elements import assemble
+
+
+@dataclass(frozen=True, slots=True)
+class Elements:
+    """Rest data of the tetrahedra and where they enter the pattern (see `tetrahedra.assemble`)."""
+
+    gradients: Array
+    volumes: Array
+    slot: Ints
+    column_length: Ints
+
+
+@dataclass(frozen=True, slots=True)
+class TetRobot(SparseRobot):
+    """A cable-driven soft robot made of tetrahedra, a `Robot`; made by `load_robot`.
+
+    Attributes, beside those of every sparse robot:
+        mesh: the body at rest.
+        material: its material.
+        elements: rest data of the tetrahedra.
+        load: (n,) gravity and outer forces on the effectors [N].
+        H_e: (3 p, n) constant rows of the effectors.
+    """
+
+    config: RobotConfig
+    cables: CableSet
+    effectors: MaterialPoints
+    mesh: TetMesh
+    material: Material
+    elements: Elements
+    load: Array
+    H_e: sp.csr_array
+
+    @property
+    def size(self) -> float:
+        """Diagonal of the bounding box at rest [m]."""
+        return self.mesh.size
+
+    @property
+    def n_nodes(self) -> int:
+        """Nodes, fixed ones included."""
+        return len(self.mesh.nodes)
+
+    @property
+    def n_elements(self) -> int:
+        """Tetrahedra."""
+        return len(self.mesh.tets)
+
+    @property
+    def triangles(self) -> Ints:
+        """Surface as triples of `points`: (t, 3)."""
+        return boundary_triangles(self.mesh.tets)
+
+    def rest(self) -> State:
+        """The stress-free state at standstill."""
+        q = self.mesh.nodes[self.pattern.dof >= 0].ravel()
+        return State(q.copy(), np.zeros_like(q))
+
+    def nodes(self, state: State) -> Array:
+        """Positions of all nodes, fixed ones included: (n_nodes, 3) [m]."""
+        x = self.mesh.nodes.copy()
+        x[self.pattern.dof >= 0] = state.q.reshape(-1, 3)
+        return x
+
+    def effector(self, state: State) -> Array:
+        """Positions of the effectors: (p, 3) [m]."""
+        return self.effectors.positions(self.nodes(state))
+
+    def points(self, state: State) -> Array:
+        """Positions of what `triangles` joins, here all nodes: (n_nodes, 3) [m]."""
+        return self.nodes(state)
+
+    def candidates(self, state: State) -> Array:
+        """Positions of the contact candidates: (n_c, 3) [m]."""
+        return self.contacts.positions(self.nodes(state))
+
+    def loaded(self, gravity: Array, effector_force: Array) -> TetRobot:
+        """The robot under another gravity (3,) [m/s²] and forces on its effectors (n_e,) [N]."""
+        body = self.mass * np.tile(gravity, self.n // 3)  # (n,)
+        return dataclasses.replace(self, load=body + self.H_e.T @ effector_force)
+
+    def displacement(self, dq: Array) -> float:
+        """Largest displacement of a node in a change dq (n,) of the configuration [m]."""
+        return float(np.abs(dq).max(initial=0.0))
+
+    def forces(
+        self, state: State, tension: Array | None = None, exact: bool = False
+    ) -> tuple[Array, Array]:
+        """Internal forces plus gravity, and the tangent.
+
+        Args:
+            state: where to evaluate.
+            tension: (n_a,) tensions whose curvature enters the tangent [N].
+            exact: tangent with the turning of the rotations: the exact derivative, but not always
+                positive definite.
+
+        Returns:
+            force (n,) [N] without cables and contacts, and K = −∂force/∂q as CSC values (nnz,).
+        """
+        x, dof = self.nodes(state), self.pattern.dof
+        force, K = np.zeros_like(x), np.zeros(len(self.pattern.indices))
+        part = self.elements
+        assemble(
+            x, self.mesh.tets, part.gradients, part.volumes, self.material.lame, exact,
+            part.slot, part.column_length, force, K,
+        )  # fmt: skip
+        if tension is not None:
+            c = self.cables
+            add_cable_stiffness(
+                x, c.owner, c.nodes, c.weights, c.offset, tension, *self.cable_slot, K
+            )
+        return force[dof >= 0].ravel() + self.load, K
+
+    def rows(self, state: State, contacts: bool = True) -> RobotRows:
+        """Rows of effectors, cables and, unless told otherwise, contacts at this state."""
+        x = self.nodes(state)
+        return RobotRows(
+            effectors=effector_rows(self.effectors, self.H_e, x),
+            actuators=self.cables.rows(x, self.pattern.dof, self.n),
+            contacts=self.contact_rows(x) if contacts else self.no_contact_rows(),
+        )
+
+    def contact_rows(self, x: Array) -> ContactRows:
+        """Gaps and H_c of the candidates in range at node positions x (n_nodes, 3)."""
+        return contact_rows(self.contacts.detect(x), self.pattern.dof, self.n, self.n_c)
+
+    def advance(self, state: State, system: System, dv: Array) -> State:
+        """The state one step later: v + dv and q + h (v + dv), at standstill when quasi-static."""
+        v = system.v + dv
+        return State(state.q + system.h * v, v)

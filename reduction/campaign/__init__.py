@@ -1,0 +1,45 @@
+"""Campaigns: designs of excitation, the equilibria they lead to, and the snapshots kept of them."""
+
+from tauten.reduction.campaign.chunk import MAX_ITERATIONS, TOLERANCE
+from tauten.reduction.campaign.design_csv import from_csv
+from tauten.reduction.campaign.designs import (
+    Design,
+    DesignError,
+    Ranges,
+    Run,
+    latin_hypercube,
+    latin_hypercube_levels,
+    plackett_burman,
+    plackett_burman_levels,
+    ramp,
+)
+from tauten.reduction.campaign.executors import ClusterError, dask_cluster, processes
+from tauten.reduction.campaign.held_out import FORCES, held_out_design, sensitivity
+from tauten.reduction.campaign.run import run_campaign
+from tauten.reduction.campaign.snapshots import Origin, SnapshotError, Snapshots, join
+
+__all__ = [
+    "ClusterError",
+    "Design",
+    "DesignError",
+    "FORCES",
+    "MAX_ITERATIONS",
+    "Origin",
+    "Ranges",
+    "Run",
+    "SnapshotError",
+    "Snapshots",
+    "TOLERANCE",
+    "dask_cluster",
+    "from_csv",
+    "held_out_design",
+    "join",
+    "latin_hypercube",
+    "latin_hypercube_levels",
+    "plackett_burman",
+    "plackett_burman_levels",
+    "processes",
+    "ramp",
+    "run_campaign",
+    "sensitivity",
+]

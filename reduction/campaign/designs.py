@@ -1,0 +1,212 @@
+"""Designs of excitation: which pulls, which gravity, which outer forces a robot is shown.
+
+The ramp is the paper's. The others start from a table of levels in [0, 1], a row a run and a column
+a factor, and spread it over what may vary: the final pull of every cable, the tilt of gravity about
+two axes, the force on every effector.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import null_space
+from scipy.spatial.transform import Rotation
+
+from tauten.model import Robot
+from tauten.model.numerics import Array
+
+
+class DesignError(ValueError):
+    """A design that cannot be run; the text says what was found and what is allowed."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Run:
+    """Equilibria visited one after the other, from rest.
+
+    Attributes:
+        pull: (n_a, s) pulled lengths [m]; NaN where tensions are held.
+        gravity: (3, s) acceleration of gravity [m/s²].
+        effector_force: (n_e, s) outer forces on the effectors [N].
+        tension: (n_a, s) tensions held instead of pulled lengths [N].
+    """
+
+    pull: Array
+    gravity: Array
+    effector_force: Array
+    tension: Array | None = None
+
+    def __len__(self) -> int:
+        return int(self.pull.shape[1])
+
+    def piece(self, first: int, end: int) -> Run:
+        """Equilibria first … end − 1."""
+        part = slice(first, end)
+        tension = None if self.tension is None else self.tension[:, part]
+        return Run(self.pull[:, part], self.gravity[:, part], self.effector_force[:, part], tension)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Design:
+    """Runs of a campaign; each may go on a worker of its own.
+
+    Attributes:
+        description: one line for provenance.
+        runs: the runs.
+    """
+
+    description: str
+    runs: tuple[Run, ...]
+
+    @property
+    def size(self) -> int:
+        """Number of equilibria."""
+        return sum(len(run) for run in self.runs)
+
+    def digest(self) -> str:
+        """SHA-256 of all levels of all runs."""
+        hasher = hashlib.sha256()
+        for run in self.runs:
+            held = () if run.tension is None else (run.tension,)
+            for levels in (run.pull, run.gravity, run.effector_force, *held):
+                hasher.update(repr(levels.shape).encode())
+                hasher.update(np.ascontiguousarray(levels).tobytes())
+        return hasher.hexdigest()
+
+
+@dataclass(frozen=True, slots=True)
+class Ranges:
+    """What the levels 0 and 1 of a factor mean.
+
+    Attributes:
+        pull: (low, high) final pull as a share of a cable's largest one.
+        tilt: gravity is turned by −tilt … tilt about both horizontal axes [rad]; 0 leaves it alone.
+        force: every component of the force on an effector is −force … force [N]; 0 leaves it out.
+        tension: (low, high) final tension as a share of a cable's largest one; given, tensions are held
+            and not pulled lengths, which suits cables that work against each other.
+    """
+
+    pull: tuple[float, float] = (0.5, 1.0)
+    tilt: float = np.pi / 2
+    force: float = 0.2
+    tension: tuple[float, float] | None = None
+
+    def __post_init__(self) -> None:
+        low, high = self.pull
+        least, most = self.tension or (0.0, 0.0)
+        good = 0.0 <= low <= high <= 1.0 and 0.0 <= least <= most <= 1.0
+        if not good or min(self.tilt, self.force) < 0.0:
+            held = "" if self.tension is None else f" tension {self.tension},"
+            raise DesignError(
+                f"ranges are pull {self.pull},{held} tilt {self.tilt} rad, force {self.force} N: "
+                "pull must be two shares of 0 to 1 in this order, tension too, the others not negative"
+            )
+
+
+def ramp(robot: Robot, step: float = 5e-5) -> Design:
+    """One run a cable: pulled from rest to its limit in equal steps, as in the paper.
+
+    Args:
+        robot: whose limits and gravity are taken.
+        step: of the pulled length [m]; the finger's 40 mm make 800 snapshots.
+
+    Raises:
+        DesignError: the step is not positive or beyond the largest pull.
+    """
+    limit = robot.limits.pull_max  # (n_a,)
+    if not 0.0 < step <= limit.min():
+        raise DesignError(f"ramp step is {step} m: allowed are 0 to {limit.min()} m, above 0")
+    runs = []
+    for cable in range(robot.n_a):
+        steps = round(float(limit[cable]) / step)
+        final = np.zeros(robot.n_a)
+        final[cable] = limit[cable]
+        runs.append(_from_rest(final, np.array(robot.config.gravity), np.zeros(robot.n_e), steps))
+    sizes = " + ".join(str(len(run)) for run in runs)
+    return Design(f"ramp: each cable to its largest pull in {sizes} steps", tuple(runs))
+
+
+def plackett_burman(robot: Robot, ranges: Ranges, steps: int = 100) -> Design:
+    """Two-level screening design: all main effects of up to N − 1 factors from N runs.
+
+    N = q + 1 with q the smallest prime of the form 4 i + 3 that is no less than the number of
+    factors: 4, 8, 12, 20, 24, 32, … runs.
+
+    Source: Plackett and Burman, Biometrika 33, 1946; the rows are shifted Legendre sequences
+    (Paley's construction), which give their 12-, 20- and 24-run designs.
+    """
+    levels = plackett_burman_levels(_factor_count(robot, ranges))
+    return _spread(robot, ranges, levels, steps, "Plackett-Burman")
+
+
+def latin_hypercube(
+    robot: Robot, ranges: Ranges, runs: int, seed: int = 0, steps: int = 100
+) -> Design:
+    """Random runs, every factor evenly stratified into as many classes as there are runs.
+
+    Source: McKay, Beckman, Conover, Technometrics 21, 1979.
+    """
+    if runs < 1:
+        raise DesignError(f"a Latin hypercube of {runs} runs was asked for: at least 1 is needed")
+    levels = latin_hypercube_levels(runs, _factor_count(robot, ranges), seed)
+    return _spread(robot, ranges, levels, steps, f"Latin hypercube, seed {seed}")
+
+
+def plackett_burman_levels(factors: int) -> Array:
+    """Levels 0 and 1: (N, factors); columns are balanced and orthogonal, the last row is all 0."""
+    q = max(factors, 3)
+    while q % 4 != 3 or any(q % p == 0 for p in range(3, int(q**0.5) + 1, 2)):
+        q += 1
+    squares = {i * i % q for i in range(1, q)}
+    row = np.array([0.0 if i in squares else 1.0 for i in range(q)])
+    shifted = np.array([np.roll(row, shift) for shift in range(q)])  # (q, q)
+    levels: Array = np.vstack([shifted, np.zeros(q)])[:, :factors]
+    return levels
+
+
+def latin_hypercube_levels(runs: int, factors: int, seed: int) -> Array:
+    """Levels in [0, 1): (runs, factors), one in each of the `runs` classes of every factor."""
+    rng = np.random.default_rng(seed)
+    order = rng.permuted(np.tile(np.arange(runs)[:, None], factors), axis=0)
+    levels: Array = (order + rng.random((runs, factors))) / runs
+    return levels
+
+
+def _factor_count(robot: Robot, ranges: Ranges) -> int:
+    return robot.n_a + 2 * (ranges.tilt > 0.0) + robot.n_e * (ranges.force > 0.0)
+
+
+def _spread(robot: Robot, ranges: Ranges, levels: Array, steps: int, name: str) -> Design:
+    """Levels (runs, factors) of cables, tilts, forces, in this order, made into runs."""
+    low, high = ranges.tension or ranges.pull
+    limit = robot.limits.tension_max if ranges.tension else robot.limits.pull_max  # (n_a,)
+    tilts = robot.n_a + 2 * (ranges.tilt > 0.0)  # where the columns of the tilts end
+    gravity = np.array(robot.config.gravity)
+    axes = null_space(gravity[None])[:, :2]  # (3, 2) across gravity
+    runs = []
+    for row in levels:
+        final = (low + (high - low) * row[: robot.n_a]) * limit
+        turn = np.zeros(2)
+        turn[: tilts - robot.n_a] = ranges.tilt * (2.0 * row[robot.n_a : tilts] - 1.0)
+        force = np.zeros(robot.n_e)
+        force[: len(row) - tilts] = ranges.force * (2.0 * row[tilts:] - 1.0)
+        turned = Rotation.from_rotvec(axes @ turn).apply(gravity)
+        runs.append(_from_rest(final, turned, force, steps, ranges.tension is not None))
+    held = f"tension {low:g} to {high:g}, " if ranges.tension else ""
+    varied = f"{held}tilt {np.degrees(ranges.tilt):.0f} deg, force {ranges.force} N"
+    return Design(f"{name}: {len(runs)} runs of {steps} steps, {varied}", tuple(runs))
+
+
+def _from_rest(
+    final: Array, gravity: Array, force: Array, steps: int, tension: bool = False
+) -> Run:
+    """Pulls or tensions from just above 0 to final (n_a,), gravity (3,) and force (n_e,) held."""
+    rise = np.outer(final, np.arange(1, steps + 1) / steps)  # (n_a, s)
+    return Run(
+        pull=np.full_like(rise, np.nan) if tension else rise,
+        gravity=np.tile(gravity[:, None], steps),
+        effector_force=np.tile(force[:, None], steps),
+        tension=rise if tension else None,
+    )

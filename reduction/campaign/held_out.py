@@ -1,0 +1,90 @@
+"""Paths that a basis was not made from, and how far the full-order robot itself can be trusted on them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tauten.model import Robot, Simulator
+from tauten.model.numerics import Array
+from tauten.reduction.campaign.chunk import MAX_ITERATIONS, TOLERANCE
+from tauten.reduction.campaign.designs import Design, Run
+from tauten.reduction.campaign.snapshots import Snapshots
+
+FORCES = (0.1, 0.5)  # on the effectors, from six sides [N]
+_DIRECTIONS = ("+x", "-x", "+y", "-y", "+z", "-z")
+
+
+def held_out_design(robot: Robot, steps: int) -> tuple[Design, tuple[str, ...]]:
+    """Gravity from other sides, forces on the effectors, pull and release; all cables together.
+
+    Args:
+        robot: the robot.
+        steps: of each path.
+
+    Returns:
+        The design and a name for each of its runs.
+    """
+    down = np.array(robot.config.gravity)
+    size = np.linalg.norm(down)
+    rising = np.arange(1, steps + 1) / steps
+    nothing = np.zeros(3)
+    paths = [(f"gravity {name}", rising, size * axis, nothing) for name, axis in _axes(down)]
+    diagonal = np.ones(3) - 2.0 * (down < 0.0)  # leans towards gravity on every axis
+    paths.append(("gravity diagonal", rising, size * diagonal / np.sqrt(3.0), nothing))
+    for force in FORCES:
+        for name, axis in zip(_DIRECTIONS, _sides(), strict=True):
+            paths.append((f"{force} N {name}", rising, down, force * axis))
+    there = rising[1::2]
+    paths.append(("pull and release", np.concatenate([there, there[-2::-1]]), down, nothing))
+    runs = tuple(_run(robot, share, gravity, force) for _, share, gravity, force in paths)
+    return Design(f"held out: {len(runs)} runs of {steps} steps", runs), tuple(p[0] for p in paths)
+
+
+def _sides() -> Array:
+    """The six directions of `_DIRECTIONS`: (6, 3)."""
+    return np.stack([sign * axis for axis in np.eye(3) for sign in (1.0, -1.0)])
+
+
+def _axes(down: Array) -> list[tuple[str, Array]]:
+    """The directions of gravity that are not the robot's own."""
+    own = down / max(float(np.linalg.norm(down)), 1e-12)
+    pairs = zip(_DIRECTIONS, _sides(), strict=True)
+    return [(name, axis) for name, axis in pairs if axis @ own < 0.99]
+
+
+def _run(robot: Robot, share: Array, gravity: Array, force: Array) -> Run:
+    s = len(share)
+    return Run(
+        pull=np.outer(robot.limits.pull_max, share),
+        gravity=np.tile(gravity[:, None], s),
+        effector_force=np.tile(np.tile(force, robot.n_e // 3)[:, None], s),
+    )
+
+
+def sensitivity(robot: Robot, snapshots: Snapshots, size: float = 1e-6, seed: int = 0) -> Array:
+    """How far effectors are from the stored equilibria when the full-order run is perturbed: (s,) [m].
+
+    Pulls and gravity are scaled by 1 + `size`, and a random force of about `size` newtons pushes every
+    effector, another one at every equilibrium. Where the answer is large the robot buckles or snaps, and
+    no model of it can be held to one path. NaN where either run did not converge.
+
+    Args:
+        robot: the robot.
+        snapshots: equilibria with full contact, runs one after the other.
+        size: of the perturbation.
+        seed: of the forces.
+    """
+    rng = np.random.default_rng(seed)
+    simulator = Simulator(robot, contact="full")
+    apart = np.full(len(snapshots), np.nan)
+    for i in range(len(snapshots)):
+        if i == 0 or snapshots.run[i] != snapshots.run[i - 1]:
+            simulator.reset()
+        force = snapshots.effector_force[:, i] + size * rng.standard_normal(robot.n_e)
+        simulator.robot = simulator.robot.loaded((1.0 + size) * snapshots.gravity[:, i], force)
+        pull = (1.0 + size) * snapshots.pull[:, i]
+        report = simulator.settle(pull, None, TOLERANCE, MAX_ITERATIONS)
+        if report.converged and snapshots.converged[i]:
+            moved = simulator.effector - snapshots.effector[:, i].reshape(-1, 3)  # (p, 3)
+            apart[i] = np.linalg.norm(moved, axis=1).max()
+    return apart

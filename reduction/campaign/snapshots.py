@@ -1,0 +1,136 @@
+"""Snapshots: contact forces of a robot in many situations, with what caused them."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tauten.model.numerics import Array, Bools, Ints
+from tauten.reduction.storage import DamagedFile, read, write
+
+SUFFIX = ".snapshots"
+_KIND = "tauten snapshots"
+
+
+class SnapshotError(ValueError):
+    """Snapshots that cannot be used; the text says which, what was found and what fits."""
+
+
+@dataclass(frozen=True, slots=True)
+class Origin:
+    """Where snapshots come from.
+
+    Attributes:
+        robot: name of the robot.
+        robot_digest: sha256 of its model.
+        campaign: one line that says what was done.
+        versions: (package, version) pairs.
+    """
+
+    robot: str
+    robot_digest: str
+    campaign: str
+    versions: tuple[tuple[str, str], ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Snapshots:
+    """One column a situation.
+
+    Attributes:
+        lam: (n_c, s) contact forces of nearly least norm [N].
+        pull: (n_a, s) pulled lengths [m].
+        tension: (n_a, s) cable tensions [N].
+        effector: (n_e, s) effector positions [m].
+        gravity: (3, s) acceleration of gravity [m/s²].
+        effector_force: (n_e, s) outer forces on the effectors [N].
+        run: (s,) which run of the campaign, ascending.
+        converged: (s,) whether equilibrium and contact met their tolerances.
+        q: (n, s) configurations [m], or (0, s) when they were not asked for.
+        origin: where they come from.
+    """
+
+    lam: Array
+    pull: Array
+    tension: Array
+    effector: Array
+    gravity: Array
+    effector_force: Array
+    run: Ints
+    converged: Bools
+    q: Array
+    origin: Origin
+
+    def __post_init__(self) -> None:
+        counts = {name: array.shape[-1] for name, array in self._arrays().items()}
+        if len(set(counts.values())) > 1:
+            listing = ", ".join(f"{name} {count}" for name, count in counts.items())
+            raise SnapshotError(f"snapshots with different numbers of columns: {listing}")
+
+    def __len__(self) -> int:
+        return int(self.lam.shape[1])
+
+    def digest(self) -> str:
+        """SHA-256 of the contact forces."""
+        return hashlib.sha256(np.ascontiguousarray(self.lam).tobytes()).hexdigest()
+
+    def select(self, columns: Ints | Bools) -> Snapshots:
+        """The snapshots of some columns, by number or by mask (s,)."""
+        chosen = {name: array[..., columns] for name, array in self._arrays().items()}
+        return Snapshots(origin=self.origin, **chosen)
+
+    def save(self, path: str | Path) -> Path:
+        """Write one .snapshots file (npz with a JSON header), whole or not at all.
+
+        Raises:
+            SnapshotError: the name does not end in .snapshots.
+        """
+        path = Path(path)
+        if path.suffix != SUFFIX:
+            raise SnapshotError(f"{path}: a snapshot file ends in {SUFFIX}")
+        write(path, _KIND, {"origin": asdict(self.origin)}, self._arrays())
+        return path
+
+    @classmethod
+    def load(cls, path: str | Path) -> Snapshots:
+        """Read a .snapshots file.
+
+        Raises:
+            FileNotFoundError: there is none.
+            SnapshotError: it is damaged or no snapshot file.
+        """
+        try:
+            header, arrays = read(Path(path), _KIND)
+            origin = header["origin"]
+            origin["versions"] = tuple((name, found) for name, found in origin["versions"])
+            return cls(origin=Origin(**origin), **arrays)
+        except DamagedFile as error:
+            raise SnapshotError(str(error)) from error
+        except (SnapshotError, KeyError, TypeError, ValueError) as error:
+            raise SnapshotError(f"{path}: this snapshot file is damaged ({error})") from error
+
+    def _arrays(self) -> dict[str, Any]:
+        names = (field.name for field in fields(self) if field.name != "origin")
+        return {name: getattr(self, name) for name in names}
+
+
+def join(parts: Sequence[Snapshots]) -> Snapshots:
+    """Snapshots of one campaign on one robot side by side, in the order given.
+
+    Raises:
+        SnapshotError: nothing to join, or the parts have different origins.
+    """
+    if not parts:
+        raise SnapshotError("no snapshots to join: the campaign has no runs")
+    origins = {part.origin for part in parts}
+    if len(origins) > 1:
+        first, other = list(origins)[:2]
+        raise SnapshotError(f"snapshots of different origin do not mix: {first} and {other}")
+    columns = [part._arrays() for part in parts]
+    joined = {name: np.concatenate([c[name] for c in columns], axis=-1) for name in columns[0]}
+    return Snapshots(origin=parts[0].origin, **joined)

@@ -1,0 +1,54 @@
+"""Bases of contact forces, λ_c = Ψ β, and how far they can be trusted."""
+
+from tauten.reduction.contact.basis import SUFFIX, BasisError, ContactBasis
+from tauten.reduction.contact.energy import energy_error, refine
+from tauten.reduction.contact.fit import BasisMethod, Fit, Quality, fit_each, quality
+from tauten.reduction.contact.mode_count import ChoiceError, Curve, choose_k, cross_validate, folds
+from tauten.reduction.contact.nnmf import leading_part
+from tauten.reduction.contact.pair_coverage import coverage
+from tauten.reduction.contact.positive_basis import METHODS, Method, factorise, factorise_each
+from tauten.reduction.contact.problems import ContactProblem, contact_problems
+from tauten.reduction.contact.reduce import (
+    ReduceSettings,
+    Reduction,
+    make_basis,
+    provenance,
+    reduce_robot,
+)
+from tauten.reduction.contact.tip_error import TipErrors, tip_errors
+from tauten.reduction.contact.weighting import Weighting, snapshot_weights
+
+__all__ = [
+    "BasisError",
+    "BasisMethod",
+    "ChoiceError",
+    "ContactBasis",
+    "ContactProblem",
+    "Curve",
+    "Fit",
+    "METHODS",
+    "Method",
+    "Quality",
+    "ReduceSettings",
+    "Reduction",
+    "SUFFIX",
+    "TipErrors",
+    "Weighting",
+    "choose_k",
+    "contact_problems",
+    "coverage",
+    "cross_validate",
+    "energy_error",
+    "factorise",
+    "factorise_each",
+    "fit_each",
+    "folds",
+    "leading_part",
+    "make_basis",
+    "provenance",
+    "quality",
+    "reduce_robot",
+    "refine",
+    "snapshot_weights",
+    "tip_errors",
+]

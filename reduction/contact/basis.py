@@ -1,0 +1,173 @@
+"""ContactBasis: contact forces as nonnegative combinations of a few modes, λ_c = Ψ β (17)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tauten.model import ContactRows, ReducedContacts, Robot
+from tauten.model.numerics import Array, Ints, kernel
+from tauten.reduction.provenance import Provenance
+from tauten.reduction.storage import DamagedFile, UnknownFile, located, read, write
+
+SUFFIX = ".basis"
+_KIND = "tauten contact basis"
+
+
+class BasisError(ValueError):
+    """A basis that cannot be used; the text says which one, what was found and what fits."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ContactBasis:
+    """Contact modes of one robot; a `tauten.model.contact_space.ContactSpace`.
+
+    Attributes:
+        Psi: (n_c, k) modes, nonnegative, unit columns.
+        provenance: where it comes from.
+    """
+
+    Psi: Array
+    provenance: Provenance
+
+    def __post_init__(self) -> None:
+        if self.Psi.ndim != 2 or self.Psi.shape[1] != self.provenance.k:
+            raise BasisError(
+                f"Psi has shape {self.Psi.shape}: expected (n_c, {self.provenance.k}), "
+                "k as in the provenance"
+            )
+        if not np.isfinite(self.Psi).all() or (self.Psi < 0.0).any():
+            raise BasisError("Psi has negative or non-finite entries: contact modes are Ψ ≥ 0")
+        if np.abs(np.linalg.norm(self.Psi, axis=0) - 1.0).max(initial=0.0) > 1e-9:
+            raise BasisError("Psi has columns that are not of unit length: normalise them")
+
+    @property
+    def k(self) -> int:
+        """Number of modes."""
+        return int(self.Psi.shape[1])
+
+    @property
+    def n_c(self) -> int:
+        """Number of contact candidates."""
+        return int(self.Psi.shape[0])
+
+    def reduce(self, contacts: ContactRows) -> ReducedContacts:
+        """Rows of the modes that have a candidate in range (18)-(19).
+
+        Only candidates in range contribute to Ψᵀ H_c and Ψᵀ δ_c, as in the paper; a mode without
+        any is left out.
+
+        Returns:
+            H (k', n) dense, so that Hᵀ is a Fortran-ordered right-hand side as it stands;
+            delta (k',) [m]; modes (k',) columns of Ψ, ascending.
+        """
+        if isinstance(contacts.rows.H, np.ndarray):
+            return ReducedContacts(
+                *_condense(self.Psi, contacts.slots, contacts.rows.H, contacts.rows.delta)
+            )
+        weights = self.Psi[contacts.slots]  # (m, k)
+        modes = np.flatnonzero(weights.any(axis=0))  # (k',)
+        weights = weights[:, modes]  # (m, k')
+        H_c = contacts.rows.H
+        H = np.zeros((len(modes), H_c.shape[1]))  # (k', n)
+        _accumulate(H, weights, H_c.indptr, H_c.indices, H_c.data)
+        return ReducedContacts(H, weights.T @ contacts.rows.delta, modes)
+
+    def lift(self, beta: Array) -> Array:
+        """Pointwise forces λ_c = Ψ β (n_c,) [N] of beta (k,) [N]."""
+        lam: Array = self.Psi @ beta  # (n_c,)
+        return lam
+
+    def untouched(self) -> Ints:
+        """Slots of the candidates that no mode touches: contact there needs extra columns."""
+        return np.flatnonzero(~self.Psi.any(axis=1))
+
+    def check_robot(self, robot: Robot) -> None:
+        """Make sure that this basis was made for this robot.
+
+        Raises:
+            BasisError: it was made for another robot, or for an earlier state of this one.
+        """
+        made_for = self.provenance
+        if made_for.robot_digest != robot.digest:
+            raise BasisError(
+                f"this basis was made for robot {made_for.robot!r} with model digest "
+                f"{made_for.robot_digest[:12]}, not for {robot.name!r} with {robot.digest[:12]}: "
+                f"make one with `tauten reduce {robot.name}`"
+            )
+        if self.n_c != robot.n_c:
+            raise BasisError(
+                f"this basis has {self.n_c} contact candidates, robot {robot.name!r} has "
+                f"{robot.n_c}: make one with `tauten reduce {robot.name}`"
+            )
+
+    def save(self, path: str | Path) -> Path:
+        """Write one .basis file (npz with a JSON header), whole or not at all; returns its path.
+
+        Raises:
+            BasisError: the name does not end in .basis.
+        """
+        path = Path(path)
+        if path.suffix != SUFFIX:
+            raise BasisError(f"{path}: a contact basis file ends in {SUFFIX}")
+        write(path, _KIND, {"provenance": self.provenance.to_dict()}, {"Psi": self.Psi})
+        return path
+
+    @classmethod
+    def load(cls, name_or_path: str | Path) -> ContactBasis:
+        """Read a .basis file, or the one shipped for a robot of that name.
+
+        Raises:
+            BasisError: no such basis, or the file is damaged; says which and what was found.
+        """
+        try:
+            with located(name_or_path, SUFFIX, "contact basis") as file:
+                return _load(file)
+        except UnknownFile as error:
+            raise BasisError(str(error)) from error
+
+
+def _load(path: Path) -> ContactBasis:
+    try:
+        header, arrays = read(path, _KIND)
+        provenance = Provenance.from_dict(header["provenance"])
+        return ContactBasis(np.ascontiguousarray(arrays["Psi"], dtype=float), provenance)
+    except OSError as error:
+        raise BasisError(f"{path}: no basis file there can be read ({error.strerror})") from error
+    except DamagedFile as error:
+        raise BasisError(str(error)) from error
+    except (BasisError, KeyError, TypeError, ValueError) as error:
+        raise BasisError(f"{path}: this basis file is damaged ({error})") from error
+
+
+@kernel
+def _condense(Psi: Array, slots: Ints, H: Array, delta: Array) -> tuple[Array, Array, Ints]:
+    """Arrays of `ReducedContacts` for dense rows H (m, n), delta (m,) in these slots (m,)."""
+    H_r, delta_r = np.zeros((Psi.shape[1], H.shape[1])), np.zeros(Psi.shape[1])
+    touched = np.zeros(Psi.shape[1], np.bool_)
+    for row in range(slots.shape[0]):
+        for mode in range(Psi.shape[1]):
+            weight = Psi[slots[row], mode]
+            if weight != 0.0:
+                touched[mode] = True
+                delta_r[mode] += weight * delta[row]
+                for j in range(H.shape[1]):
+                    H_r[mode, j] += weight * H[row, j]
+    modes = np.flatnonzero(touched)
+    return H_r[modes], delta_r[modes], modes
+
+
+@kernel
+def _accumulate(
+    H: Array, weights: Array, indptr: NDArray[np.int32], indices: NDArray[np.int32], data: Array
+) -> None:
+    """H (k', n) += weightsᵀ (k', m) times the csr matrix (m, n); skips zero weights."""
+    for row in range(weights.shape[0]):
+        for mode in range(weights.shape[1]):
+            weight = weights[row, mode]
+            if weight != 0.0:
+                for entry in range(indptr[row], indptr[row + 1]):
+                    H[mode, indices[entry]] += weight * data[entry]

@@ -1,0 +1,41 @@
+"""Contact bases that select snapshots instead of factoring them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from tauten.model.numerics import Array, coordinates
+from tauten.reduction.contact.nnmf import Factors
+
+
+def cone_projected_greedy(S: Array, k: int) -> Iterator[Factors]:
+    """Cone-projected greedy: next column = the snapshot farthest from the cone of those chosen.
+
+    The cones are nested: neither the largest nor the mean distance rises with k, and the basis of
+    k columns is the first k columns of any longer one. Every mode is a force pattern that the
+    robot has shown.
+
+    Args:
+        S: (n_c, s) snapshots.
+        k: number of snapshots to choose.
+
+    Yields:
+        For 1, 2, … k: the chosen columns Ψ (n_c, k), the coordinates B (k, s) of the nearest points
+        of their cone, and the history of ‖S − Ψ B‖_F / ‖S‖_F so far.
+
+    Source: Benaceur, Ern, Ehrlacher, Int. J. Numerical Methods in Engineering 121, 2020.
+    """
+    chosen: list[int] = []
+    history: list[float] = []
+    residual = S
+    for _ in range(k):
+        distance = np.linalg.norm(residual, axis=0)  # (s,)
+        distance[chosen] = -1.0  # zero but for rounding
+        chosen.append(int(np.argmax(distance)))
+        Psi: Array = S[:, chosen]
+        B = coordinates(Psi, S)
+        residual = S - Psi @ B
+        history.append(float(np.linalg.norm(residual) / np.linalg.norm(S)))
+        yield Psi, B, np.array(history)

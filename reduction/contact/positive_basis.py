@@ -1,0 +1,168 @@
+"""One interface to every way of making a positive basis from snapshots of contact forces."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Literal, TypeAlias, get_args
+
+import numpy as np
+
+from tauten.model.numerics import Array, Ints
+from tauten.reduction.contact.greedy import cone_projected_greedy
+from tauten.reduction.contact.nnmf import Factors, als, hals, hals_nndsvd, relative_error
+
+Method: TypeAlias = Literal["hals", "hals-nndsvd", "als", "greedy"]
+METHODS: tuple[Method, ...] = get_args(Method)
+
+# A unilateral solver leaves forces of this share of the largest one on the wrong side of zero.
+_NEGATIVE = 1e-9
+
+
+@dataclass(frozen=True, slots=True)
+class PositiveFactorisation:
+    """S ≈ Ψ B with Ψ ≥ 0, B ≥ 0 and unit columns of Ψ (17).
+
+    Attributes:
+        Psi: (n_c, k) contact modes; "als" may have killed some, then k is less than asked for.
+        B: (k, s) forces of the modes in every snapshot [N].
+        error: ‖S − Ψ B‖_F / ‖S‖_F.
+        history: (iterations,) the same after every iteration; for "greedy" after every column, for
+            "hals" those of the last column.
+        method: which way made it.
+        seed: of the random start; only "als" uses it.
+    """
+
+    Psi: Array
+    B: Array
+    error: float
+    history: Array
+    method: Method
+    seed: int
+
+    @property
+    def k(self) -> int:
+        """Number of modes."""
+        return int(self.Psi.shape[1])
+
+
+def factorise(S: Array, k: int, method: Method = "hals", seed: int = 0) -> PositiveFactorisation:
+    """Positive basis of k unit columns for the snapshots S (17).
+
+    The order of the snapshots does not matter: they are sorted before the work and B is put back
+    into the given order after it, so a permuted S gives the same Ψ to the last bit. Snapshots
+    without contact and candidates that never touch take no part.
+
+    Args:
+        S: (n_c, s) contact forces [N], one snapshot a column.
+        k: number of modes, at most the rank of S.
+        method: "hals" (error never rises with k), "hals-nndsvd", "als" (the paper's Algorithm 1) or
+            "greedy" (cone-projected greedy); sources in their docstrings.
+        seed: of the random start of "als".
+
+    Raises:
+        ValueError: NaN or negative forces (says in which columns), no contact in any snapshot, k
+            larger than the rank, unknown method.
+    """
+    return factorise_each(S, (k,), method, seed)[0]
+
+
+def factorise_each(
+    S: Array, ks: Sequence[int], method: Method = "hals", seed: int = 0
+) -> tuple[PositiveFactorisation, ...]:
+    """The same for several k, ascending; "hals" and "greedy" make all of them in one run.
+
+    Raises:
+        ValueError: as `factorise`.
+    """
+    ks = sorted(set(ks))
+    _check_method(method)
+    S = checked(S)
+    rows = np.flatnonzero((S > 0.0).any(axis=1))  # candidates that touch
+    columns = np.flatnonzero((S > 0.0).any(axis=0))  # snapshots with contact
+    columns = columns[np.lexsort(S[rows][:, columns])]
+    core = np.ascontiguousarray(S[rows][:, columns])  # (n_c', s')
+    _check_rank(core, ks)
+    factors = _factors(core, ks, method, seed)
+    return tuple(_unit_columns(S, rows, columns, found, method, seed) for found in factors)
+
+
+def _factors(S: Array, ks: Sequence[int], method: Method, seed: int) -> Iterator[Factors]:
+    match method:
+        case "hals":
+            yield from (found for found in hals(S, ks[-1]) if len(found[1]) in ks)
+        case "greedy":
+            yield from (found for found in cone_projected_greedy(S, ks[-1]) if len(found[1]) in ks)
+        case "hals-nndsvd":
+            yield from (hals_nndsvd(S, k) for k in ks)
+        case "als":
+            yield from (als(S, k, seed) for k in ks)
+
+
+def _unit_columns(
+    S: Array, rows: Ints, columns: Ints, found: Factors, method: Method, seed: int
+) -> PositiveFactorisation:
+    """Factors of S[rows, columns], put back into their places with unit columns of Ψ."""
+    Psi, B, history = found
+    norms = np.linalg.norm(Psi, axis=0)  # (k,)
+    alive = norms > 0.0
+    full_Psi = np.zeros((S.shape[0], int(alive.sum())))
+    full_B = np.zeros((int(alive.sum()), S.shape[1]))
+    full_Psi[rows] = Psi[:, alive] / norms[alive]
+    full_B[:, columns] = B[alive] * norms[alive, None]
+    return PositiveFactorisation(
+        full_Psi, full_B, relative_error(S, full_Psi, full_B), history, method, seed
+    )
+
+
+def _check_method(method: str) -> None:
+    if method not in METHODS:
+        raise ValueError(f"method {method!r} is unknown: choose one of {', '.join(METHODS)}")
+
+
+def checked(S: Array) -> Array:
+    """Snapshots (n_c, s) as float64, rounding-sized negatives cut to zero.
+
+    Raises:
+        ValueError: NaN or negative forces (says in which columns), or no contact in any snapshot.
+    """
+    S = np.asarray(S, dtype=float)
+    if S.ndim != 2:
+        raise ValueError(
+            f"snapshots have shape {S.shape}: expected (n_c, s), one snapshot a column"
+        )
+    bad = np.flatnonzero(~np.isfinite(S).all(axis=0))
+    if len(bad):
+        raise ValueError(
+            f"snapshots hold NaN or infinite forces in {_columns(bad)}: drop those columns"
+        )
+    largest = S.max(initial=0.0)
+    negative = np.flatnonzero((S + _NEGATIVE * largest < 0.0).any(axis=0))
+    if len(negative):
+        raise ValueError(
+            f"snapshots hold negative forces in {_columns(negative)}: contacts only push (λ ≥ 0)"
+        )
+    if largest == 0.0:
+        raise ValueError(
+            f"none of the {S.shape[1]} snapshots has any contact force: "
+            "pull further or load the robot so that it touches itself"
+        )
+    return np.maximum(S, 0.0)
+
+
+def _check_rank(S: Array, ks: Sequence[int]) -> None:
+    k = ks[-1]
+    if ks[0] < 1:
+        raise ValueError(f"k = {ks[0]} modes asked for: at least 1 is needed")
+    rank = int(np.linalg.matrix_rank(S))
+    if k > rank:
+        raise ValueError(
+            f"k = {k} modes asked for, but the snapshots have rank {rank}: "
+            f"take k ≤ {rank} or a campaign with more variety"
+        )
+
+
+def _columns(index: Ints) -> str:
+    shown = ", ".join(str(i) for i in index[:5])
+    more = f" and {len(index) - 5} more" if len(index) > 5 else ""
+    return f"column{'s' if len(index) > 1 else ''} {shown}{more}"

@@ -1,0 +1,111 @@
+"""The contact problems behind snapshots: what a basis would have made of each equilibrium.
+
+At an equilibrium with pulled lengths held, contact forces minimise
+
+    f(λ) = ½ λᵀ W λ + δᵀ λ   over λ ≥ 0                                                (T4)
+
+and reduced contact minimises the same over λ = Ψ β, β ≥ 0. So f(Ψ β) − f(λ) ≥ 0 measures, in joules, what a
+basis loses there, and W_e (Ψ β − λ) how far it takes the effectors from where they belong, to first
+order. Neither needs the reduced equilibrium to be settled.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tauten.model import Robot, State, row_compliance
+from tauten.model.numerics import Array, Ints, solve_lcp
+from tauten.reduction.campaign import Snapshots
+
+COUNT = 100  # problems a basis is made from: more cost time and hardly change it
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ContactProblem:
+    """One equilibrium, condensed on the candidates in range.
+
+    Attributes:
+        W: (m, m) compliance of the candidates, cables held [m/N].
+        W_e: (n_e, m) effector displacement per contact force, cables held [m/N].
+        delta: (m,) gaps without contact forces [m].
+        slots: (m,) slot in λ_c of each candidate.
+        lam: (m,) contact forces [N].
+        energy: −f(λ), what contact takes out of the minimum [J].
+        column: number of the snapshot.
+    """
+
+    W: Array
+    W_e: Array
+    delta: Array
+    slots: Ints
+    lam: Array
+    energy: float
+    column: int
+
+    def coefficients(self, Psi: Array) -> Array:
+        """The β (k,) [N] that reduced contact with modes Psi (n_c, k) answers with."""
+        modes = Psi[self.slots]  # (m, k)
+        return solve_lcp(modes.T @ self.W @ modes, modes.T @ self.delta).lam
+
+    def loss(self, lam: Array) -> float:
+        """Energy that forces (m,) lose: f above its minimum [J]."""
+        return float(0.5 * lam @ self.W @ lam + self.delta @ lam) + self.energy
+
+    def forces(self, Psi: Array) -> Array:
+        """Contact forces Ψ β (m,) [N] of reduced contact with modes Psi (n_c, k)."""
+        lam: Array = Psi[self.slots] @ self.coefficients(Psi)  # (m,)
+        return lam
+
+    def force_error(self, lam: Array) -> float:
+        """By how much the sum of forces (m,) is wrong [N]; single ones are not unique."""
+        return float(abs((lam - self.lam).sum()))
+
+    def tip_error(self, lam: Array) -> float:
+        """How far forces (m,) put an effector from its place, at most, to first order [m]."""
+        apart = self.W_e @ (lam - self.lam)  # (n_e,)
+        return float(np.linalg.norm(apart.reshape(-1, 3), axis=1).max(initial=0.0))
+
+
+def contact_problems(
+    robot: Robot, snapshots: Snapshots, count: int = COUNT
+) -> tuple[ContactProblem, ...]:
+    """The problems of some snapshots with contact, evenly spread over all of them.
+
+    Args:
+        robot: whose snapshots these are.
+        snapshots: converged ones.
+        count: how many at most.
+    """
+    touching = np.flatnonzero(snapshots.lam.any(axis=0))
+    chosen = touching[
+        np.linspace(0, len(touching) - 1, min(count, len(touching))).round().astype(int)
+    ]
+    workspace = robot.fork()
+    return tuple(_problem(workspace, snapshots, int(column)) for column in chosen)
+
+
+def _problem(robot: Robot, snapshots: Snapshots, column: int) -> ContactProblem:
+    loaded = robot.loaded(snapshots.gravity[:, column], snapshots.effector_force[:, column])
+    state = State(snapshots.q[:, column], np.zeros(robot.n))
+    tension = snapshots.tension[:, column]
+    rows = loaded.rows(state)
+    system = loaded.linearise(state, tension, replace(robot.integration, static=True))
+    parts = (rows.effectors, rows.actuators, rows.contacts.rows)
+    all_rows = row_compliance(
+        system,
+        np.vstack([part.dense() for part in parts]),
+        np.concatenate([part.delta for part in parts]),
+    )
+    W, delta = all_rows.W, all_rows.delta_free.copy()
+    delta[robot.n_e : robot.n_e + robot.n_a] -= snapshots.pull[:, column]
+    taut = robot.n_e + np.flatnonzero(tension > 0.0)  # cables that hold what they are wound to
+    share = np.linalg.solve(W[np.ix_(taut, taut)], np.c_[W[taut], delta[taut]])  # (t, rows + 1)
+    W, delta = W - W[:, taut] @ share[:, :-1], delta - W[:, taut] @ share[:, -1]
+    contact = slice(robot.n_e + robot.n_a, None)
+    W_c, delta_c = W[contact, contact], delta[contact]
+    lam = solve_lcp(W_c, delta_c).lam
+    energy = -float(0.5 * lam @ W_c @ lam + delta_c @ lam)
+    slots = rows.contacts.slots
+    return ContactProblem(W_c, W[: robot.n_e, contact], delta_c, slots, lam, energy, column)

@@ -1,0 +1,72 @@
+"""Tip error of a basis: reduced contact against the stored full-order equilibria, in metres."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from tauten.model import Enrichment, Robot, Simulator
+from tauten.model.numerics import Array, Bools
+from tauten.reduction.campaign import MAX_ITERATIONS, TOLERANCE, Snapshots
+from tauten.reduction.contact.basis import ContactBasis
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TipErrors:
+    """How far reduced contact takes the effectors from where pointwise contact takes them.
+
+    Attributes:
+        error: (s,) largest distance of an effector [m]; NaN where either did not converge.
+        converged: (s,) whether the reduced equilibrium did.
+        extra_columns: (s,) unit columns that enrichment had in play.
+    """
+
+    error: Array
+    converged: Bools
+    extra_columns: Array
+
+
+def tip_errors(
+    robot: Robot,
+    snapshots: Snapshots,
+    basis: ContactBasis,
+    enrichment: Enrichment | None = None,
+    held: Literal["pull", "tension"] = "pull",
+    max_iterations: int = MAX_ITERATIONS,
+) -> TipErrors:
+    """Settle along the snapshots with reduced contact and compare effectors.
+
+    Every run starts from rest, so the error is that of following the whole path, not of one step.
+
+    Args:
+        robot: whose snapshots these are.
+        snapshots: equilibria with full contact, runs one after the other.
+        basis: contact modes.
+        enrichment: when unit columns join; None leaves the basis as it is.
+        held: whether cables have the stored pulled lengths or the stored tensions. Tensions leave more
+            freedom to err.
+        max_iterations: of an equilibrium; more where snapshots are far apart.
+
+    Raises:
+        FactorisationError: the reduced model has blown up.
+    """
+    simulator = Simulator(robot, contact=basis, enrichment=enrichment)
+    error = np.full(len(snapshots), np.nan)
+    converged = np.zeros(len(snapshots), dtype=bool)
+    extra = np.zeros(len(snapshots))
+    for i in range(len(snapshots)):
+        if i == 0 or snapshots.run[i] != snapshots.run[i - 1]:
+            simulator.reset()
+        simulator.robot = simulator.robot.loaded(
+            snapshots.gravity[:, i], snapshots.effector_force[:, i]
+        )
+        pull = snapshots.pull[:, i] if held == "pull" else None
+        tension = snapshots.tension[:, i] if held == "tension" else None
+        report = simulator.settle(pull, tension, TOLERANCE, max_iterations)
+        converged[i], extra[i] = report.converged, report.extra_columns
+        if converged[i] and snapshots.converged[i]:
+            apart = simulator.effector - snapshots.effector[:, i].reshape(-1, 3)  # (p, 3)
+            error[i] = np.linalg.norm(apart, axis=1).max()
+    return TipErrors(error, converged, extra)

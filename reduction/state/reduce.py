@@ -1,0 +1,176 @@
+"""From a campaign's snapshots to a state basis and its sample of elements, checked on paths held out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from typing import Literal
+
+import numpy as np
+
+from tauten.model import Robot, default_enrichment
+from tauten.model.numerics import Array, Bools
+from tauten.model.tetra import TetRobot
+from tauten.reduction.campaign import Snapshots
+from tauten.reduction.contact import ContactBasis, TipErrors, tip_errors
+from tauten.reduction.provenance import versions
+from tauten.reduction.state.basis import StateBasis, StateBasisError, StateOrigin
+from tauten.reduction.state.ecsw import Sample, sample_elements
+from tauten.reduction.state.modes import Pod, campaign_responses, enriched, pod
+from tauten.reduction.state.robot import reduced_robot
+
+HELD_OUT = 5  # every fifth run, or snapshot of a single run, takes no part in the training
+MOST_MODES = 100  # looked at when r is chosen
+CHECKS = 200  # held-out equilibria followed at most
+
+
+@dataclass(frozen=True, slots=True)
+class StateSettings:
+    """How a state basis is made.
+
+    Attributes:
+        r: modes of motion; "auto" for the fewest that leave out no more than `motion`.
+        motion: root mean square of the motion that "auto" may leave out, relative.
+        responses: static responses added to them, strongest direction first.
+        sample: relative residual of the sampled elements, see `tauten.reduction.state.ecsw`.
+        seed: of what is random.
+    """
+
+    r: int | Literal["auto"] = "auto"
+    motion: float = 5e-5
+    responses: int = 10
+    sample: float = 1e-2
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        if self.r != "auto" and self.r < 1:
+            raise StateBasisError(f"{self.r} state modes: allowed are 1 and more, and auto")
+        if not 0.0 < self.motion < 1.0 or not 0.0 < self.sample < 1.0 or self.responses < 0:
+            raise StateBasisError(
+                f"motion left out {self.motion}, sample residual {self.sample}, {self.responses} "
+                "responses: allowed are shares of 0 to 1, without the ends, and no negative number"
+            )
+
+
+def reduce_states(
+    robot: Robot, snapshots: Snapshots, basis: ContactBasis, settings: StateSettings
+) -> StateBasis:
+    """A state basis, its sample of elements, and its tip errors on what was held out.
+
+    Args:
+        robot: the full model.
+        snapshots: a campaign's converged equilibria, with their configurations.
+        basis: contact modes that the reduced model will be used with.
+        settings: how.
+
+    Raises:
+        StateBasisError: a robot that is not made of tetrahedra, snapshots without configurations, or
+            a reduced model that does not find its equilibria.
+    """
+    if not isinstance(robot, TetRobot):
+        raise StateBasisError(
+            f"robot {robot.name}: only robots made of tetrahedra have state bases"
+        )
+    if len(snapshots.q) != robot.n or len(snapshots) < HELD_OUT:
+        raise StateBasisError(
+            f"{len(snapshots)} snapshots with {len(snapshots.q)} coordinates: "
+            f"expected at least {HELD_OUT} with {robot.n}"
+        )
+    held_out = held_out_snapshots(snapshots)
+    training = snapshots.select(~held_out)
+    deviations = training.q - robot.rest().q[:, None]  # (n, s)
+    found = chosen_modes(pod(deviations, robot.mass, MOST_MODES), settings)
+    Phi = found.Phi
+    if settings.responses:
+        directions = campaign_responses(robot, basis, training)[:, : settings.responses]
+        Phi = enriched(Phi, directions, robot.mass)
+    weight = robot.mass / (robot.mass.sum() / 3.0)  # (n,)
+    alphas = Phi.T @ (weight[:, None] * deviations)  # (r, s)
+    sample = sample_elements(robot, Phi, alphas, settings.sample, settings.seed)
+    responses = Phi.shape[1] - found.Phi.shape[1]
+    origin = origin_of(robot, training, snapshots.digest(), found, responses, sample, settings)
+    states = StateBasis(Phi, sample.elements, sample.weights, origin)
+    return checked(robot, states, basis, snapshots.select(held_out))
+
+
+def origin_of(
+    robot: TetRobot,
+    training: Snapshots,
+    snapshots_digest: str,
+    modes: Pod,
+    responses: int,
+    sample: Sample,
+    settings: StateSettings,
+) -> StateOrigin:
+    """Where a state basis of these modes, responses and elements comes from; tip errors unknown."""
+    return StateOrigin(
+        robot=robot.name,
+        robot_digest=robot.digest,
+        campaign=training.origin.campaign,
+        snapshots_digest=snapshots_digest,
+        snapshots=len(training),
+        r=modes.Phi.shape[1] + responses,
+        responses=responses,
+        projection_error=modes.error,
+        sample=len(sample.elements),
+        sample_tolerance=settings.sample,
+        sample_error=sample.error,
+        tip_mean=float("nan"),
+        tip_max=float("nan"),
+        seed=settings.seed,
+        created=datetime.now(UTC).isoformat(timespec="seconds"),
+        versions=versions(),
+    )
+
+
+def held_out_snapshots(snapshots: Snapshots) -> Bools:
+    """Which snapshots take no part in the training: (s,) bool; whole runs where there are enough."""
+    runs = np.unique(snapshots.run)
+    if len(runs) >= HELD_OUT:
+        held: Bools = np.searchsorted(runs, snapshots.run) % HELD_OUT == HELD_OUT - 1
+    else:
+        held = np.arange(len(snapshots)) % HELD_OUT == HELD_OUT - 1
+    return held
+
+
+def chosen_modes(found: Pod, settings: StateSettings) -> Pod:
+    """The first r modes, or as many as leave out little enough."""
+    r = settings.r
+    if r == "auto":
+        left_out = np.sqrt(
+            np.cumsum(found.strength[::-1] ** 2)[::-1]
+        )  # (rank,) by modes r, r + 1, …
+        good = np.flatnonzero(left_out <= settings.motion * np.linalg.norm(found.strength))
+        r = max(1, int(good[0])) if len(good) else found.Phi.shape[1]
+    return Pod(np.ascontiguousarray(found.Phi[:, :r]), found.strength)
+
+
+def check_errors(
+    robot: TetRobot, states: StateBasis, basis: ContactBasis, held_out: Snapshots
+) -> TipErrors:
+    """Tips of the reduced model, as a controller uses it, against stored full-order equilibria."""
+    tolerance = robot.config.contact.tolerance
+    enrichment = default_enrichment(tolerance)
+    return tip_errors(reduced_robot(robot, states), held_out, basis, enrichment)
+
+
+def checked(
+    robot: TetRobot, states: StateBasis, basis: ContactBasis, held_out: Snapshots
+) -> StateBasis:
+    """The basis with its tip errors on held-out equilibria.
+
+    Raises:
+        StateBasisError: half of them or more are not found by the reduced model.
+    """
+    stride = -(-len(held_out) // CHECKS)
+    errors = check_errors(
+        robot, states, basis, held_out.select(np.arange(0, len(held_out), stride))
+    )
+    found: Array = errors.error[np.isfinite(errors.error)]
+    if 2 * len(found) <= len(errors.error):
+        raise StateBasisError(
+            f"the model of {states.r} state modes and {len(states.elements)} elements settles in only "
+            f"{len(found)} of {len(errors.error)} held-out equilibria: take more modes, or a smaller "
+            "residual of the sample"
+        )
+    return states.with_tip_errors(float(found.mean()), float(found.max()))

@@ -1,0 +1,299 @@
+"""A robot in reduced coordinates: the interface of the full one, nothing in a step as long as its mesh.
+
+q = q₀ + Φ α (14). State.q is α, State.v its rate. Forces and tangent are sums over a sample of elements,
+directly in α (`tauten.reduction.state.kernels`); contact vertices, cable stations and effectors move
+with their rows of Φ, multiplied with the weights once.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+
+import numpy as np
+
+from tauten.model import (
+    ContactRows,
+    Integration,
+    Limits,
+    PairSlots,
+    Robot,
+    RobotRows,
+    Rows,
+    State,
+    System,
+)
+from tauten.model.contact import ContactSet
+from tauten.model.numerics import Array, DenseFactors, FactorisationError, Ints
+from tauten.model.schema import RobotConfig
+from tauten.model.tetra import TetRobot
+from tauten.reduction.state.basis import StateBasis, StateBasisError
+from tauten.reduction.state.body import (
+    ReducedPoints,
+    contact_surface,
+    reduced_tendons,
+    sampled_body,
+)
+from tauten.reduction.state.kernels import (
+    Body,
+    Tendons,
+    Work,
+    assemble,
+    contact_jacobian,
+    linearise,
+    make_work,
+    pulled_lengths,
+)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ReducedRobot:
+    """A `Robot` of r unknowns, made by `reduced_robot`.
+
+    Attributes:
+        full: the robot it stands for.
+        states: state basis and sample of elements.
+        integration: time step and scheme.
+        body: sampled elements.
+        tendons: cable segments.
+        mass: (r, r) Φᵀ M Φ [kg].
+        load: (r,) Φᵀ of gravity and outer forces [N].
+        effectors: the points that reach targets.
+        surface: vertices of candidates and target triangles.
+        contacts: candidates and triangles on the vertices of `surface`.
+        work: workspace of the kernels.
+    """
+
+    full: TetRobot
+    states: StateBasis
+    integration: Integration
+    body: Body
+    tendons: Tendons
+    mass: Array
+    load: Array
+    effectors: ReducedPoints
+    surface: ReducedPoints
+    contacts: ContactSet
+    work: Work
+
+    @property
+    def config(self) -> RobotConfig:
+        """The robot file."""
+        return self.full.config
+
+    @property
+    def name(self) -> str:
+        """Name in keys and messages."""
+        return self.full.name
+
+    @property
+    def frame(self) -> str:
+        """Frame id of its positions on the wire."""
+        return self.full.frame
+
+    @property
+    def digest(self) -> str:
+        """Digest of the full robot: contact bases fit both."""
+        return self.full.digest
+
+    @property
+    def h(self) -> float:
+        """Time step [s]."""
+        return self.integration.h
+
+    @property
+    def n(self) -> int:
+        """Unknowns, r."""
+        return len(self.load)
+
+    @property
+    def n_a(self) -> int:
+        """Cables."""
+        return len(self.tendons.rest_length)
+
+    @property
+    def n_e(self) -> int:
+        """Effector rows, three a point."""
+        return len(self.effectors.rest)
+
+    @property
+    def n_c(self) -> int:
+        """Contact candidates, slots of λ_c."""
+        return self.contacts.n_slots
+
+    @property
+    def n_nodes(self) -> int:
+        """Nodes of the full robot."""
+        return self.full.n_nodes
+
+    @property
+    def n_elements(self) -> int:
+        """Elements in the sample."""
+        return len(self.body.volume)
+
+    @property
+    def size(self) -> float:
+        """Diagonal of the bounding box at rest [m]."""
+        return self.full.size
+
+    @property
+    def linear_solver(self) -> str:
+        """Name of what solves its linear systems."""
+        return DenseFactors.name
+
+    @property
+    def limits(self) -> Limits:
+        """What the winches can do."""
+        return self.full.limits
+
+    @property
+    def cable_names(self) -> tuple[str, ...]:
+        """Names of the cables, in the order of λ_a."""
+        return self.full.cable_names
+
+    @property
+    def effector_names(self) -> tuple[str, ...]:
+        """Names of the effectors, in row order."""
+        return self.full.effector_names
+
+    @property
+    def triangles(self) -> Ints:
+        """Surface of the full robot as triples of `points`: (t, 3)."""
+        return self.full.triangles
+
+    @property
+    def pairs(self) -> tuple[PairSlots, ...]:
+        """Contact pairs in the order of their slots."""
+        return self.full.pairs
+
+    def fork(self) -> ReducedRobot:
+        """The same robot with a workspace of its own."""
+        return dataclasses.replace(self, work=make_work(self.body, self.tendons))
+
+    def loaded(self, gravity: Array, effector_force: Array) -> ReducedRobot:
+        """The robot under another gravity (3,) [m/s²] and forces on its effectors (n_e,) [N]."""
+        full = self.full.loaded(gravity, effector_force)
+        return dataclasses.replace(self, full=full, load=self.states.Phi.T @ full.load)
+
+    def rest(self) -> State:
+        """The stress-free state at standstill."""
+        return State(np.zeros(self.n), np.zeros(self.n))
+
+    def lifted(self, state: State) -> State:
+        """The state of the full robot: q₀ + Φ α, Φ v."""
+        Phi = self.states.Phi
+        return State(self.full.rest().q + Phi @ state.q, Phi @ state.v)
+
+    def projected(self, state: State) -> State:
+        """The nearest state to one of the full robot, in the mass."""
+        weight = 3.0 * self.full.mass / self.full.mass.sum()  # (n,)
+        Phi = self.states.Phi
+        return State(Phi.T @ (weight * (state.q - self.full.rest().q)), Phi.T @ (weight * state.v))
+
+    def effector(self, state: State) -> Array:
+        """Positions of the effectors: (p, 3) [m]."""
+        return self.effectors.at(state.q)
+
+    def points(self, state: State) -> Array:
+        """Positions of what `triangles` joins: all nodes (n_nodes, 3) [m]; as long as the mesh."""
+        return self.full.points(self.lifted(state))
+
+    def candidates(self, state: State) -> Array:
+        """Positions of the contact candidates: (n_c, 3) [m]."""
+        return self.contacts.positions(self.surface.at(state.q))
+
+    def displacement(self, dq: Array) -> float:
+        """Largest displacement of an effector or contact vertex in a change dq (r,) [m]."""
+        parts = (self.effectors.map @ dq, self.surface.map @ dq)
+        return max(float(np.abs(part).max(initial=0.0)) for part in parts)
+
+    def forces(
+        self, state: State, tension: Array | None = None, exact: bool = False
+    ) -> tuple[Array, Array]:
+        """Forces without cables and contacts (r,) [N], and the tangent K (r, r).
+
+        Args:
+            state: where to evaluate.
+            tension: (n_a,) tensions whose curvature enters the tangent [N].
+            exact: the exact derivative, which is not always positive definite.
+        """
+        taut = np.zeros(self.n_a) if tension is None else tension
+        assemble(state.q, taut, self.load, exact, self.body, self.tendons, self.work)
+        return self.work.force.copy(), self.work.K.copy()
+
+    def linearise(
+        self, state: State, tension: Array | None = None, integration: Integration | None = None
+    ) -> System:
+        """The system of one step from this state: A, b, v_free (7)-(10).
+
+        Args:
+            state: where the step starts.
+            tension: (n_a,) last tensions, for the curvature they add to A [N].
+            integration: another scheme than the robot's own.
+
+        Raises:
+            FactorisationError: A is not positive definite (a state that has blown up).
+        """
+        scheme, work = integration or self.integration, self.work
+        residual = linearise(
+            state.q, state.v, np.zeros(self.n_a) if tension is None else tension, self.load,
+            scheme.h, scheme.static, scheme.rayleigh_mass, scheme.rayleigh_stiffness,
+            self.body, self.tendons, self.mass, work,
+        )  # fmt: skip
+        if not np.isfinite(residual):
+            raise FactorisationError("the reduced model's matrix is not positive definite")
+        v = np.zeros(self.n) if scheme.static else state.v
+        return System(scheme.h, v, work.v_free.copy(), residual, DenseFactors(work.L))
+
+    def rows(self, state: State, contacts: bool = True) -> RobotRows:
+        """Rows of effectors, cables and, unless told otherwise, contacts at this state."""
+        return RobotRows(
+            effectors=Rows(self.effectors.map, self.effectors.at(state.q).ravel()),
+            actuators=Rows(*pulled_lengths(state.q, self.tendons)),
+            contacts=self._contact_rows(state.q) if contacts else self._no_contact_rows(),
+        )
+
+    def advance(self, state: State, system: System, dv: Array) -> State:
+        """The state one step later: v + dv and α + h (v + dv), at standstill when quasi-static."""
+        v = system.v + dv
+        return State(state.q + system.h * v, v)
+
+    def _contact_rows(self, alpha: Array) -> ContactRows:
+        found = self.contacts.detect(self.surface.at(alpha))
+        H = contact_jacobian(found.normal, found.vertices, found.coefficients, self.surface.map)
+        return ContactRows(Rows(H, found.gap), found.slots, found.pair, self.n_c)
+
+    def _no_contact_rows(self) -> ContactRows:
+        return ContactRows.out_of_range(np.zeros((0, self.n)), self.n_c)
+
+
+def reduced_robot(robot: Robot, states: StateBasis) -> ReducedRobot:
+    """The robot seen through a state basis.
+
+    Raises:
+        StateBasisError: the basis was made for another robot, or this one is not made of tetrahedra.
+    """
+    states.check_robot(robot)
+    if not isinstance(robot, TetRobot):
+        raise StateBasisError(
+            f"robot {robot.name}: only robots made of tetrahedra have state bases"
+        )
+    Phi = states.Phi
+    body, tendons = (
+        sampled_body(robot, Phi, states.elements, states.weights),
+        reduced_tendons(robot, Phi),
+    )
+    surface, contacts = contact_surface(robot, Phi)
+    return ReducedRobot(
+        full=robot,
+        states=states,
+        integration=robot.integration,
+        body=body,
+        tendons=tendons,
+        mass=Phi.T @ (robot.mass[:, None] * Phi),
+        load=Phi.T @ robot.load,
+        effectors=ReducedPoints(robot.effector(robot.rest()).ravel(), np.asarray(robot.H_e @ Phi)),
+        surface=surface,
+        contacts=contacts,
+        work=make_work(body, tendons),
+    )

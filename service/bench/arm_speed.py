@@ -1,0 +1,163 @@
+"""Steps per second of the manipulator, straight and bent, full and reduced: the paper's Table II."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from itertools import cycle
+from time import perf_counter
+from typing import Literal
+
+import numpy as np
+
+from tauten.controller import Controller
+from tauten.model import Enrichment, Forces, Robot, Simulator, default_enrichment, row_compliance
+from tauten.model.numerics import Array, solve_pgs
+from tauten.reduction import ContactBasis
+from tauten.service.bench.arm_postures import settled
+from tauten.service.bench.stages import StepTimes, time_controller
+
+_SWEEPS, _TOLERANCE = 1000, 1e-6  # of Gauss-Seidel; 1 µm is coarse, for the reference's benefit
+_STEPS = 220  # whose stages are timed
+_WOBBLE = 0.02  # of the tensions from step to step, so that contact forces have to be found again
+
+
+@dataclass(frozen=True, slots=True)
+class Speed:
+    """Median step times in one posture, tensions up and down by a fiftieth.
+
+    Attributes:
+        candidates: n_c.
+        posture: "straight" or "bent".
+        in_range: candidates within the alarm distance.
+        pushing: candidates that push.
+        gauss_seidel_ms: forward step, all candidates in range as rows, projected Gauss-Seidel (13) from
+            the forces of the step before.
+        sweeps: of it, median.
+        gauss_seidel_converged: whether it met its tolerance in every step.
+        full_ms: forward step of this package's own solver of pointwise contact.
+        reduced_ms: forward step with the basis and certified gaps.
+        control_full_ms: control step, target to advanced model, with pointwise contact.
+        control_reduced_ms: the same with the basis and certified gaps.
+        control_reduced_p99_ms: its 99th percentile.
+    """
+
+    candidates: int
+    posture: str
+    in_range: int
+    pushing: int
+    gauss_seidel_ms: float
+    sweeps: int
+    gauss_seidel_converged: bool
+    full_ms: float
+    reduced_ms: float
+    control_full_ms: float
+    control_reduced_ms: float
+    control_reduced_p99_ms: float
+
+
+def measure_speed(robot: Robot, basis: ContactBasis, tension: Array, posture: str) -> Speed:
+    """Times of steps of all kinds around the equilibrium under tensions (n_a,) [N]."""
+    there = settled(robot, tension)
+    enrichment = default_enrichment(robot.config.contact.tolerance)
+    sweeps: list[int] = []
+    good: list[bool] = []
+    start, wobbling = there.lam_c, wobble(tension)
+
+    def gauss_seidel() -> None:
+        nonlocal start
+        start, count, converged = gauss_seidel_step(there, next(wobbling), start)
+        sweeps.append(count)
+        good.append(converged)
+
+    reduced = times(_control(there, basis), 200)
+    return Speed(
+        candidates=robot.n_c,
+        posture=posture,
+        in_range=int(np.isfinite(there.gaps).sum()),
+        pushing=int((there.lam_c > 0.0).sum()),
+        gauss_seidel_ms=float(np.median(times(gauss_seidel, 5, warm_up=1))),
+        sweeps=int(np.median(sweeps)),
+        gauss_seidel_converged=all(good),
+        full_ms=float(np.median(times(_forward(there, "full", None, tension), 60))),
+        reduced_ms=float(np.median(times(_forward(there, basis, enrichment, tension), 100))),
+        control_full_ms=float(np.median(times(_control(there, "full"), 60))),
+        control_reduced_ms=float(np.median(reduced)),
+        control_reduced_p99_ms=float(np.percentile(reduced, 99)),
+    )
+
+
+def times(work: Callable[[], object], count: int, warm_up: int = 10) -> Array:
+    """How long a piece of work takes, again and again: (count,) [ms]."""
+    for _ in range(warm_up):
+        work()
+    found = np.empty(count)
+    for i in range(count):
+        start = perf_counter()
+        work()
+        found[i] = 1e3 * (perf_counter() - start)
+    return found
+
+
+def _forward(
+    there: Simulator,
+    contact: Literal["full"] | ContactBasis,
+    enrichment: Enrichment | None,
+    tension: Array,
+) -> Callable[[], object]:
+    simulator = Simulator(there.robot, contact, enrichment)
+    simulator.state = there.state
+    simulator.forces = replace(simulator.forces, tension=tension)
+    wobbling = wobble(tension)
+    return lambda: simulator.step(tension=next(wobbling))
+
+
+def wobble(tension: Array) -> Iterator[Array]:
+    """Tensions (n_a,) and a little less, in turns."""
+    return cycle(((1.0 - _WOBBLE) * tension, tension))
+
+
+def _control(there: Simulator, contact: Literal["full"] | ContactBasis) -> Callable[[], object]:
+    """Steps of a controller that holds the tip where it is."""
+    controller, goal = _controller(there, contact), there.effector
+    return lambda: controller.step(goal)
+
+
+def _controller(there: Simulator, contact: Literal["full"] | ContactBasis) -> Controller:
+    controller = Controller(there.robot, contact)
+    none = np.zeros(0, dtype=np.int64)
+    forces = Forces(there.tension, np.zeros(controller.space.k), none, np.zeros(0))
+    controller.start_from(there.state, forces, there.pull)
+    return controller
+
+
+def stage_times(robot: Robot, basis: ContactBasis, tension: Array) -> StepTimes:
+    """Where the time of control steps goes that hold the tip at the equilibrium of tensions (n_a,) [N]."""
+    there = settled(robot, tension)
+    targets = np.repeat(there.effector[None], _STEPS, axis=0)  # (s, p, 3)
+    return time_controller(_controller(there, basis), f"reduced, k = {basis.k}", targets)
+
+
+def gauss_seidel_step(there: Simulator, tension: Array, start: Array) -> tuple[Array, int, bool]:
+    """A forward step as the paper takes it; the state is left where it is.
+
+    Args:
+        there: robot and state.
+        tension: (n_a,) [N].
+        start: (n_c,) forces to start from [N].
+
+    Returns:
+        Contact forces (n_c,), sweeps, whether the tolerance was met.
+    """
+    robot, state = there.robot, there.state
+    system = robot.linearise(state, tension)
+    rows = robot.rows(state)
+    H = np.vstack([rows.actuators.dense(), rows.contacts.rows.dense()])
+    delta = np.concatenate([rows.actuators.delta, rows.contacts.rows.delta])
+    response, n_a, slots = row_compliance(system, H, delta), robot.n_a, rows.contacts.slots
+    gaps = response.delta_free[n_a:] + response.W[n_a:, :n_a] @ tension
+    found = solve_pgs(response.W[n_a:, n_a:], gaps, start[slots], _TOLERANCE, _SWEEPS)
+    response.velocity_change(system, np.concatenate([tension, found.lam]))
+    forces = np.zeros(robot.n_c)
+    forces[slots] = found.lam
+    return forces, found.iterations, found.converged

@@ -1,0 +1,166 @@
+"""The closed-loop benchmark: which runs there are, and what is kept of them.
+
+Five cases with three models of contact, each in open and closed loop, against a full-order robot as
+modelled; then the step again with a robot a fifth softer and stiffer, whose winches pull the tensions
+they are told: with pulled lengths the shape hardly depends on the stiffness.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from tauten.controller import Controller
+from tauten.model import ContactSpace, Robot, Simulator, load_robot
+from tauten.service.bench.closed_loop_cases import Case, equilibria, make_cases
+from tauten.service.bench.closed_loop_figures import draw_case
+from tauten.service.bench.closed_loop_run import Drive, Outcome, Trace, follow, judge
+from tauten.service.process import HostInfo, StopFlag, host_info, one_blas_thread
+
+CONTACTS = ("reduced", "full", "none")
+MISMATCHES = (0.8, 1.2)
+
+Contact = Literal["none", "full"] | ContactSpace
+Progress = Callable[[float, str], None]
+_CASES_SHARE = 0.05  # of the whole work
+_WARM_UP = 12  # ticks
+
+
+@dataclass(frozen=True, slots=True)
+class BenchSettings:
+    """What to run: seconds of each case, seed of the random walk, folder for figures or None."""
+
+    seconds: float
+    seed: int
+    figures: Path | None
+
+
+@dataclass(frozen=True, slots=True)
+class ClosedLoopBench:
+    """Everything `tauten bench closed-loop` measures.
+
+    Attributes:
+        machine: facts about it.
+        robot: name.
+        rate_hz: ticks a second.
+        seconds: of each case.
+        seed: of the random walk.
+        outcomes: one a run.
+        complete: whether it was left to end.
+    """
+
+    machine: HostInfo
+    robot: str
+    rate_hz: float
+    seconds: float
+    seed: int
+    outcomes: tuple[Outcome, ...]
+    complete: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Group:
+    """Runs that one figure shows: a case, a plant, and (contact, closed) of each controller."""
+
+    name: str
+    case: Case
+    young_scale: float
+    drive: Drive
+    controllers: tuple[tuple[str, bool], ...]
+
+
+def planned(cases: list[Case]) -> Iterator[Group]:
+    """All runs."""
+    both = tuple((contact, closed) for contact in CONTACTS for closed in (False, True))
+    for case in cases:
+        yield Group(case.name, case, 1.0, "pull", both)
+    for scale in MISMATCHES:
+        name = f"stiffness-{scale:g}"
+        yield Group(name, cases[0], scale, "tension", (("reduced", False), ("reduced", True)))
+
+
+def bench_closed_loop(
+    robot: Robot,
+    path: Path,
+    basis: ContactSpace,
+    settings: BenchSettings,
+    stop: StopFlag,
+    progress: Progress,
+) -> ClosedLoopBench:
+    """Run all of it, or until asked to stop.
+
+    Args:
+        robot: the model.
+        path: its file.
+        basis: its contact basis.
+        settings: what to run.
+        stop: raised to end early.
+        progress: called with the share of the work that has just been done, and what comes next.
+
+    Raises:
+        PathError: the robot finds no equilibrium to take targets from.
+    """
+    done: list[Outcome] = []
+    with one_blas_thread():
+        share = _CASES_SHARE / equilibria(robot.n_a)
+        cases = make_cases(
+            robot, settings.seconds, settings.seed, lambda: progress(share, "targets in reach")
+        )
+        bench = Bench(robot, path, basis)
+        groups = list(planned(cases))
+        share = (1.0 - _CASES_SHARE) / sum(len(group.controllers) for group in groups)
+        for group in groups:
+            found = []
+            for contact, closed in group.controllers:
+                if stop.requested:
+                    break
+                progress(0.0, f"{group.name}, {contact} contact")
+                found.append(bench.run(group, contact, closed))
+                progress(share, group.name)
+            done += [outcome for outcome, _ in found]
+            if settings.figures is not None and found:
+                settings.figures.mkdir(parents=True, exist_ok=True)
+                figure = settings.figures / f"{group.name}.png"
+                draw_case(group.name, group.case, found, robot.h, figure)
+    rate = 1.0 / robot.h
+    seconds, seed = settings.seconds, settings.seed
+    whole = not stop.requested
+    return ClosedLoopBench(host_info(), robot.name, rate, seconds, seed, tuple(done), whole)
+
+
+class Bench:
+    """Controllers and plants, made once and set back to rest for each run."""
+
+    def __init__(self, robot: Robot, path: Path, basis: ContactSpace) -> None:
+        """Make the controllers.
+
+        Args:
+            robot: the model.
+            path: its file, for plants.
+            basis: its contact basis.
+        """
+        contacts: dict[str, Contact] = {"reduced": basis, "full": "full", "none": "none"}
+        self._controllers = {name: Controller(robot, kind) for name, kind in contacts.items()}
+        self._path, self._rate = path, 1.0 / robot.h
+        self._plants: dict[float, Simulator] = {}
+        self._warm: set[str] = set()
+
+    def run(self, group: Group, contact: str, closed: bool) -> tuple[Outcome, Trace]:
+        """One run, from rest."""
+        controller, plant = self._controllers[contact], self._plant(group.young_scale)
+        case = group.case
+        if contact not in self._warm:
+            short = Case(case.name, case.targets[-_WARM_UP:], 0)
+            follow(controller, plant, short, closed, group.drive)
+            self._warm.add(contact)
+        trace = follow(controller, plant, case, closed, group.drive)
+        h, scale = controller.robot.h, group.young_scale
+        return judge(case, trace, h, contact, closed, scale, group.drive), trace
+
+    def _plant(self, young_scale: float) -> Simulator:
+        if young_scale not in self._plants:
+            robot = load_robot(self._path, rate=self._rate, young_scale=young_scale)
+            self._plants[young_scale] = Simulator(robot, "full")
+        return self._plants[young_scale]

@@ -1,0 +1,186 @@
+"""One run of the closed-loop benchmark: a controller against the full-order robot.
+
+Node and plant run in this process in turns, in logical time: each tick is one period, however long its
+work takes, so positions do not depend on the machine and only times do. The measurement of a tick is
+used in the next.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from time import perf_counter
+from typing import Literal
+
+import numpy as np
+
+from tauten.controller import Controller
+from tauten.model import Simulator
+from tauten.model.numerics import Array, Bools, FactorisationError
+from tauten.service.bench.closed_loop_cases import Case
+from tauten.service.node import LARGEST, ControlLoop, Feedback, Signals
+from tauten.service.replay import Spread, spread
+
+Drive = Literal["pull", "tension"]
+_BAND = 0.02  # of a step, within which it counts as settled
+_END = 0.1  # last part of a case, over which the error that stays is averaged
+
+
+@dataclass(frozen=True, slots=True)
+class Trace:
+    """A run, tick by tick.
+
+    Attributes:
+        effector: (s, 3) the plant's first effector [m].
+        error: (s,) largest distance of the plant's effectors from their targets [m].
+        pull: (s, n_a) commanded [m].
+        tension: (s, n_a) commanded [N].
+        decide: (s,) time from target to actuation [s].
+        step: (s,) time of the whole control step [s].
+        touching: (s,) bool, the plant pushes against itself.
+        unusable: decisions that could not be used.
+    """
+
+    effector: Array
+    error: Array
+    pull: Array
+    tension: Array
+    decide: Array
+    step: Array
+    touching: Bools
+    unusable: int
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """Numbers of a run.
+
+    Attributes:
+        case: name of the case.
+        contact: what the controller knows of contact.
+        closed: whether measurements correct the targets.
+        young_scale: the plant's Young's modulus over the model's.
+        drive: what the plant's winches obey.
+        ticks: length of the run.
+        rms_mm: of the distance between target and plant.
+        max_mm: largest.
+        end_mm: mean over the last tenth.
+        settling_s: after a step, until it stays within 2 % of the step; None: it does not, or no step.
+        effort_n: RMS tension.
+        chatter_mm_s: RMS change of a cable's speed from one tick to the next.
+        latency_ms: from target to actuation.
+        step_ms: of the whole control step.
+        misses: control steps longer than the period.
+        touching: share of the ticks at which the plant pushes against itself.
+        unusable: decisions that could not be used.
+    """
+
+    case: str
+    contact: str
+    closed: bool
+    young_scale: float
+    drive: Drive
+    ticks: int
+    rms_mm: float
+    max_mm: float
+    end_mm: float
+    settling_s: float | None
+    effort_n: float
+    chatter_mm_s: float
+    latency_ms: Spread
+    step_ms: Spread
+    misses: int
+    touching: float
+    unusable: int
+
+
+def follow(
+    controller: Controller, plant: Simulator, case: Case, closed: bool, drive: Drive
+) -> Trace:
+    """Follow a case's targets from rest, with controller and plant already warm."""
+    controller.reset()
+    plant.reset()
+    robot, loop = controller.robot, ControlLoop(controller)
+    loop.prepare()
+    gain = robot.config.service.feedback_gain
+    feedback = Feedback(len(case.targets[0]), gain, LARGEST * robot.size)
+    rows = []
+    for target in case.targets:
+        begin = perf_counter()
+        action = loop.tick(target + feedback.correction, Signals(target=True))
+        decide = perf_counter() - begin
+        command = action.pull if drive == "pull" else action.tension
+        _step(plant, command, drive)
+        begin = perf_counter()
+        loop.prepare()
+        step = decide + perf_counter() - begin
+        where = plant.effector  # (p, 3)
+        error = np.linalg.norm(where - target, axis=1).max()
+        usable = action.status is not None and action.status.usable
+        touching = bool((plant.lam_c > 0.0).any())
+        times = (decide, step)
+        rows.append((where[0], error, action.pull, action.tension, *times, touching, not usable))
+        if closed:
+            feedback.observe(controller.effector, where, robot.h)
+    effector, errors, pull, tension, decided, stepped, touched, unusable = zip(*rows, strict=True)
+    return Trace(
+        effector=np.array(effector),
+        error=np.array(errors),
+        pull=np.array(pull),
+        tension=np.array(tension),
+        decide=np.array(decided),
+        step=np.array(stepped),
+        touching=np.array(touched),
+        unusable=sum(unusable),
+    )
+
+
+def _step(plant: Simulator, command: Array, drive: Drive) -> None:
+    try:
+        if drive == "pull":
+            plant.step(pull=command)
+        else:
+            plant.step(tension=command)
+    except FactorisationError:
+        plant.reset()
+
+
+def judge(
+    case: Case, trace: Trace, h: float, contact: str, closed: bool, young_scale: float, drive: Drive
+) -> Outcome:
+    """Numbers of a run."""
+    speed = np.diff(trace.pull, axis=0) / h  # (s - 1, n_a) m/s
+    end = max(int(_END * len(trace.error)), 1)
+    return Outcome(
+        case=case.name,
+        contact=contact,
+        closed=closed,
+        young_scale=young_scale,
+        drive=drive,
+        ticks=len(trace.error),
+        rms_mm=1e3 * rms(trace.error),
+        max_mm=1e3 * float(trace.error.max()),
+        end_mm=1e3 * float(trace.error[-end:].mean()),
+        settling_s=settling(case, trace, h),
+        effort_n=rms(trace.tension),
+        chatter_mm_s=1e3 * rms(np.diff(speed, axis=0)),
+        latency_ms=spread((1e3 * trace.decide).tolist()),
+        step_ms=spread((1e3 * trace.step).tolist()),
+        misses=int((trace.step > h).sum()),
+        touching=float(trace.touching.mean()),
+        unusable=trace.unusable,
+    )
+
+
+def rms(values: Array) -> float:
+    """Root of the mean square."""
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
+def settling(case: Case, trace: Trace, h: float) -> float | None:
+    """Seconds from a step until the error stays within 2 % of it; None: it does not, or no step."""
+    if case.from_tick == 0:
+        return None
+    size = np.linalg.norm(case.targets[-1] - case.targets[0], axis=1).max()
+    outside = np.flatnonzero(trace.error > _BAND * size)
+    settled = int(outside[-1]) + 1 if len(outside) else case.from_tick
+    return None if settled >= len(trace.error) else h * (settled - case.from_tick)

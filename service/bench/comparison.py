@@ -1,0 +1,133 @@
+"""`tauten compare`: the same command with and without contact, as the paper's Figs. 5 and 11."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from tauten.model import Robot, Simulator, State
+from tauten.model.numerics import Array
+from tauten.service.plots import Side, draw_body, draw_forces, frame
+
+_STEPS = 20  # on the way to the command, so that folds are entered as a slow pull enters them
+
+
+class CompareError(ValueError):
+    """A comparison that cannot be made; the text says what to change."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Equilibrium:
+    """Where a command takes a robot.
+
+    Attributes:
+        state: of the robot.
+        effector: (p, 3) [m].
+        tension: (n_a,) [N].
+        pull: (n_a,) [m].
+        lam_c: (n_c,) contact forces [N].
+    """
+
+    state: State
+    effector: Array
+    tension: Array
+    pull: Array
+    lam_c: Array
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """The numbers of a comparison, as JSON has them.
+
+    Attributes:
+        robot: its name.
+        pull_mm: pulled lengths, with and without contact.
+        tension_n: tensions, with and without contact.
+        apart_mm: distance between the effectors, with against without contact.
+        pushing: candidates that push.
+        contact_force_n: sum of the contact forces.
+        deepest_overlap_mm: of candidates and surfaces without contact.
+    """
+
+    robot: str
+    pull_mm: tuple[list[float], list[float]]
+    tension_n: tuple[list[float], list[float]]
+    apart_mm: list[float]
+    pushing: int
+    contact_force_n: float
+    deepest_overlap_mm: float
+
+
+def equilibrium(
+    robot: Robot, contact: str, pull: Array | None, tension: Array | None
+) -> Equilibrium:
+    """Settle on the way to a command and there.
+
+    Args:
+        robot: what is commanded.
+        contact: "full" or "none".
+        pull: (n_a,) [m], or
+        tension: (n_a,) [N].
+
+    Raises:
+        CompareError: no equilibrium was found.
+    """
+    simulator = Simulator(robot, contact=contact)  # type: ignore[arg-type]
+    report = None
+    for share in np.linspace(0.0, 1.0, _STEPS + 1)[1:]:
+        report = simulator.settle(
+            pull=None if pull is None else share * pull,
+            tension=None if tension is None else share * tension,
+        )
+    if report is None or not report.converged:
+        raise CompareError(f"{robot.name}: found no equilibrium with contact {contact!r}")
+    lam_c = simulator.smooth_contact_forces() if contact == "full" else np.zeros(robot.n_c)
+    return Equilibrium(
+        simulator.state, simulator.effector, simulator.tension, simulator.pull, lam_c
+    )
+
+
+def compare(robot: Robot, touching: Equilibrium, passing: Equilibrium) -> Comparison:
+    """Numbers of a comparison: equilibria with and without contact."""
+    gaps = robot.rows(passing.state).contacts.rows.delta
+    apart = np.linalg.norm(touching.effector - passing.effector, axis=1)
+    return Comparison(
+        robot=robot.name,
+        pull_mm=((1e3 * touching.pull).tolist(), (1e3 * passing.pull).tolist()),
+        tension_n=(touching.tension.tolist(), passing.tension.tolist()),
+        apart_mm=(1e3 * apart).tolist(),
+        pushing=int((touching.lam_c > 0.0).sum()),
+        contact_force_n=float(touching.lam_c.sum()),
+        deepest_overlap_mm=1e3 * max(0.0, -float(gaps.min(initial=0.0))),
+    )
+
+
+def draw(robot: Robot, touching: Equilibrium, passing: Equilibrium, side: Side, path: Path) -> None:
+    """At rest, without contact, with contact: three bodies on one scale."""
+    rest = robot.rest()
+    states = (rest, passing.state, touching.state)
+    points = [robot.points(state) for state in states]
+    everything = np.concatenate(points)
+    figure = Figure(figsize=(13.0, 6.4), layout="constrained")
+    panels = figure.subplots(1, 3, sharey=True)
+    apart = 1e3 * np.linalg.norm(touching.effector - passing.effector, axis=1).max()
+    titles = ("at rest", "without contact", f"with contact, effector {apart:.1f} mm away")
+    for axes, body, title in zip(panels, points, titles, strict=True):
+        draw_body(axes, body, robot.triangles, side)
+        frame(axes, everything, side)
+        axes.set_title(title)
+    largest = float(touching.lam_c.max(initial=0.0))
+    if largest > 0.0:
+        forces = draw_forces(
+            panels[2], robot.candidates(touching.state), touching.lam_c, side, largest
+        )
+        figure.colorbar(forces, ax=panels[2], label="contact force [N]", shrink=0.7)
+    for equilibrium, axes, colour in ((passing, panels[1], "k"), (touching, panels[2], "k")):
+        tips = 1e3 * equilibrium.effector
+        axes.plot(tips[:, side.right], tips[:, side.up], "o", ms=5, mfc="none", mec=colour)
+    ghost = 1e3 * passing.effector
+    panels[2].plot(ghost[:, side.right], ghost[:, side.up], "x", ms=6, color="0.4")
+    figure.savefig(path, dpi=150)

@@ -1,0 +1,263 @@
+"""`tauten bench node`: a served robot as it runs, tick by tick, and what the machine alone would miss."""
+
+from __future__ import annotations
+
+import shutil
+import time
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from tempfile import mkdtemp
+
+import numpy as np
+import zenoh
+
+from tauten.service.node import punctual_clock
+from tauten.service.plant import Child, DemoError, child, free_ports
+from tauten.service.process import (
+    ORDINARY,
+    HostInfo,
+    RealtimeSettings,
+    StopFlag,
+    apply_realtime,
+    host_info,
+)
+from tauten.service.replay import Spread, overheads, spread
+from tauten.service.setup import Setup
+from tauten.service.wire import (
+    Keys,
+    Mode,
+    Network,
+    Rejection,
+    Role,
+    Tick,
+    decode_tick,
+    is_alive,
+    open_session,
+)
+
+_START = 300.0  # s; kernels are compiled when a robot runs for the first time
+_SETTLE = 1.0  # s of ticks that are left out at the start
+_IDLE = 10.0  # s of the loop that does nothing
+
+
+@dataclass(frozen=True, slots=True)
+class NodeBenchSettings:
+    """What is served.
+
+    Attributes:
+        seconds: of targets.
+        target_rate: targets a second.
+        options: further options of `tauten serve`.
+        realtime: priority and processors among them, for the loop that does nothing.
+    """
+
+    seconds: float
+    target_rate: float
+    options: tuple[str, ...] = ()
+    realtime: RealtimeSettings = ORDINARY
+
+
+@dataclass(frozen=True, slots=True)
+class Deadlines:
+    """Deadlines of a loop.
+
+    Attributes:
+        ticks: that it did.
+        missed: of them, not done when the next one was due.
+        skipped: that it never began, because the one before took too long.
+    """
+
+    ticks: int
+    missed: int
+    skipped: int
+
+    @property
+    def share(self) -> float:
+        """Missed ones of all ticks."""
+        return self.missed / max(self.ticks, 1)
+
+
+@dataclass(frozen=True, slots=True)
+class NodeBench:
+    """Measured numbers of a served robot that follows targets.
+
+    Attributes:
+        machine: where.
+        robot: name.
+        model: "full" or "reduced".
+        rate_hz: of the node.
+        seconds: of targets.
+        target_rate_hz: targets a second.
+        unseen: ticks whose messages the network lost.
+        deadlines: of the node.
+        idle: of a loop at this rate in which every tick takes the node's median time and does nothing:
+            what it misses is the machine's doing.
+        decide_ms: time of `decide`.
+        step_ms: time of `decide`, `advance` and `prepare`.
+        overhead_ms: all else that a tick does.
+        lateness_ms: of the beginning of a tick.
+        latency_ms: from a target's header to its actuation.
+    """
+
+    machine: HostInfo
+    robot: str
+    model: str
+    rate_hz: float
+    seconds: float
+    target_rate_hz: float
+    unseen: int
+    deadlines: Deadlines
+    idle: Deadlines
+    decide_ms: Spread
+    step_ms: Spread
+    overhead_ms: Spread
+    lateness_ms: Spread
+    latency_ms: Spread
+
+
+def bench_node(
+    setup: Setup,
+    robot: str,
+    settings: NodeBenchSettings,
+    stop: StopFlag,
+    say: Callable[[str], None],
+) -> NodeBench | None:
+    """Serve a robot in a process of its own, stream targets to it, and look at its ticks.
+
+    Args:
+        setup: the robot at the rate that is served.
+        robot: name or file, for the processes.
+        settings: how.
+        stop: raised to end early.
+        say: told what is happening.
+
+    Returns:
+        The numbers; None when stopped before there were any.
+
+    Raises:
+        DemoError: a process failed, or no target was followed.
+    """
+    rate = setup.robot.config.controller.rate
+    say(f"{rate:g} Hz: starting the node, kernels are compiled the first time")
+    ticks = _served(setup.robot.name, rate, robot, settings, stop, say)
+    first = next((i for i, tick in enumerate(ticks) if tick.mode is Mode.RUN), len(ticks))
+    ticks = ticks[first + int(_SETTLE * rate) :]
+    if not any(tick.status for tick in ticks) or len(ticks) < 2:
+        if stop.requested:
+            return None
+        raise DemoError(
+            f"{robot}: no target was followed after the first {_SETTLE:g} s, of {settings.seconds:g} s at "
+            f"{settings.target_rate:g} targets a second"
+        )
+    say(f"{rate:g} Hz: the machine alone")
+    return _numbers(setup, settings, ticks, stop)
+
+
+def _numbers(
+    setup: Setup, settings: NodeBenchSettings, ticks: Sequence[Tick], stop: StopFlag
+) -> NodeBench:
+    rate = setup.robot.config.controller.rate
+    followed = [tick for tick in ticks if tick.status]
+    pairs = [pair for pair in pairwise(ticks) if pair[1].index == pair[0].index + 1]
+    overhead = [value for pair in pairs for value in overheads(pair, 1.0 / rate)]
+    work = float(np.median([tick.step for tick in followed])) + 1e-3 * float(np.median(overhead))
+    return NodeBench(
+        machine=host_info(),
+        robot=setup.robot.name,
+        model=setup.order,
+        rate_hz=rate,
+        seconds=settings.seconds,
+        target_rate_hz=settings.target_rate,
+        unseen=ticks[-1].index - ticks[0].index + 1 - len(ticks),
+        deadlines=deadlines(ticks),
+        idle=idle_loop(1.0 / rate, work, min(_IDLE, settings.seconds), settings.realtime, stop),
+        decide_ms=spread([1e3 * tick.decide for tick in followed]),
+        step_ms=spread([1e3 * tick.step for tick in followed]),
+        overhead_ms=spread(overhead),
+        lateness_ms=spread([1e3 * tick.lateness for tick in ticks]),
+        latency_ms=spread([1e3 * tick.latency for tick in ticks]),
+    )
+
+
+def deadlines(ticks: Sequence[Tick]) -> Deadlines:
+    """Deadlines that ticks say were missed; the first one speaks of a tick before."""
+    told = ticks[1:]
+    return Deadlines(
+        len(told), sum(tick.slack < 0.0 for tick in told), sum(tick.skipped for tick in told)
+    )
+
+
+def idle_loop(
+    period: float, work: float, seconds: float, realtime: RealtimeSettings, stop: StopFlag
+) -> Deadlines:
+    """Deadlines of a loop that is busy with nothing for some time of every period [s].
+
+    It has a thread of its own, because priority and processors are a thread's.
+    """
+
+    def loop() -> Deadlines:
+        apply_realtime(realtime)
+        clock, ticks = punctual_clock(period), 0
+        end = time.monotonic() + seconds
+        while time.monotonic() < end and not stop.requested:
+            clock.wait()
+            ticks += 1
+            done = time.monotonic() + work
+            while time.monotonic() < done:
+                pass
+        return Deadlines(ticks, clock.missed, clock.skipped)
+
+    with ThreadPoolExecutor(1) as thread:
+        return thread.submit(loop).result()
+
+
+def _served(
+    name: str,
+    rate: float,
+    robot: str,
+    settings: NodeBenchSettings,
+    stop: StopFlag,
+    say: Callable[[str], None],
+) -> list[Tick]:
+    """The ticks of a node that follows targets."""
+    port = free_ports()
+    network, keys = Network(port), Keys(name)
+    common = ["--port", str(port)]
+    with ExitStack() as stack:
+        folder = Path(mkdtemp(prefix="tauten-bench-"))
+        # what the processes said stays where an error points at it
+        stack.push(lambda error, *_: None if error else shutil.rmtree(folder))
+        node = stack.enter_context(child("serve", [robot, *settings.options, *common], folder))
+        session = open_session(network, Role.OTHER, name)
+        stack.callback(session.close)
+        room = int(2 * rate * (settings.seconds + _SETTLE)) + 1
+        source = session.declare_subscriber(keys.tick, zenoh.handlers.RingChannel(room))
+        _await(lambda: is_alive(session, keys.token), (node,), _START, stop)
+        say(f"{rate:g} Hz: following targets for {settings.seconds:g} s")
+        sending = ["reach", "--robot", robot, "--rate", repr(settings.target_rate)]
+        sending += ["--duration", repr(settings.seconds), *common]
+        sender = stack.enter_context(child("stream", sending, folder))
+        patience = _START + settings.seconds
+        _await(lambda: sender.process.poll() is not None, (sender, node), patience, stop)
+        found = []
+        while (sample := source.try_recv()) is not None:
+            found.append(decode_tick(bytes(sample.payload)))
+    return [tick for tick in found if not isinstance(tick, Rejection)]
+
+
+def _await(
+    done: Callable[[], bool], children: tuple[Child, ...], seconds: float, stop: StopFlag
+) -> None:
+    """Wait for the first child, all of which must live on or end well."""
+    end = time.monotonic() + seconds
+    while not done() and not stop.requested:
+        if time.monotonic() > end:
+            raise DemoError(f"tauten {children[0].name} took more than {seconds:g} s")
+        time.sleep(0.1)
+        if not stop.requested:  # a child that Ctrl-C has met may end before it is ready
+            for one in children:
+                one.check()

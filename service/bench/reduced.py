@@ -1,0 +1,272 @@
+"""`tauten bench finger --model reduced`: state modes and sampled elements against error and step time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from tauten.model import Robot, Simulator, TetRobot, default_enrichment, load_robot
+from tauten.model.numerics import Array
+from tauten.reduction import ContactBasis
+from tauten.reduction.campaign import Ranges, Snapshots, latin_hypercube, ramp, run_campaign
+from tauten.reduction.contact import ReduceSettings, make_basis
+from tauten.reduction.state import StateSettings, held_out_snapshots, reduce_states, reduced_robot
+from tauten.service.bench.stages import StepTimes, time_steps
+from tauten.service.bench.steps import Sizes, sizes_of
+from tauten.service.plant import PathSettings, make_path
+from tauten.service.process import HostInfo, host_info, one_blas_thread
+
+Progress = Callable[[float, str], None]
+
+RAMP_STEPS = 200  # equilibria of the training campaign
+FINE_STEPS = 100  # on refined meshes
+FOREIGN = Ranges(pull=(0.5, 1.0), tilt=np.radians(20.0), force=0.02)  # loads nobody trained for
+FOREIGN_RUNS, FOREIGN_STEPS = 6, 20
+FOLLOWED = 40  # equilibria of the training path at which tips are compared
+FAST = 1000.0  # rate of the last column [Hz]
+CASES = (
+    *(StateSettings(r=r, responses=0) for r in (5, 10, 15, 20, 30, 40, 60)),
+    *(StateSettings(r=r, responses=10) for r in (5, 10, 20, 30)),
+    *(StateSettings(r=10, responses=10, sample=sample) for sample in (1e-1, 3e-2, 3e-3)),
+)
+
+
+@dataclass(frozen=True, slots=True)
+class PathError:
+    """Reduced against full model along a path of equilibria, contact as a controller sees it.
+
+    Attributes:
+        equilibria: number of them that both found.
+        lost: number that the reduced model did not settle in.
+        mean_mm: mean distance of the tips; None without equilibria.
+        max_mm: largest.
+        deepest_gap_mm: deepest predicted penetration, as a gap.
+    """
+
+    equilibria: int
+    lost: int
+    mean_mm: float | None
+    max_mm: float | None
+    deepest_gap_mm: float
+
+
+@dataclass(frozen=True, slots=True)
+class ReducedCase:
+    """One state basis with its sample.
+
+    Attributes:
+        modes: modes of motion.
+        responses: static responses among the unknowns beside them.
+        sample: relative residual asked of the sample.
+        elements: in the sample.
+        motion_left_out: of the training states, relative.
+        training: along the training path, at states that took no part in it.
+        foreign: under loads that nobody trained for.
+        times: of control steps along the reach path.
+    """
+
+    modes: int
+    responses: int
+    sample: float
+    elements: int
+    motion_left_out: float
+    training: PathError
+    foreign: PathError
+    times: StepTimes
+
+
+@dataclass(frozen=True, slots=True)
+class MeshCase:
+    """The automatic choice on one mesh: control steps of the full and the reduced model.
+
+    Attributes:
+        sizes: of the full model's problems.
+        modes: state modes.
+        elements: in the sample.
+        training: as in `ReducedCase`.
+        full: steps of the full model.
+        reduced: steps of the reduced model, same rate and targets.
+        fast: the same at a higher rate.
+        fast_hz: that rate.
+    """
+
+    sizes: Sizes
+    modes: int
+    elements: int
+    training: PathError
+    full: StepTimes
+    reduced: StepTimes
+    fast: StepTimes
+    fast_hz: float
+
+
+@dataclass(frozen=True, slots=True)
+class ReducedBench:
+    """Everything `tauten bench finger --model reduced` measures."""
+
+    machine: HostInfo
+    robot: str
+    size_mm: float
+    rate_hz: float
+    contact_modes: int
+    cases: tuple[ReducedCase, ...]
+    meshes: tuple[MeshCase, ...]
+
+
+def bench_reduced(
+    robot_file: str,
+    basis: ContactBasis,
+    folder: Path,
+    refinements: int,
+    seconds: float,
+    progress: Progress,
+) -> ReducedBench:
+    """Measure all cases on the robot's own mesh, and the automatic choice on its refinements too.
+
+    Args:
+        robot_file: name or path.
+        basis: its contact basis.
+        folder: where campaigns are kept.
+        refinements: how often the mesh is refined for the last rows.
+        seconds: of the path along what the cables reach.
+        progress: called with the share of the work done and what comes next.
+    """
+    step = 1.0 / (len(CASES) + 2.0 * (refinements + 1) + 2.0)
+    meshes = []
+    with one_blas_thread():
+        robot = tet_robot(robot_file, None, 0)
+        progress(step, "campaign of the training path")
+        training = converged(robot, folder / "ramp", RAMP_STEPS)
+        progress(step, "campaign of foreign loads")
+        design = latin_hypercube(robot, FOREIGN, FOREIGN_RUNS, seed=0, steps=FOREIGN_STEPS)
+        foreign = run_campaign(robot, design, folder / "foreign", show_progress=False)
+        foreign = foreign.select(foreign.converged)
+        targets = reach(robot, seconds)
+        cases = []
+        for settings in CASES:
+            about = (
+                f"{settings.r} modes, {settings.responses} responses, sample {settings.sample:g}"
+            )
+            progress(step, about)
+            cases.append(run_case(robot, basis, training, foreign, settings, targets))
+        for count in range(refinements + 1):
+            progress(step, f"mesh refined {count} times")
+            meshes.append(run_mesh(robot_file, basis, folder, count, seconds))
+            progress(step, "")
+    return ReducedBench(
+        host_info(),
+        robot.name,
+        1e3 * robot.size,
+        1.0 / robot.h,
+        basis.k,
+        tuple(cases),
+        tuple(meshes),
+    )
+
+
+def tet_robot(robot_file: str, rate: float | None, refinements: int) -> TetRobot:
+    """The full robot.
+
+    Raises:
+        ValueError: it is not made of tetrahedra.
+    """
+    robot = load_robot(robot_file, rate, refinements)
+    if not isinstance(robot, TetRobot):
+        raise ValueError(f"{robot_file}: only robots made of tetrahedra have a reduced model")
+    return robot
+
+
+def converged(robot: Robot, folder: Path, steps: int) -> Snapshots:
+    """Equilibria of the ramp of the cables."""
+    design = ramp(robot, float(robot.limits.pull_max.min()) / steps)
+    found = run_campaign(robot, design, folder, show_progress=False)
+    return found.select(found.converged)
+
+
+def reach(robot: Robot, seconds: float) -> Array:
+    """Targets there and back along what the cables reach: (s, 3) [m]."""
+    path = make_path("reach", robot, PathSettings(period=seconds, fraction=0.9))
+    return np.array([path.at(t) for t in np.arange(0.0, seconds, robot.h)])
+
+
+def run_case(
+    robot: TetRobot,
+    basis: ContactBasis,
+    training: Snapshots,
+    foreign: Snapshots,
+    settings: StateSettings,
+    targets: Array,
+) -> ReducedCase:
+    """Make a state basis and measure it."""
+    states = reduce_states(robot, training, basis, settings)
+    reduced, origin = reduced_robot(robot, states), states.origin
+    return ReducedCase(
+        modes=origin.r - origin.responses,
+        responses=origin.responses,
+        sample=settings.sample,
+        elements=origin.sample,
+        motion_left_out=origin.projection_error,
+        training=follow(reduced, basis, unseen(training)),
+        foreign=follow(reduced, basis, foreign),
+        times=time_steps(reduced, basis, f"reduced, k = {basis.k}", targets),
+    )
+
+
+def run_mesh(
+    robot_file: str, basis: ContactBasis, folder: Path, refinements: int, seconds: float
+) -> MeshCase:
+    """The automatic choice on one mesh."""
+    robot = tet_robot(robot_file, None, refinements)
+    steps = FINE_STEPS if refinements else RAMP_STEPS
+    training = converged(robot, folder / (f"ramp{refinements}" if refinements else "ramp"), steps)
+    if refinements:
+        basis, _ = make_basis(robot, training, ReduceSettings(k=basis.k))
+    states = reduce_states(robot, training, basis, StateSettings())
+    reduced, name = reduced_robot(robot, states), f"reduced, k = {basis.k}"
+    targets = reach(robot, seconds)
+    quick = reduced_robot(tet_robot(robot_file, FAST, refinements), states)
+    return MeshCase(
+        sizes=sizes_of(robot, basis.k),
+        modes=states.r,
+        elements=len(states.elements),
+        training=follow(reduced, basis, unseen(training)),
+        full=time_steps(robot, basis, name, targets),
+        reduced=time_steps(reduced, basis, name, targets),
+        fast=time_steps(quick, basis, name, reach(quick, seconds)),
+        fast_hz=FAST,
+    )
+
+
+def unseen(training: Snapshots) -> Snapshots:
+    """States of the training path that took no part in the training, not more than `FOLLOWED`."""
+    held_out = training.select(held_out_snapshots(training))
+    return held_out.select(np.arange(0, len(held_out), -(-len(held_out) // FOLLOWED)))
+
+
+def follow(robot: Robot, basis: ContactBasis, snapshots: Snapshots) -> PathError:
+    """Settle along stored equilibria of the full model and compare tips."""
+    enrichment = default_enrichment(robot.config.contact.tolerance)
+    simulator = Simulator(robot, basis, enrichment)
+    apart, deepest, lost = [], np.inf, 0
+    for i in range(len(snapshots)):
+        if i == 0 or snapshots.run[i] != snapshots.run[i - 1]:
+            simulator.reset()
+        gravity, force = snapshots.gravity[:, i], snapshots.effector_force[:, i]
+        simulator.robot = simulator.robot.loaded(gravity, force)
+        report = simulator.settle(pull=snapshots.pull[:, i], tolerance=1e-6, max_iterations=60)
+        if not report.converged:
+            lost += 1
+            continue
+        off = simulator.effector - snapshots.effector[:, i].reshape(-1, 3)  # (p, 3)
+        apart.append(1e3 * float(np.linalg.norm(off, axis=1).max()))
+        deepest = min(deepest, 1e3 * report.deepest_gap)
+    return PathError(
+        equilibria=len(apart),
+        lost=lost,
+        mean_mm=float(np.mean(apart)) if apart else None,
+        max_mm=max(apart) if apart else None,
+        deepest_gap_mm=deepest if np.isfinite(deepest) else 0.0,
+    )

@@ -1,0 +1,142 @@
+"""Where the time of a control step goes, stage by stage, along a path of targets."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass
+from time import perf_counter
+from typing import Literal, TypeVar
+
+import numpy as np
+
+from tauten.controller import Controller, Response, inverse_problem, prepare, warm_piece
+from tauten.controller.qpcc import Start, solve_qpcc
+from tauten.model import ContactSpace, Robot, row_compliance
+from tauten.model.numerics import Array
+from tauten.service.replay import Spread, spread
+
+T = TypeVar("T")
+
+# factorisation is what a linearisation takes beside assembly: factors and one solution;
+# the QPCC is part of decide, which goes on to predict all gaps
+STAGES = ("assembly", "factorisation", "detection", "reduction", "compliance", "qpcc")
+WHOLE = ("prepare", "decide", "advance", "step")
+
+
+@dataclass(frozen=True, slots=True)
+class StepTimes:
+    """Times of control steps along a path.
+
+    Attributes:
+        contact: what the controller knew of contact.
+        steps: number of steps measured.
+        stages_ms: of each stage, measured beside the step on the same state.
+        whole_ms: of prepare, decide, advance and all three together.
+        rows: median number of contact rows in the QPCC.
+        in_range: median number of candidates within the alarm distance.
+        tip_error_mm: distance of the model's tip from the target.
+        deepest_gap_mm: deepest predicted penetration, as a gap; None without any candidate in range.
+        statuses: how often each status came.
+    """
+
+    contact: str
+    steps: int
+    stages_ms: dict[str, Spread]
+    whole_ms: dict[str, Spread]
+    rows: float
+    in_range: float
+    tip_error_mm: Spread
+    deepest_gap_mm: float | None
+    statuses: dict[str, int]
+
+
+class _Watch:
+    """Times of named pieces of work [ms]."""
+
+    def __init__(self) -> None:
+        self.times: dict[str, list[float]] = {}
+
+    def time(self, name: str, work: Callable[[], T]) -> T:
+        """Do the work and note how long it took."""
+        start = perf_counter()
+        result = work()
+        self.times.setdefault(name, []).append(1e3 * (perf_counter() - start))
+        return result
+
+    def spreads(self, names: tuple[str, ...]) -> dict[str, Spread]:
+        """Percentiles of the named ones."""
+        return {name: spread(self.times.get(name, [])) for name in names}
+
+
+def time_steps(
+    robot: Robot,
+    contact: Literal["none", "full"] | ContactSpace,
+    name: str,
+    targets: Array,
+    warm_up: int = 20,
+) -> StepTimes:
+    """Follow targets (s, p, 3) [m] with a controller at rest and measure every step after the warm-up."""
+    return time_controller(Controller(robot, contact), name, targets, warm_up)
+
+
+def time_controller(
+    controller: Controller, name: str, targets: Array, warm_up: int = 20
+) -> StepTimes:
+    """Follow targets (s, p, 3) [m] from where a controller is; `name` says what it knows of contact."""
+    watch = _Watch()
+    errors, gaps, rows, in_range = [], [np.inf], [], []
+    statuses: Counter[str] = Counter()
+    for index, target in enumerate(targets):
+        if index == warm_up:
+            watch.times.clear()
+            statuses.clear()
+        rows.append(_time_stages(controller, watch, target.ravel()))
+        start = perf_counter()
+        watch.time("prepare", controller.prepare)
+        in_range.append(controller.candidates_in_range)
+        actuation = watch.time("decide", lambda goal=target: controller.decide(goal))  # type: ignore[misc]
+        watch.time("advance", controller.advance)
+        watch.times.setdefault("step", []).append(1e3 * (perf_counter() - start))
+        statuses[actuation.status.name] += 1
+        errors.append(1e3 * float(np.linalg.norm(controller.effector - target, axis=1).max()))
+        gaps.append(1e3 * actuation.certificate.deepest_gap)
+    deepest = float(np.nanmin(gaps))
+    return StepTimes(
+        contact=name,
+        steps=len(targets) - warm_up,
+        stages_ms=watch.spreads(STAGES),
+        whole_ms=watch.spreads(WHOLE),
+        rows=float(np.median(rows)),
+        in_range=float(np.median(in_range)),
+        tip_error_mm=spread(errors),
+        deepest_gap_mm=deepest if np.isfinite(deepest) else None,
+        statuses=dict(statuses),
+    )
+
+
+def _time_stages(controller: Controller, watch: _Watch, target: Array) -> int:
+    """Run the stages of a step one by one on the controller's state; its number of contact rows.
+
+    The controller's own step comes afterwards and overwrites the factorisation used here.
+    """
+    robot, state, forces = controller.robot, controller.state, controller.forces
+    space, settings = controller.space, controller.settings
+    watch.time("assembly", lambda: robot.forces(state, forces.tension, exact=True))
+    start = perf_counter()
+    robot.linearise(state, forces.tension)
+    factors = 1e3 * (perf_counter() - start) - watch.times["assembly"][-1]
+    watch.times.setdefault("factorisation", []).append(factors)
+    rows = watch.time("detection", lambda: robot.rows(state, contacts=controller.sees_contact))
+    watch.time("reduction", lambda: space.reduce(rows.contacts))
+    prepared = prepare(robot, space, state, forces, settings.enrichment)
+    H, delta = prepared.response.H, prepared.response.delta_free
+    watch.time("compliance", lambda: row_compliance(prepared.system, H, delta))
+    sizes = robot.n_e, robot.n_a, len(prepared.response) - robot.n_e - robot.n_a
+    response = Response(prepared.response.W, prepared.response.delta_free, *sizes)
+    guess = Start(forces.tension, warm_piece(prepared, forces))
+    problem = inverse_problem(
+        response, target, robot.limits, controller.pull, robot.h, settings.epsilon, guess.piece
+    )
+    watch.time("qpcc", lambda: solve_qpcc(problem, guess, settings.qpcc))
+    return sizes[2]

@@ -1,0 +1,227 @@
+"""The `tauten` command.
+
+Rooms are imported inside the commands, so that `tauten --help` does not wait for them.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+from tauten.service.cli.bench import bench
+from tauten.service.cli.bench_node import node
+from tauten.service.cli.closed_loop import closed_loop
+from tauten.service.cli.compare import compare
+from tauten.service.cli.operate import alive, command, doctor, metrics, record
+from tauten.service.cli.options import (
+    AcceptError,
+    Basis,
+    ClosedLoop,
+    DriveOption,
+    Model,
+    Port,
+    Rate,
+    RobotName,
+    YoungScale,
+    ZenohConfig,
+)
+from tauten.service.cli.reduction import inspect, reduce
+from tauten.service.cli.runs import demo, replay
+from tauten.service.process import set_up_logging
+
+if TYPE_CHECKING:
+    from tauten.service.wire import Network
+
+app = typer.Typer(
+    help="Real-time inverse control of cable-driven soft robots that touch themselves.",
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    add_completion=False,
+)
+
+
+@app.callback()
+def options(
+    log_level: Annotated[
+        Literal["debug", "info", "warning", "error"], typer.Option(help="What goes to stderr.")
+    ] = "info",
+    log_format: Annotated[
+        Literal["text", "json"], typer.Option(help="Lines to read, or one JSON object a line.")
+    ] = "text",
+) -> None:
+    """Set up logging before any command."""
+    set_up_logging(log_level, log_format)
+
+
+def serve(
+    robot: RobotName,
+    rate: Rate = None,
+    basis: Basis = None,
+    model: Model = None,
+    accept_error: AcceptError = False,
+    record: Annotated[Path | None, typer.Option(help="MCAP file to record the run to.")] = None,
+    closed_loop: ClosedLoop = False,
+    wait: Annotated[
+        bool, typer.Option("--wait", help="Stay idle until an operator's enable.")
+    ] = False,
+    event: Annotated[
+        bool,
+        typer.Option("--event", help="A tick comes with its target, up to half a period late."),
+    ] = False,
+    priority: Annotated[
+        int | None, typer.Option(min=1, max=99, help="Of the loop under SCHED_FIFO.")
+    ] = None,
+    cpus: Annotated[
+        list[int] | None, typer.Option(min=0, help="Processor of the loop; may be repeated.")
+    ] = None,
+    port: Port = None,
+    zenoh_config: ZenohConfig = None,
+) -> None:
+    """Serve a robot: targets in, actuation out. Ctrl-C releases the cables in a ramp."""
+    from tauten.service.node import ServeSettings
+    from tauten.service.node import serve as run
+    from tauten.service.process import RealtimeSettings, stop_on_signals
+    from tauten.service.setup import load_setup
+
+    settings = ServeSettings(
+        record, closed_loop, wait, rate is not None,
+        RealtimeSettings(priority, tuple(cpus or ())), event,
+    )  # fmt: skip
+    with stop_on_signals() as stop:
+        run(
+            load_setup(robot, rate, basis, model, accept_error),
+            _network(port, zenoh_config),
+            settings,
+            stop,
+        )
+
+
+def plant(
+    robot: RobotName,
+    rate: Rate = None,
+    measure: Annotated[
+        bool, typer.Option("--measure", help="Publish the effectors as measurements, too.")
+    ] = False,
+    young_scale: YoungScale = 1.0,
+    drive: DriveOption = "pull",
+    port: Port = None,
+    zenoh_config: ZenohConfig = None,
+) -> None:
+    """Simulate a robot, full-order with pointwise contact; it obeys actuation."""
+    from tauten.model import load_robot
+    from tauten.service.plant import PlantSettings, simulate
+    from tauten.service.process import stop_on_signals
+
+    loaded, settings = (
+        load_robot(robot, rate=rate, young_scale=young_scale),
+        PlantSettings(measure, drive),
+    )
+    with stop_on_signals() as stop:
+        simulate(loaded, _network(port, zenoh_config), settings, stop)
+
+
+def stream(
+    path: Annotated[
+        str,
+        typer.Argument(
+            help="circle, line, figure-eight, step, reach (where the cables can take the effector), "
+            "or a CSV file with columns x, y, z [m] and maybe t [s]."
+        ),
+    ],
+    robot: Annotated[str, typer.Option(help="The robot that is served.")] = "finger",
+    effector: Annotated[str | None, typer.Option(help="Default: the first.")] = None,
+    rate: Annotated[float, typer.Option(min=0.01, help="Targets a second.")] = 50.0,
+    duration: Annotated[float | None, typer.Option(min=0.0, help="Seconds.")] = None,
+    size: Annotated[
+        float | None, typer.Option(help="Of a shape [m]; default: a tenth of the robot.")
+    ] = None,
+    period: Annotated[float, typer.Option(min=0.01, help="Seconds of one pass.")] = 10.0,
+    plane: Annotated[Literal["xy", "xz", "yz"], typer.Option(help="A shape lies in it.")] = "xz",
+    fraction: Annotated[
+        float, typer.Option(min=0.0, max=1.0, help="Of the largest pull, for reach.")
+    ] = 0.8,
+    repeat: Annotated[bool, typer.Option(help="Start a CSV again at its end.")] = False,
+    await_plant: Annotated[bool, typer.Option(help="Wait for a plant, too.")] = False,
+    json: Annotated[bool, typer.Option(help="Send JSON rather than CDR.")] = False,
+    port: Port = None,
+    zenoh_config: ZenohConfig = None,
+) -> None:
+    """Stream targets to a robot's node, as soon as it is there."""
+    from tauten.model import load_robot
+    from tauten.service.plant import PathError, PathSettings, StreamSettings, make_path
+    from tauten.service.plant import stream as run
+    from tauten.service.process import stop_on_signals
+
+    loaded = load_robot(robot)
+    names = loaded.effector_names
+    if effector is not None and effector not in names:
+        raise PathError(f"{loaded.name} has no effector {effector!r}, it has {', '.join(names)}")
+    number = 0 if effector is None else names.index(effector)
+    with stop_on_signals() as stop:
+        settings = PathSettings(number, rate, size, period, plane, fraction, repeat)
+        sending = StreamSettings(rate, duration, json, number, await_plant)
+        made = make_path(path, loaded, settings)
+        run(loaded, made, sending, _network(port, zenoh_config), stop)
+
+
+_COMMANDS = (
+    *(serve, plant, stream, demo, replay),
+    *(command, record, metrics, alive, doctor),
+    *(reduce, inspect, compare),
+)
+for _command in _COMMANDS:
+    app.command()(_command)
+bench.command("closed-loop")(closed_loop)
+bench.command("node")(node)
+app.add_typer(bench, name="bench")
+
+
+def _network(port: int | None, config: Path | None) -> Network:
+    from tauten.service.wire import Network
+
+    return Network(port, config)
+
+
+def main() -> None:
+    """Entry point: errors of the set-up become one sentence and exit code 2."""
+    try:
+        app()
+    except Exception as error:
+        if not isinstance(error, _setup_errors()):
+            raise
+        print(f"tauten: {error}", file=sys.stderr)
+        sys.exit(2)
+
+
+def _setup_errors() -> tuple[type[Exception], ...]:
+    from tauten.model import MeshError, RobotFileError
+    from tauten.reduction import BasisError
+    from tauten.reduction.campaign import ClusterError, DesignError, SnapshotError
+    from tauten.reduction.contact import ChoiceError
+    from tauten.reduction.state import StateBasisError
+    from tauten.service.bench import CompareError
+    from tauten.service.log import LogError
+    from tauten.service.plant import DemoError, PathError
+    from tauten.service.process import RealtimeError
+    from tauten.service.rate_check import RateError
+    from tauten.service.tables import PageError
+    from tauten.service.wire import NetworkError
+
+    room_errors = (RobotFileError, MeshError, BasisError, StateBasisError)
+    reduction_errors = (ChoiceError, DesignError, ClusterError, SnapshotError)
+    return (
+        *room_errors,
+        *reduction_errors,
+        CompareError,
+        DemoError,
+        LogError,
+        NetworkError,
+        PageError,
+        PathError,
+        RateError,
+        RealtimeError,
+        OSError,
+    )

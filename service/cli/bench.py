@@ -1,0 +1,273 @@
+"""`tauten bench`: benchmarks of the rooms, each with a table and, on request, JSON."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
+
+import typer
+from rich.console import Console
+from rich.progress import Progress
+from rich.table import Table
+
+from tauten.service.process import write_text
+
+if TYPE_CHECKING:
+    from tauten.reduction import ContactBasis
+    from tauten.service.bench import ControlBench, StepBench
+    from tauten.service.replay import Spread
+
+bench = typer.Typer(help="Measure; run on an otherwise idle machine.", no_args_is_help=True)
+
+R = TypeVar("R")
+Json = Annotated[Path | None, typer.Option("--json", help="Write the numbers to this file.")]
+
+
+@bench.command()
+def finger(
+    json_file: Json = None,
+    robot: Annotated[str, typer.Option(help="Another robot to do the same with.")] = "finger",
+    basis: Annotated[
+        str | None, typer.Option(help="Another contact basis than the robot file's.")
+    ] = None,
+    seconds: Annotated[float, typer.Option(min=1.0, help="Length of the path followed.")] = 12.0,
+    pulls: Annotated[int, typer.Option(min=2, help="Equilibria compared.")] = 201,
+    model: Annotated[
+        Literal["full", "reduced"], typer.Option(help="Contact alone reduced, or the state, too.")
+    ] = "full",
+    refinements: Annotated[
+        int, typer.Option(min=0, max=2, help="Of the mesh, for the reduced model.")
+    ] = 0,
+    snapshots: Annotated[
+        Path | None,
+        typer.Option(help="Folder of the reduced model's campaigns; default: ROBOT-bench."),
+    ] = None,
+    markdown: Annotated[
+        Path | None, typer.Option(help="Page to put the reduced model's tables into.")
+    ] = None,
+) -> None:
+    """Stage times of a control step with contact none, full, reduced; tips of reduced against full.
+
+    With --model reduced: number of state modes and sampled elements against errors and step times.
+    """
+    from tauten.service.bench import bench_control
+    from tauten.service.setup import load_setup
+
+    setup = load_setup(robot, basis=basis, model="full")
+    if isinstance(setup.contact, str):
+        raise typer.BadParameter(f"{robot} has no contact basis: tauten reduce {robot} makes one")
+    modes = setup.contact
+    if model == "reduced":
+        folder = snapshots or Path(f"{setup.robot.name}-bench")
+        _reduced(robot, modes, folder, refinements, seconds, json_file, markdown)
+        return
+    result = _with_bar(
+        f"control steps of {robot}",
+        lambda progress: bench_control(setup.robot, modes, seconds, pulls, progress),
+    )
+    _show_control(result)
+    _write(result, json_file)
+
+
+@bench.command()
+def manipulator(
+    json_file: Json = None,
+    markdown: Annotated[Path | None, typer.Option(help="Page to put the tables into.")] = None,
+    snapshots: Annotated[
+        Path, typer.Option(help="Folder that keeps campaigns; what it holds is not done again.")
+    ] = Path("manipulator-bench"),
+    figures: Annotated[Path, typer.Option(help="Folder of the pictures.")] = Path("figures"),
+    modes: Annotated[str, typer.Option(help="Numbers of modes whose error is measured.")] = (
+        "5,10,15,23,30,40,60"
+    ),
+) -> None:
+    """Steps per second straight and bent, full and reduced; what contact does; error over modes."""
+    from tauten.service.bench import manipulator as arm
+    from tauten.service.tables import arm_tables, sentences, write_arm_tables
+
+    try:
+        settings = arm.ArmBenchSettings(snapshots, figures, arm.parse_ks(modes))
+    except ValueError as error:
+        raise typer.BadParameter(str(error)) from error
+    result = _with_bar("manipulator", lambda progress: arm.bench_manipulator(settings, progress))
+    console = Console(width=200)
+    for table in arm_tables(result):
+        console.print(table.rich())
+    for sentence in sentences(result):
+        console.print(sentence)
+    _write(result, json_file)
+    if markdown is not None:
+        write_arm_tables(result, markdown)
+
+
+@bench.command()
+def steps(
+    robot: Annotated[str, typer.Argument(help="A robot file.")],
+    refinements: Annotated[int, typer.Option(min=0, max=3, help="Uniform refinements.")] = 0,
+    factorisation: Annotated[str, typer.Option(help="auto, pardiso, cholmod, superlu.")] = "auto",
+    count: Annotated[int, typer.Option("--steps", min=5, help="Steps measured.")] = 100,
+    json_file: Json = None,
+) -> None:
+    """Forward and inverse steps without contact, on a mesh and its refinements."""
+    from tauten.service.bench import bench_steps
+
+    result = _with_bar(
+        f"steps of {robot}",
+        lambda progress: bench_steps(robot, refinements, factorisation, count, progress),
+    )
+    _show_steps(result)
+    _write(result, json_file)
+
+
+@bench.command()
+def qpcc(
+    json_file: Json = None,
+    markdown: Annotated[Path | None, typer.Option(help="Page to put the tables into.")] = None,
+    recorded: Annotated[Path | None, typer.Option(help="Folder of recorded problems.")] = None,
+) -> None:
+    """Times of QPCCs by size, start and QP library; how near the optimum their solutions are."""
+    from tauten.service.bench.qpcc import bench_qpcc
+    from tauten.service.tables import qpcc_tables, write_qpcc_tables
+
+    shipped = Path(__file__).resolve().parents[2] / "tests" / "controller" / "data"
+    folder: Path | None = recorded or shipped
+    if recorded is None and not shipped.is_dir():
+        folder = None  # an installed package comes without
+    if folder is not None and not list(folder.glob("*.npz")):
+        raise typer.BadParameter(f"{folder} has no recorded problems, files that end in .npz")
+    with Progress(console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("problems", total=1.0)
+        result = bench_qpcc(
+            folder, lambda share, what: bar.update(task, advance=share, description=what)
+        )
+    for table in qpcc_tables(result):
+        Console().print(table.rich())
+    _write(result, json_file)
+    if markdown is not None:
+        write_qpcc_tables(result, markdown)
+
+
+@bench.command()
+def contact_basis(
+    robot: Annotated[str, typer.Argument(help="A shipped robot's name, or a robot file.")],
+    json_file: Json = None,
+    markdown: Annotated[Path | None, typer.Option(help="Page to put the tables into.")] = None,
+    figure: Annotated[Path | None, typer.Option(help="Picture to draw.")] = None,
+    snapshots: Annotated[
+        Path | None, typer.Option(help="Folder of campaigns; default: ROBOT-snapshots.")
+    ] = None,
+    equilibria: Annotated[int, typer.Option(min=2, help="Settled on the training path.")] = 20,
+    steps: Annotated[int, typer.Option(min=2, help="Of a held-out path.")] = 16,
+) -> None:
+    """Errors of contact bases on and off their training path; certificate, LCP. Ctrl-C keeps what is done."""
+    from tauten.reduction.campaign import ramp, run_campaign
+    from tauten.service.bench import contact_basis as bench_contact_basis
+    from tauten.service.process import stop_on_signals
+    from tauten.service.setup import load_setup
+    from tauten.service.tables import (
+        certificate,
+        contact_basis_tables,
+        draw_contact_basis,
+        write_contact_basis_tables,
+    )
+
+    setup = load_setup(robot)
+    if isinstance(setup.contact, str):
+        raise typer.BadParameter(f"{robot} has no contact basis: tauten reduce {robot} makes one")
+    folder = snapshots or Path(f"{setup.robot.name}-snapshots")
+    found = run_campaign(setup.robot, ramp(setup.robot), folder)
+    inputs = bench_contact_basis.Inputs(
+        setup.robot, setup.contact, found.select(found.converged), folder, equilibria, steps
+    )
+    with stop_on_signals() as stop, Progress(console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("", total=1.0)
+        result = bench_contact_basis.bench_contact_basis(
+            inputs, stop, lambda share, what: bar.update(task, advance=share, description=what)
+        )
+    for table in contact_basis_tables(result):
+        Console().print(table.rich())
+    Console().print(certificate(result))
+    _write(result, json_file)
+    if markdown is not None:
+        write_contact_basis_tables(result, markdown)
+    if figure is not None:
+        draw_contact_basis(result, figure)
+
+
+def _reduced(
+    robot: str,
+    basis: ContactBasis,
+    folder: Path,
+    refinements: int,
+    seconds: float,
+    json_file: Path | None,
+    markdown: Path | None,
+) -> None:
+    """The reduced model's benchmark."""
+    from tauten.service.bench import bench_reduced
+    from tauten.service.tables import reduced_tables, write_reduced_tables
+
+    with Progress(console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("reduced models", total=1.0)
+        result = bench_reduced(
+            robot, basis, folder, refinements, seconds,
+            lambda share, what: bar.update(task, advance=share, description=what),
+        )  # fmt: skip
+    for table in reduced_tables(result):
+        Console().print(table.rich())
+    _write(result, json_file)
+    if markdown is not None:
+        write_reduced_tables(result, markdown)
+
+
+def _with_bar(text: str, work: Callable[[Callable[[float], None]], R]) -> R:
+    with Progress(console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task(text, total=1.0)
+        return work(lambda share: bar.advance(task, share))
+
+
+def _write(result: Any, path: Path | None) -> None:
+    """The numbers as JSON, whole or not at all."""
+    if path is not None:
+        write_text(path, json.dumps(asdict(result), indent=2) + "\n")
+
+
+def _ms(value: Spread) -> str:
+    return "-" if value.p50 is None else f"{value.p50:.2f} / {value.p99:.2f}"
+
+
+def _show_control(result: ControlBench) -> None:
+    sizes = result.sizes
+    table = Table(
+        title=f"{result.robot}: {sizes.nodes} nodes, {sizes.elements} elements, "
+        f"{sizes.candidates} candidates; {result.factorisation}; median / p99 in ms"
+    )
+    table.add_column("stage")
+    for times in result.control:
+        table.add_column(times.contact, justify="right")
+    for stage in (*result.control[0].stages_ms, *result.control[0].whole_ms):
+        spreads = [{**times.stages_ms, **times.whole_ms}[stage] for times in result.control]
+        table.add_row(stage, *(_ms(value) for value in spreads))
+    table.add_row("tip error [mm]", *(_ms(times.tip_error_mm) for times in result.control))
+    table.add_row("status", *(", ".join(times.statuses) for times in result.control))
+    console = Console()
+    console.print(table)
+    for error in result.tip_error:
+        kind = "with" if error.enriched else "without"
+        console.print(
+            f"tip of reduced against pointwise contact, {kind} enrichment: mean {error.mean_mm:.3f}, "
+            f"max {error.max_mm:.3f} mm at {error.pulls} pulls; deepest gap {error.deepest_gap_mm:.3f} mm"
+        )
+
+
+def _show_steps(result: StepBench) -> None:
+    table = Table(title=f"{result.robot}: one step without contact, median / p99 in ms")
+    for column in ("nodes", "elements", "factorisation", "forward", "inverse"):
+        table.add_column(column, justify="right")
+    for mesh in result.meshes:
+        sizes = (str(mesh.sizes.nodes), str(mesh.sizes.elements))
+        table.add_row(*sizes, mesh.factorisation, _ms(mesh.forward_ms), _ms(mesh.inverse_ms))
+    Console().print(table)

@@ -1,0 +1,78 @@
+"""`tauten bench node`: a served robot's ticks, and what the machine alone would miss."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.console import Console
+
+from tauten.service.cli.bench import Json
+from tauten.service.cli.options import Model
+from tauten.service.process import write_text
+
+if TYPE_CHECKING:
+    from tauten.service.bench import NodeBench
+
+
+def node(
+    robot: Annotated[str, typer.Argument(help="A shipped robot's name, or a robot file.")],
+    model: Model = None,
+    rate: Annotated[
+        list[float] | None,
+        typer.Option(min=0.1, help="Control rate [Hz], or several; default: the robot file's."),
+    ] = None,
+    seconds: Annotated[float, typer.Option(min=2.0, help="Of targets.")] = 60.0,
+    targets: Annotated[float, typer.Option(min=0.1, help="Targets a second.")] = 50.0,
+    priority: Annotated[
+        int | None, typer.Option(min=1, max=99, help="As for `tauten serve`.")
+    ] = None,
+    cpus: Annotated[list[int] | None, typer.Option(help="As for `tauten serve`.")] = None,
+    json_file: Json = None,
+    markdown: Annotated[Path | None, typer.Option(help="Page to put the table into.")] = None,
+) -> None:
+    """Serve a robot, stream targets, and show deadlines, step, overhead and latency of its ticks.
+
+    Ctrl-C keeps what is done.
+    """
+    from tauten.service.bench import NodeBenchSettings, bench_node
+    from tauten.service.process import RealtimeSettings, stop_on_signals
+    from tauten.service.setup import load_setup
+    from tauten.service.tables import node_table
+
+    options: list[str] = []
+    if model is not None:
+        options += ["--model", model]
+    if priority is not None:
+        options += ["--priority", str(priority)]
+    for cpu in cpus or []:
+        options += ["--cpus", str(cpu)]
+    realtime = RealtimeSettings(priority, tuple(cpus or ()))
+    rates: list[float | None] = [*rate] if rate else [None]
+    results = []
+    with stop_on_signals() as stop, Console(stderr=True).status(robot) as status:
+        for one in rates:
+            asked = () if one is None else ("--rate", repr(one))
+            settings = NodeBenchSettings(seconds, targets, (*options, *asked), realtime)
+            setup = load_setup(robot, rate=one, model=model)
+            if stop.requested or not (
+                found := bench_node(setup, robot, settings, stop, status.update)
+            ):
+                break
+            results.append(found)
+            _keep(results, json_file, markdown)
+    if results:
+        Console().print(node_table(results).rich())
+
+
+def _keep(results: list[NodeBench], json_file: Path | None, markdown: Path | None) -> None:
+    """What has been measured so far, into files."""
+    from tauten.service.tables import write_node_tables
+
+    if json_file is not None:
+        write_text(json_file, json.dumps([asdict(result) for result in results], indent=2) + "\n")
+    if markdown is not None:
+        write_node_tables(results, markdown)

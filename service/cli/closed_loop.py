@@ -1,0 +1,53 @@
+"""`tauten bench closed-loop`: controllers against the full-order robot, case by case."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.progress import Progress
+
+from tauten.service.cli.bench import Json
+from tauten.service.process import write_text
+
+
+def closed_loop(
+    robot: Annotated[str, typer.Argument(help="A shipped robot's name, or a robot file.")],
+    json_file: Json = None,
+    figures: Annotated[Path | None, typer.Option(help="Folder for a figure of each case.")] = None,
+    markdown: Annotated[Path | None, typer.Option(help="Page to put the tables into.")] = None,
+    seconds: Annotated[float, typer.Option(min=1.0, help="Of each case.")] = 4.0,
+    seed: Annotated[int, typer.Option(help="Of the random walk.")] = 0,
+) -> None:
+    """Controllers with reduced, full, no contact against the full-order robot; Ctrl-C keeps what is done."""
+    from tauten.service.bench import BenchSettings, bench_closed_loop
+    from tauten.service.process import stop_on_signals
+    from tauten.service.setup import load_setup
+    from tauten.service.tables import closed_loop_tables, write_closed_loop_tables
+
+    setup = load_setup(robot)
+    if isinstance(setup.contact, str):
+        raise typer.BadParameter(f"{robot} has no contact basis: tauten reduce {robot} makes one")
+    settings = BenchSettings(seconds, seed, figures)
+    with (
+        stop_on_signals() as stop,
+        Progress(console=Console(stderr=True), transient=True) as bar,
+    ):
+        task = bar.add_task("targets in reach", total=1.0)
+
+        def progress(share: float, what: str) -> None:
+            bar.update(task, advance=share, description=what)
+
+        result = bench_closed_loop(setup.robot, setup.path, setup.contact, settings, stop, progress)
+    for table in closed_loop_tables(result):
+        Console().print(table.rich())
+    if not result.complete:
+        Console().print("ended early: what is shown is what was done")
+    if json_file is not None:
+        write_text(json_file, json.dumps(asdict(result), indent=2) + "\n")
+    if markdown is not None:
+        write_closed_loop_tables(result, markdown)

@@ -1,0 +1,78 @@
+"""`tauten compare`: what contact does to a robot, as a figure and numbers."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.console import Console
+
+from tauten.service.process import write_text
+
+if TYPE_CHECKING:
+    from tauten.model import Robot
+    from tauten.model.numerics import Array
+
+
+def compare(
+    robot: Annotated[str, typer.Argument(help="A shipped robot's name, or a robot file.")],
+    pull: Annotated[
+        list[float] | None,
+        typer.Option(help="Pulled length of each cable [m], once a cable; default: the largest."),
+    ] = None,
+    tension: Annotated[
+        list[float] | None, typer.Option(help="Tension of each cable instead [N].")
+    ] = None,
+    axes: Annotated[str, typer.Option(help="Axes of the picture: right, then up.")] = "xz",
+    figure: Annotated[Path, typer.Option(help="Picture to draw.")] = Path("compare.png"),
+    json_file: Annotated[
+        Path | None, typer.Option("--json", help="Write the numbers to this file.")
+    ] = None,
+) -> None:
+    """The same command with and without contact: picture, and distance of the tips."""
+    from tauten.model import load_robot
+    from tauten.service.bench import comparison
+    from tauten.service.plots import Side
+
+    if len(set(axes)) != 2 or not set(axes) <= set("xyz"):
+        raise typer.BadParameter(f"--axes is {axes!r}, allowed are two different ones of x, y, z")
+    if pull and tension:
+        raise typer.BadParameter("give --pull or --tension, not both")
+    loaded = load_robot(robot)
+    pulls = _each(loaded, pull, "--pull", loaded.limits.pull_max)
+    tensions = (
+        None if not tension else _each(loaded, tension, "--tension", loaded.limits.tension_max)
+    )
+    chosen = (pulls, None) if tensions is None else (None, tensions)
+    passing = comparison.equilibrium(loaded, "none", *chosen)
+    touching = comparison.equilibrium(loaded, "full", *chosen)
+    found = comparison.compare(loaded, touching, passing)
+    comparison.draw(
+        loaded, touching, passing, Side("xyz".index(axes[0]), "xyz".index(axes[1])), figure
+    )
+    if json_file is not None:
+        write_text(json_file, json.dumps(asdict(found), indent=2) + "\n")
+    Console().print(
+        f"{loaded.name}: {found.pushing} candidates push with {found.contact_force_n:.2f} N together; "
+        f"effectors {', '.join(f'{d:.2f}' for d in found.apart_mm)} mm from where they are without "
+        f"contact, where surfaces overlap by {found.deepest_overlap_mm:.2f} mm. Drawn in {figure}."
+    )
+
+
+def _each(robot: Robot, values: list[float] | None, option: str, largest: Array) -> Array:
+    """One value a cable, by default the largest; within limits."""
+    import numpy as np
+
+    if not values:
+        return largest
+    found = np.array(values)
+    if len(found) != robot.n_a:
+        raise typer.BadParameter(
+            f"{option} given {len(found)} times, {robot.name} has {robot.n_a} cables"
+        )
+    if not (np.isfinite(found).all() and (found >= 0.0).all() and (found <= largest).all()):
+        raise typer.BadParameter(f"{option} {values}: allowed are 0 to {largest.tolist()}")
+    return found

@@ -1,0 +1,100 @@
+"""`tauten command`, `metrics` and `doctor`: for whoever keeps a node running."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from tauten.service.cli.options import Port, ZenohConfig
+
+ServedName = Annotated[str, typer.Argument(help="Name of the robot that is served.")]
+
+
+def command(
+    robot: ServedName,
+    word: Annotated[Literal["enable", "hold", "stop", "reset"], typer.Argument(help="What to do.")],
+    port: Port = None,
+    zenoh_config: ZenohConfig = None,
+) -> None:
+    """Tell a robot's node to hold, to follow again, to let the cables go, or to be idle after that."""
+    from tauten.service.operate import send_command
+    from tauten.service.wire import Network, OperatorCommand
+
+    tick = send_command(robot, Network(port, zenoh_config), OperatorCommand(word))
+    why = f" ({tick.cause})" if tick.cause else ""
+    typer.echo(f"{robot}: {tick.mode}{why}")
+
+
+def metrics(
+    robot: ServedName,
+    http: Annotated[
+        int | None,
+        typer.Option(min=1, max=65535, help="Serve them on this loopback port for Prometheus."),
+    ] = None,
+    port: Port = None,
+    zenoh_config: ZenohConfig = None,
+) -> None:
+    """Metrics of a robot's node as Prometheus text."""
+    from tauten.service.operate import ask_metrics, node_of, serve_metrics
+    from tauten.service.process import stop_on_signals
+    from tauten.service.wire import Network, NetworkError
+
+    with node_of(robot, Network(port, zenoh_config)) as session:
+        if http is not None:
+            with stop_on_signals() as stop:
+                serve_metrics(session, robot, http, stop)
+            return
+        text = ask_metrics(session, robot)
+        if text is None:
+            raise NetworkError(f"the node of {robot!r} does not answer")
+        typer.echo(text.decode(), nl=False)
+
+
+def record(
+    robot: ServedName,
+    file: Annotated[Path, typer.Argument(help="MCAP file to make.")],
+    port: Port = None,
+    zenoh_config: ZenohConfig = None,
+) -> None:
+    """Record all that a robot's processes say until Ctrl-C; `serve --record` is what replays."""
+    from tauten.service.operate import record_robot
+    from tauten.service.process import stop_on_signals
+    from tauten.service.wire import Network
+
+    with stop_on_signals() as stop:
+        count = record_robot(robot, file, Network(port, zenoh_config), stop)
+    typer.echo(f"{file}: {count} messages")
+
+
+def alive(
+    robot: ServedName,
+    plant: Annotated[bool, typer.Option("--plant", help="Its plant rather than its node.")] = False,
+    port: Port = None,
+    zenoh_config: ZenohConfig = None,
+) -> None:
+    """Say whether a robot's node is there: exit 0 or 1, for health checks."""
+    from tauten.service.operate import is_there
+    from tauten.service.wire import Keys, Network
+
+    keys = Keys(robot)
+    found = is_there(robot, Network(port, zenoh_config), keys.plant_token if plant else keys.token)
+    typer.echo(f"{robot}: {'alive' if found else 'not there'}")
+    raise typer.Exit(0 if found else 1)
+
+
+def doctor(
+    robot: Annotated[str, typer.Argument(help="A shipped robot's name, or a file.")] = "finger",
+    seconds: Annotated[float, typer.Option(min=0.5, help="That the loop is run.")] = 3.0,
+) -> None:
+    """Say what a node finds on this machine: libraries, clock, network, and the rate it holds."""
+    from tauten.service.operate import examine
+    from tauten.service.setup import load_setup
+
+    table = Table("", "found", "advice", title="tauten doctor")
+    for finding in examine(load_setup(robot), seconds):
+        table.add_row(finding.what, finding.found, finding.advice)
+    Console().print(table)

@@ -1,0 +1,222 @@
+"""`tauten reduce` and `tauten inspect`: contact bases made and looked at."""
+
+from __future__ import annotations
+
+import math
+import os
+from contextlib import AbstractContextManager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal, cast
+
+import typer
+from rich.console import Console
+
+from tauten.service.cli.states import (
+    AcceptError,
+    Responses,
+    Sample,
+    StateModes,
+    States,
+    save_states,
+    show_states,
+    state_settings,
+)
+
+if TYPE_CHECKING:
+    from concurrent.futures import Executor
+
+    from tauten.model import Robot
+    from tauten.reduction.campaign import Design, Ranges
+    from tauten.reduction.contact import BasisMethod, ReduceSettings, Reduction, Weighting
+
+
+def reduce(
+    robot: Annotated[str, typer.Argument(help="A shipped robot's name, or a robot file.")],
+    out: Annotated[Path | None, typer.Option(help="Default: ROBOT.basis here.")] = None,
+    design: Annotated[
+        str, typer.Option(help="ramp, plackett-burman, latin-hypercube, or a CSV of loads.")
+    ] = "ramp",
+    step: Annotated[float, typer.Option(help="Of the ramp [m].")] = 5e-5,
+    steps: Annotated[int, typer.Option(min=1, help="Of a run, in the other designs.")] = 100,
+    runs: Annotated[int, typer.Option(help="Of the Latin hypercube.")] = 20,
+    pull: Annotated[
+        tuple[float, float],
+        typer.Option(
+            help="Least and largest final pull of a run, as a share of a cable's largest."
+        ),
+    ] = (0.5, 1.0),
+    tension: Annotated[
+        tuple[float, float] | None,
+        typer.Option(
+            help="Hold tensions instead: least and largest final one, as a share of a cable's largest."
+        ),
+    ] = None,
+    tilt: Annotated[float, typer.Option(help="Of gravity, at most, in the designs [deg].")] = 0.0,
+    force: Annotated[float, typer.Option(help="On the effectors, a component [N].")] = 0.0,
+    k: Annotated[str, typer.Option(help='Number of modes, or "auto".')] = "auto",
+    tolerance: Annotated[
+        float | None,
+        typer.Option(help='Effector error that "auto" accepts [m]; default: 1/1000 of the robot.'),
+    ] = None,
+    method: Annotated[str, typer.Option(help="energy, hals, hals-nndsvd, als, greedy.")] = "energy",
+    weighting: Annotated[str, typer.Option(help="Of snapshots: equal or force.")] = "equal",
+    seed: Annotated[int, typer.Option(help="Of what is random.")] = 0,
+    curve: Annotated[
+        Path | None, typer.Option(help="Draw the error against k into this picture.")
+    ] = None,
+    snapshots: Annotated[
+        Path | None, typer.Option(help="Folder that keeps the campaign; default: ROBOT-snapshots.")
+    ] = None,
+    workers: Annotated[
+        int | None, typer.Option(min=1, help="Processes; default: one a processor.")
+    ] = None,
+    scheduler: Annotated[
+        str | None, typer.Option(help="Dask scheduler, tcp://host:port, instead of processes.")
+    ] = None,
+    states: States = False,
+    state_modes: StateModes = "auto",
+    responses: Responses = 10,
+    sample: Sample = 1e-2,
+    accept_error: AcceptError = False,
+) -> None:
+    """Show a robot its loads and make a contact basis of the contact forces.
+
+    With --states also a state basis of the configurations, and the elements that stand for all.
+
+    What is done is kept in the folder of snapshots: the same command goes on after Ctrl-C.
+    """
+    from tauten.model import load_robot
+    from tauten.reduction.campaign import Ranges
+    from tauten.reduction.contact import ReduceSettings
+    from tauten.service.plots import draw_curve
+
+    settings = ReduceSettings(
+        k=_modes(k),
+        method=cast("BasisMethod", method),  # ReduceSettings checks it
+        weighting=cast("Weighting", weighting),
+        tolerance=tolerance,
+        seed=seed,
+        curve=curve is not None,
+    )
+    chosen = state_settings(state_modes, responses, sample, seed)
+    loaded = load_robot(robot)
+    target = _basis_path(out or Path(f"{loaded.name}.basis"))
+    ranges = Ranges(pull=pull, tilt=math.radians(tilt), force=force, tension=tension)
+    plan = _design(design, loaded, step, ranges, runs, steps, seed)
+    folder = snapshots or Path(f"{loaded.name}-snapshots")
+    with _executor(scheduler, workers, len(plan.runs)) as executor:
+        made = _reduced(loaded, plan, folder, settings, executor)
+    saved = made.basis.save(target)
+    if curve is not None and made.curve is not None:
+        draw_curve(made.curve, curve, made.basis.k)
+    origin = made.basis.provenance
+    skipped = f"; {made.skipped} equilibria did not converge" if made.skipped else ""
+    typer.echo(
+        f"{saved}: {origin.k} modes of {origin.snapshots} snapshots by {origin.method}, "
+        f"effector error to first order {1e3 * origin.tip_error:.3g} mm at most{skipped}"
+    )
+    if states:
+        path = saved.with_suffix(".states")
+        save_states(loaded, made.snapshots, made.basis, chosen, path, accept_error)
+
+
+def inspect(
+    basis: Annotated[
+        str, typer.Argument(help="A .basis or .states file, or a shipped robot's name.")
+    ],
+    robot: Annotated[
+        str | None, typer.Option(help="Robot name or file; default: the one it was made for.")
+    ] = None,
+    figure: Annotated[
+        Path | None, typer.Option(help="Draw the modes on the robot into this picture.")
+    ] = None,
+    modes: Annotated[int, typer.Option(min=1, help="Modes to draw, at most.")] = 20,
+    curve: Annotated[
+        Path | None, typer.Option(help="Draw the error against k into this picture.")
+    ] = None,
+) -> None:
+    """Say what a contact basis is, where it comes from, and where it would miss contact.
+
+    Of a .states file: what the state basis is, where it comes from, and what it errs.
+    """
+    if basis.endswith(".states"):
+        show_states(basis)
+        return
+    from tauten.reduction import ContactBasis
+    from tauten.service.plots import draw_curve, draw_modes
+    from tauten.service.tables import basis_tables, found_robot, kept_curve
+
+    found = ContactBasis.load(basis)
+    errors = kept_curve(found, basis) if curve is not None else None
+    loaded = found_robot(found, robot, needed=robot is not None or figure is not None)
+    if errors is not None and curve is not None:
+        draw_curve(errors, curve, found.k)
+    if figure is not None and loaded is not None:
+        draw_modes(loaded, found, figure, modes)
+    for table in basis_tables(found, basis, loaded):
+        Console().print(table)
+
+
+def _modes(k: str) -> int | Literal["auto"]:
+    """The number of modes, or "auto"."""
+    from tauten.reduction.contact import ChoiceError
+
+    if k == "auto":
+        return "auto"
+    if not k.isdecimal():
+        raise ChoiceError(f"k is {k!r}: allowed are 1 and more, and auto")
+    return int(k)
+
+
+def _basis_path(path: Path) -> Path:
+    """Where the basis goes, checked before a campaign of minutes or hours."""
+    from tauten.reduction.contact import SUFFIX, BasisError
+
+    if path.suffix != SUFFIX:
+        raise BasisError(f"{path}: a contact basis file ends in {SUFFIX}")
+    return path
+
+
+def _design(
+    name: str, robot: Robot, step: float, ranges: Ranges, runs: int, steps: int, seed: int
+) -> Design:
+    from tauten.reduction.campaign import designs, from_csv
+
+    if name == "ramp":
+        return designs.ramp(robot, step)
+    if name == "plackett-burman":
+        return designs.plackett_burman(robot, ranges, steps)
+    if name == "latin-hypercube":
+        return designs.latin_hypercube(robot, ranges, runs, seed, steps)
+    if not name.endswith(".csv"):
+        raise designs.DesignError(
+            f"no design {name!r}: allowed are ramp, plackett-burman, latin-hypercube and files "
+            "that end in .csv"
+        )
+    return from_csv(robot, name)
+
+
+def _executor(
+    scheduler: str | None, workers: int | None, runs: int
+) -> AbstractContextManager[Executor]:
+    """A Dask cluster or processes, not more than there are runs."""
+    from tauten.reduction.campaign import dask_cluster, processes
+
+    if scheduler is not None:
+        return dask_cluster(scheduler)
+    return processes(min(workers or os.cpu_count() or 1, runs))
+
+
+def _reduced(
+    robot: Robot, design: Design, folder: Path, settings: ReduceSettings, executor: Executor
+) -> Reduction:
+    """The reduction; Ctrl-C says what is kept and exits as a shell would."""
+    from tauten.reduction.contact import reduce_robot
+
+    try:
+        return reduce_robot(robot, design, folder, settings, executor)
+    except KeyboardInterrupt:
+        typer.echo(
+            f"stopped: {folder} keeps what is done, the same command goes on from there", err=True
+        )
+        raise typer.Exit(130) from None

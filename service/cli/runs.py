@@ -1,0 +1,96 @@
+"""`tauten demo` and `tauten replay`: whole runs, made and made again."""
+
+from __future__ import annotations
+
+from datetime import datetime
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from tauten.service.cli.options import Basis, ClosedLoop, DriveOption, Model, YoungScale
+
+
+def demo(
+    robot: Annotated[str, typer.Argument(help="A shipped robot's name, or a file.")] = "finger",
+    out: Annotated[Path | None, typer.Option(help="Folder for log, report and figure.")] = None,
+    seconds: Annotated[float, typer.Option(min=1.0, help="Of targets.")] = 20.0,
+    path: Annotated[str, typer.Option(help="As for `tauten stream`.")] = "reach",
+    period: Annotated[float, typer.Option(min=0.1, help="Seconds of one pass.")] = 10.0,
+    fraction: Annotated[
+        float, typer.Option(min=0.0, max=1.0, help="Of the largest pull, for reach.")
+    ] = 0.8,
+    basis: Basis = None,
+    model: Model = None,
+    closed_loop: ClosedLoop = False,
+    young_scale: YoungScale = 1.0,
+    drive: DriveOption = "pull",
+) -> None:
+    """Run node, plant and stream as processes; leave a log, a report and a figure."""
+    from tauten.service.plant import DemoSettings, run_demo
+    from tauten.service.process import stop_on_signals
+    from tauten.service.replay import table_rows
+
+    folder = out or Path(f"tauten-demo-{datetime.now():%Y%m%d-%H%M%S}")
+    console = Console()
+    settings = DemoSettings(
+        robot,
+        folder,
+        seconds,
+        path,
+        period,
+        fraction,
+        basis,
+        model,
+        closed_loop,
+        young_scale,
+        drive,
+    )
+    with stop_on_signals() as stop, console.status("starting") as status:
+        report = run_demo(settings, stop, status.update)
+    table = Table("", f"{report.robot}, {report.duration_s:.1f} s", title="tauten demo")
+    for row in table_rows(report):
+        table.add_row(*row)
+    console.print(table)
+    console.print(f"log, report and figure are in {folder}")
+
+
+def replay(
+    log: Annotated[Path, typer.Argument(help="MCAP file of `serve --record` or `demo`.")],
+    tolerance: Annotated[
+        float, typer.Option(min=0.0, help="Accepted difference, of each cable's range.")
+    ] = 1e-4,
+    against: Annotated[
+        str | None, typer.Option(help="Another robot than the recorded one: name or file.")
+    ] = None,
+    model: Annotated[
+        Literal["full", "reduced"] | None,
+        typer.Option(help="Another model than the recorded one."),
+    ] = None,
+    report: Annotated[
+        Path | None, typer.Option(help="Folder for the differences: JSON, CSV, figure.")
+    ] = None,
+) -> None:
+    """Run the controller on a log's targets; exit 0 when it decides the same, else 1."""
+    from tauten.service.replay import replay as run
+    from tauten.service.replay import write_report
+
+    result = run(log, tolerance, against, model)
+    table = Table("cable", "pull differs by [mm]", "tension differs by [N]", title=str(log))
+    for name, pull, tension in zip(result.cables, result.pull, result.tension, strict=True):
+        table.add_row(name, f"{1e3 * pull:.3g}", f"{tension:.3g}")
+    console = Console()
+    console.print(table)
+    verdict = "the same" if result.same else "different"
+    console.print(
+        f"{verdict}: {result.ticks} ticks, at most {result.fraction:.2g} of the range apart "
+        f"(tick {result.worst_tick}, tolerance {tolerance:g}), {result.statuses} other statuses; "
+        f"{result.speed:.1f} times as fast as the run"
+    )
+    for note in result.notes:
+        console.print(f"note: {note}")
+    if report is not None:
+        write_report(result, str(log), report)
+    raise typer.Exit(0 if result.same else 1)

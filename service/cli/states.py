@@ -1,0 +1,88 @@
+"""The second half of `tauten reduce --states`: a state basis from the same campaign."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+if TYPE_CHECKING:
+    from tauten.model import Robot
+    from tauten.reduction import ContactBasis
+    from tauten.reduction.campaign import Snapshots
+    from tauten.reduction.state import StateSettings
+
+States = Annotated[
+    bool, typer.Option("--states", help="Make a state basis, too, beside the contact basis.")
+]
+StateModes = Annotated[str, typer.Option(help='Number of state modes, or "auto".')]
+Responses = Annotated[
+    int, typer.Option(min=0, help="Static responses to cables, contacts and effectors beside them.")
+]
+Sample = Annotated[
+    float, typer.Option(help="Relative residual of the forces summed over sampled elements.")
+]
+AcceptError = Annotated[
+    bool, typer.Option("--accept-error", help="Keep a state basis that errs more than allowed.")
+]
+
+
+def state_settings(modes: str, responses: int, sample: float, seed: int) -> StateSettings:
+    """Settings from the command line.
+
+    Raises:
+        StateBasisError: not allowed.
+    """
+    from tauten.reduction.state import StateBasisError, StateSettings
+
+    if modes != "auto" and not modes.isdecimal():
+        raise StateBasisError(f"state modes are {modes!r}: allowed are 1 and more, and auto")
+    r: int | Literal["auto"] = "auto" if modes == "auto" else int(modes)
+    return StateSettings(r=r, responses=responses, sample=sample, seed=seed)
+
+
+def save_states(
+    robot: Robot,
+    snapshots: Snapshots,
+    basis: ContactBasis,
+    settings: StateSettings,
+    path: Path,
+    accept_error: bool,
+) -> None:
+    """Make the state basis, compare it with the full model on held-out paths, and keep it.
+
+    Raises:
+        StateBasisError: it errs more than the robot file allows, and that is not accepted.
+    """
+    from tauten.reduction.state import reduce_states
+
+    states = reduce_states(robot, snapshots, basis, settings)
+    if not accept_error:
+        states.check_tip(robot.config.model.max_tip_error)
+    origin, saved = states.origin, states.save(path)
+    typer.echo(
+        f"{saved}: {origin.r} state modes ({origin.responses} of them responses) of "
+        f"{origin.snapshots} snapshots, {origin.sample} of "
+        f"{robot.n_elements} elements; tip off by {1e3 * origin.tip_mean:.3g} mm in the mean, "
+        f"{1e3 * origin.tip_max:.3g} mm at most on paths held out"
+    )
+
+
+def show_states(file: str) -> None:
+    """A state basis as a table.
+
+    Raises:
+        StateBasisError: it cannot be read.
+    """
+    from tauten.reduction.state import StateBasis
+
+    table = Table("", file, title="state basis")
+    for name, value in asdict(StateBasis.load(file).origin).items():
+        if name == "versions":
+            value = ", ".join(" ".join(pair) for pair in value)
+        table.add_row(name.replace("_", " "), str(value))
+    Console().print(table)

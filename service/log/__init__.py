@@ -1,0 +1,6 @@
+"""Logs of runs as MCAP files: writing and reading."""
+
+from tauten.service.log.reader import LogError, Logged, LogReader
+from tauten.service.log.recorder import Entry, LogRecorder
+
+__all__ = ["Entry", "LogError", "LogReader", "LogRecorder", "Logged"]

@@ -1,0 +1,21 @@
+"""Tools of an operator: commands, metrics, recording, diagnosis."""
+
+from tauten.service.operate.commands import (
+    ask_metrics,
+    is_there,
+    node_of,
+    send_command,
+    serve_metrics,
+)
+from tauten.service.operate.doctor import examine
+from tauten.service.operate.record import record_robot
+
+__all__ = [
+    "ask_metrics",
+    "examine",
+    "is_there",
+    "node_of",
+    "record_robot",
+    "send_command",
+    "serve_metrics",
+]

@@ -1,0 +1,138 @@
+"""`tauten doctor`: what a node finds on this machine, measured."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+from threadpoolctl import threadpool_info
+
+from tauten.service.node import ControlLoop, Signals, punctual_clock
+from tauten.service.plant import free_ports
+from tauten.service.process import collector_at_hand, host_info, one_blas_thread, realtime_permitted
+from tauten.service.rate_check import rate_for, step_seconds
+from tauten.service.setup import Setup, warm_controller
+from tauten.service.wire import Network, Role, open_session
+
+_SLEEPS = 200
+_ROUND_TRIPS = 200
+_LATE = 0.01  # share of deadlines that may be missed
+_FAST = frozenset({"pardiso", "cholmod"})
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """One line of the examination: what, what was found, and advice where it is not well."""
+
+    what: str
+    found: str
+    advice: str = ""
+
+
+def examine(setup: Setup, seconds: float) -> list[Finding]:
+    """Look at machine, libraries, clock, network, and run the loop without cables.
+
+    Args:
+        setup: the robot whose loop is run.
+        seconds: that it runs.
+    """
+    facts = host_info()
+    found = [
+        Finding("processor", f"{facts.processor}, {facts.cores} may be used"),
+        Finding("system", f"{facts.system}, Python {facts.python}"),
+        *(Finding(name, version) for name, version in facts.versions.items()),
+        Finding("load", f"{facts.load:.1f} processes", _busy(facts.load, facts.cores)),
+    ]
+    with one_blas_thread():
+        found += [_factorisation(setup, facts.factorisations), _blas()]
+        found += [*_clock(), _realtime(), _network()]
+        found += _rate(setup, seconds)
+    return found
+
+
+def _busy(load: float, cores: int) -> str:
+    return "other programs compete for the processors" if load > cores else ""
+
+
+def _factorisation(setup: Setup, installed: tuple[str, ...]) -> Finding:
+    name = setup.robot.linear_solver
+    slow = name == "superlu" and not _FAST & set(installed)
+    advice = "pip install 'tauten[fast]' for a faster one" if slow else ""
+    return Finding("factorisation", f"{name} in use, installed: {', '.join(installed)}", advice)
+
+
+def _blas() -> Finding:
+    pools = [(pool["internal_api"], pool["num_threads"]) for pool in threadpool_info()]
+    many = [name for name, threads in pools if threads > 1]
+    text = ", ".join(f"{name} {threads}" for name, threads in pools)
+    return Finding("threads of BLAS and OpenMP", text, "more than one slows down" if many else "")
+
+
+def _clock() -> list[Finding]:
+    resolution = time.get_clock_info("monotonic").resolution
+    late = []
+    for _ in range(_SLEEPS):
+        begin = time.monotonic()
+        time.sleep(1e-3)
+        late.append(time.monotonic() - begin - 1e-3)
+    p50, p99 = (1e3 * float(value) for value in np.percentile(late, [50.0, 99.0]))
+    advice = "processors sleep deeply or are busy: try --priority and --cpus" if p99 > 2.0 else ""
+    return [
+        Finding("clock resolution", f"{1e9 * resolution:.0f} ns"),
+        Finding("waking up late, p50 / p99", f"{p50:.2f} / {p99:.2f} ms", advice),
+    ]
+
+
+def _realtime() -> Finding:
+    if realtime_permitted():
+        return Finding("SCHED_FIFO", "permitted")
+    return Finding("SCHED_FIFO", "not permitted", "needs CAP_SYS_NICE or rtprio; optional")
+
+
+def _network() -> Finding:
+    port = free_ports()
+    sessions = [open_session(Network(port), role, "doctor") for role in (Role.NODE, Role.OTHER)]
+    here, there = sessions
+    echo = there.declare_publisher("tauten/doctor/back", express=True)
+    back = here.declare_subscriber("tauten/doctor/back")
+    replier = there.declare_subscriber("tauten/doctor/there", lambda sample: echo.put(b"x"))
+    sender = here.declare_publisher("tauten/doctor/there", express=True)
+    times: list[float] = []
+    end = time.monotonic() + 5.0
+    while len(times) < _ROUND_TRIPS and time.monotonic() < end:
+        begin = time.perf_counter()
+        sender.put(b"x")
+        while back.try_recv() is None and time.perf_counter() - begin < 0.05:
+            time.sleep(2e-5)
+        times.append(time.perf_counter() - begin)
+    replier.undeclare()  # type: ignore[no-untyped-call]
+    for session in sessions:
+        session.close()  # type: ignore[no-untyped-call]
+    p50, p99 = (1e3 * float(value) for value in np.percentile(times, [50.0, 99.0]))
+    advice = "no answer on loopback: a firewall?" if p50 > 40.0 else ""
+    return Finding("Zenoh round trip on loopback, p50 / p99", f"{p50:.2f} / {p99:.2f} ms", advice)
+
+
+def _rate(setup: Setup, seconds: float) -> list[Finding]:
+    robot, controller = setup.robot, warm_controller(setup)
+    step = step_seconds(controller)
+    rate, best = 1.0 / robot.h, rate_for(step)
+    loop, goal = ControlLoop(controller), controller.effector
+    begin, late = time.monotonic(), []
+    with collector_at_hand():
+        clock = punctual_clock(robot.h)
+        while time.monotonic() - begin < seconds:
+            late.append(clock.wait().lateness)
+            loop.tick(goal, Signals(target=True))
+            loop.prepare()
+    achieved = len(late) / (time.monotonic() - begin)
+    p99 = 1e3 * float(np.percentile(late, 99.0))
+    advice = f"this machine holds {best:g} Hz" if clock.missed > _LATE * len(late) else ""
+    return [
+        Finding("robot", f"{robot.name}, {robot.n} unknowns, basis {setup.basis_name}"),
+        Finding("control step", f"{1e3 * step:.2f} ms, allows {best:g} Hz"),
+        Finding("rate, asked / achieved", f"{rate:g} / {achieved:.1f} Hz", advice),
+        Finding("deadlines missed / ticks", f"{clock.missed} / {len(late)}"),
+        Finding("tick jitter p99", f"{p99:.2f} ms"),
+    ]

@@ -1,0 +1,126 @@
+"""A recorder beside a robot's processes: all that goes over their keys, into a log.
+
+What only the node knows, it records itself (`serve --record`): the robot's file, and every tick even where
+the network loses some. Such a log is what replays; this one is for who watches.
+"""
+
+from __future__ import annotations
+
+import json
+import logging
+import time
+from pathlib import Path
+from typing import Any
+
+import zenoh
+
+from tauten.service.log import Entry, LogRecorder
+from tauten.service.operate.commands import node_of
+from tauten.service.process import StopFlag
+from tauten.service.wire import (
+    CDR,
+    FLOAT,
+    HEALTH,
+    JOINTS,
+    JSON,
+    POINT,
+    TEXT,
+    TICK,
+    Keys,
+    Network,
+    NetworkError,
+    Rejection,
+    payload_format,
+)
+
+log = logging.getLogger(__name__)
+
+_RING = 4096
+_PAUSE = 0.02  # s
+
+
+def kinds_of(keys: Keys, effectors: tuple[str, ...]) -> dict[str, str]:
+    """Message type of each key of a robot."""
+    groups = (keys.targets, keys.measurements, keys.effectors, keys.plant_effectors)
+    points = [key for group in groups for key in group(effectors)]
+    return {
+        **dict.fromkeys(points, POINT),
+        keys.command: TEXT,
+        keys.actuation: JOINTS,
+        keys.tick: TICK,
+        keys.health: HEALTH,
+        keys.plant_state: JOINTS,
+        keys.plant_gap: FLOAT,
+        keys.plant_health: HEALTH,
+    }
+
+
+def record_robot(robot: str, path: Path, network: Network, stop: StopFlag) -> int:
+    """Record a robot until asked to stop; returns how many messages.
+
+    Args:
+        robot: name.
+        path: of the new MCAP file.
+        network: where to meet.
+        stop: raised to stop.
+
+    Raises:
+        NetworkError: no node, or one that does not describe itself.
+        OSError: the log cannot be created.
+    """
+    keys, count = Keys(robot), 0
+    with node_of(robot, network) as session:
+        source = session.declare_subscriber(keys.all, zenoh.handlers.RingChannel(_RING))
+        facts = _description(session, keys)
+        kinds = kinds_of(keys, tuple(item["name"] for item in facts["effectors"]))
+        recorder = LogRecorder(path, _metadata(facts))
+        log.info("recording %s to %s", robot, path)
+        try:
+            while not stop.requested and not recorder.fault:
+                time.sleep(_PAUSE)
+                count += _drain(source, kinds, recorder)
+        finally:
+            recorder.close()
+    return count
+
+
+def _drain(
+    source: zenoh.Subscriber[zenoh.handlers.Handler[zenoh.Sample]],
+    kinds: dict[str, str],
+    recorder: LogRecorder,
+) -> int:
+    """Write what has arrived; what is not a message of its key is left out."""
+    count = 0
+    for _ in range(_RING):
+        sample = source.try_recv()
+        if sample is None:
+            break
+        key, payload = str(sample.key_expr), bytes(sample.payload)
+        kind = kinds.get(key)
+        form = None if kind is None else payload_format(payload, str(sample.encoding), kind)
+        if kind is None or form is None or isinstance(form, Rejection):
+            continue
+        seen = time.time_ns()
+        recorder.write(Entry(key, kind, payload, form != CDR, seen, seen, 0))
+        count += 1
+    return count
+
+
+def _description(session: zenoh.Session, keys: Keys) -> dict[str, Any]:
+    for reply in session.get(keys.description, timeout=2.0):
+        if reply.ok is not None and str(reply.ok.encoding) == JSON:
+            found: dict[str, Any] = json.loads(bytes(reply.ok.payload))
+            return found
+    raise NetworkError(f"the node of {keys.robot!r} does not describe itself")
+
+
+def _metadata(facts: dict[str, Any]) -> dict[str, str]:
+    versions = {f"version {name}": found for name, found in facts["versions"].items()}
+    return {
+        "robot": facts["robot"],
+        "rate": repr(facts["rate"]),
+        "robot_digest": facts["model"]["digest"],
+        "basis": facts["basis"]["name"],
+        "basis_digest": facts["basis"]["digest"],
+        **versions,
+    }

@@ -1,0 +1,42 @@
+"""The simulated robot, streams of targets, and the demo."""
+
+from tauten.service.plant.demo import (
+    FIGURE,
+    LOG,
+    REPORT,
+    TARGETS,
+    Child,
+    DemoError,
+    DemoSettings,
+    child,
+    free_ports,
+    run_demo,
+    save_path,
+)
+from tauten.service.plant.paths import SHAPES, PathError, PathSettings, Plane, directions, make_path
+from tauten.service.plant.plant import PlantSettings, simulate
+from tauten.service.plant.streaming import StreamSettings, stream
+
+__all__ = [
+    "Child",
+    "DemoError",
+    "DemoSettings",
+    "FIGURE",
+    "LOG",
+    "PathError",
+    "PathSettings",
+    "Plane",
+    "PlantSettings",
+    "REPORT",
+    "SHAPES",
+    "StreamSettings",
+    "TARGETS",
+    "child",
+    "directions",
+    "free_ports",
+    "make_path",
+    "run_demo",
+    "save_path",
+    "simulate",
+    "stream",
+]

@@ -1,0 +1,242 @@
+"""Paths of targets: shapes that start at rest, what the cables can reach, CSV files."""
+
+from __future__ import annotations
+
+import csv
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from tauten.model import Robot, Simulator
+from tauten.model.numerics import Array
+
+Shape = Literal["circle", "line", "figure-eight", "step"]
+Plane = Literal["xy", "xz", "yz"]
+SHAPES: tuple[Shape, ...] = ("circle", "line", "figure-eight", "step")
+
+_SAMPLES = 720  # of an analytic shape: a chord is then nowhere farther off than 1e-5 of its size
+_REACH_SAMPLES = 12  # equilibria of `reach` in half a turn, each takes some control steps to find
+_REACH_TURNS = 3
+_SETTLED = 1e-4  # m; targets need not be exact equilibria
+_NEARLY_SETTLED = 1e-3  # m
+_MAX_STEPS = 80
+
+
+@dataclass(frozen=True, slots=True)
+class PathSettings:
+    """How a path is made.
+
+    Attributes:
+        effector: number of the effector it is for.
+        rate: points a second of a CSV file without times.
+        size: of a shape [m]; None: a tenth of the robot's size.
+        period: seconds of one pass.
+        plane: that a shape lies in.
+        fraction: of the largest pull or tension, for "reach".
+        repeats: whether a CSV file starts again at its end.
+    """
+
+    effector: int = 0
+    rate: float = 50.0
+    size: float | None = None
+    period: float = 10.0
+    plane: Plane = "xz"
+    fraction: float = 0.8
+    repeats: bool = False
+
+
+class PathError(ValueError):
+    """A path that cannot be used; the text says which, what was found and what is allowed."""
+
+
+@dataclass(frozen=True, slots=True)
+class TargetPath:
+    """Positions over time.
+
+    Attributes:
+        times: (m,) ascending from 0 [s].
+        points: (m, 3) [m].
+        repeats: whether it starts again at the end; else the last point stays.
+    """
+
+    times: Array
+    points: Array
+    repeats: bool
+
+    @property
+    def duration(self) -> float:
+        """Seconds of one pass."""
+        return float(self.times[-1])
+
+    def at(self, time: float) -> Array:
+        """Position (3,) at a time [s], linear between the points given."""
+        if self.repeats and self.duration > 0.0:
+            time = time % self.duration
+        return np.array([np.interp(time, self.times, self.points[:, i]) for i in range(3)])
+
+
+def make_path(name: str, robot: Robot, settings: PathSettings) -> TargetPath:
+    """A path by name: a shape, "reach", or a CSV file.
+
+    Raises:
+        PathError: no such path, or one that cannot be made.
+    """
+    if name == "reach":
+        return reach_path(robot, settings.effector, settings.fraction, settings.period)
+    for shape in SHAPES:
+        if name == shape:
+            start = robot.effector(robot.rest())[settings.effector]
+            size = 0.1 * robot.size if settings.size is None else settings.size
+            return shape_path(shape, start, size, settings.period, settings.plane)
+    if not name.endswith(".csv"):
+        allowed = ", ".join([*SHAPES, "reach"])
+        raise PathError(f"no path {name!r}: allowed are {allowed} and files that end in .csv")
+    return csv_path(Path(name), settings.rate, settings.repeats)
+
+
+def shape_path(shape: Shape, start: Array, size: float, period: float, plane: Plane) -> TargetPath:
+    """A shape that starts and ends at a point.
+
+    Args:
+        shape: which.
+        start: (3,) where it starts [m].
+        size: radius of a circle, half width of a figure eight, length of a line or step [m].
+        period: seconds of one pass.
+        plane: that it lies in; a line and a step go along the first axis of it.
+    """
+    u, v = np.eye(3)["xyz".index(plane[0])], np.eye(3)["xyz".index(plane[1])]
+    times = np.linspace(0.0, period, _SAMPLES + 1)
+    angle = 2.0 * np.pi * times / period
+    along, across = _unit_shape(shape, angle)
+    points = start + size * (np.outer(along, u) + np.outer(across, v))
+    return TargetPath(times, points, True)
+
+
+def _unit_shape(shape: Shape, angle: Array) -> tuple[Array, Array]:
+    """Coordinates of a shape of size 1 that starts at the origin, over angles 0 to 2 π."""
+    flat = np.zeros_like(angle)
+    if shape == "circle":
+        return np.sin(angle), 1.0 - np.cos(angle)
+    if shape == "figure-eight":
+        return np.sin(angle), np.sin(angle) * np.cos(angle)
+    if shape == "line":
+        return 0.5 * (1.0 - np.cos(angle)), flat
+    return (angle >= np.pi).astype(float), flat
+
+
+def reach_path(robot: Robot, effector: int, fraction: float, period: float) -> TargetPath:
+    """Where an effector gets when the cables are pulled: a path that the robot can follow.
+
+    One cable is pulled and let go once; several are pulled one after another, in turns that grow
+    and fade, in the order of the directions they pull the effector to. Cables that may be let out work
+    against each other: they get tensions and not pulled lengths. A smooth curve through some
+    equilibria of the full-order model with pointwise contact.
+
+    Args:
+        robot: the robot.
+        effector: its number.
+        fraction: of each cable's largest pull, or tension, up to which it is pulled.
+        period: seconds of one pass.
+
+    Raises:
+        PathError: the model finds no equilibrium on the way.
+    """
+    slack = bool((robot.limits.pull_min < 0.0).any())
+    largest = robot.limits.tension_max if slack else robot.limits.pull_max
+    commands = fraction * largest * reach_shares(directions(robot, effector))  # (m, n_a)
+    simulator = Simulator(robot, contact="full")
+    found: dict[bytes, Array] = {}  # one cable passes each equilibrium twice
+    for command in commands:
+        if command.tobytes() not in found:
+            held = (None, command) if slack else (command, None)  # pull, tension
+            report = simulator.settle(held[0], held[1], _SETTLED, _MAX_STEPS)
+            if not report.movement < _NEARLY_SETTLED:
+                unit, factor = ("N", 1.0) if slack else ("mm", 1e3)
+                shown = ", ".join(f"{factor * value:.1f}" for value in command)
+                what = "under" if slack else "at a pull of"
+                raise PathError(f"reach: {robot.name} finds no equilibrium {what} {shown} {unit}")
+            found[command.tobytes()] = simulator.effector[effector]
+    points = np.array([found[command.tobytes()] for command in commands])
+    knots = np.linspace(0.0, period, len(points))
+    times = np.linspace(0.0, period, _SAMPLES + 1)
+    return TargetPath(times, CubicSpline(knots, points, bc_type="periodic")(times), True)
+
+
+def directions(robot: Robot, effector: int) -> Array:
+    """Into which direction each cable pulls an effector at rest, seen in the plane they move it in
+    most, from the first cable's: (n_a,) [rad].
+    """
+    rest, robot = robot.rest(), robot.fork()
+    system = robot.linearise(rest, None, replace(robot.integration, static=True))
+    rows = robot.rows(rest, contacts=False)
+    row = slice(3 * effector, 3 * effector + 3)
+    moved = rows.effectors.dense()[row] @ system.solve(rows.actuators.dense().T)  # (3, n_a)
+    plane = np.linalg.svd(moved)[0][:, :2]  # (3, 2)
+    x, y = plane.T @ moved
+    angle = np.arctan2(y, x)
+    turned: Array = (angle - angle[0]) % (2.0 * np.pi)
+    return turned
+
+
+def reach_shares(angles: Array) -> Array:
+    """Shares of the largest pull on the way of `reach`, all zero at both ends: (m, n_a).
+
+    Args:
+        angles: (n_a,) into which direction each cable pulls [rad].
+    """
+    turns = 1 if len(angles) == 1 else _REACH_TURNS
+    half = np.linspace(0.0, np.pi, turns * _REACH_SAMPLES + 1)
+    rise = 0.5 * (1.0 - np.cos(half))
+    swell = np.concatenate([rise, rise[-2::-1]])  # (m,), exactly the same up and down
+    if len(angles) == 1:
+        return swell[:, None]
+    phase = np.linspace(0.0, 2.0 * np.pi * turns, len(swell))
+    shares: Array = swell[:, None] * np.maximum(np.cos(phase[:, None] - angles), 0.0)
+    return shares
+
+
+def csv_path(path: Path, rate: float, repeats: bool) -> TargetPath:
+    """A path from a CSV file with columns x, y, z [m] and, if any, t [s].
+
+    Args:
+        path: the file; its first line names the columns.
+        rate: points a second, where there is no column t.
+        repeats: start again at the end.
+
+    Raises:
+        PathError: what is wrong, with the line.
+    """
+    try:
+        lines = path.read_text(encoding="utf-8").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise PathError(f"{path}: cannot be read ({error})") from error
+    rows = list(csv.reader(lines, skipinitialspace=True))
+    names = [name.strip() for name in rows[0]] if rows else []
+    if not {"x", "y", "z"} <= set(names) or len(set(names)) != len(names):
+        raise PathError(f"{path}: line 1: found {names}, expected column names x, y, z and maybe t")
+    values = [_numbers(path, line, row, names) for line, row in enumerate(rows[1:], 2) if row]
+    if not values:
+        raise PathError(f"{path}: no points")
+    table = np.array(values)  # (m, columns)
+    points = table[:, [names.index(axis) for axis in "xyz"]]
+    times = table[:, names.index("t")] if "t" in names else np.arange(len(table)) / rate
+    times = times - times[0]
+    if (np.diff(times) <= 0.0).any():
+        line = int(np.flatnonzero(np.diff(times) <= 0.0)[0]) + 3
+        raise PathError(f"{path}: line {line}: t does not grow")
+    return TargetPath(times, points, repeats)
+
+
+def _numbers(path: Path, line: int, row: list[str], names: list[str]) -> list[float]:
+    if len(row) != len(names):
+        raise PathError(f"{path}: line {line}: found {len(row)} values, expected {len(names)}")
+    try:
+        values = [float(text) for text in row]
+    except ValueError as error:
+        raise PathError(f"{path}: line {line}: {error}") from error
+    if not np.isfinite(values).all():
+        raise PathError(f"{path}: line {line}: {', '.join(row)} is not finite")
+    return values

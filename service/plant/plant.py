@@ -1,0 +1,203 @@
+"""A simulated robot in its own process: full-order, pointwise contact; it obeys and reports."""
+
+from __future__ import annotations
+
+import gc
+import logging
+import time
+from contextlib import ExitStack
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+import zenoh
+
+from tauten.model import Robot, Simulator
+from tauten.model.numerics import Array, FactorisationError
+from tauten.service.node import Clock
+from tauten.service.process import StopFlag, collector_at_hand, one_blas_thread
+from tauten.service.wire import (
+    FLOAT,
+    HEALTH,
+    JOINTS,
+    POINT,
+    Diagnostic,
+    Joints,
+    Keys,
+    Level,
+    MessageCounts,
+    Network,
+    Point,
+    Publisher,
+    Rejection,
+    Role,
+    Window,
+    decode_joints,
+    encode_float,
+    encode_health,
+    encode_joints,
+    encode_point,
+    open_session,
+    typestore,
+)
+
+log = logging.getLogger(__name__)
+
+
+Drive = Literal["pull", "tension"]
+
+
+@dataclass(frozen=True, slots=True)
+class PlantSettings:
+    """How a plant behaves.
+
+    Attributes:
+        measure: whether it also publishes its effectors as measurements, as a camera would.
+        drive: whether its winches obey pulled lengths or tensions.
+    """
+
+    measure: bool = False
+    drive: Drive = "pull"
+
+
+_HEALTH_PERIOD = 1.0  # s
+_WARM_UP = 12  # steps
+
+
+class Plant:
+    """Steps a simulator at the control rate under the actuation that arrived last."""
+
+    def __init__(
+        self, robot: Robot, simulator: Simulator, session: zenoh.Session, settings: PlantSettings
+    ) -> None:
+        """Declare subscriber and publishers.
+
+        Args:
+            robot: what is simulated.
+            simulator: at rest and warm.
+            session: open Zenoh session.
+            settings: how it behaves.
+        """
+        keys = Keys(robot.name)
+        self._robot = robot
+        self._simulator = simulator
+        # the latest actuation is all that counts
+        self._source = session.declare_subscriber(keys.actuation, zenoh.handlers.RingChannel(1))
+        self._state = Publisher(session, keys.plant_state, JOINTS)
+        names = robot.effector_names
+        groups = [keys.plant_effectors(names)] + [keys.measurements(names)] * settings.measure
+        self._effectors = [[Publisher(session, key, POINT) for key in group] for group in groups]
+        self._gap = Publisher(session, keys.plant_gap, FLOAT)
+        self._health = Publisher(session, keys.plant_health, HEALTH, urgent=False)
+        self._drive = settings.drive
+        self._command: Array = np.zeros(robot.n_a)
+        self._tally = MessageCounts()
+        self._step = Window()
+        self._unconverged = 0
+        self._resets = 0
+        self._next_health = 0.0
+
+    def run(self, stop: StopFlag) -> None:
+        """Step until asked to stop; steps that are late are skipped, not queued."""
+        clock = Clock(self._robot.h)
+        while not stop.requested:
+            clock.wait()
+            self._obey()
+            begin = time.perf_counter()
+            self._advance()
+            self._step.add(time.perf_counter() - begin)
+            self._publish()
+            self._housekeeping(clock)
+
+    def _obey(self) -> None:
+        """Take the latest actuation, if it is one."""
+        sample = self._source.try_recv()
+        if sample is None:
+            return
+        names = self._robot.cable_names
+        joints = decode_joints(bytes(sample.payload), str(sample.encoding), names)
+        if isinstance(joints, Rejection):
+            self._tally.refuse(joints)
+            return
+        self._tally.accepted += 1
+        found = joints.pull if self._drive == "pull" else joints.tension
+        self._command = np.array(found)  # (n_a,)
+
+    def _advance(self) -> None:
+        """One step; a simulation that blows up starts again at rest."""
+        try:
+            simulator, command = self._simulator, self._command
+            pulled = self._drive == "pull"
+            report = simulator.step(pull=command) if pulled else simulator.step(tension=command)
+            self._unconverged += not report.converged
+        except FactorisationError as error:
+            log.error("the simulation has blown up and starts again at rest: %s", error)
+            self._simulator.reset()
+            self._resets += 1
+
+    def _publish(self) -> None:
+        robot, simulator, stamp = self._robot, self._simulator, time.time_ns()
+        points = [Point(stamp, robot.frame, (x, y, z)) for x, y, z in simulator.effector.tolist()]
+        for outlets in self._effectors:
+            for outlet, point in zip(outlets, points, strict=True):
+                outlet.put(encode_point(point))
+        pull, tension = tuple(simulator.pull.tolist()), tuple(simulator.tension.tolist())
+        joints = Joints(stamp, robot.frame, robot.cable_names, pull, tension)
+        self._state.put(encode_joints(joints))
+        self._gap.put(encode_float(float(simulator.gaps.min(initial=np.inf))))
+
+    def _housekeeping(self, clock: Clock) -> None:
+        now = time.monotonic()
+        if now < self._next_health:
+            return
+        self._next_health = now + _HEALTH_PERIOD
+        counts = {
+            "skipped": clock.skipped,
+            "unconverged": self._unconverged,
+            "resets": self._resets,
+        }
+        loop = Diagnostic(
+            "plant",
+            Level.WARN if any(counts.values()) else Level.OK,
+            ", ".join(f"{count} {name}" for name, count in counts.items()),
+            {key: str(count) for key, count in counts.items()} | self._step.entries("step_ms", 1e3),
+        )
+        diagnostics = [loop, self._tally.diagnostic("actuation")]
+        self._health.put(encode_health(time.time_ns(), self._robot.name, diagnostics))
+        gc.collect()
+
+
+def warm_simulator(robot: Robot) -> Simulator:
+    """A full-order simulator at rest, with every kernel it needs compiled."""
+    simulator = Simulator(robot, contact="full")
+    pull = np.minimum(robot.limits.pull_max, _WARM_UP * robot.limits.rate * robot.h)
+    for step in range(_WARM_UP):
+        simulator.step(pull=pull * (step + 1) / _WARM_UP)
+    simulator.reset()
+    return simulator
+
+
+def simulate(robot: Robot, network: Network, settings: PlantSettings, stop: StopFlag) -> None:
+    """Be a robot until asked to stop.
+
+    Args:
+        robot: which.
+        network: where to meet.
+        settings: how it behaves.
+        stop: raised to stop.
+
+    Raises:
+        NetworkError: no session.
+    """
+    with ExitStack() as stack:
+        stack.enter_context(one_blas_thread())
+        simulator = warm_simulator(robot)
+        typestore()
+        session = open_session(network, Role.PLANT, robot.name)
+        stack.callback(session.close)
+        plant = Plant(robot, simulator, session, settings)
+        token = session.liveliness().declare_token(Keys(robot.name).plant_token)
+        stack.callback(token.undeclare)
+        stack.enter_context(collector_at_hand())
+        log.info("simulating %s at %g Hz", robot.name, 1.0 / robot.h)
+        plant.run(stop)

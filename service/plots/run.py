@@ -1,0 +1,109 @@
+"""The figure of a run: tip paths beside tension, pull, error and step time over time."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from tauten.model.numerics import Array
+from tauten.service.replay import Run, distance_to_goal
+
+_TARGET, _MODEL, _PLANT, _LIMIT = "#222222", "#0072b2", "#d55e00", "#999999"
+_CABLES = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
+_MM = 1e3
+_LEAD = 0.5  # s shown before the first goal
+
+
+def draw_run(run: Run, cables: tuple[str, ...], path: Path) -> None:
+    """Draw a run into a file; its suffix decides the format."""
+    figure = Figure(figsize=(13.0, 8.0), layout="constrained")
+    paths_box, time_box = figure.subfigures(1, 2, width_ratios=(1.0, 1.25), squeeze=False)[0]
+    draw_paths(run, paths_box.subplots())
+    axes = time_box.subplots(4, 1, sharex=True)
+    draw_pull(run, cables, axes[0])
+    draw_tension(run, cables, axes[1])
+    draw_error(run, axes[2])
+    draw_step_time(run, axes[3])
+    axes[-1].set_xlabel("time [s]")
+    active = run.time[run.active]
+    axes[-1].set_xlim(active[0] - _LEAD, max(float(run.time[-1]), active[0] + _LEAD))
+    for axis in axes:
+        axis.grid(alpha=0.3)
+    time_box.align_ylabels(axes)
+    figure.suptitle(f"{run.metadata['robot']}: {len(run.ticks)} ticks at {run.metadata['rate']} Hz")
+    figure.savefig(path, dpi=150)
+
+
+def draw_paths(run: Run, axes: Axes) -> None:
+    """Target, model and plant tips in the plane in which they move most."""
+    following = run.following
+    goal = run.goal[following]
+    model = run.model.value
+    i, j = widest_plane(np.concatenate([goal, model]))
+    lines = ((goal, "target", _TARGET, 3.5, 0.35), (run.plant.value, "plant", _PLANT, 1.8, 0.9))
+    for points, name, color, width, alpha in (*lines, (model, "model", _MODEL, 1.2, 1.0)):
+        if len(points):
+            axes.plot(
+                _MM * points[:, i], _MM * points[:, j],
+                color=color, lw=width, alpha=alpha, label=name,
+            )  # fmt: skip
+    axes.plot(_MM * model[0, i], _MM * model[0, j], "o", color=_MODEL, ms=6, label="start")
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.set_xlabel(f"{'xyz'[i]} [mm]")
+    axes.set_ylabel(f"{'xyz'[j]} [mm]")
+    axes.set_title("tip paths")
+    axes.grid(alpha=0.3)
+    axes.legend(loc="best")
+
+
+def widest_plane(points: Array) -> tuple[int, int]:
+    """The two axes along which points (m, 3) spread most, in order."""
+    extent = np.ptp(points, axis=0)
+    first, second = sorted(np.argsort(extent, kind="stable")[-2:].tolist())
+    return first, second
+
+
+def draw_pull(run: Run, cables: tuple[str, ...], axes: Axes) -> None:
+    """Pulled lengths commanded."""
+    for index, name in enumerate(cables):
+        color = _CABLES[index % len(_CABLES)]
+        axes.plot(run.pull.time, _MM * run.pull.value[:, index], color=color, label=name)
+    axes.set_ylabel("pull [mm]")
+    axes.legend(loc="upper right", ncols=4, fontsize="small")
+
+
+def draw_tension(run: Run, cables: tuple[str, ...], axes: Axes) -> None:
+    """Tensions commanded."""
+    for index in range(len(cables)):
+        color = _CABLES[index % len(_CABLES)]
+        axes.plot(run.tension.time, run.tension.value[:, index], color=color)
+    axes.set_ylabel("tension [N]")
+
+
+def draw_error(run: Run, axes: Axes) -> None:
+    """Distance of model and plant from the goal."""
+    for series, name, color in ((run.plant, "plant", _PLANT), (run.model, "model", _MODEL)):
+        if len(series.time):
+            axes.plot(series.time, _MM * distance_to_goal(run, series), color=color, label=name)
+    axes.set_ylabel("error [mm]")
+    axes.set_ylim(bottom=0.0)
+    axes.legend(loc="upper right", ncols=2, fontsize="small")
+
+
+def draw_step_time(run: Run, axes: Axes) -> None:
+    """Time of a control step and of the decision in it, below the deadline."""
+    decided = [(t, tick) for t, tick in zip(run.time, run.ticks, strict=True) if tick.status]
+    times = [t for t, _ in decided]
+    axes.plot(
+        times, [_MM * tick.step for _, tick in decided], ".", ms=2.5, color=_MODEL, label="step"
+    )
+    axes.plot(
+        times, [_MM * tick.decide for _, tick in decided], ".", ms=2.5, color=_PLANT, label="decide"
+    )
+    axes.axhline(_MM / float(run.metadata["rate"]), color=_LIMIT, ls="--", label="period")
+    axes.set_ylabel("step time [ms]")
+    axes.set_ylim(bottom=0.0)
+    axes.legend(loc="upper right", ncols=3, fontsize="small", markerscale=4)

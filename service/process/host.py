@@ -1,0 +1,57 @@
+"""What host_info a measurement was made on."""
+
+from __future__ import annotations
+
+import os
+import platform
+from dataclasses import dataclass
+from pathlib import Path
+
+from tauten.model.numerics import installed_backends
+from tauten.service.process.runtime import versions
+
+
+@dataclass(frozen=True, slots=True)
+class HostInfo:
+    """Facts that times depend on.
+
+    Attributes:
+        processor: model name.
+        cores: processors that this process may use.
+        system: operating system.
+        python: version.
+        factorisations: installed back ends, fastest first.
+        versions: of the packages that numbers depend on.
+        load: mean number of processes that wanted to run in the last minute; a benchmark with others
+            running beside it measures them too.
+    """
+
+    processor: str
+    cores: int
+    system: str
+    python: str
+    factorisations: tuple[str, ...]
+    versions: dict[str, str]
+    load: float
+
+
+def host_info() -> HostInfo:
+    """Facts about this host_info."""
+    return HostInfo(
+        processor=_processor(),
+        cores=len(os.sched_getaffinity(0)),
+        system=platform.platform(),
+        python=platform.python_version(),
+        factorisations=installed_backends(),
+        versions=versions(),
+        load=os.getloadavg()[0],
+    )
+
+
+def _processor() -> str:
+    facts = Path("/proc/cpuinfo")
+    if facts.is_file():
+        for line in facts.read_text(encoding="utf-8").splitlines():
+            if line.startswith("model name"):
+                return line.partition(":")[2].strip()
+    return platform.processor() or "unknown"

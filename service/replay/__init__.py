@@ -1,0 +1,30 @@
+"""A run read back from its log, reported, and replayed."""
+
+from tauten.service.replay.replay_report import TICKS, VERDICT, write_report
+from tauten.service.replay.replaying import replay
+from tauten.service.replay.report import (
+    Report,
+    Spread,
+    distance_to_goal,
+    make_report,
+    overheads,
+    spread,
+    table_rows,
+)
+from tauten.service.replay.run import Run, read_run
+
+__all__ = [
+    "Report",
+    "Run",
+    "Spread",
+    "TICKS",
+    "VERDICT",
+    "distance_to_goal",
+    "make_report",
+    "overheads",
+    "read_run",
+    "replay",
+    "spread",
+    "table_rows",
+    "write_report",
+]

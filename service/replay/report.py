@@ -1,0 +1,232 @@
+"""The numbers of a run: rate, times, deadlines, tracking errors, penetration."""
+
+from __future__ import annotations
+
+import itertools
+import json
+from collections import Counter
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import numpy as np
+
+from tauten.model.numerics import Array
+from tauten.service.process import HostInfo, host_info, write_text
+from tauten.service.replay.run import Run, Series
+from tauten.service.wire import Tick
+
+
+@dataclass(frozen=True, slots=True)
+class Spread:
+    """Percentiles of something measured; None without a measurement."""
+
+    p50: float | None
+    p99: float | None
+    max: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class TrackingError:
+    """Distance between goal and effector while following [mm]; None without a measurement."""
+
+    rms_mm: float | None
+    max_mm: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class Report:
+    """What a run was, from the first to the last tick that followed a goal.
+
+    Attributes:
+        robot: name.
+        duration_s: seconds between these.
+        ticks: their number.
+        following: ticks that followed a goal.
+        rate_hz: ticks a second that were asked for.
+        achieved_hz: ticks a second that were.
+        step_ms: decide, advance and prepare together.
+        decide_ms: the decision alone.
+        overhead_ms: everything else that a tick does.
+        lateness_ms: how late ticks began.
+        latency_ms: from a target's header to the actuation that answers it.
+        missed: deadlines missed.
+        skipped: ticks lost.
+        model_error: of the model's effector, against the goal of its tick.
+        plant_error: of the plant's effector, against the goal that held then.
+        model_plant_error: between the two.
+        model_penetration_mm: deepest predicted.
+        plant_penetration_mm: deepest in the plant; None without plant.
+        peak_pull_mm: one a cable.
+        peak_tension_n: one a cable.
+        modes: ticks by mode, of the whole run.
+        statuses: decisions by status.
+        clamped: ticks at which the guard changed the actuation.
+        extra_columns: most contacts that joined the basis at a tick.
+        health: last health of the node.
+        complete: whether the log was finished.
+        metadata: what the node wrote about the run, its robot file left out.
+        machine: that the report was made on, with its load.
+    """
+
+    robot: str
+    duration_s: float
+    ticks: int
+    following: int
+    rate_hz: float
+    achieved_hz: float
+    step_ms: Spread
+    decide_ms: Spread
+    overhead_ms: Spread
+    lateness_ms: Spread
+    latency_ms: Spread
+    missed: int
+    skipped: int
+    model_error: TrackingError
+    plant_error: TrackingError
+    model_plant_error: TrackingError
+    model_penetration_mm: float
+    plant_penetration_mm: float | None
+    peak_pull_mm: list[float]
+    peak_tension_n: list[float]
+    modes: dict[str, int]
+    statuses: dict[str, int]
+    clamped: int
+    extra_columns: int
+    health: dict[str, dict[str, str]]
+    complete: bool
+    metadata: dict[str, str]
+    machine: HostInfo
+
+    def save(self, path: Path) -> None:
+        """Write as JSON."""
+        write_text(path, json.dumps(asdict(self), indent=2) + "\n")
+
+
+def make_report(run: Run) -> Report:
+    """Numbers of a run."""
+    ticks, time = run.ticks[run.active], run.time[run.active]
+    decided = [tick for tick in ticks if tick.status]
+    duration = float(time[-1] - time[0])
+    gaps = np.array([tick.deepest_gap for tick in decided])
+    gap = run.plant_gap.value
+    return Report(
+        robot=run.metadata["robot"],
+        duration_s=duration,
+        ticks=len(ticks),
+        following=int(run.following.sum()),
+        rate_hz=float(run.metadata["rate"]),
+        achieved_hz=(len(ticks) - 1) / duration if duration > 0.0 else 0.0,
+        step_ms=spread([1e3 * tick.step for tick in decided]),
+        decide_ms=spread([1e3 * tick.decide for tick in decided]),
+        overhead_ms=spread(overheads(ticks, 1.0 / float(run.metadata["rate"]))),
+        lateness_ms=spread([1e3 * tick.lateness for tick in ticks]),
+        latency_ms=spread([1e3 * tick.latency for tick in ticks]),
+        missed=sum(tick.slack < 0.0 for tick in ticks),
+        skipped=sum(tick.skipped for tick in ticks),
+        model_error=error(distance_to_goal(run, run.model)),
+        plant_error=error(distance_to_goal(run, run.plant)),
+        model_plant_error=error(model_against_plant(run)),
+        model_penetration_mm=1e3 * max(-float(gaps.min(initial=np.inf)), 0.0),
+        plant_penetration_mm=1e3 * max(-float(gap.min()), 0.0) if gap.size else None,
+        peak_pull_mm=(1e3 * run.pull.value.max(axis=0)).tolist(),
+        peak_tension_n=run.tension.value.max(axis=0).tolist(),
+        modes=dict(Counter(tick.mode.value for tick in run.ticks)),
+        statuses=dict(Counter(tick.status for tick in decided)),
+        clamped=sum(tick.clamped for tick in ticks),
+        extra_columns=max((tick.extra_columns for tick in ticks), default=0),
+        health={name: {"message": h.message, **h.values} for name, h in run.health.items()},
+        complete=run.complete,
+        metadata={k: v for k, v in run.metadata.items() if k != "robot_file"},
+        machine=host_info(),
+    )
+
+
+def overheads(ticks: tuple[Tick, ...], period: float) -> list[float]:
+    """Work of each tick beside the control step [ms], from when it began and what it left over.
+
+    Args:
+        ticks: one after another.
+        period: seconds.
+    """
+    pairs = itertools.pairwise(ticks)
+    return [1e3 * (period - tick.lateness - after.slack - tick.step) for tick, after in pairs]
+
+
+def spread(values: list[float]) -> Spread:
+    """Percentiles of values; NaN are left out."""
+    found = np.array(values, dtype=float)
+    found = found[~np.isnan(found)]
+    if found.size == 0:
+        return Spread(None, None, None)
+    return Spread(
+        float(np.percentile(found, 50.0)), float(np.percentile(found, 99.0)), float(found.max())
+    )
+
+
+def error(distance: Array) -> TrackingError:
+    """RMS and maximum of distances [m], NaN left out."""
+    found = distance[~np.isnan(distance)]
+    if found.size == 0:
+        return TrackingError(None, None)
+    return TrackingError(1e3 * float(np.sqrt(np.mean(found**2))), 1e3 * float(found.max()))
+
+
+def distance_to_goal(run: Run, series: Series) -> Array:
+    """Distance of each point of a series from the goal that held then, NaN where none did: (m,)."""
+    goal = np.where(run.following[:, None], run.goal, np.nan)
+    distance: Array = np.linalg.norm(series.value - held(run.time, goal, series.time), axis=1)
+    return distance
+
+
+def model_against_plant(run: Run) -> Array:
+    """Distance of the plant's effector from the model's while following: (m,) [m]."""
+    model = held(run.model.time, run.model.value, run.plant.time)
+    distance = np.linalg.norm(run.plant.value - model, axis=1)
+    following = held(run.time, run.following[:, None].astype(float), run.plant.time)[:, 0]
+    return np.where(following == 1.0, distance, np.nan)
+
+
+def held(times: Array, values: Array, at: Array) -> Array:
+    """The value (m, d) that held at each time; NaN before the first: (len(at), d)."""
+    index = np.searchsorted(times, at, side="right") - 1
+    if len(times) == 0:
+        return np.full((len(at), values.shape[1]), np.nan)
+    return np.where((index >= 0)[:, None], values[np.maximum(index, 0)], np.nan)
+
+
+def table_rows(report: Report) -> list[tuple[str, str]]:
+    """The report's lines for a terminal: what, and how much with its unit."""
+
+    def ms(value: Spread) -> str:
+        return " / ".join(_text(v, "{:.2f}") for v in (value.p50, value.p99, value.max)) + " ms"
+
+    def mm(value: TrackingError) -> str:
+        return f"{_text(value.rms_mm, '{:.2f}')} / {_text(value.max_mm, '{:.2f}')} mm"
+
+    return [
+        ("rate, asked / achieved", f"{report.rate_hz:.1f} / {report.achieved_hz:.2f} Hz"),
+        ("step p50 / p99 / max", ms(report.step_ms)),
+        ("decide p50 / p99 / max", ms(report.decide_ms)),
+        ("node overhead p50 / p99 / max", ms(report.overhead_ms)),
+        ("target to actuation p50 / p99 / max", ms(report.latency_ms)),
+        ("tick jitter p50 / p99 / max", ms(report.lateness_ms)),
+        ("deadlines missed / ticks", f"{report.missed} / {report.ticks}"),
+        ("targets accepted / refused", _targets(report)),
+        ("tracking error of the model, RMS / max", mm(report.model_error)),
+        ("tracking error of the plant, RMS / max", mm(report.plant_error)),
+        ("plant against model, RMS / max", mm(report.model_plant_error)),
+        ("deepest penetration, model", f"{report.model_penetration_mm:.3f} mm"),
+        ("deepest penetration, plant", f"{_text(report.plant_penetration_mm, '{:.3f}')} mm"),
+        ("largest pull", ", ".join(f"{value:.1f}" for value in report.peak_pull_mm) + " mm"),
+        ("largest tension", ", ".join(f"{value:.2f}" for value in report.peak_tension_n) + " N"),
+        ("decisions", ", ".join(f"{k} {v}" for k, v in report.statuses.items()) or "none"),
+    ]
+
+
+def _targets(report: Report) -> str:
+    counts = report.health.get("targets", {})
+    return f"{counts.get('accepted', '-')} / {counts.get('refused', '-')}"
+
+
+def _text(value: float | None, form: str) -> str:
+    return "-" if value is None else form.format(value)

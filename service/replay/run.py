@@ -1,0 +1,142 @@
+"""A run read back from its log, as arrays over time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from tauten.model.numerics import Array
+from tauten.service.log import LogError, Logged, LogReader
+from tauten.service.wire import (
+    CDR,
+    FLOAT,
+    JOINTS,
+    Diagnostic,
+    Keys,
+    Mode,
+    Point,
+    Rejection,
+    Tick,
+    decode_health,
+    decode_point,
+    decode_tick,
+    from_cdr,
+    nanoseconds,
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Series:
+    """Values over time: time (m,) [s] since the first tick, value (m, d)."""
+
+    time: Array
+    value: Array
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """A run.
+
+    Attributes:
+        metadata: what the node wrote about it.
+        ticks: one record a tick.
+        time: (m,) of the ticks [s].
+        goal: (m, 3) of the first effector, NaN where there was none [m].
+        model: first effector in the model [m].
+        pull: pulled lengths commanded, a column a cable [m].
+        tension: tensions commanded, a column a cable [N].
+        plant: first effector in the plant [m]; empty without plant.
+        plant_gap: smallest gap in the plant [m]; empty without plant.
+        health: last health of the node, by name.
+        complete: whether the log was finished.
+    """
+
+    metadata: dict[str, str]
+    ticks: tuple[Tick, ...]
+    time: Array
+    goal: Array
+    model: Series
+    pull: Series
+    tension: Series
+    plant: Series
+    plant_gap: Series
+    health: dict[str, Diagnostic]
+    complete: bool
+
+    @property
+    def following(self) -> Array:
+        """(m,) bool: ticks that followed a goal."""
+        return np.array([tick.mode is Mode.RUN for tick in self.ticks])
+
+    @property
+    def active(self) -> slice:
+        """Ticks from the first to the last that followed a goal; all where none did."""
+        found = np.flatnonzero(self.following)
+        return slice(int(found[0]), int(found[-1]) + 1) if len(found) else slice(None)
+
+
+def read_run(path: Path) -> Run:
+    """Read a log.
+
+    Raises:
+        LogError: no log, or one without a tick.
+    """
+    reader = LogReader(path)
+    by_key: dict[str, list[Logged]] = {}
+    for message in reader.messages():
+        by_key.setdefault(message.key, []).append(message)
+    keys = Keys(reader.metadata["robot"])
+    decoded = [decode_tick(message.payload) for message in by_key.get(keys.tick, [])]
+    ticks = tuple(tick for tick in decoded if isinstance(tick, Tick))
+    if not ticks:
+        raise LogError(f"{path}: no tick in it")
+    start = ticks[0].stamp
+    joints = [joint_values(message.payload) for message in by_key.get(keys.actuation, [])]
+    gaps = by_key.get(keys.plant_gap, [])
+    health = [decode_health(message.payload) for message in by_key.get(keys.health, [])]
+    return Run(
+        metadata=reader.metadata,
+        ticks=ticks,
+        time=np.array([1e-9 * (tick.stamp - start) for tick in ticks]),
+        goal=np.array([tick.goal[0] if tick.goal else [np.nan] * 3 for tick in ticks]),
+        model=_points(by_key.get(keys.effectors(("",))[0], []), start),
+        pull=_series([(stamp, pull) for stamp, pull, _ in joints], start),
+        tension=_series([(stamp, tension) for stamp, _, tension in joints], start),
+        plant=_points(by_key.get(keys.plant_effectors(("",))[0], []), start),
+        plant_gap=_series([(gap.logged, [_float(gap.payload)]) for gap in gaps], start),
+        health=next((found for found in reversed(health) if isinstance(found, dict)), {}),
+        complete=reader.complete,
+    )
+
+
+def joint_values(payload: bytes) -> tuple[int, list[float], list[float]]:
+    """Stamp [ns], pulls [m] and tensions [N] of a recorded JointState.
+
+    Raises:
+        LogError: it is none.
+    """
+    message = from_cdr(JOINTS, payload)
+    if isinstance(message, Rejection):
+        raise LogError(f"a damaged actuation: {message.detail}")
+    return nanoseconds(message.header.stamp), list(message.position), list(message.effort)
+
+
+def _points(messages: list[Logged], start: int) -> Series:
+    points = [decode_point(message.payload, CDR) for message in messages]
+    return _series([(p.stamp, list(p.xyz)) for p in points if isinstance(p, Point)], start)
+
+
+def _float(payload: bytes) -> float:
+    message = from_cdr(FLOAT, payload)
+    return np.nan if isinstance(message, Rejection) else float(message.data)
+
+
+def _series(rows: list[tuple[int, list[float]]], start: int) -> Series:
+    if not rows:
+        return Series(np.zeros(0), np.zeros((0, 3)))
+    return Series(
+        np.array([1e-9 * (stamp - start) for stamp, _ in rows]),
+        np.array([value for _, value in rows]),
+    )

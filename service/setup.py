@@ -1,0 +1,158 @@
+"""From names on the command line to a robot with its contact basis and a warm controller."""
+
+from __future__ import annotations
+
+import hashlib
+import platform
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal, TypeAlias
+
+import numpy as np
+
+from tauten.controller import Controller
+from tauten.controller.qpcc import warm_solver
+from tauten.model import Robot, load_robot
+from tauten.model.load import robot_path
+from tauten.reduction import ContactBasis
+from tauten.reduction.state import StateBasis, reduced_robot
+from tauten.service.process import versions
+
+Order: TypeAlias = Literal["full", "reduced"]
+
+_WARM_UP = 12  # control steps; enough for every kernel to be compiled or loaded
+
+
+@dataclass(frozen=True, slots=True)
+class Setup:
+    """What a controller is made from.
+
+    Attributes:
+        robot: the robot.
+        path: its file.
+        contact: what the controller knows of contact: a basis, all of it, or nothing.
+        basis_name: as asked for.
+        states: state basis of the reduced model; None with the full one.
+    """
+
+    robot: Robot
+    path: Path
+    contact: Literal["none", "full"] | ContactBasis
+    basis_name: str
+    states: StateBasis | None = None
+
+    def basis_digest(self) -> str:
+        """SHA-256 of the modes; "" without basis."""
+        if isinstance(self.contact, str):
+            return ""
+        return hashlib.sha256(np.ascontiguousarray(self.contact.Psi).tobytes()).hexdigest()
+
+    @property
+    def order(self) -> Order:
+        """Which model decides."""
+        return "full" if self.states is None else "reduced"
+
+    def metadata(self) -> dict[str, str]:
+        """What a log says about the run, all as text."""
+        robot = self.robot
+        return {
+            "robot": robot.name,
+            "robot_path": str(self.path),
+            "robot_digest": robot.digest,
+            "robot_file": self.path.read_text(encoding="utf-8"),
+            "rate": repr(robot.config.controller.rate),
+            "basis": self.basis_name,
+            "basis_digest": self.basis_digest(),
+            "model": self.order,
+            "states_digest": "" if self.states is None else self.states.digest(),
+            "factorisation": robot.linear_solver,
+            "python": platform.python_version(),
+            "machine": f"{platform.system()} {platform.machine()}",
+            **{f"version {name}": found for name, found in versions().items()},
+        }
+
+
+def load_setup(
+    robot: str | Path,
+    rate: float | None = None,
+    basis: str | None = None,
+    model: Order | None = None,
+    accept_error: bool = False,
+) -> Setup:
+    """Load a robot, the contact basis it asks for, and its state basis where the model is reduced.
+
+    Args:
+        robot: name of a shipped robot or path of a robot file.
+        rate: another control rate than the file's [Hz].
+        basis: another basis than the file's; "none" for no contact, "full" for pointwise contact.
+        model: another model than the file's.
+        accept_error: take a state basis that errs more than the robot file allows.
+
+    Raises:
+        RobotFileError, MeshError, BasisError, StateBasisError: what cannot be used, and why.
+    """
+    path = robot_path(robot)
+    loaded = load_robot(path, rate=rate)
+    name = basis or loaded.config.controller.basis or "none"
+    contact = load_contact(loaded, path, name)
+    if (model or loaded.config.model.order) == "full":
+        return Setup(loaded, path, contact, name)
+    states = load_states(loaded, path, accept_error)
+    return Setup(reduced_robot(loaded, states), path, contact, name, states)
+
+
+def load_contact(robot: Robot, path: Path, name: str) -> Literal["none", "full"] | ContactBasis:
+    """What a name says a controller knows of contact: "none", "full", or a basis that fits the robot.
+
+    Raises:
+        BasisError: there is no such basis, or it was made for another robot.
+    """
+    if name == "none":
+        return "none"
+    if name == "full":
+        return "full"
+    found = ContactBasis.load(beside(path, name))
+    found.check_robot(robot)
+    return found
+
+
+def load_states(robot: Robot, path: Path, accept_error: bool) -> StateBasis:
+    """The state basis that the robot file at `path` names, or the shipped one of the robot's name.
+
+    Raises:
+        StateBasisError: there is none, it was made for another robot, or it errs more than the file allows.
+    """
+    settings = robot.config.model
+    states = StateBasis.load(beside(path, settings.states or robot.name))
+    states.check_robot(robot)
+    if not accept_error:
+        states.check_tip(settings.max_tip_error)
+    return states
+
+
+def beside(path: Path, name: str) -> Path | str:
+    """The file of this name in the folder of the robot file, where there is one; else the name."""
+    found = path.parent / name
+    return found if found.is_file() else name
+
+
+def warm_controller(setup: Setup) -> Controller:
+    """A controller at rest, with every kernel it needs compiled.
+
+    It first follows a target a tenth of the robot's size away, so that the first real step is as
+    fast as the others.
+    """
+    return warm_up(Controller(setup.robot, setup.contact))
+
+
+def warm_up(controller: Controller) -> Controller:
+    """The controller back at rest, after steps enough for every kernel it needs to be compiled."""
+    warm_solver(controller.settings.qpcc.solver)
+    away = controller.effector + 0.1 * controller.robot.size / np.sqrt(3.0)
+    for _ in range(_WARM_UP):
+        controller.step(away)
+    controller.hold()
+    controller.advance()
+    controller.reset()
+    controller.prepare()
+    return controller

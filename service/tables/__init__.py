@@ -1,0 +1,47 @@
+"""Numbers of benchmarks as tables, for the terminal and for the docs."""
+
+from tauten.service.tables.arm import ARM_BEGIN, ARM_END, arm_tables, sentences, write_arm_tables
+from tauten.service.tables.basis import basis_tables, found_robot, kept_curve, ranges
+from tauten.service.tables.closed_loop import closed_loop_tables, write_closed_loop_tables
+from tauten.service.tables.contact_basis import (
+    CONTACT_BASIS_BEGIN,
+    CONTACT_BASIS_END,
+    certificate,
+    contact_basis_tables,
+    write_contact_basis_tables,
+)
+from tauten.service.tables.contact_basis_figure import draw_contact_basis
+from tauten.service.tables.node import NODE_BEGIN, NODE_END, node_table, write_node_tables
+from tauten.service.tables.numbers import PageError, milliseconds
+from tauten.service.tables.qpcc import qpcc_tables, write_qpcc_tables
+from tauten.service.tables.reduced import reduced_tables, write_reduced_tables
+
+__all__ = [
+    "ARM_BEGIN",
+    "ARM_END",
+    "CONTACT_BASIS_BEGIN",
+    "CONTACT_BASIS_END",
+    "NODE_BEGIN",
+    "NODE_END",
+    "PageError",
+    "arm_tables",
+    "basis_tables",
+    "certificate",
+    "closed_loop_tables",
+    "contact_basis_tables",
+    "draw_contact_basis",
+    "found_robot",
+    "kept_curve",
+    "milliseconds",
+    "node_table",
+    "qpcc_tables",
+    "ranges",
+    "reduced_tables",
+    "sentences",
+    "write_arm_tables",
+    "write_closed_loop_tables",
+    "write_contact_basis_tables",
+    "write_node_tables",
+    "write_qpcc_tables",
+    "write_reduced_tables",
+]

@@ -1,0 +1,65 @@
+"""The numbers of `tauten bench closed-loop` as tables, for the terminal and for the docs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from tauten.service.bench import ClosedLoopBench, Outcome
+from tauten.service.tables.numbers import Numbers, measured_on, put_tables
+
+CLOSED_LOOP_BEGIN, CLOSED_LOOP_END = "<!-- tauten bench closed-loop -->", "<!-- end -->"
+
+
+def closed_loop_tables(result: ClosedLoopBench) -> tuple[Numbers, Numbers]:
+    """Errors in open and closed loop, and what the controllers cost."""
+    pairs: dict[tuple[str, str], list[Outcome]] = {}
+    for one in result.outcomes:
+        plant = "" if one.young_scale == 1.0 else f" E x {one.young_scale:g}"
+        pairs.setdefault((one.case + plant, one.contact), []).append(one)
+    return errors_table(pairs), costs_table(pairs)
+
+
+def errors_table(pairs: dict[tuple[str, str], list[Outcome]]) -> Numbers:
+    """How far the robot is from its target."""
+    rows = []
+    for (case, contact), pair in pairs.items():
+        settled = ("-" if one.settling_s is None else f"{one.settling_s:.2f}" for one in pair)
+        rows.append(
+            (
+                case,
+                contact,
+                " / ".join(f"{one.rms_mm:.2f}" for one in pair),
+                " / ".join(f"{one.end_mm:.2f}" for one in pair),
+                " / ".join(settled),
+                f"{100.0 * pair[0].touching:.0f} %",
+            )
+        )
+    columns = ("case", "contact", "RMS [mm]", "at end [mm]", "settled [s]", "touching")
+    title = "Full-order robot against its target, open / closed loop"
+    return Numbers(title, columns, tuple(rows))
+
+
+def costs_table(pairs: dict[tuple[str, str], list[Outcome]]) -> Numbers:
+    """Tension, chatter and times, in closed loop."""
+    rows = []
+    for (case, contact), pair in pairs.items():
+        one = pair[-1]
+        rows.append(
+            (
+                case,
+                contact,
+                f"{one.effort_n:.2f}",
+                f"{one.chatter_mm_s:.1f}",
+                f"{one.latency_ms.p50:.2f} / {one.latency_ms.p99:.2f}",
+                f"{one.misses} / {one.ticks}",
+            )
+        )
+    columns = ("case", "contact", "tension [N]", "chatter [mm/s]", "latency [ms]", "missed")
+    return Numbers("What it takes, closed loop", columns, tuple(rows))
+
+
+def write_closed_loop_tables(result: ClosedLoopBench, path: Path) -> None:
+    """Put the tables into a page, see `put_tables`."""
+    cases = f"{result.robot}, {result.seconds:g} s a case at {result.rate_hz:g} Hz."
+    about = f"{cases} Times: {measured_on(result.machine)}"
+    put_tables(path, CLOSED_LOOP_BEGIN, CLOSED_LOOP_END, about, closed_loop_tables(result))

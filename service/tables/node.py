@@ -1,0 +1,52 @@
+"""The numbers of `tauten bench node` as a table, for the terminal and for the docs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from tauten.service.bench import Deadlines, NodeBench
+from tauten.service.tables.numbers import Numbers, measured_on, milliseconds, put_tables
+
+NODE_BEGIN, NODE_END = "<!-- tauten bench node -->", "<!-- end -->"
+
+
+def node_table(results: Sequence[NodeBench]) -> Numbers:
+    """The node at each rate, and a loop that does nothing as long."""
+    first = results[0]
+    columns = (
+        "loop", "ticks", "missed", "skipped", "decide", "step", "the rest", "begins late",
+        "target to actuation",
+    )  # fmt: skip
+    title = f"{first.robot}, model {first.model}: median / 99 % in ms"
+    return Numbers(title, columns, tuple(row for result in results for row in rows(result)))
+
+
+def rows(result: NodeBench) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """The node at one rate, and the loop beside it."""
+    spreads = (
+        result.decide_ms,
+        result.step_ms,
+        result.overhead_ms,
+        result.lateness_ms,
+        result.latency_ms,
+    )
+    name = f"node, {result.rate_hz:g} Hz"
+    node = (name, *counts(result.deadlines), *(milliseconds(spread) for spread in spreads))
+    return node, ("busy with nothing", *counts(result.idle), *("" for _ in spreads))
+
+
+def counts(deadlines: Deadlines) -> tuple[str, str, str]:
+    """Ticks, missed ones and their share, skipped ones."""
+    share = f"{deadlines.missed:,} ({100.0 * deadlines.share:.2f} %)"
+    return f"{deadlines.ticks:,}", share, f"{deadlines.skipped:,}"
+
+
+def write_node_tables(results: Sequence[NodeBench], path: Path) -> None:
+    """Put the table into a page, see `put_tables`."""
+    first = results[0]
+    about = (
+        f"{first.seconds:g} s at each rate, {first.target_rate_hz:g} targets a second. "
+        f"Measured on {measured_on(first.machine)}"
+    )
+    put_tables(path, NODE_BEGIN, NODE_END, about, [node_table(results)])

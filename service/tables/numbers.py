@@ -1,0 +1,83 @@
+"""Tables of numbers, for the terminal and for pages of the docs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+from rich.markup import escape
+from rich.table import Table
+
+from tauten.service.process import HostInfo, write_text
+from tauten.service.replay import Spread
+
+
+class PageError(ValueError):
+    """A page that tables cannot be put into; the text says what is missing."""
+
+
+@dataclass(frozen=True, slots=True)
+class Numbers:
+    """A table.
+
+    Attributes:
+        title: what it is about.
+        columns: their names; the first is text, the others numbers.
+        rows: cells.
+    """
+
+    title: str
+    columns: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+
+    def rich(self) -> Table:
+        """For the terminal."""
+        table = Table(title=escape(self.title))
+        for index, name in enumerate(self.columns):
+            table.add_column(escape(name), justify="right" if index else "left")
+        for row in self.rows:
+            table.add_row(*map(escape, row))
+        return table
+
+    def markdown(self) -> str:
+        """For the docs."""
+        rule = [":--", *["--:"] * (len(self.columns) - 1)]
+        lines = [" | ".join(row) for row in (self.columns, rule, *self.rows)]
+        return f"**{self.title}**\n\n" + "\n".join(f"| {line} |" for line in lines) + "\n"
+
+
+def milliseconds(spread: Spread) -> str:
+    """Median and 99th percentile; a dash where nothing was measured."""
+    if spread.p50 is None:
+        return "-"
+    return f"{spread.p50:.3f} / {spread.p99:.3f}"
+
+
+def measured_on(machine: HostInfo) -> str:
+    """The machine that times were taken on, and how busy it was."""
+    return f"{machine.cores} x {machine.processor}, load {machine.load:.1f}."
+
+
+def put_tables(path: Path, begin: str, end: str, about: str, tables: Iterable[Numbers]) -> None:
+    """Put a line and tables between two marks of a page.
+
+    Raises:
+        PageError: the page has no such marks.
+        OSError: it cannot be read or written.
+    """
+    put_between(path, begin, end, "\n".join([about, "", *(table.markdown() for table in tables)]))
+
+
+def put_between(path: Path, begin: str, end: str, body: str) -> None:
+    """Replace what is between two marks of a page.
+
+    Raises:
+        PageError: the page has no such marks.
+        OSError: it cannot be read or written.
+    """
+    head, found, rest = path.read_text(encoding="utf-8").partition(begin)
+    _, closed, tail = rest.partition(end)
+    if not (found and closed):
+        raise PageError(f"{path}: no place for the tables, which go between {begin} and {end}")
+    write_text(path, f"{head}{begin}\n{body}{end}{tail}")

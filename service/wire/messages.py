@@ -1,0 +1,286 @@
+"""What goes over the wire: ROS 2 messages in CDR, or the same fields as JSON.
+
+| message | keys | fields |
+|---|---|---|
+| geometry_msgs/PointStamped | target, measurement, effector, plant/effector | point [m] in header.frame_id |
+| sensor_msgs/JointState | actuation, plant/state | position = pull [m], effort = tension [N] |
+| diagnostic_msgs/DiagnosticArray | health, plant/health | see `tauten.service.wire.health` |
+| std_msgs/Float64 | plant/gap | smallest gap [m] |
+| std_msgs/String | command | enable, hold, stop or reset |
+| tauten_msgs/Tick | tick | see `tauten.service.wire.tick` |
+
+What arrives is judged, not trusted: decoding returns the message or a `Rejection` and raises nothing.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import Enum
+from functools import cache
+from typing import Any
+
+import numpy as np
+from rosbags.serde import SerdeError
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+from rosbags.typesys.store import Typestore
+
+POINT = "geometry_msgs/msg/PointStamped"
+JOINTS = "sensor_msgs/msg/JointState"
+HEALTH = "diagnostic_msgs/msg/DiagnosticArray"
+FLOAT = "std_msgs/msg/Float64"
+TEXT = "std_msgs/msg/String"
+TICK = "tauten_msgs/msg/Tick"
+
+TICK_DEFINITION = """\
+std_msgs/Header header
+uint64 tick
+string mode
+string cause
+string status
+geometry_msgs/Point[] goal
+geometry_msgs/Point[] correction
+builtin_interfaces/Time target_stamp
+float64 lateness
+float64 latency
+float64 decide
+float64 step
+float64 slack
+uint32 skipped
+float64 deepest_gap
+float64 complementarity
+float64 stationarity
+uint32 extra_columns
+bool clamped
+"""
+
+CDR = "application/cdr"
+JSON = "application/json"
+# zenoh/bytes is what a publisher that says nothing is taken to say
+_CDR_ENCODINGS = frozenset({CDR, "zenoh/bytes", "application/octet-stream"})
+MAX_PAYLOAD = 16_384  # bytes; the largest honest message has a few hundred
+_NANO = 1_000_000_000
+# what reading fields of a JSON value of any shape, depth and size can raise
+_JSON_ERRORS = (ValueError, TypeError, KeyError, AttributeError, OverflowError, RecursionError)
+
+
+class RejectionReason(Enum):
+    """Why a message was refused; the value is its name in counters."""
+
+    TOO_LARGE = "too_large"
+    ENCODING = "unknown_encoding"
+    WRONG_TYPE = "wrong_type"
+    MALFORMED = "malformed"
+    WRONG_FRAME = "wrong_frame"
+    WRONG_SHAPE = "wrong_shape"
+    NOT_FINITE = "not_finite"
+    OUT_OF_REACH = "out_of_reach"
+    UNKNOWN = "unknown_command"
+    NOT_NOW = "not_possible_now"
+
+
+@dataclass(frozen=True, slots=True)
+class Rejection:
+    """A message that was refused, and what was wrong with it."""
+
+    reason: RejectionReason
+    detail: str
+
+
+@dataclass(frozen=True, slots=True)
+class Point:
+    """geometry_msgs/PointStamped: time [ns since the epoch], frame, position [m]."""
+
+    stamp: int
+    frame: str
+    xyz: tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Joints:
+    """sensor_msgs/JointState of cables: pulled lengths [m] and tensions [N]."""
+
+    stamp: int
+    frame: str
+    names: tuple[str, ...]
+    pull: tuple[float, ...]
+    tension: tuple[float, ...]
+
+
+@cache
+def typestore() -> Typestore:
+    """Types of ROS 2 Humble, and `TICK`."""
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    store.max_sequence_length = MAX_PAYLOAD
+    store.register(get_types_from_msg(TICK_DEFINITION, TICK))
+    for kind in (POINT, JOINTS, HEALTH, FLOAT, TEXT, TICK):
+        store.get_msgdef(kind)  # its code is generated now rather than in somebody's loop
+    return store
+
+
+def definition(kind: str) -> str:
+    """The ros2msg schema text of a message type, the types it uses included."""
+    return str(typestore().generate_msgdef(kind, ros_version=2)[0])
+
+
+def new(kind: str, **fields: object) -> Any:
+    """A ROS message of a type."""
+    return typestore().types[kind](**fields)  # type: ignore[arg-type]
+
+
+def to_cdr(kind: str, message: object) -> bytes:
+    """A ROS message in little-endian CDR."""
+    return bytes(typestore().serialize_cdr(message, kind, little_endian=True))
+
+
+def from_cdr(kind: str, payload: bytes) -> Any | Rejection:
+    """A ROS message from CDR."""
+    try:
+        return typestore().deserialize_cdr(payload, kind)
+    except (SerdeError, ValueError, IndexError, OverflowError, MemoryError) as error:
+        return Rejection(RejectionReason.MALFORMED, f"not a {kind} in CDR: {error}")
+
+
+def header(stamp: int, frame: str) -> Any:
+    """std_msgs/Header of a time [ns since the epoch]."""
+    return new("std_msgs/msg/Header", stamp=time_message(stamp), frame_id=frame)
+
+
+def time_message(stamp: int) -> Any:
+    """builtin_interfaces/Time of a time [ns since the epoch]."""
+    return new("builtin_interfaces/msg/Time", sec=stamp // _NANO, nanosec=stamp % _NANO)
+
+
+def nanoseconds(time: Any) -> int:
+    """Nanoseconds since the epoch of a builtin_interfaces/Time."""
+    return int(time.sec) * _NANO + int(time.nanosec)
+
+
+def encode_point(point: Point) -> bytes:
+    """A point in CDR."""
+    x, y, z = point.xyz
+    inner = new("geometry_msgs/msg/Point", x=x, y=y, z=z)
+    return to_cdr(POINT, new(POINT, header=header(point.stamp, point.frame), point=inner))
+
+
+def point_json(point: Point) -> bytes:
+    """A point as JSON."""
+    sec, nanosec = divmod(point.stamp, _NANO)
+    x, y, z = point.xyz
+    fields = {
+        "header": {"stamp": {"sec": sec, "nanosec": nanosec}, "frame_id": point.frame},
+        "point": {"x": x, "y": y, "z": z},
+    }
+    return json.dumps(fields).encode()
+
+
+def decode_point(payload: bytes, encoding: str) -> Point | Rejection:
+    """A point from CDR or JSON, whichever the encoding names; its numbers are finite."""
+    format_or_fault = payload_format(payload, encoding, POINT)
+    if isinstance(format_or_fault, Rejection):
+        return format_or_fault
+    point = _point_from_json(payload) if format_or_fault == JSON else _point_from_cdr(payload)
+    if isinstance(point, Point) and not all(map(math.isfinite, point.xyz)):
+        return Rejection(RejectionReason.NOT_FINITE, f"point {point.xyz} is not finite")
+    return point
+
+
+def encode_joints(joints: Joints) -> bytes:
+    """Cables in CDR."""
+    message = new(
+        JOINTS,
+        header=header(joints.stamp, joints.frame),
+        name=list(joints.names),
+        position=np.array(joints.pull, dtype=np.float64),
+        velocity=np.zeros(0),
+        effort=np.array(joints.tension, dtype=np.float64),
+    )
+    return to_cdr(JOINTS, message)
+
+
+def decode_joints(payload: bytes, encoding: str, names: tuple[str, ...]) -> Joints | Rejection:
+    """Cables from CDR; these names in this order, finite numbers."""
+    format_or_fault = payload_format(payload, encoding, JOINTS)
+    if isinstance(format_or_fault, Rejection):
+        return format_or_fault
+    if format_or_fault == JSON:
+        return Rejection(RejectionReason.ENCODING, "a JointState is read from CDR only")
+    message = from_cdr(JOINTS, payload)
+    if isinstance(message, Rejection):
+        return message
+    joints = Joints(
+        nanoseconds(message.header.stamp),
+        message.header.frame_id,
+        tuple(message.name),
+        tuple(map(float, message.position)),
+        tuple(map(float, message.effort)),
+    )
+    if joints.names != names or not len(names) == len(joints.pull) == len(joints.tension):
+        return Rejection(
+            RejectionReason.WRONG_SHAPE, f"found cables {joints.names}, expected {names}"
+        )
+    if not all(map(math.isfinite, joints.pull + joints.tension)):
+        return Rejection(RejectionReason.NOT_FINITE, "a pull or tension is not finite")
+    return joints
+
+
+def encode_float(value: float) -> bytes:
+    """A number in CDR."""
+    return to_cdr(FLOAT, new(FLOAT, data=value))
+
+
+def payload_format(payload: bytes, encoding: str, kind: str) -> str | Rejection:
+    """`CDR` or `JSON`, from a Zenoh encoding like "application/cdr;std_msgs/msg/Float64"."""
+    if len(payload) > MAX_PAYLOAD:
+        return Rejection(
+            RejectionReason.TOO_LARGE, f"{len(payload)} bytes, allowed are {MAX_PAYLOAD}"
+        )
+    media, _, schema = encoding.partition(";")
+    if schema and schema.replace("/msg/", "/") != kind.replace("/msg/", "/"):
+        return Rejection(RejectionReason.WRONG_TYPE, f"found {schema}, expected {kind}")
+    if media in _CDR_ENCODINGS:
+        return CDR
+    if media == JSON:
+        return JSON
+    return Rejection(RejectionReason.ENCODING, f"found {encoding}, allowed are {CDR} and {JSON}")
+
+
+def _point_from_cdr(payload: bytes) -> Point | Rejection:
+    message = from_cdr(POINT, payload)
+    if isinstance(message, Rejection):
+        return message
+    point, time = message.point, message.header.stamp
+    if not _is_time(time.sec, time.nanosec):
+        return Rejection(
+            RejectionReason.MALFORMED, f"stamp {time.sec} s {time.nanosec} ns is no time"
+        )
+    return Point(nanoseconds(time), str(message.header.frame_id), (point.x, point.y, point.z))
+
+
+def _point_from_json(payload: bytes) -> Point | Rejection:
+    try:
+        fields = json.loads(payload)
+        point, head = fields["point"], fields.get("header", {})
+        stamp = head.get("stamp", {})
+        x, y, z = (_number(point, name) for name in "xyz")
+        sec, nanosec = (int(stamp.get(name, 0)) for name in ("sec", "nanosec"))
+        if not _is_time(sec, nanosec):
+            raise ValueError(f"stamp {sec} s {nanosec} ns is no time")
+        return Point(sec * _NANO + nanosec, str(head.get("frame_id", "")), (x, y, z))
+    except _JSON_ERRORS as error:
+        return Rejection(
+            RejectionReason.MALFORMED, f"not a {POINT} as JSON: {type(error).__name__} {error}"
+        )
+
+
+def _is_time(sec: int, nanosec: int) -> bool:
+    return 0 <= sec < 2**31 and 0 <= nanosec < _NANO
+
+
+def _number(fields: Mapping[str, object], name: str) -> float:
+    value = fields[name]
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise TypeError(f"{name} is no number")
+    return float(value)

@@ -1,0 +1,137 @@
+"""What one tick of the node was: enough to draw it, to judge it and to replay it.
+
+Every tick carries the goal its decision used, or none when the node held; so a replay does not
+depend on when a target arrived.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from tauten.service.wire.messages import (
+    TICK,
+    Rejection,
+    RejectionReason,
+    from_cdr,
+    header,
+    nanoseconds,
+    new,
+    time_message,
+    to_cdr,
+)
+from tauten.service.wire.modes import Cause, Mode
+
+Positions = tuple[tuple[float, float, float], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Tick:
+    """One tick of the node.
+
+    Attributes:
+        stamp: when the actuation left [ns since the epoch].
+        frame: frame of the goal.
+        index: ticks since the start.
+        mode: what the node was doing.
+        cause: why it did not follow.
+        status: name of the decision's `Status`, "" when nothing was decided.
+        goal: positions wanted, one an effector [m]; empty when nothing was decided.
+        correction: added to the goal in a closed loop, one an effector [m]; empty in an open one.
+        target_stamp: time in the target's header [ns since the epoch], 0 without.
+        lateness: how late the tick began [s].
+        latency: from the target's header to the actuation, on the first tick that used it; NaN on
+            others, and where the two clocks do not agree [s].
+        decide: time `decide` took [s].
+        step: time `decide`, `advance` and `prepare` took together [s].
+        slack: what was left of the tick before this one; negative: a missed deadline [s].
+        skipped: ticks lost before this one.
+        deepest_gap: smallest gap predicted, +inf without any in range, NaN while releasing [m].
+        complementarity: certificate of the decision or of the hold.
+        stationarity: certificate of the decision or of the hold.
+        extra_columns: contacts that joined the basis for this tick.
+        clamped: whether the guard changed the actuation.
+    """
+
+    stamp: int
+    frame: str
+    index: int
+    mode: Mode
+    cause: Cause
+    status: str
+    goal: Positions
+    correction: Positions
+    target_stamp: int
+    lateness: float
+    latency: float
+    decide: float
+    step: float
+    slack: float
+    skipped: int
+    deepest_gap: float
+    complementarity: float
+    stationarity: float
+    extra_columns: int
+    clamped: bool
+
+
+def encode_tick(tick: Tick) -> bytes:
+    """A tick in CDR."""
+
+    def points(positions: Positions) -> list[Any]:
+        return [new("geometry_msgs/msg/Point", x=x, y=y, z=z) for x, y, z in positions]
+
+    message = new(
+        TICK,
+        header=header(tick.stamp, tick.frame),
+        tick=tick.index,
+        mode=tick.mode.value,
+        cause=tick.cause.value,
+        status=tick.status,
+        goal=points(tick.goal),
+        correction=points(tick.correction),
+        target_stamp=time_message(tick.target_stamp),
+        lateness=tick.lateness,
+        latency=tick.latency,
+        decide=tick.decide,
+        step=tick.step,
+        slack=tick.slack,
+        skipped=tick.skipped,
+        deepest_gap=tick.deepest_gap,
+        complementarity=tick.complementarity,
+        stationarity=tick.stationarity,
+        extra_columns=tick.extra_columns,
+        clamped=tick.clamped,
+    )
+    return to_cdr(TICK, message)
+
+
+def decode_tick(payload: bytes) -> Tick | Rejection:
+    """A tick from CDR."""
+    message: Any = from_cdr(TICK, payload)
+    if isinstance(message, Rejection):
+        return message
+    if message.mode not in set(Mode) or message.cause not in set(Cause):
+        return Rejection(RejectionReason.MALFORMED, f"no mode {message.mode[:20]!r} or cause")
+    return Tick(
+        stamp=nanoseconds(message.header.stamp),
+        frame=message.header.frame_id,
+        index=message.tick,
+        mode=Mode(message.mode),
+        cause=Cause(message.cause),
+        status=message.status,
+        goal=tuple((point.x, point.y, point.z) for point in message.goal),
+        correction=tuple((point.x, point.y, point.z) for point in message.correction),
+        target_stamp=nanoseconds(message.target_stamp),
+        lateness=message.lateness,
+        latency=message.latency,
+        decide=message.decide,
+        step=message.step,
+        slack=message.slack,
+        skipped=message.skipped,
+        deepest_gap=message.deepest_gap,
+        complementarity=message.complementarity,
+        stationarity=message.stationarity,
+        extra_columns=message.extra_columns,
+        clamped=message.clamped,
+    )
