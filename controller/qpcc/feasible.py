@@ -84,7 +84,10 @@ def feasible_piece(descent: Descent) -> None:
         if answer.infeasible:
             continue
         beta, w = answer.y[n_a:], M @ answer.y + m
-        descent.run(np.where(sides == 0, beta > w, sides == PUSHES))
+        piece = np.where(sides == 0, beta > w, sides == PUSHES)
+        descent.run(piece)
+        if descent.best is None:  # where the piece is too badly conditioned to be eliminated
+            descent.stay(answer.y, piece)
         if descent.best is not None:
             return
         free = np.flatnonzero(sides == 0)

@@ -51,7 +51,7 @@ def penalty_homotopy(descent: Descent) -> None:
                 descent.run(piece)
             p = y - z
             fall, curvature = -(problem.Q @ z + gradient) @ p, p @ (problem.Q + rho * penalty) @ p
-            z = y if fall >= curvature else z + max(fall, 0.0) / curvature * p
+            z = z + (fall / curvature if curvature > fall > 0.0 else 1.0) * p
             if np.abs(p).max() <= EXACT * np.abs(z).max():
                 break
         if np.minimum(z[n_a:], M @ z + m).max(initial=0.0) <= EXACT * np.abs(z).max():

@@ -60,6 +60,7 @@ class Reduction(NamedTuple):
 
     Attributes:
         tau: scale.
+        price: factor from the QP's multipliers to those of the piece.
         T: (n, n_y).
         t: (n,).
         source: (rows,) which row of R each row of the QP is.
@@ -67,6 +68,7 @@ class Reduction(NamedTuple):
     """
 
     tau: float
+    price: float
     T: Array
     t: Array
     source: Ints
@@ -90,8 +92,8 @@ def reduce_piece(
     free = T.shape[1] - n_a
     lower = np.concatenate((problem.lb, np.zeros(free), low))
     upper = np.concatenate((problem.ub, np.full(free, UNBOUNDED), high))
-    tau = normalise(H, f, A, T, lower, upper)
-    return possible, H, f, A, lower, upper, Reduction(tau, T, t, source, pushing)
+    tau, price = normalise(H, f, A, T, lower, upper)
+    return possible, H, f, A, lower, upper, Reduction(tau, price, T, t, source, pushing)
 
 
 @kernel
@@ -237,7 +239,9 @@ def reduced_rows(
         if k <= i < 2 * k and pushes[i - k]:
             hi = lo
         if depends:
-            low[count], high[count], source[count] = lo - constant, hi - constant, i
+            low[count] = lo - constant if lo > -UNBOUNDED else lo
+            high[count] = hi - constant if hi < UNBOUNDED else hi
+            source[count] = i
             count += 1
         else:
             slack = CONSTANT * max(size + min(abs(lo), abs(hi)), reach)
@@ -272,23 +276,31 @@ def reduced_row(
 
 
 @kernel
-def normalise(H: Array, f: Array, A: Array, T: Array, lower: Array, upper: Array) -> float:
+def normalise(
+    H: Array, f: Array, A: Array, T: Array, lower: Array, upper: Array
+) -> tuple[float, float]:
     """Change to y = τ s ŷ, in place, so that H has a unit diagonal and ŷ is of order one.
 
-    T is multiplied by s alone. Returns τ.
+    Where there is no curvature the objective is divided until its slopes are of order one. T is multiplied
+    by s alone. Limits beyond UNBOUNDED remain as they are.
+
+    Returns:
+        τ and the factor from the multipliers of the new QP to those of the old one.
     """
     n_y = len(f)
     tau, least = 0.0, 1e-14 * largest_magnitude(np.diag(H))
     for j in range(n_y):
-        s = 1.0 / np.sqrt(H[j, j]) if H[j, j] > least else 1.0
+        curved = H[j, j] > least
+        s = 1.0 / np.sqrt(H[j, j]) if curved else 1.0
         f[j] *= s
         H[j, :] *= s
         H[:, j] *= s
         A[:, j] *= s
         T[:, j] *= s
-        lower[j] /= s
-        upper[j] /= s
-        tau = max(tau, abs(f[j]), lower[j], -upper[j])
+        lower[j], upper[j] = divided(lower[j], s), divided(upper[j], s)
+        tau = max(tau, lower[j], -upper[j])
+        if curved:
+            tau = max(tau, abs(f[j]))
     for i in range(len(A)):
         norm = np.sqrt(np.sum(A[i] ** 2))
         if norm > 0.0:
@@ -297,9 +309,20 @@ def normalise(H: Array, f: Array, A: Array, T: Array, lower: Array, upper: Array
         tau = 1.0
     f /= tau
     for i in range(len(lower)):
-        lower[i] = min(max(lower[i] / tau, -UNBOUNDED), UNBOUNDED)
-        upper[i] = min(max(upper[i] / tau, -UNBOUNDED), UNBOUNDED)
-    return tau
+        lower[i], upper[i] = divided(lower[i], tau), divided(upper[i], tau)
+    cost = max(largest_magnitude(f), 1.0)
+    if cost > 1.0:
+        H /= cost
+        f /= cost
+    return tau, tau * cost
+
+
+@kernel
+def divided(limit: float, size: float) -> float:
+    """A limit in another unit, within ±UNBOUNDED, beyond which there is none."""
+    if abs(limit) >= UNBOUNDED:
+        return limit
+    return min(max(limit / size, -UNBOUNDED), UNBOUNDED)
 
 
 @kernel
@@ -312,7 +335,7 @@ def recover(
     holds.
     """
     n_a, k = len(problem.lb), len(pushes)
-    tau, T = reduction.tau, reduction.T
+    tau, price, T = reduction.tau, reduction.price, reduction.T
     cols, rank = reduction.pushing.cols, reduction.pushing.rank
     z = reduction.t.copy()
     for j in range(len(y)):
@@ -321,7 +344,7 @@ def recover(
                 z[i] += tau * T[i, j] * y[j]
     alpha, dual = np.zeros(n_a), np.zeros(len(problem.r))
     for j in range(n_a):
-        alpha[j] = tau * multipliers[j] / T[j, j]
+        alpha[j] = price * multipliers[j] / T[j, j]
         z[j] = min(max(z[j], problem.lb[j]), problem.ub[j])
         if alpha[j] != 0.0:
             z[j] = problem.ub[j] if alpha[j] > 0.0 else problem.lb[j]
@@ -329,9 +352,9 @@ def recover(
         z[n_a + i] = max(z[n_a + i], 0.0) if pushes[i] else 0.0
     for j in range(n_a, len(y)):
         i = cols[rank + j - n_a]
-        dual[i] = tau * multipliers[j] / T[n_a + i, j]
+        dual[i] = price * multipliers[j] / T[n_a + i, j]
     for i in range(len(reduction.source)):
-        dual[reduction.source[i]] = tau * multipliers[len(y) + i]
+        dual[reduction.source[i]] = price * multipliers[len(y) + i]
     eliminated_multipliers(problem, pushes, reduction.pushing, z, dual)
     return z, alpha, dual, residuals(problem, z, alpha, dual)
 

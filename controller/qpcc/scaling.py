@@ -18,6 +18,9 @@ from tauten.model.numerics import Array, kernel
 USABLE, CROSSED_LIMITS, NOT_FINITE = 0, 1, 2  # the larger one counts
 
 
+FLAT = 1e-12  # a curvature this far below the slope is none, and it is the slope that becomes one
+
+
 class Scaled(NamedTuple):
     """A QPCC without units, all constraints but the bounds on a as rows of one matrix.
 
@@ -75,7 +78,8 @@ def scaled_arrays(
     for i in range(n_a + k):
         for j in range(n_a + k):
             Q_scaled[i, j] = 0.5 * (Q[i, j] + Q[j, i]) * column[i] * column[j]
-    factor = unit(largest_magnitude(np.diag(Q_scaled)))
+    curvature, slope = largest_magnitude(np.diag(Q_scaled)), largest_magnitude(c * column)
+    factor = unit(curvature if curvature > FLAT * slope else slope)
     lower, upper = np.empty(n_a), np.empty(n_a)
     for j in range(n_a):
         lower[j], upper[j] = cut(lb[j] / column[j]), cut(ub[j] / column[j])

@@ -95,7 +95,7 @@ def solve_qpcc(problem: Qpcc, warm: Warm = None, settings: QpccSettings = DEFAUL
         return finish(problem, descent.best, units, budget)
     if violating is not None:
         return infeasible(problem, units, violating, budget.spent)
-    return nothing(problem, Status.INFEASIBLE, lam_a, NO_PIECE)
+    return nothing(problem, Status.INFEASIBLE, lam_a, NO_PIECE, budget.spent)
 
 
 @kernel
@@ -194,13 +194,13 @@ def solution_at(
 
 
 def nothing(
-    problem: Qpcc, status: Status, lam_a: Array, conflict: tuple[str, ...] = ()
+    problem: Qpcc, status: Status, lam_a: Array, conflict: tuple[str, ...] = (), pivots: int = 0
 ) -> Solution:
     """The tensions of the start, where there is no point to return."""
     k = len(problem.m)
     unknown = Certificate(np.inf, np.inf, np.inf, np.inf)
     piece = np.zeros(k, dtype=np.bool_)
-    return Solution(lam_a, np.zeros(k), status, unknown, np.inf, 0, piece, conflict)
+    return Solution(lam_a, np.zeros(k), status, unknown, np.inf, pivots, piece, conflict)
 
 
 def crossed_limits(problem: Qpcc) -> tuple[str, ...]:

@@ -8,6 +8,7 @@ from tauten.service.bench.qpcc.random_problems import (
     degenerate,
     known_global,
     known_stationary,
+    nasty,
     nonsense,
     robot_like,
 )
@@ -31,6 +32,7 @@ __all__ = [
     "load_recorded",
     "make_problems",
     "measure",
+    "nasty",
     "nonsense",
     "robot_like",
     "save_recorded",
