@@ -24,7 +24,8 @@ from scipy.sparse import csc_matrix
 from tauten.model.numerics import Array
 
 UNBOUNDED = 1e30
-ACCURACY = 1e-10  # primal residual that daqp may leave, on QPs whose variables are of order one
+ACCURACY = 1e-10  # residual that daqp may leave, on QPs whose variables are of order one
+DAQP = {"primal_tol": ACCURACY, "eta_prox": ACCURACY}  # the latter where the Hessian is singular
 DAQP_INFEASIBLE = -1  # exit flag
 # Libraries whose own tolerances are far above what a piece needs.
 OPTIONS: dict[str, dict[str, Any]] = {
@@ -96,7 +97,7 @@ def solve_daqp(qp: Qp) -> QpAnswer:
     """Dual active set (Arnström, Bemporad, Axehill 2022): exact up to round-off."""
     if len(qp.f) == 0:
         return QpAnswer(False, np.zeros(0), np.zeros(len(qp.lower)))
-    y, _, flag, info = daqp.solve(qp.H, qp.f, qp.A, qp.upper, qp.lower, primal_tol=ACCURACY)
+    y, _, flag, info = daqp.solve(qp.H, qp.f, qp.A, qp.upper, qp.lower, **DAQP)
     return QpAnswer(flag == DAQP_INFEASIBLE, y, info["lam"])
 
 
@@ -143,7 +144,7 @@ class KeptQp:
 
     def __init__(self, qp: Qp) -> None:
         self._model = daqp.Model()
-        self._model.settings = {**self._model.settings, "primal_tol": ACCURACY}
+        self._model.settings = {**self._model.settings, **DAQP}
         sense = np.zeros(len(qp.lower), dtype=np.intc)
         flag, _ = self._model.setup(qp.H, qp.f, qp.A, qp.upper, qp.lower, sense)
         self.usable = bool(flag >= 0) and len(qp.f) > 0

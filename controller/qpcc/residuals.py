@@ -202,10 +202,10 @@ def residuals(problem: Scaled, z: Array, alpha: Array, dual: Array) -> Residuals
         if i >= 2 * k or not both[i % k]:
             dual[i] = permitted(dual[i], allowed[n_a + i])
     total, terms = gradient(problem, z)
-    value = 0.0
+    value, magnitude = 0.0, 0.0
     for j in range(len(z)):
         value += 0.5 * z[j] * (total[j] + problem.c[j])
-    magnitude = 0.5 * np.sum(np.abs(z) * (np.abs(total - problem.c) + 2.0 * np.abs(problem.c)))
+        magnitude += abs(z[j]) * (0.5 * abs(total[j] - problem.c[j]) + abs(problem.c[j]))
     add_multipliers(problem, alpha, dual, total)
     stationarity, gain = 0.0, np.zeros(k)
     for j in range(len(z)):

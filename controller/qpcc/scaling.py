@@ -117,7 +117,8 @@ def scaled_rows(
     for i in range(k):
         unit_of_i = column[n - k + i]
         R[i, n - k + i] = 1.0
-        R[k + i] = unit_of_i * M[i] * column
+        for j in range(n):
+            R[k + i, j] = unit_of_i * M[i, j] * column[j]
         r[k + i] = unit_of_i * m[i]
     for i in range(p):
         row = G[i] * column
@@ -136,7 +137,13 @@ def cut(limit: float) -> float:
 @kernel
 def total(matrix: Array, vector: Array) -> float:
     """Sum of all magnitudes."""
-    return float(np.sum(np.abs(matrix)) + np.sum(np.abs(vector)))
+    value = 0.0
+    for j in range(len(vector)):
+        value += abs(vector[j])
+    for i in range(matrix.shape[0]):
+        for j in range(matrix.shape[1]):
+            value += abs(matrix[i, j])
+    return value
 
 
 @kernel

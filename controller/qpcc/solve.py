@@ -135,9 +135,10 @@ def contact_forces(problem: Scaled, a: Array, guess: Bools) -> tuple[bool, Bools
     floor = FLOOR * largest_magnitude(beta)
     for i in range(k):
         w, size = q[i], max(abs(q[i]), floor)
-        for j in np.flatnonzero(pushes):
-            w += N[i, j] * beta[j]
-            size += abs(N[i, j] * beta[j])
+        for j in range(k):
+            if pushes[j]:
+                w += N[i, j] * beta[j]
+                size += abs(N[i, j] * beta[j])
         side = min(beta[i] * N[i, i], w)
         found = found and abs(side) <= EXACT * size
     return found, pushes, np.concatenate((a, beta))

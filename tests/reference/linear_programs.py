@@ -21,9 +21,12 @@ def has_feasible_point(problem: Qpcc) -> bool:
     """Whether any of the 2ᵏ pieces has a point."""
     _, scaled, _ = scale(problem)
     n_a, k = len(problem.lb), len(problem.m)
-    lower, upper = np.r_[scaled.lb, np.zeros(k)], np.r_[scaled.ub, np.full(k, UNBOUNDED)]
-    M, m, G = scaled.R[k : 2 * k], scaled.r[k : 2 * k], scaled.R[2 * k :]
-    lo, hi = scaled.lo[2 * k :], scaled.hi[2 * k :]
+    M, G = scaled.R[k : 2 * k], scaled.R[2 * k :]
+    ends = [scaled.lb, scaled.ub, scaled.lo[2 * k :], scaled.hi[2 * k :], scaled.r[k : 2 * k]]
+    known = np.concatenate([np.abs(end[np.abs(end) < UNBOUNDED]) for end in ends])
+    unit = known.max(initial=0.0) or 1.0  # the tolerances of HiGHS are absolute
+    lb, ub, lo, hi, m = (np.where(np.abs(end) < UNBOUNDED, end / unit, end) for end in ends)
+    lower, upper = np.r_[lb, np.zeros(k)], np.r_[ub, np.full(k, UNBOUNDED)]
     for sides in product((False, True), repeat=k):
         pushes = np.array(sides, dtype=np.bool_)
         top = np.where(np.r_[np.ones(n_a, np.bool_), pushes], upper, 0.0)
@@ -70,9 +73,9 @@ def steepest_slope(problem: Qpcc, lam_a: Array, beta: Array) -> float:
     values, sizes = p.R @ z + p.r, np.abs(p.R) @ np.abs(z) + np.abs(p.r)
     sizes = np.maximum(sizes, 1e-3 * np.abs(p.R).max(axis=1) * np.abs(z).max())
     tiny = ACTIVE * sizes
-    low = np.where(np.r_[z[:n_a] <= p.lb, values[:k] <= tiny[:k]], 0.0, -1.0)
-    high = np.where(np.r_[z[:n_a] >= p.ub, np.zeros(k, np.bool_)], 0.0, 1.0)
     push, gap = values[:k] > tiny[k : 2 * k], values[k : 2 * k] > tiny[k : 2 * k]
+    low = np.where(np.r_[z[:n_a] <= p.lb, ~push], 0.0, -1.0)
+    high = np.where(np.r_[z[:n_a] >= p.ub, np.zeros(k, np.bool_)], 0.0, 1.0)
     worst = 0.0
     both = np.flatnonzero(~push & ~gap)
     for sides in product((False, True), repeat=min(len(both), 7)):
