@@ -245,20 +245,26 @@ def best_multipliers(problem: Scaled, z: Array, sides: Ints) -> tuple[Array, Arr
         stationary point and a direction of descent elsewhere; pairs with both sides zero (k,).
     """
     n, n_a = len(z), len(problem.lb)
+    k = n - n_a
     values, sizes = row_values(problem, z)
     beta, w = pair_values(problem, z, values, sizes)
     allowed, both = signs_allowed(problem, z, values, sizes, beta, w, sides)
+    # the multiplier of β_i = 0 may have any sign where mode i is open: it cancels its entry of the gradient
+    open_ = np.zeros(n, dtype=np.bool_)
+    for i in range(k):
+        open_[n_a + i] = allowed[n_a + i, 0]
+        allowed[n_a + i] = allowed[n_a + i] & (not open_[n_a + i])
+    live = np.flatnonzero(~open_)
     most = int(np.sum(allowed))
-    rows, source, sign = np.zeros((most, n)), np.empty(most, np.int64), np.empty(most)
+    rows, source, sign = np.zeros((most, len(live))), np.empty(most, np.int64), np.empty(most)
     count = 0
     for i in range(len(allowed)):
         for side in range(2):
             if not allowed[i, side]:
                 continue
-            if i < n_a:
-                rows[count, i] = 1.0
-            else:
-                rows[count] = problem.R[i - n_a]
+            for j in range(len(live)):
+                unit_row = 1.0 if live[j] == i else 0.0
+                rows[count, j] = unit_row if i < n_a else problem.R[i - n_a, live[j]]
             norm = np.sqrt(np.sum(rows[count] ** 2))
             if norm > 0.0:
                 sign[count], source[count] = (1.0 - 2.0 * side) / norm, i
@@ -266,12 +272,17 @@ def best_multipliers(problem: Scaled, z: Array, sides: Ints) -> tuple[Array, Arr
                 count += 1
     rows = rows[:count]
     slope, _ = gradient(problem, z)
-    found, _ = pushing_forces(rows @ rows.T, rows @ slope, np.zeros(count), RIDGE, 100 + 10 * count)
+    found, _ = pushing_forces(
+        rows @ rows.T, rows @ slope[live], np.zeros(count), RIDGE, 100 + 10 * count
+    )
     multipliers = np.zeros(len(allowed))
     for s in range(count):
         multipliers[source[s]] += found[s] * sign[s]
     alpha, dual = multipliers[:n_a].copy(), multipliers[n_a:].copy()
     add_multipliers(problem, alpha, dual, slope)
+    for i in range(k):
+        if open_[n_a + i]:
+            dual[i], slope[n_a + i] = -slope[n_a + i], 0.0
     return alpha, dual, -slope, both
 
 
