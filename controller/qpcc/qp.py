@@ -153,4 +153,4 @@ class KeptQp:
         """Whether there is a minimum with the linear term f (n,), and where."""
         self._model.update(f=f)
         y, _, flag, _ = self._model.solve()
-        return bool(flag > 0), y
+        return bool(flag > 0 and np.abs(y).max() < UNBOUNDED), y
