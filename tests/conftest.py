@@ -1,4 +1,4 @@
-"""What tests share: reference data beside the repository, boxes of tetrahedra, the finger."""
+"""What tests share: reference data beside the repository, the finger, a small robot for processes."""
 
 from __future__ import annotations
 
@@ -12,8 +12,9 @@ matplotlib.use("Agg")
 
 import pytest
 from hypothesis import settings
+from support.processes import write_robot
 
-from tauten.model.load import load_robot
+from tauten.model import Robot, load_robot
 from tauten.model.tetra import TetRobot
 
 # The same examples every time, so that what fails here fails there; see CONTRIBUTING for others.
@@ -44,3 +45,15 @@ def finger() -> TetRobot:
     robot = load_robot("finger")
     assert isinstance(robot, TetRobot)
     return robot
+
+
+@pytest.fixture(scope="session")
+def beam_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The small robot's file."""
+    return write_robot(tmp_path_factory.mktemp("beam"))
+
+
+@pytest.fixture(scope="session")
+def beam(beam_file: Path) -> Robot:
+    """The small robot."""
+    return load_robot(beam_file)

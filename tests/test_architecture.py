@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import tomllib
+from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -128,6 +129,11 @@ def test_the_node_does_not_know_the_laboratory() -> None:
 def test_a_folder_has_few_modules(folder: str) -> None:
     modules = [path for path in MODULES if folder_of(path) == folder]
     assert len(modules) <= MOST_MODULES
+
+
+def test_a_folder_of_tests_has_few_modules() -> None:
+    folders = Counter(path.parent for path in (ROOT / "tests").rglob("*.py"))
+    assert {str(path): count for path, count in folders.items() if count > MOST_MODULES} == {}
 
 
 def test_a_module_is_short() -> None:

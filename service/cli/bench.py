@@ -132,7 +132,7 @@ def qpcc(
     from tauten.service.bench.qpcc import bench_qpcc
     from tauten.service.tables import qpcc_tables, write_qpcc_tables
 
-    shipped = Path(__file__).resolve().parents[2] / "tests" / "controller" / "data"
+    shipped = Path(__file__).resolve().parents[2] / "tests" / "reference" / "qpcc"
     folder: Path | None = recorded or shipped
     if recorded is None and not shipped.is_dir():
         folder = None  # an installed package comes without

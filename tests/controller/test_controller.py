@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from bodies import beam_robot, box_mesh
+from support.bodies import beam_robot, box_mesh
 
 from tauten.controller import Controller
 from tauten.controller.qpcc import Status

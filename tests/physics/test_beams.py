@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from beam_frames import Frame, chain
 from scipy.spatial.transform import Rotation
+from support.beam_frames import Frame, chain
 
 from tauten.model.beams import bar, tube
 from tauten.model.body import Material

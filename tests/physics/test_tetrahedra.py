@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import scipy.sparse as sp
-from bodies import box_mesh
 from scipy.spatial.transform import Rotation
+from support.bodies import box_mesh
 
 from tauten.model import make_pattern
 from tauten.model.mesh import TetMesh

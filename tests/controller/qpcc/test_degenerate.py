@@ -1,0 +1,120 @@
+"""Degenerate QPCCs: dependent and duplicate modes, no coupling, limits that leave no room."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from support.qpcc_checks import EXACT, assert_solves, violation, worst
+
+from tauten.controller.qpcc import Qpcc, QpccSettings, Status, solve_qpcc
+from tauten.service.bench.qpcc import degenerate, enumerate_pieces, robot_like
+
+
+@pytest.mark.parametrize(("n_a", "k"), [(1, 5), (3, 10), (9, 23)])
+def test_degenerate_families_end_ok_or_say_why_not(n_a: int, k: int) -> None:
+    rng = np.random.default_rng(n_a)
+    ok = 0
+    for _ in range(60):
+        problem = degenerate(rng, n_a, k)
+        solution = solve_qpcc(problem)
+        if solution.status.usable:
+            assert violation(problem, solution.lam_a, solution.beta) <= 1e-8
+        if solution.status.ok:
+            assert worst(solution.certificate) <= EXACT
+            ok += 1
+    assert ok >= 30  # limits almost equal leave many without a feasible point
+
+
+def test_degenerate_small_problems_against_all_pieces() -> None:
+    rng = np.random.default_rng(2)
+    feasible = 0
+    for _ in range(120):
+        problem = degenerate(rng, int(rng.integers(1, 4)), int(rng.integers(2, 7)))
+        lowest, _ = enumerate_pieces(problem)
+        solution = solve_qpcc(problem, settings=QpccSettings(search_time=5.0, max_pivots=1000))
+        assert solution.status.usable == np.isfinite(lowest)
+        if solution.status.usable:
+            feasible += 1
+            assert solution.objective == pytest.approx(lowest, rel=1e-6, abs=1e-15)
+            assert solution.bound <= lowest + 1e-6 * abs(lowest) + 1e-15
+    assert feasible > 60
+
+
+def corner(slopes: tuple[float, float], target: float) -> Qpcc:
+    """One tension held at the kink of two contacts that close together, w_i = -slope_i a + β_i.
+
+    The tip is x = a - 2 β_0 - 2 β_1: pulling further than the kink turns it back.
+    """
+    e = np.array([1.0, -2.0, -2.0])
+    return Qpcc(
+        Q=np.outer(e, e),
+        c=-target * e,
+        lb=np.array([-1.0]),
+        ub=np.array([1.0]),
+        G=np.zeros((0, 3)),
+        g_lo=np.zeros(0),
+        g_hi=np.zeros(0),
+        M=np.array([[-slopes[0], 1.0, 0.0], [-slopes[1], 0.0, 1.0]]),
+        m=np.zeros(2),
+    )
+
+
+@pytest.mark.parametrize("slopes", [(1.0, 1.0), (1.0, 0.5), (0.2, 2.0)])
+@pytest.mark.parametrize("warm", [(False, False), (True, False), (False, True), (True, True)])
+def test_the_tip_of_a_kink_is_left_to_the_right_side_or_not_at_all(
+    slopes: tuple[float, float], warm: tuple[bool, bool]
+) -> None:
+    # with both pushing x = a (1 - 2 (s0 + s1)) < 0 for a > 0, so that target 0.1 cannot be reached:
+    # a = 0 is the optimum over a >= 0, and over a <= 0 (open, x = a) too; -0.1 can, from either side
+    piece = np.array(warm)
+    above = solve_qpcc(corner(slopes, 0.1), piece)
+    assert above.status.ok
+    np.testing.assert_allclose(above.lam_a, [0.0], atol=1e-9)
+    below = solve_qpcc(corner(slopes, -0.1), piece)
+    assert_solves(corner(slopes, -0.1), below)
+    assert below.objective == pytest.approx(-0.5 * 0.1**2, rel=1e-9)
+
+
+def test_twins_share_a_force() -> None:
+    problem = robot_like(np.random.default_rng(3), 2, 4).problem()
+    n, twin = 6, np.r_[0:6, 5]
+    double = replace(
+        problem,
+        Q=problem.Q[np.ix_(twin, twin)],
+        c=problem.c[twin],
+        G=problem.G[:, twin],
+        M=problem.M[np.r_[0:4, 3]][:, twin],
+        m=problem.m[np.r_[0:4, 3]],
+    )
+    settings = QpccSettings(search_time=5.0)
+    single, both = solve_qpcc(problem, settings=settings), solve_qpcc(double, settings=settings)
+    assert_solves(double, both)
+    assert both.objective == pytest.approx(single.objective, rel=1e-9)
+    np.testing.assert_allclose(both.lam_a, single.lam_a, atol=1e-8)
+    assert both.beta[n - 3] + both.beta[n - 2] == pytest.approx(single.beta[3], abs=1e-8)
+
+
+def test_an_effector_that_feels_nothing_costs_nothing() -> None:
+    problem = robot_like(np.random.default_rng(4), 3, 10).problem()
+    numb = replace(problem, Q=np.zeros((13, 13)), c=np.zeros(13))
+    solution = solve_qpcc(numb)
+    assert_solves(numb, solution)
+    assert solution.objective == problem.constant
+
+
+def test_tensions_that_cannot_change() -> None:
+    problem = robot_like(np.random.default_rng(5), 3, 10).problem()
+    fixed = np.array([1.0, 0.0, 2.0])
+    held = replace(
+        problem,
+        lb=fixed,
+        ub=fixed,
+        g_lo=np.full(3, -np.inf),
+        g_hi=np.full(3, np.inf),
+    )
+    solution = solve_qpcc(held)
+    assert solution.status is Status.OK
+    np.testing.assert_array_equal(solution.lam_a, fixed)
+    assert violation(held, solution.lam_a, solution.beta) <= 1e-12

@@ -1,0 +1,107 @@
+"""The container files: what they promise can be checked without a container engine."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+from jsonschema import Draft201909Validator
+from ruamel.yaml import YAML
+
+from tauten.service.wire import read_config
+
+ROOT = Path(__file__).resolve().parents[2]
+DOCKER = ROOT / "docker"
+SCHEMA = Path(__file__).with_name("compose_spec.json")
+
+
+@pytest.fixture(scope="module")
+def compose() -> dict[str, Any]:
+    found = YAML(typ="safe").load(DOCKER / "compose.yaml")
+    assert isinstance(found, dict)
+    return found
+
+
+def test_compose_fits_its_schema(compose: dict[str, Any]) -> None:
+    schema = json.loads(SCHEMA.read_text())
+    # keys that the schema of that release does not know yet
+    known = {key: value for key, value in compose.items() if key != "name"}
+    errors = [error.message for error in Draft201909Validator(schema).iter_errors(known)]
+    assert errors == []
+    broken = {**known, "services": {"node": {"imagine": "x"}}}
+    assert not Draft201909Validator(schema).is_valid(broken)
+
+
+def test_everything_that_compose_mentions_exists(compose: dict[str, Any]) -> None:
+    for service in compose["services"].values():
+        for kind in ("configs", "secrets"):
+            for item in service.get(kind, []):
+                assert item["source"] in compose[kind]
+        for network in service["networks"]:
+            assert network in compose["networks"]
+        if "build" in service:
+            build = service["build"]
+            context = (DOCKER / build["context"]).resolve()
+            assert (context / build["dockerfile"]).is_file()
+        # nothing runs as root with rights, nothing follows a moving tag
+        assert service["cap_drop"] == ["ALL"]
+        assert re.search(r":\d+\.\d+\.\d+$", service["image"])
+    for config in compose["configs"].values():
+        read_config(DOCKER / config["file"])
+
+
+def test_every_configuration_is_one_for_zenoh() -> None:
+    files = sorted((DOCKER / "zenoh").glob("*.json5"))
+    assert len(files) == 4
+    for file in files:
+        read_config(file)
+
+
+def test_the_dockerfile_is_pinned_multi_stage_and_not_root() -> None:
+    lines = (DOCKER / "Dockerfile").read_text().splitlines()
+    bases = [line for line in lines if line.startswith("FROM ")]
+    assert len(bases) == 2
+    assert all(re.search(r"@sha256:[0-9a-f]{64}", base) for base in bases)
+    assert any(line.startswith("HEALTHCHECK ") for line in lines)
+    user = [index for index, line in enumerate(lines) if line.startswith("USER ")]
+    assert lines[user[-1]] == "USER 10001"
+    assert user[-1] > lines.index(bases[1])
+    for line in lines:
+        if line.startswith("COPY ") and "--from" not in line:
+            for source in line.split()[1:-1]:
+                assert (ROOT / source).exists()
+
+
+def test_hadolint_finds_nothing() -> None:
+    hadolint = Path(sys.executable).with_name("hadolint")  # a package of the extra "test"
+    subprocess.run([str(hadolint), str(DOCKER / "Dockerfile")], check=True, timeout=60.0)
+
+
+@pytest.mark.skipif(shutil.which("docker-compose") is None, reason="docker-compose not installed")
+def test_docker_compose_accepts_it() -> None:
+    command = ["docker-compose", "-f", str(DOCKER / "compose.yaml"), "config", "-q"]
+    subprocess.run(command, check=True, timeout=60.0)
+
+
+@pytest.mark.slow
+def test_the_images_steps_run_without_an_engine(tmp_path: Path) -> None:
+    steps = DOCKER / "build_steps.sh"
+    prefix = tmp_path / "tauten"
+    source = tmp_path / "src"
+    source.mkdir()
+    for name in ("pyproject.toml", "README.md", "LICENSE"):
+        shutil.copy(ROOT / name, source)
+    ignored = shutil.ignore_patterns("__pycache__")
+    for name in ("model", "reduction", "controller", "service"):
+        shutil.copytree(ROOT / name, source / name, ignore=ignored)
+    for arguments in (("install", prefix, source), ("warm", prefix), ("check", prefix)):
+        subprocess.run(["bash", str(steps), *map(str, arguments)], check=True, timeout=900.0)
+    assert list((prefix / "cache").rglob("*.nbi"))
+    bad = subprocess.run(["bash", str(steps), "fly"], capture_output=True, check=False)
+    assert bad.returncode == 2

@@ -1,0 +1,196 @@
+"""`tauten reduce` and `tauten inspect`: what they make, and one sentence for all that cannot be."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+import shutil
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.processes import START, start
+from support.thumb import write_thumb
+
+from tauten.reduction import ContactBasis
+from tauten.reduction.campaign import Snapshots
+from tauten.service.cli import main
+from tauten.service.tables import ranges
+
+STEP = ("--step", 4e-4)
+
+
+@dataclasses.dataclass
+class Made:
+    """What `tauten reduce` left: robot file, basis, folder of the campaign."""
+
+    robot: Path
+    basis: Path
+    campaign: Path
+
+
+@pytest.fixture(scope="module")
+def original(tmp_path_factory: pytest.TempPathFactory) -> Made:
+    folder = tmp_path_factory.mktemp("thumb")
+    made = Made(write_thumb(folder), folder / "thumb.basis", folder / "campaign")
+    arguments = ("reduce", made.robot, "--out", made.basis, "--snapshots", made.campaign, *STEP)
+    assert run_main(*arguments, "--tolerance", 2e-4, "--curve", folder / "curve.png") == 0
+    assert (folder / "curve.png").read_bytes().startswith(b"\x89PNG")
+    return made
+
+
+@pytest.fixture
+def made(original: Made, tmp_path: Path) -> Made:
+    """A copy that a test may spoil."""
+    folder = tmp_path / "thumb"
+    shutil.copytree(original.robot.parent, folder)
+    return Made(folder / "thumb.toml", folder / "thumb.basis", folder / "campaign")
+
+
+def run_main(*arguments: object) -> int:
+    """The command in this process; returns its exit code."""
+    with pytest.MonkeyPatch.context() as patch, pytest.raises(SystemExit) as ended:
+        patch.setattr(sys, "argv", ["tauten", *(str(argument) for argument in arguments)])
+        main()
+    code = ended.value.code
+    return 0 if code is None else int(code)
+
+
+def refused(capsys: pytest.CaptureFixture[str], made: Made, *arguments: object) -> str:
+    """The sentence with which a command ends that must not touch the basis."""
+    before = made.basis.read_bytes()
+    capsys.readouterr()
+    assert run_main(*arguments) == 2
+    assert made.basis.read_bytes() == before
+    said = capsys.readouterr().err.strip().splitlines()
+    sentences = [line for line in said if line.startswith("tauten: ")]
+    assert len(sentences) == 1
+    assert said[-1] == sentences[0]
+    return sentences[0]
+
+
+def again(made: Made, *more: object) -> tuple[object, ...]:
+    """The command that made the basis, with other options."""
+    return ("reduce", made.robot, "--out", made.basis, "--snapshots", made.campaign, *STEP, *more)
+
+
+def test_automatic_basis_says_how_it_was_chosen(original: Made) -> None:
+    basis = ContactBasis.load(original.basis)
+    tip = {point.k: point.tip for point in basis.provenance.curve}
+    assert tip[basis.k] <= 2e-4
+    assert basis.provenance.snapshots == 20
+
+
+def test_inspect_prints_where_it_comes_from_and_what_it_misses(
+    original: Made, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    modes, curve = tmp_path / "modes.png", tmp_path / "curve.png"
+    arguments = ("--robot", original.robot, "--figure", modes, "--curve", curve)
+    assert run_main("inspect", original.basis, *arguments) == 0
+    text = capsys.readouterr().out
+    basis = ContactBasis.load(original.basis)
+    assert basis.provenance.robot_digest[:40] in text
+    row = next(line for line in text.splitlines() if re.search(r"│ all ", line))
+    assert re.findall(r"\d+", row) == [str(basis.k), "48", str(len(basis.untouched()))]
+    assert "notch1_below" in text
+    assert "held out" in text
+    for picture in (modes, curve):
+        assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+def test_inspect_without_the_robot_names_the_slots(
+    original: Made, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run_main("inspect", original.basis) == 0
+    text = capsys.readouterr().out
+    untouched = ContactBasis.load(original.basis).untouched()
+    assert ranges(untouched[:3]).split(",")[0] in text
+    assert "notch1_below" not in text
+
+
+def test_slots_are_named_as_ranges() -> None:
+    assert ranges([]) == ""
+    assert ranges([0, 1, 2, 4, 6, 7]) == "0-2, 4, 6-7"
+    assert ranges(list(range(0, 100, 2))).endswith("14, ...")
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (("--k", "1000"), "k = 1000 modes asked for, but the snapshots have rank"),
+        (("--k", "0"), "k is 0: allowed are 1 and more, and auto"),
+        (("--k", "many"), "k is 'many': allowed are 1 and more, and auto"),
+        (("--method", "svd"), "method 'svd' is unknown: choose one of energy, hals,"),
+        (("--weighting", "none"), "weighting 'none' is unknown"),
+        (("--tolerance", "1e-9"), "has a held-out effector error within 1e-06 mm"),
+        (("--design", "spiral"), "no design 'spiral': allowed are ramp,"),
+        (("--step", "-1"), "ramp step is -1.0 m"),
+        (("--out", "thumb.txt"), "thumb.txt: a contact basis file ends in .basis"),
+        (("--scheduler", "nonsense"), "tauten: "),
+        (("--step", "2e-4"), "belongs to another campaign"),
+    ],
+)
+def test_reduce_refuses(
+    made: Made, capsys: pytest.CaptureFixture[str], options: tuple[str, str], message: str
+) -> None:
+    assert message in refused(capsys, made, *again(made, *options))
+
+
+def test_snapshots_without_contact_make_no_basis(
+    made: Made, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    loads = tmp_path / "loads.csv"
+    loads.write_text("run,pull_tendon\n0,0.0001\n0,0.0002\n")
+    options = ("--design", loads, "--snapshots", tmp_path / "light")
+    sentence = refused(capsys, made, *again(made, *options))
+    assert "none of the 2 snapshots has any contact force" in sentence
+
+
+def test_nan_in_the_snapshots_is_named(made: Made, capsys: pytest.CaptureFixture[str]) -> None:
+    (file,) = made.campaign.iterdir()
+    snapshots = Snapshots.load(file)
+    lam = snapshots.lam.copy()
+    lam[3, 17] = np.nan
+    dataclasses.replace(snapshots, lam=lam).save(file)
+    assert "NaN or infinite forces in column 17" in refused(capsys, made, *again(made))
+
+
+def test_damaged_snapshots_are_named(made: Made, capsys: pytest.CaptureFixture[str]) -> None:
+    (file,) = made.campaign.iterdir()
+    file.write_bytes(file.read_bytes()[:-100])
+    assert f"{file}: this is no readable" in refused(capsys, made, *again(made))
+
+
+def test_damaged_basis_is_named(made: Made, capsys: pytest.CaptureFixture[str]) -> None:
+    made.basis.write_bytes(made.basis.read_bytes()[:-100])
+    assert f"{made.basis}: this is no readable" in refused(capsys, made, "inspect", made.basis)
+
+
+def test_basis_of_another_robot_is_not_drawn(
+    made: Made, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    picture = tmp_path / "modes.png"
+    arguments = ("inspect", made.basis, "--robot", "finger", "--figure", picture)
+    assert "made for robot 'thumb'" in refused(capsys, made, *arguments)
+    assert not picture.exists()
+
+
+def test_interrupted_campaign_goes_on(tmp_path: Path) -> None:
+    robot = write_thumb(tmp_path)
+    command = ("reduce", robot, "--k", 3, "--step", 2e-5, "--snapshots", tmp_path / "cut")
+    process = start(tmp_path / "output.txt", *command, "--out", tmp_path / "cut.basis")
+    end = time.monotonic() + START
+    first = tmp_path / "cut" / "run0000-000000.snapshots"
+    while not first.exists():
+        assert process.process.poll() is None, process.output.read_text()
+        assert time.monotonic() < end
+        time.sleep(0.02)
+    assert process.end() == 130
+    assert "cut keeps what is done" in process.output.read_text().replace("\n", "")
+    assert not (tmp_path / "cut.basis").exists()
+    written = first.stat().st_mtime_ns
+    assert run_main(*command, "--out", tmp_path / "cut.basis") == 0
+    assert first.stat().st_mtime_ns == written
+    assert ContactBasis.load(tmp_path / "cut.basis").provenance.snapshots == 400

@@ -1,0 +1,211 @@
+"""What operators use: commands, metrics, doctor, priorities, rates that cannot be held, JSON lines."""
+
+from __future__ import annotations
+
+import json
+import logging
+import os
+import re
+import subprocess
+import sys
+import threading
+import time
+import urllib.error
+import urllib.request
+from pathlib import Path
+
+import pytest
+from prometheus_client.parser import text_string_to_metric_families
+from support.nodes import send
+from support.processes import Served, start, tauten
+
+from tauten.model import Robot
+from tauten.service.log import LogReader
+from tauten.service.node import BOUNDS, Histogram
+from tauten.service.operate import (
+    ask_metrics,
+    examine,
+    is_there,
+    record_robot,
+    send_command,
+    serve_metrics,
+)
+from tauten.service.plant import free_ports
+from tauten.service.process import (
+    JsonLines,
+    RealtimeError,
+    RealtimeSettings,
+    StopFlag,
+    apply_realtime,
+)
+from tauten.service.rate_check import RateError, check_rate, rate_for
+from tauten.service.replay import read_run
+from tauten.service.setup import load_setup
+from tauten.service.wire import Cause, Mode, Network, NetworkError, OperatorCommand
+
+NOBODY = 65_534
+
+
+def fetched(url: str) -> str:
+    """What a server that is about to start answers."""
+    end = time.monotonic() + 10.0
+    while True:
+        try:
+            with urllib.request.urlopen(url, timeout=5.0) as answer:
+                return str(answer.read().decode())
+        except urllib.error.URLError:
+            assert time.monotonic() < end
+            time.sleep(0.05)
+
+
+def test_a_command_reaches_the_node_and_metrics_say_what_it_does(
+    served: Served, beam: Robot
+) -> None:
+    send(served, beam, 0.005, 1.0)
+    tick = send_command("beam", Network(served.port), OperatorCommand.HOLD)
+    assert (tick.mode, tick.cause) == (Mode.HOLD, Cause.OPERATOR)
+    assert is_there("beam", Network(served.port), served.keys.token)
+    assert not is_there("beam", Network(served.port), served.keys.plant_token, patience=0.0)
+    stop, port = StopFlag(), free_ports()
+    answering = (served.session, "beam", port, stop)
+    server = threading.Thread(target=serve_metrics, args=answering)
+    server.start()
+    try:
+        text = fetched(f"http://127.0.0.1:{port}/metrics")
+        with pytest.raises(urllib.error.HTTPError, match="404"):
+            urllib.request.urlopen(f"http://127.0.0.1:{port}/secret", timeout=5.0)
+    finally:
+        stop.request()
+        server.join()
+    families = {family.name: family for family in text_string_to_metric_families(text)}
+    accepted = families["tauten_targets_accepted"].samples[0]
+    assert accepted.labels == {"robot": "beam"}
+    assert accepted.value > 5
+    assert families["tauten_commands_accepted"].samples[0].value == 1
+    latency = families["tauten_latency_seconds"]
+    assert latency.type == "histogram"
+    buckets = [s.value for s in latency.samples if s.name.endswith("_bucket")]
+    assert len(buckets) == len(BOUNDS) + 1
+    assert buckets == sorted(buckets)
+    assert buckets[-1] > 5
+    assert "tauten_system_info" in text
+    assert served.process.end() == 0
+    assert ask_metrics(served.session, "beam") is None
+
+
+def test_a_recorder_beside_the_node_sees_the_run(
+    served: Served, beam: Robot, tmp_path: Path
+) -> None:
+    log, stop, counts = tmp_path / "beside.mcap", StopFlag(), []
+
+    def record() -> None:
+        counts.append(record_robot("beam", log, Network(served.port), stop))
+
+    recorder = threading.Thread(target=record)
+    recorder.start()
+    while not log.exists():
+        time.sleep(0.05)
+    send(served, beam, 0.005, 1.0)
+    stop.request()
+    recorder.join()
+    run = read_run(log)
+    assert run.metadata["robot_digest"] == beam.digest
+    assert run.complete
+    assert run.following.sum() > 30
+    assert len(run.model.time) > 30
+    keys = {message.key for message in LogReader(log).messages()}
+    assert {served.keys.tick, served.keys.actuation, "tauten/beam/target"} <= keys
+    assert counts[0] > 100
+
+
+def test_nobody_to_command_is_a_sentence() -> None:
+    with pytest.raises(NetworkError, match="no node serves 'beam': start it with tauten serve"):
+        send_command("beam", Network(free_ports()), OperatorCommand.STOP)
+
+
+def test_a_histogram_counts_what_it_is_given() -> None:
+    found = Histogram()
+    for value in (5e-5, 1.5e-4, 1.5e-4, 3.0, float("nan")):
+        found.add(value)
+    assert found.text() == "0.1:1 0.2:2 more:1"
+    assert found.cumulative()[:2] == [("0.0001", 1.0), ("0.0002", 3.0)]
+    assert found.cumulative()[-1] == ("+Inf", 4.0)
+    assert found.total == pytest.approx(3.00035)
+
+
+def test_a_rate_the_machine_cannot_hold_is_refused_when_asked_for(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    check_rate(50.0, 0.015, asked=True)
+    with pytest.raises(RateError, match=r"100 Hz cannot be held.* 15.0 ms here; use --rate 53 or"):
+        check_rate(100.0, 0.015, asked=True)
+    check_rate(100.0, 0.015, asked=False)
+    assert "100 Hz cannot be held" in caplog.text
+    assert rate_for(0.015) == 53.0
+
+
+def test_serve_refuses_such_a_rate(beam_file: Path) -> None:
+    result = tauten("serve", beam_file, "--rate", "9000", "--port", free_ports())
+    assert result.returncode == 2
+    assert re.match(r"tauten: 9000 Hz cannot be held: a control step takes ", result.stderr)
+
+
+def test_a_processor_that_is_not_there_is_refused() -> None:
+    with pytest.raises(RealtimeError, match="no processor 4096 here"):
+        apply_realtime(RealtimeSettings(cpus=(4096,)))
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root can give its rights up")
+def test_priority_that_is_not_permitted_is_a_sentence(beam_file: Path, tmp_path: Path) -> None:
+    code = (
+        "import os; from tauten.service.process.realtime import *\n"
+        f"os.setuid({NOBODY})\n"
+        "try: apply_realtime(RealtimeSettings(priority=10))\n"
+        "except RealtimeError as error: print(error)\n"
+        "print(realtime_permitted())"
+    )
+    found = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=60.0, check=True
+    )
+    assert "SCHED_FIFO at priority 10 is not permitted: run with the capability" in found.stdout
+    assert found.stdout.endswith("False\n")
+
+
+def test_the_loop_gets_its_priority_and_processor_where_permitted(
+    beam_file: Path, tmp_path: Path
+) -> None:
+    cpu = min(os.sched_getaffinity(0))
+    asking = ("serve", beam_file, "--port", free_ports(), "--priority", "5", "--cpus", cpu)
+    node = start(tmp_path / "serve.txt", *asking)
+    try:
+        while "serving beam" not in node.output.read_text():
+            if node.process.poll() is not None:
+                pytest.skip(node.output.read_text().splitlines()[-1])
+        assert os.sched_getscheduler(node.process.pid) == os.SCHED_FIFO
+        assert os.sched_getaffinity(node.process.pid) == {cpu}
+        assert node.end() == 0
+    finally:
+        node.process.kill()
+        node.process.wait()
+
+
+def test_the_doctor_measures_what_a_node_needs(beam_file: Path) -> None:
+    found = {finding.what: finding for finding in examine(load_setup(beam_file), 1.0)}
+    assert "in use" in found["factorisation"].found
+    assert 1.0 < float(found["rate, asked / achieved"].found.split()[2]) < 51.0
+    assert found["clock resolution"].found.endswith(" ns")
+    assert "numpy" in found
+    assert found["threads of BLAS and OpenMP"].advice == ""
+
+
+def test_log_lines_are_json_on_request() -> None:
+    try:
+        raise ValueError("x")
+    except ValueError:
+        error = sys.exc_info()
+    record = logging.LogRecord("tauten.x", logging.WARNING, "", 0, "%d °", (3,), error)
+    found = json.loads(JsonLines().format(record))
+    assert found["level"] == "warning"
+    assert found["message"] == "3 °"
+    assert found["time"].endswith("+00:00")
+    assert "ValueError: x" in found["traceback"]

@@ -1,0 +1,212 @@
+"""A reduced model by switch: made by one command, refused where it errs, watched while it serves."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.nodes import last_health, point_at
+from support.processes import Served, start, wait_alive
+from support.thumb import write_thumb
+
+from tauten.controller import Controller
+from tauten.model import load_robot
+from tauten.reduction.state import ReducedRobot, StateBasis, StateBasisError
+from tauten.service.cli import main
+from tauten.service.node import ControlLoop, make_fall_back
+from tauten.service.plant import free_ports
+from tauten.service.setup import load_setup
+from tauten.service.wire import CDR, POINT, Keys, Level, Network, Role, encode_point, open_session
+
+
+@pytest.fixture(scope="module")
+def original(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Robot file with contact and state basis beside it."""
+    folder = tmp_path_factory.mktemp("thumb")
+    file = write_thumb(folder)
+    more = ("--step", 2e-4, "--k", 3, "--states", "--state-modes", 8)
+    places = ("--out", folder / "thumb.basis", "--snapshots", folder / "campaign")
+    assert run_main("reduce", file, *more, *places) == 0
+    return file
+
+
+@pytest.fixture
+def thumb_file(original: Path, tmp_path: Path) -> Path:
+    """A copy that a test may spoil."""
+    folder = tmp_path / "thumb"
+    shutil.copytree(original.parent, folder)
+    return folder / "thumb.toml"
+
+
+def run_main(*arguments: object) -> int:
+    """The command in this process; returns its exit code."""
+    with pytest.MonkeyPatch.context() as patch, pytest.raises(SystemExit) as ended:
+        patch.setattr(sys, "argv", ["tauten", *(str(argument) for argument in arguments)])
+        main()
+    code = ended.value.code
+    return 0 if code is None else int(code)
+
+
+def ask(file: Path, **settings: object) -> None:
+    """Add a [model] table to a robot file."""
+    lines = [f"{key} = {str(value).lower()}" for key, value in settings.items()]
+    file.write_text(file.read_text() + "\n".join(["[model]", 'states = "thumb.states"', *lines]))
+
+
+def test_one_campaign_makes_both_bases(original: Path) -> None:
+    states = StateBasis.load(original.parent / "thumb.states")
+    setup = load_setup(original, basis="thumb.basis")
+    assert not isinstance(setup.contact, str)
+    assert states.origin.snapshots_digest == setup.contact.provenance.snapshots_digest
+    assert states.origin.campaign == setup.contact.provenance.campaign
+    assert states.origin.robot_digest == setup.robot.digest
+    assert states.origin.r - states.origin.responses == 8
+
+
+def test_inspect_tells_where_a_state_basis_comes_from(
+    original: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    states = original.parent / "thumb.states"
+    capsys.readouterr()
+    assert run_main("inspect", states) == 0
+    said = capsys.readouterr().out
+    assert "ramp: each cable" in said
+    assert f"{StateBasis.load(states).origin.tip_max}" in said
+
+
+def test_switch_is_in_file_and_arguments(thumb_file: Path) -> None:
+    ask(thumb_file, order='"reduced"')
+    setup = load_setup(thumb_file, basis="thumb.basis")
+    assert isinstance(setup.robot, ReducedRobot)
+    assert setup.metadata()["model"] == "reduced"
+    assert len(setup.metadata()["states_digest"]) == 64
+    full = load_setup(thumb_file, basis="thumb.basis", model="full")
+    assert not isinstance(full.robot, ReducedRobot)
+    assert full.metadata()["states_digest"] == ""
+
+
+def test_model_that_errs_too_much_is_refused_unless_accepted(thumb_file: Path) -> None:
+    ask(thumb_file, max_tip_error=1e-9)
+    with pytest.raises(StateBasisError, match="allowed are 1e-06 mm"):
+        load_setup(thumb_file, model="reduced")
+    accepted = load_setup(thumb_file, model="reduced", accept_error=True)
+    assert isinstance(accepted.robot, ReducedRobot)
+
+
+def test_reduce_keeps_no_model_that_errs_too_much(
+    thumb_file: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    ask(thumb_file, max_tip_error=1e-9)
+    folder = thumb_file.parent
+    (folder / "thumb.states").unlink()
+    more = ("--step", 2e-4, "--k", 3, "--states", "--state-modes", 8)
+    places = ("--out", folder / "thumb.basis", "--snapshots", folder / "campaign")
+    assert run_main("reduce", thumb_file, *more, *places) == 2
+    said = capsys.readouterr().err
+    assert "from where the full model takes it, allowed are 1e-06 mm" in said
+    assert not (folder / "thumb.states").exists()
+
+
+def test_missing_state_basis_is_one_sentence(
+    thumb_file: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (thumb_file.parent / "thumb.states").unlink()
+    assert run_main("serve", thumb_file, "--model", "reduced") == 2
+    assert "tauten: no state basis 'thumb'" in capsys.readouterr().err
+
+
+def test_damaged_state_basis_is_refused(thumb_file: Path) -> None:
+    file = thumb_file.parent / "thumb.states"
+    file.write_bytes(file.read_bytes()[:-200])
+    ask(thumb_file)
+    with pytest.raises(StateBasisError, match="no readable tauten state basis"):
+        load_setup(thumb_file, model="reduced")
+
+
+def test_full_model_watches_and_takes_over(thumb_file: Path) -> None:
+    """With a bound that nothing keeps the full model takes over, from where the reduced one was."""
+    ask(thumb_file, max_tip_error=1e-9, check_period=0.01, fall_back=True, fall_back_rate=25.0)
+    setup = load_setup(thumb_file, basis="thumb.basis", model="reduced", accept_error=True)
+    loop = ControlLoop(Controller(setup.robot, setup.contact))
+    fall_back = make_fall_back(setup)
+    assert fall_back is not None
+    goal = loop.controller.effector + np.array([[0.004, 0.0, 0.001]])
+    try:
+        for _ in range(10):
+            loop.act(goal)
+            loop.prepare()
+        end = time.monotonic() + 60.0
+        while not fall_back.wanted and time.monotonic() < end:
+            fall_back.watch.look(loop.controller)
+            time.sleep(0.01)
+        assert fall_back.wanted
+        found = fall_back.watch.diagnostic()
+        assert found.level is Level.WARN
+        assert "outside of what it was trained for" in found.message
+        before, tip = loop.act(goal), loop.controller.effector
+        assert fall_back.switch(loop) == pytest.approx(1.0 / 25.0)
+        assert not isinstance(loop.controller.robot, ReducedRobot)
+        np.testing.assert_allclose(loop.controller.effector, tip, atol=1e-12)
+        after = loop.act(goal)
+        limits = setup.robot.limits
+        assert (np.abs(after.pull - before.pull) <= limits.rate / 25.0 + 1e-12).all()
+        assert not fall_back.wanted
+        assert "taken over" in fall_back.watch.diagnostic().message
+    finally:
+        fall_back.watch.close()
+
+
+def test_model_where_it_was_trained_is_well(thumb_file: Path) -> None:
+    ask(thumb_file, check_period=0.01)
+    setup = load_setup(thumb_file, basis="thumb.basis", model="reduced")
+    controller, fall_back = Controller(setup.robot, setup.contact), make_fall_back(setup)
+    assert fall_back is not None
+    try:
+        end = time.monotonic() + 60.0
+        while fall_back.watch.error is None and time.monotonic() < end:
+            fall_back.watch.look(controller)
+            time.sleep(0.01)
+        assert fall_back.watch.diagnostic().level is Level.OK
+        assert fall_back.watch.diagnostic().message == "reduced, where it was trained"
+        assert not fall_back.wanted
+    finally:
+        fall_back.watch.close()
+    fall_back.watch.look(controller)  # gone: health says so, the loop goes on
+    assert fall_back.watch.diagnostic().level is Level.WARN
+
+
+def test_run_of_the_reduced_model_replays(thumb_file: Path, tmp_path: Path) -> None:
+    """Served as a process: health says how well the model is, and the replay decides the same."""
+    ask(thumb_file, order='"reduced"', check_period=0.05)
+    port, log = free_ports(), tmp_path / "log.mcap"
+    serving = ("serve", thumb_file, "--basis", "thumb.basis", "--port", port, "--record", log)
+    process = start(tmp_path / "serve.txt", *serving)
+    session = open_session(Network(port), Role.OTHER, "thumb")
+    keys, robot = Keys("thumb"), load_robot(thumb_file)
+    try:
+        wait_alive(session, keys.token, process)
+        targets = session.declare_publisher(
+            keys.targets(robot.effector_names)[0], encoding=f"{CDR};{POINT}"
+        )
+        served = Served(process, session, keys, port, log)
+        end, found = time.monotonic() + 60.0, last_health(served)["model"]
+        while "error_mm" not in found.values and time.monotonic() < end:
+            for _ in range(25):
+                targets.put(encode_point(point_at(robot, 0.001, robot.frame)))
+                time.sleep(0.02)
+            found = last_health(served)["model"]
+        assert int(last_health(served)["decisions"].values["status_OK"]) > 20
+        assert found.level is Level.OK
+        assert 0.0 <= float(found.values["error_mm"]) < 1.0
+        assert process.end() == 0
+    finally:
+        session.close()  # type: ignore[no-untyped-call]
+        if process.process.poll() is None:
+            process.process.kill()
+        process.process.wait()
+    # of the range; kernels compiled by this run may round otherwise than when they come from disk
+    assert run_main("replay", log, "--tolerance", 1e-9) == 0

@@ -1,0 +1,154 @@
+"""Robot files: what may be said, and one clear sentence for everything else."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import meshio
+import numpy as np
+import pytest
+from support.bodies import beam_config, box_mesh
+
+from tauten.model.load import build_robot, load_robot
+from tauten.model.schema import RobotConfig, RobotFileError
+
+SIZE = (0.1, 0.02, 0.02)
+
+GOOD = """
+name = "beam"
+[mesh]
+file = "beam.vtu"
+length_unit = "mm"
+[material]
+young_modulus = 1e6
+poisson_ratio = 0.3
+density = 1000.0
+[[fixed]]
+lower = [0.0, 0.0, 0.0]
+upper = [0.0, 0.02, 0.02]
+[[cables]]
+name = "tendon"
+points = [[0.01, 0.01, 0.002], [0.09, 0.01, 0.002]]
+max_tension = 10.0
+max_pull = 0.02
+max_rate = 0.05
+[[effectors]]
+name = "tip"
+point = [0.1, 0.01, 0.01]
+[[surfaces]]
+name = "top"
+box = { lower = [0.05, 0.0, 0.019], upper = [0.1, 0.02, 0.021] }
+normal = [0.0, 0.0, 1.0]
+[[surfaces]]
+name = "bottom"
+box = { lower = [0.05, 0.0, -0.001], upper = [0.1, 0.02, 0.001] }
+[[contacts]]
+candidates = "top"
+against = "bottom"
+points = 7
+"""
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    mesh = box_mesh(SIZE, (8, 2, 2))
+    meshio.write(tmp_path / "beam.vtu", meshio.Mesh(1e3 * mesh.nodes, [("tetra", mesh.tets)]))
+    return tmp_path
+
+
+def load(folder: Path, text: str):  # type: ignore[no-untyped-def]
+    path = folder / "beam.toml"
+    path.write_text(text)
+    return load_robot(path)
+
+
+def test_a_good_file_loads_in_si(folder: Path) -> None:
+    robot = load(folder, GOOD)
+    assert (robot.n_a, robot.n_e, robot.n_c) == (1, 3, 7)
+    assert robot.n == 3 * (len(robot.mesh.nodes) - 9)
+    assert robot.cables.rest_length == pytest.approx([0.08])
+    assert robot.effector(robot.rest()) == pytest.approx(np.array([[0.1, 0.01, 0.01]]))
+    assert robot.mass.sum() / 3 == pytest.approx(1000.0 * 0.1 * 0.02**2, rel=0.1)
+    assert robot.cable_names == ("tendon",)
+
+
+CHANGES = {
+    r"beam.toml: not TOML": ("name =", "name"),
+    r"beam.toml: material.poisson_ratio: .*less than 0.5, found 0.5": ("0.3", "0.5"),
+    r"beam.toml: material.young_modulus: .*, found 1.0": ("1e6", "1.0"),
+    r"beam.toml: material.density: .*, found nan": ("1000.0", "nan"),
+    r"beam.toml: mesh.length_unit: .*'m', 'cm' or 'mm', found 'inch'": ('"mm"', '"inch"'),
+    r"beam.toml: surprise: Extra inputs are not permitted": ("[mesh]", "surprise = 1\n[mesh]"),
+    r"beam.toml: cables.0.max_tension: .*greater than 0, found -1.0": ("10.0", "-1.0"),
+    r"beam.toml: cables.0: a cable needs a pull_point or a second point": (
+        ", [0.09, 0.01, 0.002]",
+        "",
+    ),
+    r"beam.toml: cables.0.points: points 0 and 1 coincide": ("0.09, 0.01, 0.002", "0.01, 0.01, 0.002"),
+    r"beam.toml: cables.0.points: point 1 at \[0.09, 0.01, 0.2\] m lies at least": (
+        "0.09, 0.01, 0.002",
+        "0.09, 0.01, 0.2",
+    ),
+    r"beam.toml: effectors.0.point: point 0 .* outside the mesh": ("[0.1, 0.01, 0.01]", "[1, 0, 0]"),
+    r"beam.toml: fixed.1: no node in .* the mesh spans": (
+        "upper = [0.0, 0.02, 0.02]",
+        "upper = [0.0, 0.0, -0.0]\n[[fixed]]\nlower=[5,5,5]\nupper=[6,6,6]",
+    ),
+    r"beam.toml: fixed: needs three nodes not on a line": ("[0.0, 0.02, 0.02]", "[0.0, 0.02, 0.0]"),
+    r"beam.toml: fixed: holds every node": ("upper = [0.0, 0.02, 0.02]", "upper = [1, 1, 1]"),
+    r"beam.toml: fixed.0: lower .* must not exceed upper": ("upper = [0.0, 0", "upper = [-1.0, 0"),
+    r"beam.toml: surfaces.top: no boundary triangle has its centre in": (
+        "0.05, 0.0, 0.019",
+        "0.05, 0.0, 0.0209",
+    ),
+    r"beam.toml: contacts.0: surface 'side' is not defined, known are bottom, top": (
+        '"bottom"\npoints',
+        '"side"\npoints',
+    ),
+    r"beam.toml: surfaces: name 'top' is used twice": ('name = "bottom"', 'name = "top"'),
+    r"beam.vtu: the mesh is 100 m long, .* check length_unit": ('length_unit = "mm"', ""),
+    r"missing.vtu: no such mesh file": ("beam.vtu", "missing.vtu"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("message", CHANGES)
+def test_bad_files_name_file_field_found_and_allowed(folder: Path, message: str) -> None:
+    old, new = CHANGES[message]
+    assert old in GOOD
+    with pytest.raises(ValueError, match=message) as caught:
+        load(folder, GOOD.replace(old, new, 1))
+    assert "\n" not in str(caught.value)
+
+
+def test_unknown_robots_are_refused_with_the_shipped_ones() -> None:
+    with pytest.raises(RobotFileError, match=r"no robot 'hand': .* one of .*finger"):
+        load_robot("hand")
+    with pytest.raises(RobotFileError, match=re.escape("nowhere.toml: cannot be read")):
+        load_robot("nowhere.toml")
+
+
+def test_digest_follows_contact_physics_and_nothing_else() -> None:
+    mesh = box_mesh(SIZE, (4, 2, 2))
+
+    def digest(**changes: object) -> str:
+        return build_robot(
+            RobotConfig.model_validate(beam_config(SIZE, **changes)), mesh, "b"
+        ).digest
+
+    stiffer = {"young_modulus": 2e6, "poisson_ratio": 0.3, "density": 1000.0}
+    assert digest() == digest(gravity=[0.0, 0.0, -1.0], controller={"rate": 200.0})
+    assert digest() != digest(material=stiffer)
+
+
+def test_our_finger_is_the_papers(finger) -> None:  # type: ignore[no-untyped-def]
+    assert finger.n_c == 495 and finger.n_a == 1
+    assert 800 <= len(finger.mesh.nodes) <= 2500
+    assert np.ptp(finger.mesh.nodes, axis=0) == pytest.approx([0.015, 0.015, 0.1])
+
+
+def test_our_finger_is_made_by_its_script(tmp_path: Path, finger) -> None:  # type: ignore[no-untyped-def]
+    from tauten.model.robots.make_finger import FingerShape, make_finger
+
+    nodes, tets = make_finger(FingerShape())
+    assert np.allclose(finger.mesh.nodes, nodes) and np.array_equal(finger.mesh.tets, tets)

@@ -1,0 +1,122 @@
+"""Meshes: refinement, and a sentence for everything that cannot carry a robot."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import meshio
+import numpy as np
+import pytest
+from support.bodies import box_mesh
+
+from tauten.model.mesh import MeshError, read_mesh
+from tauten.model.points import attach
+
+TETS = np.array([[0, 1, 2, 3]])
+NODES = 0.05 * np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+
+
+def write(path: Path, nodes: np.ndarray, tets: np.ndarray, kind: str = "tetra") -> Path:
+    meshio.write(path, meshio.Mesh(nodes, [(kind, tets)]))
+    return path
+
+
+@pytest.mark.parametrize("suffix", [".vtu", ".vtk", ".msh"])
+def test_formats_and_units(tmp_path: Path, suffix: str) -> None:
+    path = tmp_path / f"one{suffix}"
+    meshio.write(
+        path,
+        meshio.Mesh(1e3 * NODES, [("tetra", TETS)]),
+        **({"file_format": "gmsh22"} if suffix == ".msh" else {}),
+    )
+    mesh = read_mesh(path, "mm")
+    assert np.allclose(mesh.nodes, NODES)
+    assert mesh.volumes.sum() == pytest.approx(0.05**3 / 6)
+
+
+def test_refinement_keeps_volume_and_shares_nodes() -> None:
+    mesh = box_mesh((0.1, 0.1, 0.1), (2, 2, 2))
+    fine = mesh.refine()
+    assert len(fine.tets) == 8 * len(mesh.tets)
+    assert fine.volumes.min() > 0.0
+    assert fine.volumes.sum() == pytest.approx(mesh.volumes.sum())
+    assert len(fine.nodes) == 5**3
+
+
+def test_refinement_gives_the_sizes_of_the_peers_table(reference: Path) -> None:
+    mesh = read_mesh(reference / "softrobots_finger.vtk", "mm")
+    sizes = []
+    for _ in range(3):
+        sizes.append((len(mesh.nodes), len(mesh.tets)))
+        mesh = mesh.refine()
+    assert sizes == [(158, 389), (857, 3112), (5437, 24896)]
+
+
+def test_a_wholly_mirrored_mesh_is_turned_around(tmp_path: Path) -> None:
+    mesh = read_mesh(write(tmp_path / "m.vtu", NODES, TETS[:, [0, 2, 1, 3]]))
+    assert mesh.volumes.min() > 0.0
+
+
+def test_unused_nodes_are_dropped(tmp_path: Path) -> None:
+    nodes = np.vstack([[[9.0, 9.0, 9.0]], NODES])
+    assert len(read_mesh(write(tmp_path / "m.vtu", nodes, TETS + 1)).nodes) == 4
+
+
+BAD = {
+    "no tetrahedra found, only triangle": (NODES, np.array([[0, 1, 2]]), "triangle"),
+    "1 inverted tetrahedra, the first is 1": (
+        np.vstack([NODES, [[0.05, 0.05, 0.05]]]),
+        np.array([[0, 1, 2, 3], [1, 2, 4, 3]]),
+        "tetra",
+    ),
+    "1 flat tetrahedra, the first is 1": (
+        np.vstack([NODES, [[0.025, 0.025, 0.0]]]),
+        np.array([[0, 1, 2, 3], [0, 1, 2, 4]]),
+        "tetra",
+    ),
+    "2 separate bodies; 1 stray tetrahedra, the first is 1": (
+        np.vstack([NODES, NODES + 0.2, NODES[1:] * [1, 1, -1] + [0.2, 0.2, 0.4]]),
+        np.array([[4, 5, 6, 7], [0, 1, 2, 3], [4, 5, 6, 10]]),
+        "tetra",
+    ),
+    "the mesh is 50 m long, expected 1 mm to 10 m; check length_unit": (
+        1e3 * NODES,
+        TETS,
+        "tetra",
+    ),
+    "node 1 is not finite": (np.where(NODES == 0.05, np.nan, NODES), TETS, "tetra"),
+}
+
+
+@pytest.mark.parametrize("message", BAD)
+def test_bad_meshes_are_refused_with_the_reason(tmp_path: Path, message: str) -> None:
+    path = write(tmp_path / "bad.vtu", *BAD[message])
+    with pytest.raises(MeshError, match=f"bad.vtu: {message}"):
+        read_mesh(path)
+
+
+def test_files_that_are_no_mesh_are_refused(tmp_path: Path) -> None:
+    (tmp_path / "x.vtu").write_text("hello")
+    (tmp_path / "x.nothing").write_text("hello")
+    for name in ("x.vtu", "x.nothing"):
+        with pytest.raises(MeshError, match="not readable as a mesh"):
+            read_mesh(tmp_path / name)
+    with pytest.raises(MeshError, match="no such mesh file"):
+        read_mesh(tmp_path / "missing.vtu")
+
+
+def test_attached_points_are_where_they_were_put() -> None:
+    mesh = box_mesh((0.1, 0.1, 0.1), (3, 2, 2))
+    wanted = np.random.default_rng(0).uniform(0.0, 0.1, (40, 3))
+    points = attach(mesh, wanted, "points")
+    assert np.allclose(points.positions(mesh.nodes), wanted)
+    assert points.weights.min() > -1e-9
+
+
+def test_points_outside_are_refused_or_extrapolated() -> None:
+    mesh = box_mesh((0.1, 0.1, 0.1), (2, 2, 2))
+    outside = np.array([[0.102, 0.05, 0.05]])
+    with pytest.raises(ValueError, match=r"point 0 at .* lies at least 0.0014 m outside the mesh"):
+        attach(mesh, outside, "points")
+    points = attach(mesh, outside, "points", max_outside=0.003)
+    assert np.allclose(points.positions(mesh.nodes), outside)

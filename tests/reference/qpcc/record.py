@@ -1,0 +1,151 @@
+"""Record the inverse problems of robots that touch themselves: python tests/reference/qpcc/record.py
+
+The finger with its one cable and the same finger with three follow paths that close its notches; targets
+circle, jump, leave the reach and come back. A sample of the problems is kept. Takes some minutes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from unittest import mock
+
+import numpy as np
+
+from tauten.controller import Controller, Response, inverse_problem
+from tauten.controller import step as control_step
+from tauten.controller.qpcc import Qpcc, QpccSettings, Solution, Start, solve_qpcc
+from tauten.model import Limits, Robot, Simulator, default_enrichment, load_robot
+from tauten.model.numerics import Array, Bools
+from tauten.reduction import ContactBasis, Provenance, factorise
+from tauten.service.bench.qpcc import Recorded, save_recorded
+
+HERE = Path(__file__).parent
+ROBOTS = HERE.parents[2] / "model" / "robots"
+KEPT = 100  # problems a file
+MOST_MODES = 40
+
+# Two cables at the notches' side and one opposite: the finger can bend both ways and sideways.
+CABLE = """
+[[cables]]
+name = "cable{index}"
+pull_point = [{x}, {y}, 0.005]
+points = [[{x}, {y}, -0.003], [{x}, {y}, -0.03], [{x}, {y}, -0.06], [{x}, {y}, -0.096]]
+max_tension = 20.0
+max_pull = 0.030
+max_rate = 0.040
+"""
+THREE = [(0.011, 0.004), (0.011, 0.011), (0.0025, 0.0075)]
+
+
+class LogRecorder:
+    """Stands between the controller and the solver and keeps what passes."""
+
+    def __init__(self) -> None:
+        self.steps: list[Recorded] = []
+        self._asked: Recorded | None = None
+
+    def build(
+        self, response: Response, target: Array, limits: Limits, pull: Array, h: float, eps: float,
+        touching: Bools,
+    ) -> Qpcc:  # fmt: skip
+        """In the place of `inverse_problem`."""
+        nowhere = Start(np.zeros(response.n_a), np.zeros(response.n_c, dtype=bool))
+        self._asked = Recorded(response, target.copy(), limits, pull.copy(), h, eps, nowhere)
+        return inverse_problem(response, target, limits, pull, h, eps, touching)
+
+    def solve(self, problem: Qpcc, start: Start, settings: QpccSettings) -> Solution:
+        """In the place of `solve_qpcc`."""
+        if self._asked is not None and len(problem.m) <= MOST_MODES:
+            self.steps.append(replace(self._asked, start=start))
+        return solve_qpcc(problem, start, settings)
+
+
+def three_cables(folder: Path) -> Robot:
+    """The finger with three single cables instead of the one that goes out and back."""
+    text = (ROBOTS / "finger.toml").read_text(encoding="utf-8")
+    head, rest = text.split("[[cables]]", maxsplit=1)
+    tail = rest[rest.index("[[effectors]]") :]
+    cables = "".join(CABLE.format(index=i, x=x, y=y) for i, (x, y) in enumerate(THREE))
+    head = head.replace('"finger.vtu"', f'"{ROBOTS / "finger.vtu"}"')
+    path = folder / "three.toml"
+    path.write_text(head + cables + tail, encoding="utf-8")
+    return load_robot(path)
+
+
+def make_basis(robot: Robot, k: int) -> ContactBasis:
+    """Modes of the forces met while the notches close."""
+    simulator = Simulator(robot, contact="full")
+    columns = []
+    for pull in np.linspace(0.008, 0.036, 29):
+        simulator.settle(pull=[pull])
+        columns.append(simulator.smooth_contact_forces())
+    found = factorise(np.array(columns).T, k)
+    nowhere = Provenance(
+        robot.name,
+        robot.digest,
+        "",
+        "",
+        len(columns),
+        "",
+        "hals",
+        k,
+        0,
+        found.error,
+        0.0,
+        0.0,
+        (),
+        "",
+        (),
+    )
+    return ContactBasis(found.Psi, nowhere)
+
+
+def targets(robot: Robot, rng: np.random.Generator, steps: int) -> Iterator[Array]:
+    """Smooth closing paths with sideways noise, jumps every 40 steps, some out of reach."""
+    tip = robot.effector(robot.rest())[0]
+    bent = tip + np.array([0.06, 0.0, 0.04])
+    jump = np.zeros(3)
+    for i in range(steps):
+        if i % 40 == 0:
+            jump = rng.normal(size=3) * 0.01 * rng.integers(0, 3)
+        share = 0.5 - 0.5 * np.cos(2.0 * np.pi * i / 150)
+        yield tip + share * (bent - tip) + jump
+
+
+def record(
+    robot: Robot, contact: ContactBasis, rng: np.random.Generator, steps: int, name: str
+) -> None:
+    """One file."""
+    recorder = LogRecorder()
+    enrichment = default_enrichment(robot.config.contact.tolerance)
+    controller = Controller(robot, contact, enrichment)
+    with (
+        mock.patch.object(control_step, "inverse_problem", recorder.build),
+        mock.patch.object(control_step, "solve_qpcc", recorder.solve),
+    ):
+        for target in targets(robot, rng, steps):
+            controller.step(target)
+    asked = [step for step in recorder.steps if step.response.n_c > 0]
+    kept = sorted(rng.choice(len(asked), size=min(KEPT, len(asked)), replace=False))
+    save_recorded(HERE / f"{name}.npz", [asked[i] for i in kept])
+    print(name, len(recorder.steps), "asked,", len(asked), "with contact,", len(kept), "kept")
+
+
+def main() -> None:
+    """All files."""
+    rng = np.random.default_rng(4)
+    finger = load_robot("finger")
+    few, many = make_basis(finger, 5), make_basis(finger, 20)
+    with TemporaryDirectory() as folder:
+        three = three_cables(Path(folder))
+        record(finger, few, rng, 450, "finger_5")
+        record(finger, many, rng, 300, "finger_20")
+        record(three, few, rng, 300, "three_cables_5")
+        record(three, many, rng, 300, "three_cables_20")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,63 @@
+"""`tauten compare`: contact keeps bodies apart that pass through each other without it."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.processes import tauten
+
+from tauten.model import Robot
+from tauten.service.bench import compare, equilibrium
+
+
+def test_contact_opens_what_overlaps(finger: Robot) -> None:
+    pull = finger.limits.pull_max
+    passing, touching = (equilibrium(finger, kind, pull, None) for kind in ("none", "full"))
+    found = compare(finger, touching, passing)
+    assert found.deepest_overlap_mm > 0.5
+    assert finger.rows(touching.state).contacts.rows.delta.min() > -1e-5
+    assert found.pushing > 20
+    assert found.apart_mm[0] == pytest.approx(
+        1e3 * np.linalg.norm(touching.effector - passing.effector), rel=1e-12
+    )
+    # both are wound to the same length; who has to be squeezed needs more tension for it
+    np.testing.assert_allclose(found.pull_mm, 40.0, rtol=1e-6)
+    assert found.tension_n[0][0] > 2.0 * found.tension_n[1][0]
+
+
+def test_command_draws_and_writes(tmp_path: Path) -> None:
+    picture, numbers = tmp_path / "finger.png", tmp_path / "finger.json"
+    result = tauten(
+        "compare",
+        "finger",
+        "--tension",
+        1.0,
+        "--figure",
+        picture,
+        "--json",
+        numbers,
+        "--axes",
+        "xz",
+    )
+    assert result.returncode == 0, result.stderr
+    assert picture.stat().st_size > 10_000
+    assert json.loads(numbers.read_text())["tension_n"] == [[1.0], [1.0]]
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (("--pull", "0.5"), "allowed are 0 to"),
+        (("--pull", "0.01", "--pull", "0.01"), "finger has 1 cables"),
+        (("--axes", "xx"), "two different ones"),
+        (("--pull", "0.01", "--tension", "1"), "not both"),
+    ],
+)
+def test_bad_options_are_refused(options: tuple[str, ...], message: str, tmp_path: Path) -> None:
+    result = tauten("compare", "finger", "--figure", tmp_path / "no.png", *options)
+    assert result.returncode == 2
+    assert message in " ".join(result.stderr.replace("│", " ").split())
+    assert not list(tmp_path.iterdir())

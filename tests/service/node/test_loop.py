@@ -1,0 +1,135 @@
+"""The loop follows, holds and releases, and never lets anything out of the limits."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import Phase, given, settings
+from hypothesis import strategies as st
+from support.bodies import beam_robot, box_mesh
+
+from tauten.controller import Controller
+from tauten.model import Robot, Simulator
+from tauten.model.numerics import Array
+from tauten.service.node import Action, ControlLoop, Signals
+from tauten.service.wire import Cause, Mode, OperatorCommand
+
+SIZE = (0.1, 0.02, 0.02)
+EFFECTORS = [
+    {"name": "tip", "point": [0.1, 0.01, 0.01]},
+    {"name": "middle", "point": [0.05, 0.01, 0.01]},
+]
+
+
+@pytest.fixture
+def loop(beam: Robot) -> ControlLoop:
+    return ControlLoop(Controller(beam))
+
+
+def goal_at(loop: ControlLoop, pull: float) -> Array:
+    """Where the effectors are when the upper cable is pulled."""
+    simulator = Simulator(loop.controller.robot, contact="none")
+    assert simulator.settle(pull=[0.0, pull]).converged
+    return simulator.effector
+
+
+def run(loop: ControlLoop, goal: Array | None, ticks: int, shutdown: bool = False) -> Action:
+    for _ in range(ticks):
+        action = loop.tick(goal, Signals(goal is not None, shutdown=shutdown))
+        loop.prepare()
+    return action
+
+
+def release(loop: ControlLoop) -> list[Action]:
+    actions = [run(loop, None, 1, shutdown=True)]
+    while not loop.released:
+        actions.append(run(loop, None, 1, shutdown=True))
+    return actions
+
+
+def test_it_idles_at_rest_then_follows_then_holds(loop: ControlLoop) -> None:
+    idle = run(loop, None, 3)
+    assert idle.mode is Mode.IDLE
+    assert idle.status is None
+    np.testing.assert_array_equal(idle.pull, 0.0)
+    goal = goal_at(loop, 0.004)
+    following = run(loop, goal, 60)
+    assert following.mode is Mode.RUN
+    assert following.pull[1] == pytest.approx(0.004, rel=0.02)
+    assert np.linalg.norm(following.effector - goal, axis=1).max() < 2e-4
+    held = run(loop, None, 50)
+    assert held.mode is Mode.HOLD
+    np.testing.assert_array_equal(held.pull, following.pull)
+    # a robot whose cables are held stays where it is
+    assert np.linalg.norm(held.effector - following.effector, axis=1).max() < 5e-4
+    assert run(loop, goal, 1).mode is Mode.RUN
+
+
+def test_a_goal_out_of_reach_is_approached_within_the_limits(loop: ControlLoop) -> None:
+    limits = loop.controller.robot.limits
+    rest = loop.controller.effector
+    action = run(loop, rest + np.array([0.0, 0.0, 0.4]), 200)
+    assert action.mode is Mode.RUN
+    assert action.effector[0, 2] > rest[0, 2] + 0.02
+    assert (action.pull <= limits.pull_max).all()
+    assert (action.tension <= limits.tension_max).all()
+
+
+def test_a_release_ends_slack_after_the_time_asked_for(loop: ControlLoop) -> None:
+    before = run(loop, goal_at(loop, 0.004), 60)
+    actions = release(loop)
+    h, least = loop.controller.robot.h, loop.controller.robot.config.service.release_time
+    assert len(actions) == max(round(least / h), int(np.ceil(before.pull.max() / (0.05 * h))))
+    assert {(action.mode, action.cause) for action in actions} == {(Mode.STOP, Cause.SHUTDOWN)}
+    np.testing.assert_array_equal(actions[-1].pull, 0.0)
+    np.testing.assert_array_equal(actions[-1].tension, 0.0)
+    pulls = np.array([before.pull, *(action.pull for action in actions)])
+    steps = -np.diff(pulls[:, 1])
+    np.testing.assert_allclose(steps, before.pull[1] / len(actions), rtol=1e-9)  # a straight ramp
+    assert not any(action.clamped for action in actions)
+
+
+def test_after_an_operators_stop_and_reset_it_follows_as_at_first(loop: ControlLoop) -> None:
+    goal = goal_at(loop, 0.004)
+    first = run(loop, goal, 40)
+    assert loop.command(OperatorCommand.STOP)
+    stopped = run(loop, goal, 1)
+    assert (stopped.mode, stopped.cause) == (Mode.STOP, Cause.OPERATOR)
+    assert not loop.command(OperatorCommand.RESET)  # not while cables are pulled
+    slack = run(loop, goal, 100)
+    np.testing.assert_array_equal(slack.pull, 0.0)
+    assert loop.released
+    assert not loop.command(OperatorCommand.ENABLE)
+    assert loop.command(OperatorCommand.RESET)
+    assert run(loop, None, 1).mode is Mode.IDLE
+    again = run(loop, goal, 40)
+    np.testing.assert_allclose(again.pull, first.pull, atol=1e-6)
+    assert loop.command(OperatorCommand.HOLD)
+    assert run(loop, goal, 1).mode is Mode.HOLD
+
+
+# the inbox lets nothing farther through; NaN and infinity are for the controller to refuse
+numbers = st.floats(-1e6, 1e6) | st.floats(-0.2, 0.2) | st.sampled_from([np.nan, np.inf])
+goals = st.none() | st.lists(numbers, min_size=6, max_size=6).map(
+    lambda values: np.array(values).reshape(2, 3)
+)
+
+
+@settings(
+    max_examples=30, deadline=None, phases=[Phase.explicit, Phase.generate]
+)  # each is a run of the whole loop; shrinking would take longer than reading the example
+@given(wanted=st.lists(goals, min_size=1, max_size=25))
+def test_hostile_goals_move_no_cable_out_of_its_limits(wanted: list[Array | None]) -> None:
+    robot = beam_robot(box_mesh(SIZE, (6, 2, 2)), SIZE, effectors=EFFECTORS)
+    loop, limits = ControlLoop(Controller(robot)), robot.limits
+    pull = np.zeros(1)
+    actions = [run(loop, goal, 1) for goal in wanted]
+    for action in [*actions, *release(loop)]:
+        assert np.isfinite([action.pull, action.tension]).all()
+        assert (limits.pull_min <= action.pull).all()
+        assert (action.pull <= limits.pull_max).all()
+        assert (limits.tension_min <= action.tension).all()
+        assert (action.tension <= limits.tension_max).all()
+        assert (np.abs(action.pull - pull) <= limits.rate * robot.h * (1.0 + 1e-12)).all()
+        pull = action.pull
+    np.testing.assert_array_equal(pull, 0.0)

@@ -1,0 +1,232 @@
+"""A run as a log: replayed exactly, reported right, drawn; and changes are found."""
+
+from __future__ import annotations
+
+import csv
+import json
+import shutil
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.processes import ROBOT, write_robot
+
+from tauten.controller import Controller
+from tauten.model import Robot, load_robot
+from tauten.service.log import Entry, LogError, LogReader, LogRecorder
+from tauten.service.node import ControlLoop, Signals
+from tauten.service.plots import draw_run
+from tauten.service.replay import TICKS as TABLE
+from tauten.service.replay import VERDICT, make_report, read_run, replay, table_rows, write_report
+from tauten.service.setup import Setup, load_setup
+from tauten.service.wire import (
+    FLOAT,
+    JOINTS,
+    POINT,
+    TICK,
+    Joints,
+    Keys,
+    Point,
+    Tick,
+    encode_float,
+    encode_joints,
+    encode_point,
+    encode_tick,
+)
+
+TICKS = 60
+LAG = 0.001  # m, the pretended plant is that much too low
+
+
+def write_run(setup: Setup, path: Path) -> None:
+    """The log of a run without clock and network: the loop as it is, times made up."""
+    robot, keys = setup.robot, Keys(setup.robot.name)
+    loop, recorder = ControlLoop(Controller(robot)), LogRecorder(path, setup.metadata())
+    rest = robot.effector(robot.rest())
+    for index in range(TICKS + 20):
+        stamp = 10**18 + index * 20_000_000
+        goal = None
+        if 5 <= index < TICKS - 10:
+            goal = rest + np.array([[0.0, 0.0, 1e-4 * index], [0.0, 0.0, 3e-5 * index]])
+        action = loop.tick(goal, Signals(goal is not None, shutdown=index >= TICKS))
+        loop.prepare()
+        x, y, z = action.effector[0].tolist()
+        joints = Joints(
+            stamp, robot.frame, robot.cable_names, tuple(action.pull), tuple(action.tension)
+        )
+        tick = Tick(
+            stamp, robot.frame, index, action.mode, action.cause,
+            "" if action.status is None else action.status.name,
+            () if goal is None else tuple((a, b, c) for a, b, c in goal.tolist()),
+            (), 0, 1e-4 * (index % 10), 2e-3 if goal is not None else float("nan"), 1e-3, 5e-3 + 1e-4 * index,
+            -0.001 if index == 30 else 0.01, 2 if index == 30 else 0,
+            action.certificate.deepest_gap, 0.0, 0.0, 0, action.clamped,
+        )  # fmt: skip
+        for key, kind, payload in (
+            (keys.actuation, JOINTS, encode_joints(joints)),
+            (keys.effectors(("",))[0], POINT, encode_point(Point(stamp, "", (x, y, z)))),
+            (
+                keys.plant_effectors(("",))[0],
+                POINT,
+                encode_point(Point(stamp, "", (x, y, z - LAG))),
+            ),
+            (keys.plant_gap, FLOAT, encode_float(0.002 - 1e-4 * index)),
+            (keys.tick, TICK, encode_tick(tick)),
+        ):
+            recorder.write(Entry(key, kind, payload, False, stamp, stamp, index))
+    recorder.close()
+
+
+@pytest.fixture(scope="module")
+def log(beam_file: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("run") / "log.mcap"
+    write_run(load_setup(beam_file), path)
+    return path
+
+
+def test_a_replay_on_the_same_robot_is_exact(log: Path) -> None:
+    result = replay(log, tolerance=0.0)
+    assert result.same
+    assert result.ticks == TICKS + 20
+    np.testing.assert_array_equal(result.pull, 0.0)
+    np.testing.assert_array_equal(result.tension, 0.0)
+    assert result.statuses == 0
+    assert result.notes == ()
+
+
+def test_a_stiffer_robot_is_found_out(log: Path, tmp_path: Path) -> None:
+    text = ROBOT.replace("young_modulus = 1e6", "young_modulus = 1.1e6")
+    result = replay(log, tolerance=1e-4, against=str(write_robot(tmp_path, text)))
+    assert not result.same
+    assert result.tension.max() > 0.01
+    assert "robot digest has changed" in result.notes
+    # and a tolerance that wide accepts it
+    assert replay(log, 1.0, str(tmp_path / "beam.toml")).same
+
+
+def test_a_log_that_was_cut_is_replayed_as_far_as_it_goes(log: Path, tmp_path: Path) -> None:
+    cut = tmp_path / "cut.mcap"
+    data = log.read_bytes()
+    cut.write_bytes(data[: int(0.6 * len(data))])
+    result = replay(cut, tolerance=0.0)
+    assert result.same
+    assert 0 < result.ticks < TICKS + 20
+    assert result.notes == ("the log was cut short",)
+
+
+def test_a_log_of_another_robot_does_not_fit(log: Path, tmp_path: Path) -> None:
+    other = write_robot(tmp_path, ROBOT.replace('name = "upper"', 'name = "top"'))
+    with pytest.raises(LogError, match="does not fit the robot: found cables"):
+        replay(log, 1e-4, str(other))
+
+
+def test_missing_ticks_are_noticed(log: Path, beam_file: Path, tmp_path: Path) -> None:
+    holed = tmp_path / "holed.mcap"
+    reader = LogReader(log)
+    messages = list(reader.messages())
+    recorder = LogRecorder(holed, reader.metadata)
+    kinds = {"actuation": JOINTS, "tick": TICK}
+    for message in messages:
+        kind = kinds.get(message.key.rsplit("/", 1)[1])
+        if kind is not None and message.sequence != 17:
+            recorder.write(Entry(message.key, kind, message.payload, False, 1, 1, message.sequence))
+    recorder.close()
+    with pytest.raises(LogError, match="ticks 17 to 17 are missing"):
+        replay(holed, 1e-4)
+
+
+def test_a_robot_whose_file_is_gone_is_looked_up_by_name(log: Path, tmp_path: Path) -> None:
+    reader = LogReader(log)
+    metadata = {**reader.read_metadata(), "robot_path": str(tmp_path / "gone.toml")}
+    recorder = LogRecorder(tmp_path / "log.mcap", metadata)
+    recorder.close()
+    with pytest.raises(ValueError, match="no robot 'beam'"):
+        replay(tmp_path / "log.mcap", 1e-4)
+
+
+def test_the_report_says_what_happened(log: Path) -> None:
+    run = read_run(log)
+    report = make_report(run)
+    following = TICKS - 10 - 5
+    assert report.ticks == report.following == following
+    assert report.achieved_hz == pytest.approx(50.0)
+    assert (report.missed, report.skipped) == (1, 2)
+    decided = 5e-3 + 1e-4 * np.arange(5, TICKS - 10)
+    assert report.step_ms.p50 == pytest.approx(1e3 * float(np.percentile(decided, 50)))
+    assert report.step_ms.p99 == pytest.approx(1e3 * float(np.percentile(decided, 99)))
+    assert report.step_ms.max == pytest.approx(1e3 * decided[-1])
+    assert report.latency_ms.max == pytest.approx(2.0)
+    # the errors, from the log's own arrays
+    goal, model = run.goal[5 : TICKS - 10], run.model.value[5 : TICKS - 10]
+    distance = np.linalg.norm(model - goal, axis=1)
+    assert report.model_error.max_mm == pytest.approx(1e3 * distance.max())
+    assert report.model_error.rms_mm == pytest.approx(1e3 * np.sqrt(np.mean(distance**2)))
+    below = np.linalg.norm(model - [0.0, 0.0, LAG] - goal, axis=1)
+    assert report.plant_error.max_mm == pytest.approx(1e3 * below.max())
+    assert report.model_plant_error.rms_mm == pytest.approx(1e3 * LAG)
+    assert report.plant_penetration_mm == pytest.approx(1e-1 * (TICKS + 19) - 2.0)
+    assert report.modes == {"idle": 5, "run": following, "hold": 10, "stop": 20}
+    assert report.peak_pull_mm[1] == pytest.approx(1e3 * run.pull.value[:, 1].max())
+    assert report.complete
+
+
+def test_the_report_is_saved_and_shown(log: Path, tmp_path: Path) -> None:
+    report = make_report(read_run(log))
+    report.save(tmp_path / "report.json")
+    found = json.loads((tmp_path / "report.json").read_text())
+    assert found == json.loads(json.dumps(asdict(report)))
+    assert "robot_file" not in found["metadata"]
+    rows = dict(table_rows(report))
+    assert rows["deadlines missed / ticks"] == f"1 / {TICKS - 15}"
+    assert rows["plant against model, RMS / max"] == "1.00 / 1.00 mm"
+
+
+def test_the_figure_is_drawn(log: Path, beam: Robot, tmp_path: Path) -> None:
+    draw_run(read_run(log), beam.cable_names, tmp_path / "figure.png")
+    data = (tmp_path / "figure.png").read_bytes()
+    assert data.startswith(b"\x89PNG")
+    draw_run(read_run(log), beam.cable_names, tmp_path / "figure.svg")
+    text = (tmp_path / "figure.svg").read_text()
+    assert "<svg" in text
+
+
+def test_a_run_without_plant_is_reported_too(log: Path, beam: Robot, tmp_path: Path) -> None:
+    reader = LogReader(log)
+    messages = list(reader.messages())
+    recorder = LogRecorder(tmp_path / "log.mcap", reader.metadata)
+    kinds = {"actuation": JOINTS, "tick": TICK, "effector": POINT}
+    for m in messages:
+        if "plant" not in m.key:
+            kind = kinds[m.key.rsplit("/", 1)[1]]
+            recorder.write(Entry(m.key, kind, m.payload, False, m.logged, m.logged, m.sequence))
+    recorder.close()
+    run = read_run(tmp_path / "log.mcap")
+    report = make_report(run)
+    assert report.plant_error.rms_mm is None
+    assert report.plant_penetration_mm is None
+    draw_run(run, beam.cable_names, tmp_path / "figure.png")
+
+
+def test_the_robot_file_is_in_the_log(log: Path, beam_file: Path, tmp_path: Path) -> None:
+    metadata = LogReader(log).read_metadata()
+    shutil.copy(beam_file.parent / "beam.vtu", tmp_path)
+    (tmp_path / "again.toml").write_text(metadata["robot_file"])
+    assert load_robot(tmp_path / "again.toml").digest == metadata["robot_digest"]
+
+
+def test_a_report_shows_every_tick_and_the_difference(log: Path, tmp_path: Path) -> None:
+    text = ROBOT.replace("young_modulus = 1e6", "young_modulus = 1.1e6")
+    result = replay(log, tolerance=1e-4, against=str(write_robot(tmp_path, text)))
+    write_report(result, "log.mcap", tmp_path / "out")
+    verdict = json.loads((tmp_path / "out" / VERDICT).read_text())
+    assert verdict["same"] is False
+    assert verdict["cables"]["upper"]["tension_n"] == pytest.approx(result.tension[1])
+    assert verdict["notes"] == list(result.notes)
+    rows = list(csv.DictReader((tmp_path / "out" / TABLE).read_text().splitlines()))
+    assert len(rows) == result.ticks
+    worst = rows[result.worst_tick]
+    off = float(worst["tension upper replayed"]) - float(worst["tension upper recorded"])
+    assert abs(off) == pytest.approx(result.tension[1], rel=1e-6)
+    assert (tmp_path / "out" / "replay.png").read_bytes().startswith(b"\x89PNG")
+    assert result.speed > 1.0

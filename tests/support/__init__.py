@@ -1,0 +1,1 @@
+"""What several tests share: small robots, commands as processes, faults, checks of solutions."""
