@@ -24,6 +24,9 @@ from tauten.controller.qpcc.scaling import Scaled
 from tauten.model.numerics import Array, Bools, Ints
 
 NOISE = 1e-11  # of an objective, relative to its terms
+ENDLESS = (
+    1e12  # a QP whose variables are of order one has no minimum where its answer is this large
+)
 MOST_BRANCHES = 64  # nonnegative least squares problems per degenerate point
 
 
@@ -225,7 +228,7 @@ def solve_piece(problem: Scaled, piece: Bools, backend: Backend) -> Point | None
     if not possible:
         return None
     answer = backend(Qp(H, f, A, lower, upper))
-    if answer.infeasible:
+    if answer.infeasible or not np.abs(answer.y).max(initial=0.0) < ENDLESS:
         return None
     point = Point(piece, *recover(problem, piece, reduction, answer.y, answer.multipliers))
     return point if point.feasible else None

@@ -38,11 +38,18 @@ def has_feasible_point(problem: Qpcc) -> bool:
 
 
 def possible(
-    rows: Array, floor: Array, ceiling: Array, equal: Array, value: Array, lower: Array, upper: Array
+    rows: Array,
+    floor: Array,
+    ceiling: Array,
+    equal: Array,
+    value: Array,
+    lower: Array,
+    upper: Array,
 ) -> bool:
     """Whether floor <= rows z <= ceiling, equal z = value, lower <= z <= upper has a solution."""
     if len(lower) == 0:
         return bool(np.all(floor <= 0.0) and np.all(ceiling >= 0.0) and np.all(value == 0.0))
+    ends = np.where(lower > -UNBOUNDED, lower, -np.inf), np.where(upper < UNBOUNDED, upper, np.inf)
     up, down = ceiling < UNBOUNDED, floor > -UNBOUNDED
     found = linprog(
         np.zeros(len(lower)),
@@ -50,14 +57,14 @@ def possible(
         b_ub=np.r_[ceiling[up], -floor[down]],
         A_eq=equal,
         b_eq=value,
-        bounds=np.c_[np.where(lower > -UNBOUNDED, lower, -np.inf), np.where(upper < UNBOUNDED, upper, np.inf)],
+        bounds=np.c_[ends],
         method="highs",
     )
     return bool(found.status == 0)
 
 
 def steepest_slope(problem: Qpcc, lam_a: Array, beta: Array) -> float:
-    """The least slope of the objective along directions into any piece, relative; 0: the point is B-stationary.
+    """The least slope of the objective along directions into any piece; zero at a B-stationary point.
 
     Directions are of at most one in every scaled variable; slopes relative to the gradient's terms.
     """
@@ -87,7 +94,14 @@ def steepest_slope(problem: Qpcc, lam_a: Array, beta: Array) -> float:
 
 
 def least_slope(
-    p: Scaled, g: Array, low: Array, high: Array, pushes: Bools, values: Array, tiny: Array, gap: Bools
+    p: Scaled,
+    g: Array,
+    low: Array,
+    high: Array,
+    pushes: Bools,
+    values: Array,
+    tiny: Array,
+    gap: Bools,
 ) -> float:
     """The least g'd over the directions d (n,) that remain in one piece."""
     k, n_a = len(pushes), len(p.lb)

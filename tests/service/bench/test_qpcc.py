@@ -55,7 +55,7 @@ def test_gaps_are_counted_against_the_optimum() -> None:
     far = QpccCase(known.problem, None, value - 0.5 * abs(value))
     quality = measure("three", [right, wrong, far], nothing)
     second = quality.gaps[-1]
-    assert second.start == "second phase"
+    assert second.start == "cold"
     assert (second.exact, second.percent) == (1 / 3, 2 / 3)
     assert second.worst == pytest.approx(0.5 * abs(value) / abs(value - 0.5 * abs(value)))
     assert quality.residual <= 1e-8
@@ -69,7 +69,7 @@ def test_empty_problems_are_left_out_and_recorded_ones_compared_with_staying() -
     assert quality.gaps[0].statuses["INFEASIBLE"] == 1
     steps = recorded("finger_5")[:5]
     warm = measure("finger", [QpccCase(step.problem(), step.start) for step in steps], nothing)
-    assert [gaps.start for gaps in warm.gaps] == ["cold", "warm", "second phase"]
+    assert [gaps.start for gaps in warm.gaps] == ["descent", "cold", "warm"]
     assert warm.stay > 0
     assert warm.worse_than_staying == 0
 
