@@ -25,7 +25,8 @@ from tauten.model.numerics import Array
 
 UNBOUNDED = 1e30
 ACCURACY = 1e-10  # residual that daqp may leave, on QPs whose variables are of order one
-DAQP = {"primal_tol": ACCURACY, "eta_prox": ACCURACY}  # the latter where the Hessian is singular
+# of daqp; the curvature that a singular Hessian borrows, and where its proximal iteration stops
+DAQP = {"primal_tol": ACCURACY, "eps_prox": -1e-4, "eta_prox": ACCURACY}
 DAQP_INFEASIBLE = -1  # exit flag
 # Libraries whose own tolerances are far above what a piece needs.
 OPTIONS: dict[str, dict[str, Any]] = {

@@ -25,6 +25,9 @@ from tauten.model.numerics.arrays import Array
 from tauten.model.numerics.jit import kernel
 
 
+SHARPEST = 1e-12  # regularisation that rounding of the factor still allows
+
+
 @dataclass(frozen=True, slots=True)
 class LcpResult:
     """Solution of an LCP.
@@ -35,6 +38,8 @@ class LcpResult:
         residual: max |min(w_ii λ_i, δ_i)| [m]; +inf when W or delta_free were not finite.
         iterations: sweeps, or sets of pushing rows that were tried.
         converged: whether the residual is within the tolerance.
+        asymmetry: largest |w_ij − w_ji| relative to the largest entry, measured where it did not converge:
+            the active set takes W for symmetric, so that the residual cannot be much smaller.
     """
 
     lam: Array
@@ -42,6 +47,7 @@ class LcpResult:
     residual: float
     iterations: int
     converged: bool
+    asymmetry: float = 0.0
 
 
 def complementarity(W: Array, lam: Array, delta: Array) -> float:
@@ -70,7 +76,8 @@ def solve_lcp(
         W: (m, m) compliance [m/N].
         delta_free: (m,) gaps without forces [m].
         start: (m,) forces to start from, e.g. the last step's; only saves time.
-        rho: regularisation relative to the diagonal of W.
+        rho: regularisation relative to the diagonal of W; where the residual with the default is above
+            the tolerance, because W has eigenvalues of its size, SHARPEST is used.
         tolerance: residual that counts as solved [m].
         max_iterations: sets of pushing rows at most; default 100 + 10 m.
     """
@@ -80,7 +87,12 @@ def solve_lcp(
     start = usable(start, delta_free)
     limit = 100 + 10 * len(delta_free) if max_iterations is None else max_iterations
     lam, iterations = pushing_forces(W, delta_free, start, max(rho, 1e-13), limit)
-    return judged(W, delta_free, lam, iterations, tolerance)
+    result = judged(W, delta_free, lam, iterations, tolerance)
+    if result.converged or not SHARPEST < rho <= 1e-9 or iterations >= limit:
+        return result
+    lam, more = pushing_forces(W, delta_free, lam, SHARPEST, limit - iterations)
+    again = judged(W, delta_free, lam, iterations + more, tolerance)
+    return again if again.residual < result.residual else result
 
 
 def solve_pgs(
@@ -120,7 +132,11 @@ def judged(W: Array, delta_free: Array, lam: Array, iterations: int, tolerance: 
     """The result with gaps and residual measured on the problem as it was given."""
     delta = delta_free + W @ lam
     residual = complementarity(W, lam, delta)
-    return LcpResult(lam, delta, residual, iterations, residual <= tolerance)
+    asymmetry = 0.0
+    if not residual <= tolerance:
+        largest = float(np.abs(W).max(initial=0.0))
+        asymmetry = float(np.abs(W - W.T).max(initial=0.0)) / largest if largest > 0.0 else 0.0
+    return LcpResult(lam, delta, residual, iterations, residual <= tolerance, asymmetry)
 
 
 def refused(delta_free: Array) -> LcpResult:
