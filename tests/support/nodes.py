@@ -9,8 +9,8 @@ from typing import TypeVar
 
 import numpy as np
 import zenoh
-from support.processes import Served
 
+from support.processes import Served
 from tauten.model import Robot
 from tauten.service.log import LogReader
 from tauten.service.wire import (

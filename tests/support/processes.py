@@ -13,8 +13,8 @@ from pathlib import Path
 import meshio
 import numpy as np
 import zenoh
-from support.bodies import box_mesh
 
+from support.bodies import box_mesh
 from tauten.service.wire import Keys, is_alive
 
 ROBOT = """\
