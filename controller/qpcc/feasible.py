@@ -64,18 +64,22 @@ def elastic(problem: Scaled, k: int) -> Scaled:
     return Scaled(Q, c, lb, ub, R, problem.r, problem.lo, problem.hi)
 
 
-def feasible_piece(descent: Descent) -> None:
-    """Look for a feasible point in all pieces, depth first, until one is found or the budget is spent.
+def all_empty(descent: Descent) -> bool:
+    """Look for a feasible point in all pieces, depth first; whether there is shown to be none.
 
     A node fixes some modes and relaxes the others to β >= 0, w >= 0. Every relaxation is solved from the
-    beginning, because a kept workspace may take feasible ones for empty (ex9.1.7 of MacMPEC).
+    beginning, because a kept workspace may take feasible ones for empty (ex9.1.7 of MacMPEC). Ends at the
+    first point, or when the budget is spent.
     """
     problem = descent.problem
     n_a, k = len(problem.lb), len(problem.c) - len(problem.lb)
     M, m = problem.R[k : 2 * k], problem.r[k : 2 * k]
     qp = relaxation(problem, np.eye(len(problem.c)), np.zeros(len(problem.c)))
     stack: list[Ints] = [np.zeros(k, dtype=np.int64)]
-    while stack and descent.budget.spend():
+    shown = True
+    while stack:
+        if not descent.budget.spend():
+            return False
         sides = stack.pop()
         upper = qp.upper.copy()
         upper[n_a : n_a + k][sides == OPEN] = 0.0
@@ -89,11 +93,13 @@ def feasible_piece(descent: Descent) -> None:
         if descent.best is None:  # where the piece is too badly conditioned to be eliminated
             descent.stay(answer.y, piece)
         if descent.best is not None:
-            return
+            return False
         free = np.flatnonzero(sides == 0)
-        if len(free) == 0:
+        if len(free) == 0:  # not empty, and not solved either
+            shown = False
             continue
         pair = free[np.argmax(np.minimum(beta, w)[free])]
         first = PUSHES if beta[pair] > w[pair] else OPEN
         for side in (-first, first):  # the last one is taken first
             stack.append(np.where(np.arange(k) == pair, side, sides))
+    return shown

@@ -13,6 +13,9 @@ class Status(Enum):
 
     OK = "stationary point within tolerance"
     FEASIBLE_ONLY = "feasible but not shown stationary: raise the pivot limit or the time budget"
+    NOT_FOUND = (
+        "no feasible point found, nor shown that there is none: raise max_pivots or time_limit"
+    )
     INFEASIBLE = "no tensions satisfy the limits: widen the named limits or slow the target down"
     MAX_PIVOTS = (
         "pivot or time limit reached: raise max_pivots or time_limit; the best point is returned"

@@ -16,7 +16,7 @@ from typing import Literal
 import numpy as np
 
 from tauten.controller.qpcc.descent import Budget, Descent, Point
-from tauten.controller.qpcc.feasible import feasible_piece, least_violation
+from tauten.controller.qpcc.feasible import all_empty, least_violation
 from tauten.controller.qpcc.homotopy import penalty_homotopy
 from tauten.controller.qpcc.problem import Qpcc, Warm, start_of
 from tauten.controller.qpcc.qp import qp_backend
@@ -86,16 +86,15 @@ def solve_qpcc(problem: Qpcc, warm: Warm = None, settings: QpccSettings = DEFAUL
         descent.stay(z, piece)
     if settings.second_start == "always" or (warm is None and settings.second_start == "cold"):
         penalty_homotopy(descent)
-    violating = None
     if descent.best is None:
         violating = least_violation(descent, piece)
-        if descent.best is None:
-            feasible_piece(descent)
+        empty = descent.best is None and all_empty(descent)
     if descent.best is not None:
         return finish(problem, descent.best, units, budget)
+    status = Status.INFEASIBLE if empty else Status.NOT_FOUND
     if violating is not None:
-        return infeasible(problem, units, violating, budget.spent)
-    return nothing(problem, Status.INFEASIBLE, lam_a, NO_PIECE, budget.spent)
+        return infeasible(problem, units, violating, status, budget.spent)
+    return nothing(problem, status, lam_a, NO_PIECE, budget.spent)
 
 
 @kernel
@@ -152,7 +151,9 @@ def finish(problem: Qpcc, best: Point, units: Units, budget: Budget) -> Solution
     return solution_at(problem, units, best, status, budget.spent)
 
 
-def infeasible(problem: Qpcc, units: Units, violating: Point, pivots: int) -> Solution:
+def infeasible(
+    problem: Qpcc, units: Units, violating: Point, status: Status, pivots: int
+) -> Solution:
     """The least violating point, with the names of the limits in conflict.
 
     Those are the limits it violates, and the bounds that keep it from violating them less.
@@ -168,7 +169,7 @@ def infeasible(problem: Qpcc, units: Units, violating: Point, pivots: int) -> So
         for j in np.flatnonzero(np.abs(violating.alpha) > pressing).tolist()
     ]
     conflict = tuple(names) or NO_PIECE
-    return solution_at(problem, units, violating, Status.INFEASIBLE, pivots, conflict)
+    return solution_at(problem, units, violating, status, pivots, conflict)
 
 
 def solution_at(
