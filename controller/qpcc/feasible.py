@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from tauten.controller.qpcc.descent import Descent, Point
-from tauten.controller.qpcc.homotopy import relaxation
+from tauten.controller.qpcc.homotopy import of_order_one, relaxation
 from tauten.controller.qpcc.qp import UNBOUNDED, Qp, solve_daqp
 from tauten.controller.qpcc.residuals import OPEN, PUSHES, residuals
 from tauten.controller.qpcc.scaling import Scaled
@@ -71,7 +71,7 @@ def all_empty(descent: Descent) -> bool:
     beginning, because a kept workspace may take feasible ones for empty (ex9.1.7 of MacMPEC). Ends at the
     first point, or when the budget is spent.
     """
-    problem = descent.problem
+    tau, problem = of_order_one(descent.problem)
     n_a, k = len(problem.lb), len(problem.c) - len(problem.lb)
     M, m = problem.R[k : 2 * k], problem.r[k : 2 * k]
     qp = relaxation(problem, np.eye(len(problem.c)), np.zeros(len(problem.c)))
@@ -91,7 +91,7 @@ def all_empty(descent: Descent) -> bool:
         piece = np.where(sides == 0, beta > w, sides == PUSHES)
         descent.run(piece)
         if descent.best is None:  # where the piece is too badly conditioned to be eliminated
-            descent.stay(answer.y, piece)
+            descent.stay(tau * answer.y, piece)
         if descent.best is not None:
             return False
         free = np.flatnonzero(sides == 0)

@@ -24,7 +24,7 @@ PROXIMAL = 1e-7  # curvature that makes the QP's optimum unique, and vanishes as
 
 def penalty_homotopy(descent: Descent) -> None:
     """Follow (6) and descend from every piece on the way."""
-    problem, budget = descent.problem, descent.budget
+    (_, problem), budget = of_order_one(descent.problem), descent.budget
     n, n_a, k = len(problem.c), len(problem.lb), len(problem.c) - len(problem.lb)
     M, m = problem.R[k : 2 * k], problem.r[k : 2 * k]
     penalty = np.zeros((n, n))  # β'w = ½ z' penalty z + slope'z
@@ -57,6 +57,23 @@ def penalty_homotopy(descent: Descent) -> None:
         if np.minimum(z[n_a:], M @ z + m).max(initial=0.0) <= EXACT * np.abs(z).max():
             return
         rho *= FACTOR
+
+
+def of_order_one(problem: Scaled) -> tuple[float, Scaled]:
+    """τ and the problem in z / τ, so that gaps and limits are of order one, as QP tolerances expect."""
+    rows = np.concatenate([problem.r, problem.lo, problem.hi])
+    for values in (rows, problem.lb, problem.ub):
+        finite = np.abs(values[np.abs(values) < UNBOUNDED])
+        tau = float(finite.max(initial=0.0))
+        if tau > 0.0:
+            break
+    else:
+        tau = 1.0
+    lb, ub, lo, hi = (
+        np.where(np.abs(end) < UNBOUNDED, end / tau, end)
+        for end in (problem.lb, problem.ub, problem.lo, problem.hi)
+    )
+    return tau, Scaled(problem.Q, problem.c / tau, lb, ub, problem.R, problem.r / tau, lo, hi)
 
 
 def relaxation(problem: Scaled, H: Array, f: Array) -> Qp:

@@ -80,9 +80,11 @@ def steepest_slope(problem: Qpcc, lam_a: Array, beta: Array) -> float:
     values, sizes = p.R @ z + p.r, np.abs(p.R) @ np.abs(z) + np.abs(p.r)
     sizes = np.maximum(sizes, 1e-3 * np.abs(p.R).max(axis=1) * np.abs(z).max())
     tiny = ACTIVE * sizes
-    push, gap = values[:k] > tiny[k : 2 * k], values[k : 2 * k] > tiny[k : 2 * k]
-    low = np.where(np.r_[z[:n_a] <= p.lb, ~push], 0.0, -1.0)
-    high = np.where(np.r_[z[:n_a] >= p.ub, np.zeros(k, np.bool_)], 0.0, 1.0)
+    pair = np.maximum(tiny[:k], tiny[k : 2 * k])
+    push, gap = values[:k] > pair, values[k : 2 * k] > pair
+    close = 1e-12 * np.abs(z).max()
+    low = np.where(np.r_[z[:n_a] <= p.lb + close, ~push], 0.0, -1.0)
+    high = np.where(np.r_[z[:n_a] >= p.ub - close, np.zeros(k, np.bool_)], 0.0, 1.0)
     worst = 0.0
     both = np.flatnonzero(~push & ~gap)
     for sides in product((False, True), repeat=min(len(both), 7)):

@@ -13,7 +13,7 @@ from tauten.service.bench.qpcc.random_problems import (
     robot_like,
 )
 from tauten.service.bench.qpcc.recorded import Recorded, load_recorded, save_recorded
-from tauten.service.bench.qpcc.times import SolveTimes, make_problems, time_solves
+from tauten.service.bench.qpcc.times import Size, SolveTimes, make_problems, time_solves
 
 __all__ = [
     "GlobalOptimum",
@@ -21,6 +21,7 @@ __all__ = [
     "QpccCase",
     "Quality",
     "Recorded",
+    "Size",
     "SolveTimes",
     "bench_qpcc",
     "branch_and_bound",

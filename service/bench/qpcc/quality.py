@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -9,7 +10,15 @@ from pathlib import Path
 
 import numpy as np
 
-from tauten.controller.qpcc import Qpcc, QpccSettings, Solution, Start, certify, solve_qpcc
+from tauten.controller.qpcc import (
+    Qpcc,
+    QpccSettings,
+    Solution,
+    Start,
+    certify,
+    read_qpcc,
+    solve_qpcc,
+)
 from tauten.service.bench.qpcc.branch_and_bound import branch_and_bound
 from tauten.service.bench.qpcc.oracle import enumerate_pieces
 from tauten.service.bench.qpcc.random_problems import (
@@ -22,9 +31,12 @@ from tauten.service.bench.qpcc.recorded import load_recorded
 
 ONE_START = QpccSettings(second_start="never")
 STAYING = QpccSettings(max_pivots=0, second_start="never")
-SEARCH_TIME = 0.5  # s of branch and bound a problem, where the optimum is not known otherwise
+SEARCH_TIME = 0.2  # s of branch and bound a problem, where the optimum is not known otherwise
 ENUMERABLE = 7  # modes of which all pieces are looked at
-ROBOTS = ((1, 5, 150), (3, 10, 150), (3, 23, 150), (9, 23, 150), (9, 40, 100), (12, 100, 40))
+ROBOTS = (
+    (1, 5, 150), (3, 10, 150), (3, 23, 150), (9, 23, 150), (9, 40, 150), (12, 100, 40),
+)  # fmt: skip
+TINY = 1e-300  # a best known objective may be zero
 ROUND_OFF = (
     1e-9  # of an objective, relative to what it is with the tensions and forces of the start
 )
@@ -32,11 +44,19 @@ ROUND_OFF = (
 
 @dataclass(frozen=True, slots=True)
 class QpccCase:
-    """A problem, where a controller would start, and the optimum where it is known."""
+    """A problem, where a controller would start, and the optimum where it is known.
+
+    Attributes:
+        problem: the QPCC.
+        start: of a controller; None: there is none.
+        optimum: or the best known objective; None: to be searched for.
+        slack: absolute difference of objectives that counts as none.
+    """
 
     problem: Qpcc
     start: Start | None = None
     optimum: float | None = None
+    slack: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,6 +153,18 @@ def recorded(folder: Path) -> Iterator[tuple[str, list[QpccCase]]]:
         yield file.stem, cases
 
 
+def collections(folder: Path) -> Iterator[tuple[str, list[QpccCase]]]:
+    """Published problems of a folder, with their best known objectives in problems.csv."""
+    with (folder / "problems.csv").open(encoding="utf-8") as file:
+        best = {row["name"]: float(row["best_known"]) for row in csv.DictReader(file)}
+    cases = {
+        name: QpccCase(read_qpcc(folder / f"{name}.npz")[0], None, value, slack=1e-6)
+        for name, value in best.items()
+    }
+    yield "QPECs", [case for name, case in cases.items() if name.startswith("qpec-")]
+    yield "MacMPEC LCQPs", [case for name, case in cases.items() if not name.startswith("qpec-")]
+
+
 def measure(name: str, cases: list[QpccCase], progress: Callable[[], None]) -> Quality:
     """Solve a set of problems in all ways."""
     kinds = ("descent", "cold", "warm") if cases[0].start else ("descent", "cold")
@@ -174,7 +206,8 @@ def solve_all_ways(case: QpccCase, kinds: tuple[str, ...], tally: _Tally) -> Non
     for kind in kinds:
         solution = solutions[kind]
         excess = solution.objective - best if solution.status.usable else np.inf
-        relative = 0.0 if excess <= margin * 1e-3 else excess / max(abs(best), margin)
+        excess = 0.0 if excess <= case.slack else excess
+        relative = 0.0 if excess <= margin * 1e-3 else excess / max(abs(best), margin, TINY)
         tally.excess[kind].append(relative)
         look(problem, solution, tally)
     if start is not None:
