@@ -188,7 +188,7 @@ class Descent:
                     if better is not None:
                         return better
                     closed = closed and found.stationarity <= 1e3 * EXACT
-            if not stack:
+            if not stack or self.budget.exhausted:
                 break
         point = replace(current, settled=closed and not stack)
         if not point.stationary:
