@@ -37,12 +37,12 @@ ORDER = (
     "service",
     "service.node",
     "service.replay",
-    "service.plots",
     "service.plant",
     "service.operate",
     "service.bench.qpcc",
     "service.bench",
     "service.tables",
+    "service.plots",
     "service.cli",
 )
 MOST_MODULES = 15

@@ -16,7 +16,7 @@ import numpy as np
 from tauten.controller.qpcc.problem import Qpcc
 from tauten.controller.qpcc.scaling import USABLE, Scaled, largest_magnitude, scale
 from tauten.controller.qpcc.solution import Certificate
-from tauten.model.numerics import Array, Bools, Ints, kernel, pushing_forces
+from tauten.model.numerics import Array, Bools, Ints, active_set_forces, kernel
 
 EXACT = (
     1e-8  # relative residual of a solution; double precision leaves 1e-16 times the conditioning
@@ -272,7 +272,7 @@ def best_multipliers(problem: Scaled, z: Array, sides: Ints) -> tuple[Array, Arr
                 count += 1
     rows = rows[:count]
     slope, _ = gradient(problem, z)
-    found, _ = pushing_forces(
+    found, _ = active_set_forces(
         rows @ rows.T, rows @ slope[live], np.zeros(count), RIDGE, 100 + 10 * count
     )
     multipliers = np.zeros(len(allowed))

@@ -32,7 +32,7 @@ from tauten.controller.qpcc.scaling import (
     scaled_arrays,
 )
 from tauten.controller.qpcc.solution import Certificate, Solution, Status
-from tauten.model.numerics import Array, Bools, kernel, pushing_forces
+from tauten.model.numerics import Array, Bools, active_set_forces, kernel
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,7 +129,7 @@ def contact_forces(problem: Scaled, a: Array, guess: Bools) -> tuple[bool, Bools
     n_a, k = len(a), len(guess)
     N = problem.R[k : 2 * k, n_a:].copy()
     q = problem.r[k : 2 * k] + problem.R[k : 2 * k, :n_a].copy() @ a
-    beta, _ = pushing_forces(N, q, guess.astype(np.float64), RIDGE, 100 + 10 * k)
+    beta, _ = active_set_forces(N, q, guess.astype(np.float64), RIDGE, 100 + 10 * k)
     found, pushes = True, beta > 0.0
     floor = FLOOR * largest_magnitude(beta)
     for i in range(k):

@@ -1,6 +1,6 @@
-"""Numerical kernels that know nothing of robots: arrays, rotations, factorisations, complementarity."""
+"""Numerical kernels that do not depend on robots: arrays, rotations, factorisations, complementarity."""
 
-from tauten.model.numerics.active_set import pushing_forces
+from tauten.model.numerics.active_set import active_set_forces
 from tauten.model.numerics.anderson import Anderson
 from tauten.model.numerics.arrays import Array, Bools, Ints
 from tauten.model.numerics.dense_cholesky import DenseFactors, cholesky, solve_in_place, solve_rows
@@ -76,7 +76,7 @@ __all__ = [
     "normalised",
     "polar_rotations",
     "product",
-    "pushing_forces",
+    "active_set_forces",
     "quaternion",
     "rotate",
     "rotation_vector",

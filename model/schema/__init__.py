@@ -1,14 +1,25 @@
-"""What a robot file may say, validated field by field."""
+"""The contents of robot files, validated field by field."""
 
 from tauten.model.schema.beam_file import BarSettings, BeamConfig, Structure, TubeSettings, Vertebra
 from tauten.model.schema.robot_file import (
     Box,
     CableSettings,
+    Changes,
     RobotConfig,
-    RobotFileError,
     RobotSettings,
     SurfaceSettings,
     check_surfaces,
+    model_tables,
+)
+from tauten.model.schema.section import (
+    LARGEST_COORDINATE,
+    Name,
+    Positive,
+    Rate,
+    RobotFileError,
+    Section,
+    in_range,
+    read_text,
     read_toml,
     validated,
 )
@@ -18,14 +29,23 @@ __all__ = [
     "BeamConfig",
     "Box",
     "CableSettings",
+    "Changes",
+    "LARGEST_COORDINATE",
+    "Name",
+    "Positive",
+    "Rate",
     "RobotConfig",
     "RobotFileError",
     "RobotSettings",
+    "Section",
     "Structure",
     "SurfaceSettings",
     "TubeSettings",
     "Vertebra",
     "check_surfaces",
+    "in_range",
+    "model_tables",
+    "read_text",
     "read_toml",
     "validated",
 ]

@@ -15,7 +15,6 @@ from tauten.model.numerics import Array, Ints
 from tauten.model.points import CableSet, MaterialPoints, add_cable_stiffness, effector_rows
 from tauten.model.robot import RobotRows, State
 from tauten.model.rows import ContactRows
-from tauten.model.schema import RobotConfig
 from tauten.model.system import System
 from tauten.model.tetra.elements import assemble
 
@@ -42,7 +41,6 @@ class TetRobot(SparseRobot):
         H_e: (3 p, n) constant rows of the effectors.
     """
 
-    config: RobotConfig
     cables: CableSet
     effectors: MaterialPoints
     mesh: TetMesh
@@ -97,7 +95,9 @@ class TetRobot(SparseRobot):
     def loaded(self, gravity: Array, effector_force: Array) -> TetRobot:
         """The robot under another gravity (3,) [m/s²] and forces on its effectors (n_e,) [N]."""
         body = self.mass * np.tile(gravity, self.n // 3)  # (n,)
-        return dataclasses.replace(self, load=body + self.H_e.T @ effector_force)
+        return dataclasses.replace(
+            self, gravity=np.asarray(gravity), load=body + self.H_e.T @ effector_force
+        )
 
     def displacement(self, dq: Array) -> float:
         """Largest displacement of a node in a change dq (n,) of the configuration [m]."""
@@ -127,12 +127,12 @@ class TetRobot(SparseRobot):
         if tension is not None:
             c = self.cables
             add_cable_stiffness(
-                x, c.owner, c.nodes, c.weights, c.offset, tension, *self.cable_slot, K
+                x, c.owner, c.nodes, c.weights, c.offset, tension, self.cable_slot, K
             )
         return force[dof >= 0].ravel() + self.load, K
 
     def rows(self, state: State, contacts: bool = True) -> RobotRows:
-        """Rows of effectors, cables and, unless told otherwise, contacts at this state."""
+        """Rows of effectors, cables and, with `contacts`, contacts at this state."""
         x = self.nodes(state)
         return RobotRows(
             effectors=effector_rows(self.effectors, self.H_e, x),

@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import shutil
-import sys
 import time
 from pathlib import Path
 
 import numpy as np
 import pytest
 from support.nodes import last_health, point_at
-from support.processes import Served, start, wait_alive
+from support.processes import Served, run_main, start, wait_alive
 from support.thumb import write_thumb
 
 from tauten.controller import Controller
 from tauten.model import load_robot
 from tauten.reduction.state import ReducedRobot, StateBasis, StateBasisError
-from tauten.service.cli import main
 from tauten.service.node import ControlLoop, make_fall_back
 from tauten.service.plant import free_ports
 from tauten.service.setup import load_setup
@@ -40,15 +38,6 @@ def thumb_file(original: Path, tmp_path: Path) -> Path:
     folder = tmp_path / "thumb"
     shutil.copytree(original.parent, folder)
     return folder / "thumb.toml"
-
-
-def run_main(*arguments: object) -> int:
-    """The command in this process; returns its exit code."""
-    with pytest.MonkeyPatch.context() as patch, pytest.raises(SystemExit) as ended:
-        patch.setattr(sys, "argv", ["tauten", *(str(argument) for argument in arguments)])
-        main()
-    code = ended.value.code
-    return 0 if code is None else int(code)
 
 
 def ask(file: Path, **settings: object) -> None:
@@ -153,7 +142,9 @@ def test_full_model_watches_and_takes_over(thumb_file: Path) -> None:
         np.testing.assert_allclose(loop.controller.effector, tip, atol=1e-12)
         after = loop.act(goal)
         limits = setup.robot.limits
-        assert (np.abs(after.pull - before.pull) <= limits.rate / 25.0 + 1e-12).all()
+        assert (
+            np.abs(after.actuation.pull - before.actuation.pull) <= limits.rate / 25.0 + 1e-12
+        ).all()
         assert not fall_back.wanted
         assert "taken over" in fall_back.watch.diagnostic().message
     finally:

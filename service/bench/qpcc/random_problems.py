@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tauten.controller import Response, inverse_problem
+from tauten.controller import energy_scale, inverse_problem
 from tauten.controller.qpcc import Qpcc
 from tauten.model import Limits
 from tauten.model.numerics import Array
@@ -95,14 +95,16 @@ class RobotLike:
     """A random soft robot condensed to its compliances, which drifts as it moves.
 
     Attributes:
-        response: compliances [m/N] and free motion [m].
+        W: (m, m) compliance of effector, cables and contacts [m/N].
+        delta_free: (m,) their values after a step without forces [m].
         limits: of the cables.
         target: (3,) where the effector is to go [m].
         drift: (m, m) factor by which the compliance changes over a step.
         velocity: (3,) of the target [m per step].
     """
 
-    response: Response
+    W: Array
+    delta_free: Array
     limits: Limits
     target: Array
     drift: Array
@@ -111,10 +113,12 @@ class RobotLike:
     def problem(self, step: int = 0, pull_prev: Array | None = None) -> Qpcc:
         """The inverse problem of a control step."""
         turn = np.eye(len(self.drift)) + np.sin(0.1 * step) * self.drift
-        pull = np.zeros(self.response.n_a) if pull_prev is None else pull_prev
-        moved = replace(self.response, W=turn @ self.response.W @ turn.T)
+        n_a = len(self.limits.rate)
+        pull = np.zeros(n_a) if pull_prev is None else pull_prev
+        W = turn @ self.W @ turn.T
         target = self.target + step * self.velocity
-        return inverse_problem(moved, target, self.limits, pull, 0.02, 1e-3)
+        weight = 1e-3 * energy_scale(W, 3, n_a, np.zeros(len(W) - 3 - n_a, dtype=np.bool_))
+        return inverse_problem(W, self.delta_free, target, pull, self.limits, 0.02, weight)
 
 
 def robot_like(rng: Random, n_a: int, k: int, rank: int | None = None) -> RobotLike:
@@ -145,7 +149,8 @@ def robot_like(rng: Random, n_a: int, k: int, rank: int | None = None) -> RobotL
         rate=np.full(n_a, 0.05),
     )
     return RobotLike(
-        response=Response(W, free, 3, n_a, k),
+        W=W,
+        delta_free=free,
         limits=limits,
         target=free[:3] + rng.normal(size=3) * 0.002,
         drift=0.02 * rng.normal(size=(m, m)) / np.sqrt(m),

@@ -78,7 +78,7 @@ def make_problems(size: Size) -> list[Asked]:
     asked, n_a = [], size.n_a
     for seed in range(size.robots):
         robot = robot_like(np.random.default_rng(seed), n_a, size.k)
-        free = robot.response.delta_free[3 : 3 + n_a]
+        free = robot.delta_free[3 : 3 + n_a]
         pull, before = np.zeros(n_a), None
         for step in range(size.steps + 1):
             problem = robot.problem(step, pull)

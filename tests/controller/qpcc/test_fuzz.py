@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from time import perf_counter
+from time import process_time
 
 import numpy as np
 import pytest
@@ -48,9 +48,9 @@ def fuzz(seeds: range, settings: QpccSettings) -> dict[Status, int]:
         problem = nonsense(rng)
         n_a, k = len(problem.lb), len(problem.m)
         start = Start(rng.normal(size=n_a) * 10.0 ** rng.uniform(-12, 12), rng.random(k) < 0.5)
-        begin = perf_counter()
+        begin = process_time()  # not the real clock
         solution = solve_qpcc(problem, start if seed % 2 else None, settings)
-        assert perf_counter() - begin < HANG
+        assert process_time() - begin < HANG
         try:
             check(problem, solution)
         except AssertionError as error:

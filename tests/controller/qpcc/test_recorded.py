@@ -56,7 +56,7 @@ def test_nearly_all_are_within_a_percent_of_the_best_known(name: str) -> None:
 
 
 def test_the_proved_optimum_is_that_of_all_pieces() -> None:
-    small = [step for step in recorded("finger_5") if step.response.n_c <= 7][:15]
+    small = [step for step in recorded("finger_5") if step.n_c <= 7][:15]
     assert len(small) >= 5
     for step in small:
         problem = step.problem()
@@ -68,7 +68,7 @@ def test_the_proved_optimum_is_that_of_all_pieces() -> None:
 
 @pytest.mark.parametrize("name", RECORDED)
 def test_the_best_known_is_that_of_scip(name: str) -> None:
-    few = [step for step in recorded(name) if step.response.n_c <= 20][5:7]
+    few = [step for step in recorded(name) if step.n_c <= 20][5:7]
     for step in few:
         problem = step.problem()
         objective, bound = scip_optimum(problem, seconds=5.0)
@@ -96,7 +96,7 @@ def test_a_file_gives_back_what_was_recorded(tmp_path: Path) -> None:
     file = tmp_path / "some.npz"
     save_recorded(file, steps)
     for before, after in zip(steps, load_recorded(file), strict=True):
-        np.testing.assert_array_equal(before.response.W, after.response.W)
+        np.testing.assert_array_equal(before.W, after.W)
         for first, second in zip(before.problem().arrays, after.problem().arrays, strict=True):
             np.testing.assert_array_equal(first, second)
         np.testing.assert_array_equal(before.start.piece, after.start.piece)

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from tauten.service.bench import ContactBasisBench
-from tauten.service.tables.contact_basis import by_method, pairs_of
+from tauten.service.tables import by_method, pairs_of
 
 _COLOURS = ("#0072b2", "#d55e00", "#e69f00", "#009e73", "#cc79a7", "#666666")
 _MEAN, _MAX = 3e-3, 1e-2  # of the robot's size: what enriched contact is held to
@@ -62,7 +62,7 @@ def _draw_held_out(result: ContactBasisBench, axes: Axes) -> None:
         axes.axhline(share * result.size_mm, color="0.4", ls="--", lw=1.0)
         axes.text(len(pairs) - 0.45, share * result.size_mm, text, va="bottom", color="0.3")
     axes.set_yscale("log")
-    axes.set_ylim(top=5.0 * axes.get_ylim()[1])  # room for the legend
+    axes.set_ylim(top=5.0 * axes.get_ylim()[1])  # space for the legend
     axes.set_xticks(range(len(pairs)), [pair[0].path for pair in pairs], rotation=30, ha="right")
     axes.set_ylabel("tip error off the training path [mm]")
     axes.set_xlim(-0.6, len(pairs) + 0.2)

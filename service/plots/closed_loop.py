@@ -10,28 +10,26 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from tauten.model.numerics import Array, Bools
-from tauten.service.bench.closed_loop_cases import Case
-from tauten.service.bench.closed_loop_run import Outcome, Trace
-from tauten.service.plots import widest_plane
+from tauten.service.bench import Case, CaseRuns, Outcome, Trace
+from tauten.service.plots.run import widest_plane
 
 _COLORS = {"reduced": "#0072b2", "full": "#009e73", "none": "#d55e00"}
 _LABELS = {"reduced": "reduced contact", "full": "full contact", "none": "no contact"}
 _WIDTHS = {"reduced": 1.2, "full": 2.8, "none": 1.2}  # full lies under reduced
 _MM = 1e3
 
-Runs = list[tuple[Outcome, Trace]]
+Runs = tuple[tuple[Outcome, Trace], ...]
 
 
-def draw_case(name: str, case: Case, runs: Runs, h: float, path: Path) -> None:
-    """Draw all runs of a case into a file; its suffix decides the format.
+def draw_case(found: CaseRuns, h: float, path: Path) -> None:
+    """Draw all runs of a case.
 
     Args:
-        name: shown above.
-        case: the case.
-        runs: its runs.
+        found: the case and its runs.
         h: time step [s].
-        path: of the figure.
+        path: of the figure; its suffix decides the format.
     """
+    name, case, runs = found.name, found.case, found.runs
     figure = Figure(figsize=(13.0, 7.5), layout="constrained")
     left, right = figure.subfigures(1, 2, width_ratios=(1.0, 1.25), squeeze=False)[0]
     _draw_paths(case, runs, left.subplots())
