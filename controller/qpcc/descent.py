@@ -9,7 +9,7 @@ from time import perf_counter
 import numpy as np
 
 from tauten.controller.qpcc.piece import recover, reduce_piece, solve_one_cable
-from tauten.controller.qpcc.qp import Backend, Qp, solve_daqp
+from tauten.controller.qpcc.qp import ENDLESS, Backend, Qp, solve_daqp
 from tauten.controller.qpcc.residuals import (
     ACTIVE,
     EITHER,
@@ -24,9 +24,6 @@ from tauten.controller.qpcc.scaling import Scaled
 from tauten.model.numerics import Array, Bools, Ints
 
 NOISE = 1e-11  # of an objective, relative to its terms
-ENDLESS = (
-    1e12  # a QP whose variables are of order one has no minimum where its answer is this large
-)
 MOST_BRANCHES = 64  # nonnegative least squares problems per degenerate point
 
 

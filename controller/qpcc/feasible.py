@@ -15,7 +15,7 @@ import numpy as np
 
 from tauten.controller.qpcc.descent import Descent, Point
 from tauten.controller.qpcc.homotopy import of_order_one, relaxation
-from tauten.controller.qpcc.qp import UNBOUNDED, Qp, solve_daqp
+from tauten.controller.qpcc.qp import ENDLESS, UNBOUNDED, Qp, solve_daqp
 from tauten.controller.qpcc.residuals import OPEN, PUSHES, residuals
 from tauten.controller.qpcc.scaling import Scaled
 from tauten.model.numerics import Bools, Ints
@@ -86,6 +86,9 @@ def all_empty(descent: Descent) -> bool:
         upper[n_a + k : n_a + 2 * k][sides == PUSHES] = -m[sides == PUSHES]
         answer = solve_daqp(Qp(qp.H, qp.f, qp.A, qp.lower, upper))
         if answer.infeasible:
+            continue
+        if not np.abs(answer.y).max(initial=0.0) < ENDLESS:  # no answer
+            shown = False
             continue
         beta, w = answer.y[n_a:], M @ answer.y + m
         piece = np.where(sides == 0, beta > w, sides == PUSHES)

@@ -24,6 +24,9 @@ from scipy.sparse import csc_matrix
 from tauten.model.numerics import Array
 
 UNBOUNDED = 1e30
+ENDLESS = (
+    1e12  # a QP whose variables are of order one has no minimum where its answer is this large
+)
 ACCURACY = 1e-10  # residual that daqp may leave, on QPs whose variables are of order one
 # of daqp; the curvature that a singular Hessian borrows, and where its proximal iteration stops
 DAQP = {"primal_tol": ACCURACY, "eps_prox": -1e-4, "eta_prox": ACCURACY}
@@ -154,4 +157,4 @@ class KeptQp:
         """Whether there is a minimum with the linear term f (n,), and where."""
         self._model.update(f=f)
         y, _, flag, _ = self._model.solve()
-        return bool(flag > 0 and np.abs(y).max() < UNBOUNDED), y
+        return bool(flag > 0 and np.abs(y).max() < ENDLESS), y

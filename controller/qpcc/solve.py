@@ -44,7 +44,8 @@ class QpccSettings:
         max_pivots: QPs solved at most, in all phases together.
         time_limit: wall time [s], in all phases together; it may be exceeded by one QP.
         second_start: when a penalty homotopy looks for a lower optimum from a second start: "cold", without
-            a warm start; "always", which takes milliseconds; "never".
+            a warm start; "always", which takes milliseconds; "never". It also runs where no feasible point
+            is found otherwise.
     """
 
     solver: str = "daqp"
@@ -84,10 +85,13 @@ def solve_qpcc(problem: Qpcc, warm: Warm = None, settings: QpccSettings = DEFAUL
     descent.run(piece)
     if found and (descent.best is None or not descent.best.stationary):
         descent.stay(z, piece)
-    if settings.second_start == "always" or (warm is None and settings.second_start == "cold"):
+    twice = settings.second_start == "always" or (warm is None and settings.second_start == "cold")
+    if twice:
         penalty_homotopy(descent)
     if descent.best is None:
         violating = least_violation(descent, piece)
+        if descent.best is None and not twice:
+            penalty_homotopy(descent)
         empty = descent.best is None and all_empty(descent)
     if descent.best is not None:
         return finish(problem, descent.best, units, budget)
