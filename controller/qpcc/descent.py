@@ -135,8 +135,11 @@ class Descent:
         return point
 
     def stay(self, z: Array, piece: Bools) -> None:
-        """Remember a point if it is feasible."""
+        """Remember a point, with what round-off took outside its bounds brought back, if it is feasible."""
         n_a, rows = len(self.problem.lb), len(self.problem.r)
+        z = np.concatenate(
+            [np.clip(z[:n_a], self.problem.lb, self.problem.ub), np.maximum(z[n_a:], 0.0)]
+        )
         alpha, dual = np.zeros(n_a), np.zeros(rows)
         point = Point(piece, z, alpha, dual, residuals(self.problem, z, alpha, dual))
         if point.feasible:

@@ -1,4 +1,4 @@
-"""Nonsense of all scales: no exception or NaN, and no claim that does not hold."""
+"""Nonsense of all scales: no exception, hang or NaN, and no claim that does not hold."""
 
 from __future__ import annotations
 
@@ -17,8 +17,18 @@ from tauten.controller.qpcc import (
     available_backends,
     certify,
     solve_qpcc,
+    warm_solver,
 )
 from tauten.service.bench.qpcc import nonsense
+
+HANG = 5.0  # s of processor time
+
+
+@pytest.fixture(scope="module", autouse=True)
+def kernels() -> None:
+    """Compiled before a clock runs."""
+    for solver in available_backends():
+        warm_solver(solver)
 
 
 def check(problem: Qpcc, solution: Solution) -> None:
