@@ -14,6 +14,7 @@ import numpy as np
 
 from tauten.controller.qpcc.qp import UNBOUNDED
 from tauten.controller.qpcc.residuals import (
+    EXACT,
     FLOOR,
     Residuals,
     add_multipliers,
@@ -346,8 +347,11 @@ def recover(
     for j in range(n_a):
         alpha[j] = price * multipliers[j] / T[j, j]
         z[j] = min(max(z[j], problem.lb[j]), problem.ub[j])
-        if alpha[j] != 0.0:
-            z[j] = problem.ub[j] if alpha[j] > 0.0 else problem.lb[j]
+        if (
+            alpha[j] != 0.0
+        ):  # exactly at the bound, but for libraries whose multipliers are never zero
+            bound = problem.ub[j] if alpha[j] > 0.0 else problem.lb[j]
+            z[j] = bound if abs(z[j] - bound) <= EXACT * tau * T[j, j] else z[j]
     for i in range(k):
         z[n_a + i] = max(z[n_a + i], 0.0) if pushes[i] else 0.0
     for j in range(n_a, len(y)):

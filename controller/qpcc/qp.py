@@ -102,7 +102,9 @@ def solve_daqp(qp: Qp) -> QpAnswer:
     if len(qp.f) == 0:
         return QpAnswer(False, np.zeros(0), np.zeros(len(qp.lower)))
     y, _, flag, info = daqp.solve(qp.H, qp.f, qp.A, qp.upper, qp.lower, **DAQP)
-    return QpAnswer(flag == DAQP_INFEASIBLE, y, info["lam"])
+    # where there is no minimum the multipliers are memory that was not written
+    multipliers = info["lam"] if flag > 0 else np.zeros(len(qp.lower))
+    return QpAnswer(flag == DAQP_INFEASIBLE, y, multipliers)
 
 
 def through_qpsolvers(name: str) -> Backend:

@@ -195,12 +195,7 @@ def residuals(problem: Scaled, z: Array, alpha: Array, dual: Array) -> Residuals
         crossed = max(crossed, min(beta[i], w[i]))
     # both signs of both sides of a pair: which of them a piece may have, its gains say
     allowed, both = signs_allowed(problem, z, values, sizes, beta, w, np.zeros(k, dtype=np.int64))
-    alpha, dual = alpha.copy(), dual.copy()
-    for j in range(n_a):
-        alpha[j] = permitted(alpha[j], allowed[j])
-    for i in range(len(dual)):
-        if i >= 2 * k or not both[i % k]:
-            dual[i] = permitted(dual[i], allowed[n_a + i])
+    alpha, dual = permitted_multipliers(alpha, dual, allowed, both)
     total, terms = gradient(problem, z)
     value, magnitude = 0.0, 0.0
     for j in range(len(z)):
@@ -217,7 +212,24 @@ def residuals(problem: Scaled, z: Array, alpha: Array, dual: Array) -> Residuals
             gain[i] = release / terms[j] if release > 0.0 else 0.0
     if not magnitude < np.inf:  # max() above passes over a NaN, this does not
         primal = np.inf
+    if not np.sum(np.abs(total)) < np.inf:
+        stationarity = np.inf
     return Residuals(value, magnitude, primal, crossed, stationarity, gain, largest_magnitude(gain))
+
+
+@kernel
+def permitted_multipliers(
+    alpha: Array, dual: Array, allowed: Bools, both: Bools
+) -> tuple[Array, Array]:
+    """The multipliers (n_a,), (2k + p,), 0 where a sign is not allowed; of pairs at zero any sign counts."""
+    n_a, k = len(alpha), len(both)
+    alpha, dual = alpha.copy(), dual.copy()
+    for j in range(n_a):
+        alpha[j] = permitted(alpha[j], allowed[j])
+    for i in range(len(dual)):
+        if i >= 2 * k or not both[i % k]:
+            dual[i] = permitted(dual[i], allowed[n_a + i])
+    return alpha, dual
 
 
 @kernel

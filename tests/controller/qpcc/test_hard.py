@@ -153,3 +153,13 @@ def test_rows_whose_terms_are_all_round_off_do_not_make_a_problem_infeasible() -
     assert solution.status.ok
     assert solution.objective == pytest.approx(-4.0, abs=1e-8)
     np.testing.assert_allclose(solution.lam_a, [0.0, 1.0, 0.0, 1.5], atol=1e-8)
+
+
+def test_an_objective_without_a_minimum_is_never_ok() -> None:
+    """A library's multipliers of a QP without a minimum are memory that was never written."""
+    problem = nasty(np.random.default_rng(12944))
+    for seed in range(20):
+        solve_qpcc(nasty(np.random.default_rng(seed)))  # leaves other numbers in memory
+        solution = solve_qpcc(problem)
+        assert not solution.status.ok
+        assert np.isfinite(solution.certificate.stationarity)
