@@ -14,7 +14,16 @@ from tauten.model.body import Material
 from tauten.model.contact import ContactPair, ContactSet
 from tauten.model.limits import limits_of
 from tauten.model.load.beams import build_beam_robot, read_structure
-from tauten.model.mesh import TetMesh, boundary_triangles, in_box, read_mesh, spread_points
+from tauten.model.load.elements import build_body, place_elements
+from tauten.model.mesh import (
+    QuadraticMesh,
+    TetMesh,
+    boundary_triangles,
+    in_box,
+    read_mesh,
+    read_quadratic_mesh,
+    spread_points,
+)
 from tauten.model.numerics import Bools, Ints, make_factorisation
 from tauten.model.points import (
     Cable,
@@ -28,6 +37,7 @@ from tauten.model.robot import Robot, names_of
 from tauten.model.schema import (
     BeamConfig,
     Changes,
+    MaterialSettings,
     RobotConfig,
     RobotFileError,
     Section,
@@ -37,9 +47,10 @@ from tauten.model.schema import (
     validated,
 )
 from tauten.model.system import integration_of, make_pattern
-from tauten.model.tetra import Elements, TetRobot, lumped_mass, rest_gradients
+from tauten.model.tetra import BodyParts, TetRobot
 
 C = TypeVar("C", RobotConfig, BeamConfig)
+M = TypeVar("M", bound=MaterialSettings)
 
 
 def robot_path(name_or_path: str | Path) -> Path:
@@ -112,7 +123,8 @@ def make_robot(contents: dict[str, Any], path: Path, changes: Changes) -> Robot:
             )
         return build_beam_robot(beams, read_structure(path.parent / beams.beams.file), str(path))
     config = changed(validated(RobotConfig, raw, path), changes, path)
-    mesh = read_mesh(path.parent / config.mesh.file, config.mesh.length_unit)
+    read = read_quadratic_mesh if config.mesh.element == "quadratic" else read_mesh
+    mesh: TetMesh | QuadraticMesh = read(path.parent / config.mesh.file, config.mesh.length_unit)
     for _ in range(changes.refinements):
         mesh = mesh.refine()
     return build_robot(config, mesh, str(path))
@@ -136,14 +148,36 @@ def changed(config: C, changes: Changes, path: Path) -> C:
         scheme = {"factorisation": changes.factorisation}
         sections["integration"] = config.integration.model_copy(update=scheme)
     if changes.young_scale != 1.0:
-        material = config.material.model_dump()
-        material["young_modulus"] *= changes.young_scale
         what = f"{path}: scaled by {changes.young_scale:g}"
-        sections["material"] = validated(type(config.material), material, what, "material")
-    return config.model_copy(update=sections)
+        sections["material"] = scaled(config.material, changes.young_scale, what, "material")
+    config = config.model_copy(update=sections)
+    if changes.young_scale != 1.0 and isinstance(config, RobotConfig):
+        materials = tuple(
+            scaled(item, changes.young_scale, what, f"materials.{index}")
+            for index, item in enumerate(config.materials)
+        )
+        config = config.model_copy(update={"materials": materials})
+    return config
 
 
-def build_robot(config: RobotConfig, mesh: TetMesh, source: str) -> TetRobot:
+def scaled(material: M, factor: float, source: str, prefix: str) -> M:
+    """A material `factor` times as stiff.
+
+    Args:
+        material: the settings.
+        factor: of Young's modulus, with which the whole law scales.
+        source: for errors.
+        prefix: name of the table, for errors.
+
+    Raises:
+        RobotFileError: the scaled Young's modulus is not allowed.
+    """
+    contents = material.model_dump()
+    contents["young_modulus"] *= factor
+    return validated(type(material), contents, source, prefix)
+
+
+def build_robot(config: RobotConfig, mesh: TetMesh | QuadraticMesh, source: str) -> TetRobot:
     """Build a robot from a validated robot file and a checked mesh.
 
     Args:
@@ -154,26 +188,26 @@ def build_robot(config: RobotConfig, mesh: TetMesh, source: str) -> TetRobot:
     Raises:
         RobotFileError: a region is empty or a point lies outside the mesh; the text names `source`.
     """
-    material = Material(**config.material.model_dump())
-    fixed = fixed_nodes(config, mesh, source)
-    cables = build_cables(config, mesh, source)
-    effectors = build_effectors(config, mesh, source)
-    pattern = make_pattern(fixed, [mesh.tets, cables.nodes])
-    slot, column_length = pattern.blocks(mesh.tets)
-    elements = Elements(rest_gradients(mesh), mesh.volumes, slot, column_length)
-    contacts = build_contacts(config, mesh, source)
-    mass = lumped_mass(mesh, material.density)[~fixed]  # (n / 3,)
+    settings = config.material
+    material = Material(settings.young_modulus, settings.poisson_ratio, settings.density)
+    body = build_body(config, mesh, source)
+    fixed = fixed_nodes(config, body.mesh, source)
+    cables = build_cables(config, body.mesh, source)
+    effectors = build_effectors(config, body.mesh, source)
+    pattern = make_pattern(fixed, [*(part.nodes for part in body.domains), cables.nodes])
+    contacts = build_contacts(config, body.mesh, source)
+    mass = body.mass[~fixed]  # (n / 3,)
     scheme = config.integration
     return TetRobot(
         names=names_of(config),
-        digest=digest(mesh, material, fixed, cables, contacts),
+        digest=digest(body, material, fixed, cables, contacts),
         gravity=np.array(config.gravity),
         tolerance=config.contact.tolerance,
-        mesh=mesh,
+        mesh=body.mesh,
         material=material,
         integration=integration_of(config),
         pattern=pattern,
-        elements=elements,
+        elements=place_elements(body, pattern),
         mass=np.repeat(mass, 3),
         load=np.outer(mass, config.gravity).ravel(),
         cables=cables,
@@ -320,12 +354,12 @@ def build_contacts(config: RobotConfig, mesh: TetMesh, source: str) -> ContactSe
 
 
 def digest(
-    mesh: TetMesh, material: Material, fixed: Bools, cables: CableSet, contacts: ContactSet
+    body: BodyParts, material: Material, fixed: Bools, cables: CableSet, contacts: ContactSet
 ) -> str:
     """SHA-256 of everything that contact forces depend on, except loads and control.
 
     Args:
-        mesh: the body.
+        body: the body.
         material: of the body.
         fixed: (n_nodes,) which nodes do not move.
         cables: of the robot.
@@ -333,8 +367,8 @@ def digest(
     """
     hasher = hashlib.sha256()
     arrays: list[NDArray[Any]] = [
-        mesh.nodes,
-        mesh.tets,
+        body.mesh.nodes,
+        body.mesh.tets,
         fixed,
         cables.owner,
         cables.nodes,
@@ -346,4 +380,8 @@ def digest(
     for array in arrays:
         hasher.update(np.round(np.ascontiguousarray(array, dtype=float), 12).tobytes())
     hasher.update(repr(material).encode())
+    if not body.is_plain:  # plain bodies keep the digest their bases were made with
+        hasher.update(repr(body.laws).encode())
+        for part in body.domains:
+            hasher.update(part.nodes.tobytes() + part.law.tobytes())
     return hasher.hexdigest()

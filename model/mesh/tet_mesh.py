@@ -17,6 +17,7 @@ from tauten.model.mesh.surface import FACES
 from tauten.model.numerics import Array, Ints
 from tauten.model.schema import LARGEST_COORDINATE
 
+EDGES = np.array([[0, 1], [1, 2], [0, 2], [0, 3], [1, 3], [2, 3]])  # of corners, in VTK's order
 UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
 
 
@@ -47,20 +48,27 @@ class TetMesh:
         return float(np.linalg.norm(np.ptp(self.nodes, axis=0)))
 
     def refine(self) -> TetMesh:
-        """Every tetrahedron cut into eight through its edge midpoints (Bey's red refinement)."""
-        pairs = np.array([[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]])
-        edges = np.sort(self.tets[:, pairs], axis=2).reshape(-1, 2)  # (6 e, 2)
-        unique, inverse = np.unique(edges, axis=0, return_inverse=True)
-        middle = (len(self.nodes) + inverse.reshape(-1, 6)).T  # (6, e)
-        a, b, c, d = self.tets.T
-        ab, ac, ad, bc, bd, cd = middle
-        children = [
-            (a, ab, ac, ad), (ab, b, bc, bd), (ac, bc, c, cd), (ad, bd, cd, d),
-            (ab, ac, ad, bd), (ab, ac, bd, bc), (ac, ad, bd, cd), (ac, bc, cd, bd),
-        ]  # fmt: skip
-        tets = np.stack([np.stack(child, axis=1) for child in children], axis=1).reshape(-1, 4)
-        nodes = np.vstack([self.nodes, self.nodes[unique].mean(axis=1)])
-        return TetMesh(nodes, oriented(nodes, tets))
+        """Every tetrahedron cut into eight through its edge midpoints."""
+        return eight_parts(*with_midpoints(self.nodes, self.tets))
+
+
+def with_midpoints(nodes: Array, tets: Ints) -> tuple[Array, Ints]:
+    """Nodes with the midpoints of all edges added, and tetrahedra (e, 10) with those on their `EDGES`."""
+    edges = np.sort(tets[:, EDGES], axis=2).reshape(-1, 2)  # (6 e, 2)
+    unique, inverse = np.unique(edges, axis=0, return_inverse=True)
+    middle = len(nodes) + inverse.reshape(-1, 6)  # (e, 6)
+    return np.vstack([nodes, nodes[unique].mean(axis=1)]), np.concatenate([tets, middle], axis=1)
+
+
+def eight_parts(nodes: Array, tets: Ints) -> TetMesh:
+    """Tetrahedra (e, 10) with a node on each of their `EDGES`, cut into eight (Bey's red refinement)."""
+    a, b, c, d, ab, bc, ac, ad, bd, cd = tets.T
+    children = [
+        (a, ab, ac, ad), (ab, b, bc, bd), (ac, bc, c, cd), (ad, bd, cd, d),
+        (ab, ac, ad, bd), (ab, ac, bd, bc), (ac, ad, bd, cd), (ac, bc, cd, bd),
+    ]  # fmt: skip
+    parts = np.stack([np.stack(child, axis=1) for child in children], axis=1).reshape(-1, 4)
+    return TetMesh(nodes, oriented(nodes, parts))
 
 
 def signed_volumes(nodes: Array, tets: Ints) -> Array:
@@ -92,14 +100,38 @@ def read_mesh(path: Path, length_unit: str = "m") -> TetMesh:
     Raises:
         MeshError: unreadable file, no tetrahedra, corners that are no nodes, or what `checked` refuses.
     """
-    if not path.is_file():
-        raise MeshError(f"{path}: no such mesh file")
     raw = read_with_meshio(path)
-    blocks = [np.asarray(block.data) for block in raw.cells if block.type == "tetra"]
-    if not sum(len(block) for block in blocks):
-        found = sorted({block.type for block in raw.cells if len(block.data)}) or ["nothing"]
-        raise MeshError(f"{path}: no tetrahedra found, only {', '.join(found)}; mesh the volume")
-    points, tets = np.asarray(raw.points), np.vstack(blocks)
+    kinds = kinds_of(raw)
+    if "tetra10" in kinds:
+        raise MeshError(
+            f'{path}: holds quadratic tetrahedra; set mesh.element = "quadratic" in the robot file'
+        )
+    if "tetra" not in kinds:
+        found = ", ".join(sorted(kinds)) or "nothing"
+        raise MeshError(f"{path}: no tetrahedra found, only {found}; mesh the volume")
+    nodes, tets = used_nodes(raw, "tetra", length_unit, path)
+    return checked(nodes, tets, str(path))
+
+
+def kinds_of(raw: Any) -> set[str]:
+    """The kinds of cells in a `meshio.Mesh`."""
+    return {block.type for block in raw.cells if len(block.data)}
+
+
+def used_nodes(raw: Any, kind: str, length_unit: str, path: Path) -> tuple[Array, Ints]:
+    """Nodes (n_nodes, 3) [m] that cells of one kind use, and these cells (e, corners).
+
+    Args:
+        raw: a `meshio.Mesh` with such cells.
+        kind: of the cells, in the words of meshio.
+        length_unit: unit of its coordinates.
+        path: its file, for errors.
+
+    Raises:
+        MeshError: points that are no coordinates, or corners that are no nodes.
+    """
+    blocks = [np.asarray(block.data) for block in raw.cells if block.type == kind]
+    points, tets = np.asarray(raw.points), np.vstack([block for block in blocks if len(block)])
     if points.ndim != 2 or points.shape[1] != 3 or points.dtype.kind not in "iuf":
         raise MeshError(
             f"{path}: points are an array {points.shape} of {points.dtype}, expected three coordinates each"
@@ -112,18 +144,20 @@ def read_mesh(path: Path, length_unit: str = "m") -> TetMesh:
             f"{path}: tetrahedron {wrong[0]} has the corners {tets[wrong[0]].tolist()}, "
             f"the nodes are 0 to {len(points) - 1}"
         )
-    used, tets = np.unique(tets.astype(np.int64), return_inverse=True)
+    used, numbers = np.unique(tets.astype(np.int64), return_inverse=True)
     with np.errstate(over="ignore"):  # what does not fit becomes infinite, which `checked` refuses
         nodes = points[used].astype(np.float64) * UNITS[length_unit]
-    return checked(nodes, tets.reshape(-1, 4), str(path))
+    return nodes, numbers.reshape(tets.shape)
 
 
 def read_with_meshio(path: Path) -> Any:
     """The `meshio.Mesh` of a file.
 
     Raises:
-        MeshError: meshio cannot read the file; the text contains the reason of meshio on one line.
+        MeshError: no such file, or meshio cannot read it; the text contains the reason of meshio on one line.
     """
+    if not path.is_file():
+        raise MeshError(f"{path}: no such mesh file")
     printed = (
         io.StringIO()
     )  # meshio prints why it cannot read a file and then exits the interpreter

@@ -1,10 +1,11 @@
 """The contents of robot files, validated field by field."""
 
 from tauten.model.schema.beam_file import BarSettings, BeamConfig, Structure, TubeSettings, Vertebra
+from tauten.model.schema.material import LawName, MaterialSettings
 from tauten.model.schema.robot_file import (
-    Box,
     CableSettings,
     Changes,
+    ElementName,
     RobotConfig,
     RobotSettings,
     SurfaceSettings,
@@ -13,6 +14,7 @@ from tauten.model.schema.robot_file import (
 )
 from tauten.model.schema.section import (
     LARGEST_COORDINATE,
+    Box,
     Name,
     Positive,
     Rate,
@@ -30,7 +32,10 @@ __all__ = [
     "Box",
     "CableSettings",
     "Changes",
+    "ElementName",
     "LARGEST_COORDINATE",
+    "LawName",
+    "MaterialSettings",
     "Name",
     "Positive",
     "Rate",

@@ -7,7 +7,13 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import ConfigDict, Field, model_validator
 
+from tauten.model.schema.material import (
+    MaterialSettings,
+    RegionMaterialSettings,
+    SolidMaterialSettings,
+)
 from tauten.model.schema.section import (
+    Box,
     Direction,
     Distance,
     Name,
@@ -19,38 +25,22 @@ from tauten.model.schema.section import (
     in_range,
 )
 
-Vector = tuple[float, float, float]
+ElementName = Literal["linear", "quadratic", "smoothed"]
 BackEnd = Literal["auto", "pardiso", "cholmod", "superlu"]
 Acceleration = Annotated[float, in_range(-1e3, 1e3, "m/s²")]
 Gravity = tuple[Acceleration, Acceleration, Acceleration]
 
 
 class MeshSettings(Section):
-    """The body's mesh; `length_unit` applies to the mesh file only, the robot file is in SI units."""
+    """The body's mesh; `length_unit` applies to the mesh file only, the robot file is in SI units.
+
+    `element` is what the body is made of: linear tetrahedra; quadratic ones, with midpoints added to a linear
+    mesh; or linear ones with strain smoothed around edges and change of volume around nodes.
+    """
 
     file: str
     length_unit: Literal["m", "cm", "mm"] = "m"
-
-
-class MaterialSettings(Section):
-    """Isotropic material."""
-
-    young_modulus: Annotated[float, Field(ge=1e2, le=1e12)]
-    poisson_ratio: Annotated[float, Field(ge=0.0, lt=0.5)]
-    density: Annotated[float, Field(ge=1.0, le=3e4)]
-
-
-class Box(Section):
-    """Nodes or triangles between two corners [m]."""
-
-    lower: Vector
-    upper: Vector
-
-    @model_validator(mode="after")
-    def _ordered(self) -> Box:
-        if any(low > high for low, high in zip(self.lower, self.upper, strict=True)):
-            raise ValueError(f"lower {self.lower} must not exceed upper {self.upper}")
-        return self
+    element: ElementName = "linear"
 
 
 class CableSettings(Section):
@@ -169,6 +159,8 @@ class RobotSettings(Section):
 class RobotConfig(RobotSettings):
     """The file of a robot made of tetrahedra."""
 
+    material: SolidMaterialSettings
+    materials: tuple[RegionMaterialSettings, ...] = ()
     mesh: MeshSettings
     surfaces: tuple[SurfaceSettings, ...] = ()
 

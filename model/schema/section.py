@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 
 class RobotFileError(ValueError):
@@ -60,6 +60,19 @@ Direction = Annotated[tuple[Coordinate, Coordinate, Coordinate], AfterValidator(
 Thickness = Annotated[float, in_range(1e-6, 10.0, "m")]  # of solid parts
 Distance = Annotated[float, in_range(1e-9, 1.0, "m")]  # that contact is judged by
 Rate = Annotated[float, Field(gt=0.0, le=10_000.0), in_range(1e-2, 1e4, "Hz")]
+
+
+class Box(Section):
+    """Nodes, elements or triangles between two corners [m]."""
+
+    lower: tuple[float, float, float]
+    upper: tuple[float, float, float]
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Box:
+        if any(low > high for low, high in zip(self.lower, self.upper, strict=True)):
+            raise ValueError(f"lower {self.lower} must not exceed upper {self.upper}")
+        return self
 
 
 def read_text(path: Path, parse: Callable[[str], Any], kind: str) -> Any:

@@ -29,8 +29,13 @@ def rest_gradients(mesh: TetMesh) -> Array:
     return np.ascontiguousarray(np.concatenate([g0, inverse], axis=1))
 
 
-def lumped_mass(mesh: TetMesh, density: float) -> Array:
-    """Nodal masses, with a quarter of every element's mass at each corner: (n_nodes,) [kg]."""
+def lumped_mass(mesh: TetMesh, density: float | Array) -> Array:
+    """Nodal masses, with a quarter of every element's mass at each corner: (n_nodes,) [kg].
+
+    Args:
+        mesh: the body.
+        density: of all elements, or of each (e,) [kg/m³].
+    """
     share = np.repeat(density * mesh.volumes / 4.0, 4)
     return np.bincount(mesh.tets.ravel(), share, len(mesh.nodes)).astype(float)
 

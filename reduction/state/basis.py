@@ -10,7 +10,7 @@ import numpy as np
 
 from tauten.model import Robot
 from tauten.model.numerics import Array, Ints
-from tauten.model.tetra import TetRobot
+from tauten.model.tetra import Solid, TetRobot
 from tauten.reduction.storage import DamagedFile, UnknownFile, located, parsed, read, write
 
 SUFFIX = ".states"
@@ -149,12 +149,9 @@ class StateBasis:
             StateBasisError: it was made for another robot, or for an earlier version of this one; its
                 modes are not orthonormal in the robot's mass, its weighted elements have
                 another volume than the body, its tip error is larger than the robot, or the robot is not
-                made of tetrahedra.
+                made of linear corotational tetrahedra.
         """
-        if not isinstance(robot, TetRobot):
-            raise StateBasisError(
-                f"robot {robot.name}: only robots made of tetrahedra have state bases"
-            )
+        body = corotational_robot(robot)
         made_for = self.origin
         if made_for.robot_digest != robot.digest or len(self.Phi) != robot.n:
             raise StateBasisError(
@@ -162,7 +159,7 @@ class StateBasis:
                 f"{made_for.robot_digest[:12]}, not for {robot.name!r} with {robot.digest[:12]}: "
                 f"make one with `tauten reduce {robot.name} --states`"
             )
-        self._check_body(robot)
+        self._check_body(body)
 
     def _check_body(self, robot: TetRobot) -> None:
         """Compare modes, sample and tip error with the robot's body."""
@@ -182,7 +179,7 @@ class StateBasis:
                 f"{robot.name!r}: ΦᵀMΦ/m − I has an entry of {apart:.2g}, allowed are "
                 f"{_ORTHONORMAL}: {again}"
             )
-        volumes = robot.elements.volumes
+        volumes = robot.corotational.volumes
         with np.errstate(over="ignore"):
             share = float(self.weights @ volumes[self.elements] / volumes.sum())
         if not 1.0 / _VOLUME <= share <= _VOLUME:
@@ -240,3 +237,21 @@ def _load(path: Path) -> StateBasis:
         raise StateBasisError(str(error)) from error
     except (StateBasisError, KeyError, TypeError, ValueError) as error:
         raise StateBasisError(f"{path}: this state basis file is damaged ({error})") from error
+
+
+def corotational_robot(robot: Robot) -> TetRobot:
+    """The robot, when state reduction knows its elements.
+
+    Raises:
+        StateBasisError: it is not made of linear corotational tetrahedra of one material.
+    """
+    if not isinstance(robot, TetRobot):
+        raise StateBasisError(
+            f"robot {robot.name}: only robots made of tetrahedra have state bases"
+        )
+    if isinstance(robot.elements, Solid):
+        raise StateBasisError(
+            f"robot {robot.name}: only linear tetrahedra of one corotational material have state bases; "
+            'set mesh.element = "linear" and material.law = "corotational", or use the full model'
+        )
+    return robot

@@ -56,7 +56,7 @@ def sampled_body(robot: TetRobot, Phi: Array, elements: Ints, weights: Array) ->
         weights: (s,) factors of their forces.
     """
     G = element_gradients(robot, Phi, elements)  # (9 s, r)
-    volume = weights * robot.elements.volumes[elements]  # (s,)
+    volume = weights * robot.corotational.volumes[elements]  # (s,)
     weighted = np.repeat(2.0 * robot.material.lame[1] * volume, 9)[:, None] * G  # (9 s, r)
     identity = np.tile(np.eye(3).ravel(), len(elements))  # (9 s,)
     return Body(G, volume, robot.material.lame, G.T @ weighted, identity @ weighted)
@@ -74,7 +74,7 @@ def element_gradients(robot: TetRobot, Phi: Array, elements: Ints) -> Array:
         (9 s, r) [1/m], row 9 e + 3 i + j.
     """
     rows = node_rows(robot, Phi, robot.mesh.tets[elements])  # (s, 4, 3, r)
-    G = np.einsum("sair,saj->sijr", rows, robot.elements.gradients[elements], optimize=True)
+    G = np.einsum("sair,saj->sijr", rows, robot.corotational.gradients[elements], optimize=True)
     return np.ascontiguousarray(G.reshape(-1, Phi.shape[1]))
 
 

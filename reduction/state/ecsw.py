@@ -83,7 +83,7 @@ def contributions(robot: TetRobot, Phi: Array, alphas: Array, seed: int) -> Arra
     rng = np.random.default_rng(seed)
     every, r = np.arange(robot.n_elements), Phi.shape[1]
     G = element_gradients(robot, Phi, every)  # (9 e, r)
-    volume, lame = robot.elements.volumes, robot.material.lame
+    volume, lame = robot.corotational.volumes, robot.material.lame
     C = np.empty((alphas.shape[1] * (1 + DIRECTIONS) * r, len(every)))
     row = 0
     for alpha in np.ascontiguousarray(alphas.T):

@@ -15,7 +15,12 @@ from tauten.model.tetra import TetRobot
 from tauten.reduction.campaign import Snapshots
 from tauten.reduction.contact import ContactBasis, TipErrors, tip_errors
 from tauten.reduction.provenance import package_versions
-from tauten.reduction.state.basis import StateBasis, StateBasisError, StateOrigin
+from tauten.reduction.state.basis import (
+    StateBasis,
+    StateBasisError,
+    StateOrigin,
+    corotational_robot,
+)
 from tauten.reduction.state.ecsw import Sample, sample_elements
 from tauten.reduction.state.modes import Pod, campaign_responses, enriched, pod
 from tauten.reduction.state.robot import reduced_robot
@@ -70,10 +75,7 @@ def reduce_states(
         StateBasisError: a robot that is not made of tetrahedra, snapshots without configurations, or
             a reduced model that does not find its equilibria.
     """
-    if not isinstance(robot, TetRobot):
-        raise StateBasisError(
-            f"robot {robot.name}: only robots made of tetrahedra have state bases"
-        )
+    robot = corotational_robot(robot)
     if len(snapshots.q) != robot.n or len(snapshots) < HELD_OUT:
         raise StateBasisError(
             f"{len(snapshots)} snapshots with {len(snapshots.q)} coordinates: "

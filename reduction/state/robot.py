@@ -26,7 +26,7 @@ from tauten.model import (
 from tauten.model.contact import ContactSet
 from tauten.model.numerics import Array, DenseFactors, FactorisationError, Ints
 from tauten.model.tetra import TetRobot
-from tauten.reduction.state.basis import StateBasis
+from tauten.reduction.state.basis import StateBasis, corotational_robot
 from tauten.reduction.state.body import (
     ReducedPoints,
     contact_surface,
@@ -287,7 +287,7 @@ def reduced_robot(robot: Robot, states: StateBasis) -> ReducedRobot:
         StateBasisError: the basis was made for another robot, or this one is not made of tetrahedra.
     """
     states.check_robot(robot)
-    assert isinstance(robot, TetRobot)  # as checked
+    robot = corotational_robot(robot)
     Phi = states.Phi
     body, tendons = (
         sampled_body(robot, Phi, states.elements, states.weights),

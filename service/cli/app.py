@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from tauten.service.cli.bench import bench
+from tauten.service.cli.bench_elements import elements
 from tauten.service.cli.bench_node import node
 from tauten.service.cli.closed_loop import closed_loop
 from tauten.service.cli.compare import compare
@@ -178,6 +179,7 @@ _COMMANDS = (
 for _command in _COMMANDS:
     app.command()(_command)
 bench.command("closed-loop")(closed_loop)
+bench.command("elements")(elements)
 bench.command("node")(node)
 app.add_typer(bench, name="bench")
 

@@ -125,10 +125,11 @@ def _rate(setup: Setup, seconds: float) -> list[Finding]:
     step = step_seconds(controller)
     rate, best = 1.0 / robot.h, rate_for(step)
     loop, goal = ControlLoop(controller, settings=setup.service), controller.effector
-    begin, late = time.monotonic(), []
+    late: list[float] = []
+    begin = time.monotonic()
     with manual_garbage_collection():
         clock = punctual_clock(robot.h)
-        while time.monotonic() - begin < seconds:
+        while not late or time.monotonic() - begin < seconds:
             late.append(clock.wait().lateness)
             loop.tick(goal, Signals(target=True))
             loop.prepare()

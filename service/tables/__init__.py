@@ -12,6 +12,7 @@ from tauten.service.tables.contact_basis import (
     pairs_of,
     write_contact_basis_tables,
 )
+from tauten.service.tables.elements import element_tables, write_element_tables
 from tauten.service.tables.node import NODE_BEGIN, NODE_END, node_table, write_node_tables
 from tauten.service.tables.numbers import Numbers, PageError, milliseconds
 from tauten.service.tables.qpcc import qpcc_tables, write_qpcc_tables
@@ -32,6 +33,7 @@ __all__ = [
     "certificate",
     "closed_loop_tables",
     "contact_basis_tables",
+    "element_tables",
     "found_robot",
     "kept_curve",
     "milliseconds",
@@ -44,6 +46,7 @@ __all__ = [
     "write_arm_tables",
     "write_closed_loop_tables",
     "write_contact_basis_tables",
+    "write_element_tables",
     "write_node_tables",
     "write_qpcc_tables",
     "write_reduced_tables",

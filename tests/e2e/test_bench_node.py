@@ -61,7 +61,7 @@ def test_a_stop_before_there_is_anything_is_no_error(beam_file: Path) -> None:
 
 
 def test_a_node_that_ends_is_an_error_with_its_last_words(beam_file: Path) -> None:
-    settings = NodeBenchSettings(seconds=2.0, target_rate=50.0, options=("--rate", "1e6"))
+    settings = NodeBenchSettings(seconds=2.0, target_rate=50.0, options=("--rate", "1e4"))
     setup = load_setup(str(beam_file))
     with pytest.raises(DemoError, match="cannot be held") as error:
         bench_node(setup, str(beam_file), settings, StopFlag(), lambda text: None)

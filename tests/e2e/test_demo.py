@@ -38,7 +38,8 @@ def test_it_leaves_log_report_and_targets(folder: Path) -> None:
     report = json.loads((folder / REPORT).read_text())
     assert report["robot"] == "beam"
     assert report["complete"]
-    assert report["health"]["targets"]["refused"] == "0"
+    targets = report["health"]["targets"]  # on a busy machine a target can be too old on arrival
+    assert targets["refused"] == targets.get("refused_too_old", "0")
     assert set(report["statuses"]) == {"OK"}
     assert 0.0 < max(report["peak_pull_mm"]) < 1.1 * 0.3 * 20.0
 

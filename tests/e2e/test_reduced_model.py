@@ -135,7 +135,7 @@ def test_full_model_watches_and_takes_over(thumb_file: Path) -> None:
         assert fall_back.wanted
         found = fall_back.watch.diagnostic()
         assert found.level is Level.WARN
-        assert "outside of what it was trained for" in found.message
+        assert "outside of the states it was trained with" in found.message
         before, tip = loop.act(goal), loop.controller.effector
         assert fall_back.switch(loop) == pytest.approx(1.0 / 25.0)
         assert not isinstance(loop.controller.robot, ReducedRobot)
@@ -162,7 +162,9 @@ def test_model_where_it_was_trained_is_well(thumb_file: Path) -> None:
             fall_back.watch.look(controller)
             time.sleep(0.01)
         assert fall_back.watch.diagnostic().level is Level.OK
-        assert fall_back.watch.diagnostic().message == "reduced, where it was trained"
+        assert (
+            fall_back.watch.diagnostic().message == "reduced, within the states it was trained with"
+        )
         assert not fall_back.wanted
     finally:
         fall_back.watch.close()
@@ -200,4 +202,4 @@ def test_run_of_the_reduced_model_replays(thumb_file: Path, tmp_path: Path) -> N
             process.process.kill()
         process.process.wait()
     # of the range; kernels compiled by this run may round otherwise than when they come from disk
-    assert run_main("replay", log, "--tolerance", 1e-9) == 0
+    assert run_main("replay", log, "--tolerance", 1e-9, "--recorded-paths") == 0
