@@ -19,7 +19,7 @@ from tauten.controller.qpcc import (
     read_qpcc,
     solve_qpcc,
 )
-from tauten.service.bench.qpcc.branch_and_bound import branch_and_bound
+from tauten.service.bench.qpcc.global_optimum import branch_and_bound
 from tauten.service.bench.qpcc.oracle import enumerate_pieces
 from tauten.service.bench.qpcc.random_problems import (
     degenerate,

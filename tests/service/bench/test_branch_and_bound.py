@@ -8,7 +8,7 @@ import pytest
 from tauten.controller.qpcc import UNBOUNDED, Qp, QpAnswer, Qpcc, solve_daqp
 from tauten.model.numerics import Array
 from tauten.service.bench.qpcc import branch_and_bound, enumerate_pieces
-from tauten.service.bench.qpcc.branch_and_bound import dual_value
+from tauten.service.bench.qpcc.global_optimum import dual_value
 
 
 def bound(qp: Qp, upper: Array, y: Array, multipliers: Array) -> float:
