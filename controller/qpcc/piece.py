@@ -3,7 +3,8 @@
 A piece says of every mode whether it pushes (w_i = 0, β_i >= 0) or is open (β_i = 0, w_i >= 0). The
 equations w_I = 0 give β_I as an affine function of a, so that a QP in a alone remains, n_a variables
 instead of n_a + k. Where M_II is singular (duplicate modes), as many β as its rank lacks remain variables,
-and the equations that are left over remain rows.
+and the equations that are left over remain rows. M_II is symmetric for robots, but not for bilevel programs
+(ex9.2.1 of MacMPEC), which is why an LU factorisation with complete pivoting finds the rank.
 """
 
 from __future__ import annotations
