@@ -23,8 +23,9 @@ def has_feasible_point(problem: Qpcc) -> bool:
     n_a, k = len(problem.lb), len(problem.m)
     M, G = scaled.R[k : 2 * k], scaled.R[2 * k :]
     ends = [scaled.lb, scaled.ub, scaled.lo[2 * k :], scaled.hi[2 * k :], scaled.r[k : 2 * k]]
-    known = np.concatenate([np.abs(end[np.abs(end) < UNBOUNDED]) for end in ends])
-    unit = known.max(initial=0.0) or 1.0  # the tolerances of HiGHS are absolute
+    # the tolerances of HiGHS are absolute: gaps and limits of rows become of order one
+    known = [np.abs(end[np.abs(end) < UNBOUNDED]).max(initial=0.0) for end in ends]
+    unit = max(known[2:]) or max(known[:2]) or 1.0
     lb, ub, lo, hi, m = (np.where(np.abs(end) < UNBOUNDED, end / unit, end) for end in ends)
     lower, upper = np.r_[lb, np.zeros(k)], np.r_[ub, np.full(k, UNBOUNDED)]
     for sides in product((False, True), repeat=k):
