@@ -31,6 +31,7 @@ from tauten.service.cli.options import (
 )
 from tauten.service.cli.reduction import inspect, reduce
 from tauten.service.cli.runs import demo, replay
+from tauten.service.cli.solve import solve
 from tauten.service.process import set_up_logging
 
 if TYPE_CHECKING:
@@ -171,7 +172,7 @@ def stream(
 
 
 _COMMANDS = (
-    *(serve, plant, stream, demo, replay),
+    *(serve, plant, stream, demo, replay, solve),
     *(command, record, metrics, alive, doctor),
     *(reduce, inspect, compare),
 )

@@ -134,6 +134,9 @@ def qpcc(
     json_file: Json = None,
     markdown: Annotated[Path | None, typer.Option(help="Page to put the tables into.")] = None,
     recorded: Annotated[Path | None, typer.Option(help="Folder of recorded problems.")] = None,
+    published: Annotated[
+        Path | None, typer.Option(help="Folder of published problems, with a problems.csv.")
+    ] = None,
 ) -> None:
     """Times of QPCCs by size, start and QP library; distance of their solutions from the optimum."""
     from tauten.service.bench.qpcc import bench_qpcc
@@ -148,7 +151,7 @@ def qpcc(
     with Progress(console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task("problems", total=1.0)
         result = bench_qpcc(
-            folder, lambda share, what: bar.update(task, advance=share, description=what)
+            folder, published, lambda share, what: bar.update(task, advance=share, description=what)
         )
     for table in qpcc_tables(result):
         Console().print(table.rich())

@@ -216,3 +216,42 @@ def nonsense(rng: Random, decades: float = 12.0) -> Qpcc:
     if rng.random() < 0.02 and k > 0:
         m[0] = rng.choice([np.nan, np.inf])
     return Qpcc(half @ half.T, some(n), lb, ub, some(p, n), g_lo, g_hi, M, m)
+
+
+def nasty(rng: Random, decades: float = 6.0) -> Qpcc:
+    """A small problem that is hard on tolerances: whole numbers, low rank, gaps of zero, no curvature, units.
+
+    Args:
+        rng: source of randomness.
+        decades: forces and lengths are measured in units from 10 to minus this to 10 to this.
+    """
+    n_a, k, p = int(rng.integers(1, 5)), int(rng.integers(1, 7)), int(rng.integers(0, 4))
+    n = n_a + k
+    kind = rng.integers(4)
+
+    def some(*shape: int) -> Array:
+        values = rng.normal(size=shape) if kind < 2 else rng.integers(-2, 3, size=shape)
+        return np.asarray(values, dtype=np.float64)
+
+    rank = int(rng.integers(0, n + 1))
+    half, contact = some(n, rank), some(k, int(rng.integers(1, k + 1)))
+    N = contact @ contact.T
+    if kind == 3:  # skew, as in bilevel programs
+        N = np.triu(some(k, k), 1)
+        N = N - N.T
+    m = some(k) * (rng.random(k) < rng.choice([0.0, 0.5, 1.0]))
+    low = some(p)
+    width = np.abs(some(p)) * (rng.random(p) < 0.7)
+    high = np.where(rng.random(p) < 0.3, np.inf, low + width)
+    force, length = 10.0 ** rng.uniform(-decades, decades, 2)
+    return Qpcc(
+        Q=half @ half.T * length**2 / force**2,
+        c=some(n) * length**2 / force,
+        lb=np.where(rng.random(n_a) < 0.2, -np.inf, 0.0),
+        ub=np.where(rng.random(n_a) < 0.5, np.inf, force * np.abs(some(n_a))),
+        G=some(p, n) * length / force,
+        g_lo=low * length,
+        g_hi=high * length,
+        M=np.hstack([some(k, n_a), N]) * length / force,
+        m=m * length,
+    )

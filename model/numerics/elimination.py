@@ -1,4 +1,4 @@
-"""Dense LU with complete pivoting for matrices of contact modes: small, often singular.
+"""Dense LU with complete pivoting for small matrices that are often singular, symmetric or not.
 
 LAPACK has no rank-revealing LU, and a call into it costs more than the elimination itself here.
 Golub and Van Loan, Matrix Computations, 4th ed., section 3.4.8.
@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from tauten.model.numerics import Array, Ints, kernel
+from tauten.model.numerics.arrays import Array, Ints
+from tauten.model.numerics.jit import kernel
 
 RANK = 1e-10  # pivots below this, relative to the largest, count as zero; well above round-off
 
@@ -78,7 +79,7 @@ def clear_below(E: Array, X: Array, s: int) -> None:
 
 
 @kernel
-def back_substitute(E: Array, X: Array, rank: int) -> None:
+def solve_upper(E: Array, X: Array, rank: int) -> None:
     """X[:rank] <- U⁻¹ X[:rank], with U the upper triangle of E[:rank, :rank]."""
     for s in range(rank - 1, -1, -1):
         for j in range(X.shape[1]):
