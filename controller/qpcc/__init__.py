@@ -16,7 +16,7 @@ from tauten.controller.qpcc.qp import (
 from tauten.controller.qpcc.residuals import certify
 from tauten.controller.qpcc.scaling import USABLE, Scaled, scale
 from tauten.controller.qpcc.solution import Certificate, Solution, Status
-from tauten.controller.qpcc.solve import QpccSettings, contact_forces, solve_qpcc
+from tauten.controller.qpcc.solve import QpccSettings, solve_qpcc
 from tauten.controller.qpcc.warming import warm_solver
 
 __all__ = [
@@ -37,7 +37,6 @@ __all__ = [
     "USABLE",
     "available_backends",
     "certify",
-    "contact_forces",
     "parabola",
     "qp_backend",
     "read_qpcc",

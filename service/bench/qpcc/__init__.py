@@ -1,7 +1,7 @@
 """The benchmark of the QPCC solver: problems, oracles, quality, times."""
 
 from tauten.service.bench.qpcc.bench import QpccBench, bench_qpcc
-from tauten.service.bench.qpcc.global_optimum import GlobalOptimum, branch_and_bound
+from tauten.service.bench.qpcc.global_optimum import branch_and_bound
 from tauten.service.bench.qpcc.oracle import enumerate_pieces, scip_optimum
 from tauten.service.bench.qpcc.quality import QpccCase, Quality, generated, measure
 from tauten.service.bench.qpcc.random_problems import (
@@ -16,7 +16,6 @@ from tauten.service.bench.qpcc.recorded import Recorded, load_recorded, save_rec
 from tauten.service.bench.qpcc.times import Size, SolveTimes, make_problems, time_solves
 
 __all__ = [
-    "GlobalOptimum",
     "QpccBench",
     "QpccCase",
     "Quality",
