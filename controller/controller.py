@@ -140,6 +140,7 @@ class Controller:
         self._state, self._forces, self.status = state, forces, Status.OK
         self._prepared: Prepared | None = None
         self._decision: Decision | None = None
+        self._last_decision: Decision | None = None
         self._pending: Actuation | None = None  # decided in this step
         self._left = Actuation(  # in the step before: what rates and holds start from
             pull, forces.tension, self.robot.effector(state), Status.OK, NO_CERTIFICATE
@@ -188,6 +189,14 @@ class Controller:
         return (self._pending or self._left).tension.copy()
 
     @property
+    def last_decision(self) -> Decision | None:
+        """The last decision for a target, usable or not; None before the first.
+
+        `tauten.controller.qpcc.write_qpcc` writes its `problem` and `start` to a file for `tauten solve`.
+        """
+        return self._last_decision
+
+    @property
     def candidates_in_range(self) -> int:
         """Contact candidates within the alarm distance in the prepared step."""
         return 0 if self._prepared is None else len(self._prepared.step.rows.contacts)
@@ -222,6 +231,7 @@ class Controller:
         if self._prepared is None:
             return self._repeat()
         decision = decide(self.robot, self._prepared, goal, self._left.pull, self.settings)
+        self._last_decision = decision
         if not decision.status.usable:
             return self._hold(decision.status, decision.conflict)
         return self._take(decision, None, decision.status, decision.conflict)

@@ -83,6 +83,13 @@ def replay(
             "beside the log. For logs that you trust.",
         ),
     ] = False,
+    problem: Annotated[
+        Path | None,
+        typer.Option(
+            help="Only write the inverse problem of --tick to this file, for tauten solve."
+        ),
+    ] = None,
+    tick: Annotated[int, typer.Option(min=0, help="Number of the tick, for --problem.")] = 0,
 ) -> None:
     """Run the controller on a log's targets.
 
@@ -90,8 +97,11 @@ def replay(
     """
     from tauten.service.plots import draw_replay
     from tauten.service.replay import replay as run
-    from tauten.service.replay import write_report
+    from tauten.service.replay import write_problem, write_report
 
+    if problem is not None:
+        write_problem(log, tick, problem, recorded_paths)
+        return
     result = run(log, tolerance, against, model, recorded_paths)
     table = Table("cable", "pull differs by [mm]", "tension differs by [N]", title=str(log))
     for name, pull, tension in zip(result.cables, result.pull, result.tension, strict=True):

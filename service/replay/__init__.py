@@ -1,7 +1,7 @@
 """A run read back from its log, reported, and replayed."""
 
 from tauten.service.replay.replay_report import TICKS, VERDICT, write_report
-from tauten.service.replay.replaying import Replay, replay
+from tauten.service.replay.replaying import Replay, replay, write_problem
 from tauten.service.replay.report import (
     Report,
     Spread,
@@ -27,5 +27,6 @@ __all__ = [
     "replay",
     "spread",
     "table_rows",
+    "write_problem",
     "write_report",
 ]

@@ -14,6 +14,7 @@ from time import perf_counter
 
 import numpy as np
 
+from tauten.controller.qpcc import write_qpcc
 from tauten.model.numerics import Array
 from tauten.service.log import LogError, LogReader
 from tauten.service.node import Action, ControlLoop
@@ -117,6 +118,41 @@ def replay(
         return _compare(reader, setup, recorded.robot, tolerance)
 
 
+def write_problem(path: Path, index: int, file: Path, recorded_paths: bool = False) -> None:
+    """Write the inverse problem of a recorded tick to a file for `tauten solve`.
+
+    Args:
+        path: MCAP file of the run.
+        index: number of the tick.
+        file: where to write the problem and its start.
+        recorded_paths: see `replay`.
+
+    Raises:
+        LogError: no log, a damaged one, none that fits the robot, or nothing was decided in this tick.
+        RobotFileError, MeshError, BasisError, StateBasisError: the robot cannot be used.
+        OSError: the file cannot be written.
+    """
+    reader = LogReader(path)
+    recorded = recorded_setup(path, reader.read_metadata())
+    setup = load_setup(
+        recorded.robot_file(recorded_paths),
+        recorded.rate,
+        recorded.contact_basis(recorded_paths),
+        recorded.order,
+        accept_error=True,
+    )
+    with one_blas_thread():
+        loop = replay_loop(setup)
+        for tick, _, _ in actions(recorded_ticks(reader, setup, recorded.robot), loop):
+            decision = loop.controller.last_decision
+            if tick.index != index or not tick.goal or decision is None:
+                continue
+            if decision.problem is not None:
+                write_qpcc(file, decision.problem, decision.start)
+                return
+    raise LogError(f"{path}: tick {index} is not in the log, or no decision was made in it")
+
+
 def recorded_ticks(reader: LogReader, setup: Setup, robot: str) -> Iterator[tuple[Tick, Joints]]:
     """Ticks of a log, each with its actuation.
 
@@ -160,11 +196,15 @@ def _check_positions(tick: Tick, effectors: int, path: Path) -> None:
         raise LogError(f"{path}: tick {tick.index}: a correction without a goal")
 
 
+def replay_loop(setup: Setup) -> ControlLoop:
+    """A loop at rest, with every kernel compiled."""
+    return ControlLoop(warm_controller(setup), settings=setup.service)
+
+
 def actions(
-    ticks: Iterator[tuple[Tick, Joints]], setup: Setup
+    ticks: Iterator[tuple[Tick, Joints]], loop: ControlLoop
 ) -> Iterator[tuple[Tick, Joints, Action]]:
-    """Actions of the loop at the recorded ticks."""
-    loop = ControlLoop(warm_controller(setup), settings=setup.service)
+    """Actions of a loop at the recorded ticks."""
     for tick, actuation in ticks:
         if loop.state.mode is Mode.STOP and tick.mode is not Mode.STOP:
             loop.rest()  # the operator's reset
@@ -209,7 +249,7 @@ def _courses(recorded: Iterator[tuple[Tick, Joints]], setup: Setup) -> Courses:
     stamps, status = [], []
     pull: list[tuple[Array, Array]] = []
     tension: list[tuple[Array, Array]] = []
-    for tick, actuation, action in actions(recorded, setup):
+    for tick, actuation, action in actions(recorded, replay_loop(setup)):
         stamps.append(tick.stamp)
         pull.append((np.array(actuation.pull), action.actuation.pull))
         tension.append((np.array(actuation.tension), action.actuation.tension))

@@ -15,16 +15,26 @@ import numpy as np
 import pytest
 from support.processes import ROBOT, write_robot
 
-from tauten.controller import Controller
+from tauten.controller import Controller, Status
+from tauten.controller.qpcc import read_qpcc, solve_qpcc
 from tauten.model import Robot, load_robot
 from tauten.service.cli import main
 from tauten.service.log import Entry, LogError, LogReader, LogRecorder
 from tauten.service.node import ControlLoop, Signals
 from tauten.service.plots import draw_replay, draw_run
 from tauten.service.replay import TICKS as TABLE
-from tauten.service.replay import VERDICT, make_report, read_run, replay, table_rows, write_report
+from tauten.service.replay import (
+    VERDICT,
+    make_report,
+    read_run,
+    replay,
+    table_rows,
+    write_problem,
+    write_report,
+)
 from tauten.service.setup import Setup, load_setup
 from tauten.service.wire import (
+    CDR,
     FLOAT,
     JOINTS,
     POINT,
@@ -34,6 +44,7 @@ from tauten.service.wire import (
     Point,
     Positions,
     Tick,
+    decode_joints,
     decode_tick,
     encode_float,
     encode_joints,
@@ -349,3 +360,29 @@ def test_one_flipped_byte_is_not_a_shorter_run(log: Path) -> None:
         replay(path, 1e-4)
     with pytest.raises(LogError, match="damaged near byte"):
         read_run(path)
+
+
+def test_the_problem_of_a_tick_is_written_and_solved_alike(
+    log: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = tmp_path / "tick.npz"
+    write_problem(log, 30, file)
+    problem, start = read_qpcc(file)
+    solution = solve_qpcc(problem, start)
+    assert solution.status is Status.OK
+    messages = LogReader(log).messages()
+    joints = [
+        decode_joints(m.payload, CDR, ("lower", "upper"))
+        for m in messages
+        if m.key.endswith("actuation")
+    ]
+    recorded = joints[30]
+    assert isinstance(recorded, Joints)
+    np.testing.assert_allclose(solution.lam_a, recorded.tension, atol=1e-9)
+    monkeypatch.setattr(sys, "argv", ["tauten", "solve", str(file)])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    assert ended.value.code == 0
+    assert "status           OK" in capsys.readouterr().out
+    with pytest.raises(LogError, match="tick 1000 is not in the log"):
+        write_problem(log, 1000, tmp_path / "none.npz")
