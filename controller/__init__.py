@@ -1,25 +1,42 @@
 """Inverse control: from a target to cable tensions, one decision a time step."""
 
-from tauten.controller.compliance import Response
-from tauten.controller.controller import NOTHING, Actuation, Controller
-from tauten.controller.inverse import energy_scale, inverse_problem, shut
+from tauten.controller.controller import NO_CERTIFICATE, Actuation, Controller
+from tauten.controller.inverse import closed_compliance, energy_scale, inverse_problem
 from tauten.controller.qpcc.solution import Certificate, Status
-from tauten.controller.step import advance, decide, forces_of, predicted_gaps, prepare, warm_piece
+from tauten.controller.settings import (
+    ControllerSettings,
+    controller_settings,
+    load_controller_settings,
+)
+from tauten.controller.step import (
+    DecideSettings,
+    Decision,
+    Prepared,
+    advance,
+    decide,
+    hold,
+    hold_certificate,
+    prepare,
+)
 
 __all__ = [
     "Actuation",
     "Certificate",
     "Controller",
-    "NOTHING",
-    "Response",
+    "ControllerSettings",
+    "DecideSettings",
+    "Decision",
+    "NO_CERTIFICATE",
+    "Prepared",
     "Status",
     "advance",
+    "closed_compliance",
+    "controller_settings",
     "decide",
     "energy_scale",
-    "forces_of",
+    "hold",
+    "hold_certificate",
     "inverse_problem",
-    "predicted_gaps",
+    "load_controller_settings",
     "prepare",
-    "shut",
-    "warm_piece",
 ]

@@ -6,46 +6,38 @@ from functools import lru_cache
 
 import numpy as np
 
-from tauten.controller.compliance import Response
 from tauten.controller.qpcc import Qpcc
 from tauten.model import Limits
 from tauten.model.numerics import Array, Bools, cholesky, kernel, solve_rows
 
 
 def inverse_problem(
-    response: Response,
+    W: Array,
+    delta_free: Array,
     target: Array,
-    limits: Limits,
     pull_prev: Array,
+    limits: Limits,
     h: float,
-    epsilon: float,
-    touching: Bools | None = None,
+    weight: float,
 ) -> Qpcc:
     """Build (T1); pure, nothing is solved.
 
     min  1/2 |δ_e|² + 1/2 ε s λ_a' W_aa λ_a,   δ_e = δ_e,free - target + W_ea λ_a + W_ec β
     s.t. tension limits,   pull and rate limits on δ_a,   0 <= δ_c ⟂ β >= 0
 
-    s = |W̃_ea|² / tr W_aa [m/N] makes ε unitless: the share of the objective's curvature that is spent on
-    the elastic energy of the cables. W̃ is the compliance with the contacts that touch kept shut: where a
-    robot rests on itself its cables move the effectors a hundred times less, and an energy weighed by what
-    they move freely would win against the target. Without any coupling s = tr W_aa / n_a.
-
     Args:
-        response: compliances and free motion, with effector positions in the effector rows.
+        W: (m, m) compliance of effectors, cables and contacts, in this order [m/N].
+        delta_free: (m,) effector positions, pulled lengths and gaps after a step without forces [m].
         target: (n_e,) positions [m].
-        limits: of the cables.
         pull_prev: (n_a,) pulled lengths commanded last [m].
+        limits: of the cables.
         h: time step [s].
-        epsilon: weight of the elastic energy, unitless.
-        touching: (k,) contacts that pushed last; None for none.
+        weight: of the elastic energy, ε s [m/N]; `energy_scale` is s.
     """
-    n_e, n_a, k = response.n_e, response.n_a, response.n_c
-    W, delta_free = response.W, response.delta_free
-    shut_now = np.zeros(k, dtype=np.bool_) if touching is None else touching
-    Q, c, constant, g_lo, g_hi, slower = _arrays(
-        W, delta_free, target, pull_prev, limits.pull_min, limits.pull_max, limits.rate, h, epsilon, shut_now,
-    )  # fmt: skip
+    n_e, n_a = len(target), len(pull_prev)
+    Q, c, constant, g_lo, g_hi, by_rate = _objective_and_travel(
+        W, delta_free, target, pull_prev, limits.pull_min, limits.pull_max, h * limits.rate, weight
+    )
     return Qpcc(
         Q=Q,
         c=c,
@@ -58,26 +50,51 @@ def inverse_problem(
         m=delta_free[n_e + n_a :],
         constant=constant,
         bound_names=tension_names(n_a),
-        row_names=pull_names(slower.tobytes()),
+        row_names=pull_names(by_rate.tobytes()),
     )
 
 
-def shut(response: Response, touching: Bools | None) -> Array:
-    """W̃_ea = W_ea − W_ec W_cc⁻¹ W_ca over the contacts that touch: (n_e, n_a) [m/N].
+@kernel
+def energy_scale(W: Array, n_e: int, n_a: int, pushing: Bools) -> float:
+    """Scale of the actuation energy in (T1), s = |W̃_ea|² / tr W_aa [m/N].
 
-    Redundant contacts make W_cc singular, and so does one that no force opens; a regularisation leaves the
-    product as it is.
+    It makes ε unitless: ε is the share of the objective's curvature that the elastic energy of the cables
+    has. W̃ is the compliance with the pushing contacts kept closed: where a robot rests on itself its cables
+    move the effectors a hundred times less, and an energy weighted by the free motion would outweigh the
+    target. Without any coupling s = tr W_aa / n_a. The scale is part of the prepared step: it is the same for
+    every target, start of the solver and round of enrichment.
+
+    Args:
+        W: (m, m) compliance of effectors, cables and contacts, in this order [m/N].
+        n_e: effector rows.
+        n_a: cables.
+        pushing: (m − n_e − n_a,) contacts that pushed in the last step of the model.
     """
-    if touching is None:
-        return response.W[: response.n_e, response.n_e : response.n_e + response.n_a]
-    return _shut(response.W, response.n_e, response.n_a, touching)
+    trace = 0.0
+    for a in range(n_e, n_e + n_a):
+        trace += W[a, a]
+    if not trace > 0.0:
+        return 0.0
+    W_ea = closed_compliance(W, n_e, n_a, pushing)
+    coupling = float(np.sum(W_ea * W_ea))
+    return coupling / trace if coupling > 0.0 else trace / n_a
 
 
 @kernel
-def _shut(W: Array, n_e: int, n_a: int, touching: Bools) -> Array:
-    """W̃_ea of `shut`."""
+def closed_compliance(W: Array, n_e: int, n_a: int, pushing: Bools) -> Array:
+    """W̃_ea = W_ea − W_ec W_cc⁻¹ W_ca over the pushing contacts: (n_e, n_a) [m/N].
+
+    Redundant contacts make W_cc singular, and so does one that no force opens; a regularisation leaves the
+    product as it is.
+
+    Args:
+        W: (m, m) compliance of effectors, cables and contacts, in this order [m/N].
+        n_e: effector rows.
+        n_a: cables.
+        pushing: (m − n_e − n_a,) contacts that are kept closed.
+    """
     W_ea = W[:n_e, n_e : n_e + n_a].copy()
-    c = n_e + n_a + np.flatnonzero(touching)
+    c = n_e + n_a + np.flatnonzero(pushing)
     m = len(c)
     W_cc, L, rows = np.empty((m, m)), np.zeros((m, m)), np.empty((n_a, m))
     for i in range(m):
@@ -90,44 +107,32 @@ def _shut(W: Array, n_e: int, n_a: int, touching: Bools) -> Array:
         W_cc[i, i] += 1e-9 * trace / m if trace > 0.0 else 1.0
     if not cholesky(W_cc, L):  # not finite
         return W_ea
-    pushes = solve_rows(L, rows)  # (n_a, m)
+    forces = solve_rows(L, rows)  # (n_a, m)
     for i in range(n_e):
         for j in range(n_a):
             for k in range(m):
-                W_ea[i, j] -= W[i, c[k]] * pushes[j, k]
+                W_ea[i, j] -= W[i, c[k]] * forces[j, k]
     return W_ea
 
 
 @kernel
-def energy_scale(W_ea: Array, W_aa: Array) -> float:
-    """What makes ε unitless [m/N]."""
-    trace = float(np.trace(W_aa))
-    if not trace > 0.0:
-        return 0.0
-    coupling = float(np.sum(W_ea * W_ea))
-    return coupling / trace if coupling > 0.0 else trace / W_aa.shape[0]
-
-
-@kernel
-def _arrays(
+def _objective_and_travel(
     W: Array, delta_free: Array, target: Array, pull_prev: Array, pull_min: Array, pull_max: Array,
-    rate: Array, h: float, epsilon: float, touching: Bools,
+    step: Array, weight: float,
 ) -> tuple[Array, Array, float, Array, Array, Bools]:  # fmt: skip
-    """Objective and travel, see there: what of (T1) is not just a part of W or δ_free."""
+    """What of (T1) is not just a part of W or δ_free; one kernel, since each call has a cost."""
     n_e, n_a = len(target), len(pull_prev)
-    Q, c, constant = _objective(W, delta_free, target, n_a, epsilon, touching)
+    Q, c, constant = _objective(W, delta_free, target, n_a, weight)
     free = delta_free[n_e : n_e + n_a]
-    return Q, c, constant, *_travel(free, pull_prev, pull_min, pull_max, rate, h)
+    return Q, c, constant, *_travel(free, pull_prev, pull_min, pull_max, step)
 
 
 @kernel
 def _objective(
-    W: Array, delta_free: Array, target: Array, n_a: int, epsilon: float, touching: Bools
+    W: Array, delta_free: Array, target: Array, n_a: int, weight: float
 ) -> tuple[Array, Array, float]:
     """Q (n, n), c (n,) and constant of (T1), n = n_a + k."""
     n_e, n = len(target), W.shape[0] - len(target)
-    W_aa = W[n_e : n_e + n_a, n_e : n_e + n_a].copy()
-    weight = epsilon * energy_scale(_shut(W, n_e, n_a, touching), W_aa)
     Q, c, constant = np.zeros((n, n)), np.zeros(n), 0.0
     for e in range(n_e):
         error = delta_free[e] - target[e]
@@ -136,24 +141,24 @@ def _objective(
             c[i] += W[e, n_e + i] * error
             for j in range(n):
                 Q[i, j] += W[e, n_e + i] * W[e, n_e + j]
-    Q[:n_a, :n_a] += weight * W_aa
+    Q[:n_a, :n_a] += weight * W[n_e : n_e + n_a, n_e : n_e + n_a]
     return Q, c, constant
 
 
 @kernel
 def _travel(
-    free: Array, pull_prev: Array, pull_min: Array, pull_max: Array, rate: Array, h: float
+    free: Array, pull_prev: Array, pull_min: Array, pull_max: Array, step: Array
 ) -> tuple[Array, Array, Bools]:
-    """Limits of δ_a − δ_a,free, each (n_a,) [m], and whether it is the rate that sets them (n_a, 2)."""
+    """Limits of δ_a − δ_a,free, each (n_a,) [m], and whether the rate sets them (n_a, 2)."""
     n_a = len(free)
-    g_lo, g_hi, slower = np.empty(n_a), np.empty(n_a), np.empty((n_a, 2), np.bool_)
+    g_lo, g_hi, by_rate = np.empty(n_a), np.empty(n_a), np.empty((n_a, 2), np.bool_)
     for a in range(n_a):
-        low, high = pull_prev[a] - h * rate[a], pull_prev[a] + h * rate[a]
-        slower[a, 0], slower[a, 1] = low > pull_min[a], high < pull_max[a]
-        # these pass NaN on, max and min do not
+        low, high = pull_prev[a] - step[a], pull_prev[a] + step[a]
+        by_rate[a, 0], by_rate[a, 1] = low > pull_min[a], high < pull_max[a]
+        # np.maximum and np.minimum propagate NaN, max and min do not
         g_lo[a] = np.maximum(pull_min[a], low) - free[a]
         g_hi[a] = np.minimum(pull_max[a], high) - free[a]
-    return g_lo, g_hi, slower
+    return g_lo, g_hi, by_rate
 
 
 @lru_cache(maxsize=64)
@@ -163,13 +168,13 @@ def tension_names(n_a: int) -> tuple[str, ...]:
 
 
 @lru_cache(maxsize=1024)
-def pull_names(slower: bytes) -> tuple[tuple[str, str], ...]:
+def pull_names(by_rate: bytes) -> tuple[tuple[str, str], ...]:
     """Names of the limits of the pulled lengths: rate or pull, whichever is tighter.
 
     Args:
-        slower: for the lower and the upper limit of each cable, whether it is the rate.
+        by_rate: for the lower and the upper limit of each cable, whether the rate sets it.
     """
-    pairs = enumerate(zip(slower[::2], slower[1::2], strict=True))
+    pairs = enumerate(zip(by_rate[::2], by_rate[1::2], strict=True))
     return tuple(
         (
             f"{'rate' if low else 'pull_min'} of cable {i}",

@@ -4,62 +4,55 @@
 between them. `decide` solves the small QPCC (T1) for the target that has just arrived. `advance` moves the
 model. So the latency from target to tensions is that of `decide` alone, whatever the size of the mesh.
 
-No decision is believed before the gaps of all candidates in range are predicted: where one is deeper
+No decision is accepted before the gaps of all candidates in range are predicted: where one is deeper
 than the tolerance, a unit column joins the contact basis for this step and the QPCC is solved again.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from tauten.controller.compliance import Response
-from tauten.controller.inverse import inverse_problem
-from tauten.controller.qpcc import Certificate, QpccSettings, Solution, Start, Status, solve_qpcc
+from tauten.controller.inverse import energy_scale, inverse_problem, tension_names
+from tauten.controller.qpcc import Certificate, Qpcc, QpccSettings, Start, Status, solve_qpcc
 from tauten.model import (
-    Compliance,
+    CondensedStep,
     ContactSpace,
     Enrichment,
+    EnrichmentLoop,
     Forces,
-    ReducedContacts,
+    ForwardStep,
+    Limits,
+    PredictedStep,
     Robot,
-    RobotRows,
     State,
-    System,
-    extended,
-    row_compliance,
-    unit_rows,
-    worst_rows,
+    condense_step,
+    forward_step,
 )
-from tauten.model.numerics import Array, Bools, Ints, solve_lcp
+from tauten.model.numerics import Array
+
+ROUNDING = 1e-6  # of the largest tension; what a solver's rounding may exceed it by
 
 
 @dataclass(frozen=True, slots=True)
 class Prepared:
-    """Everything about a step but the target.
+    """All of a step but the target.
 
     Attributes:
-        state: where the step starts.
-        system: factorised A, v_free.
-        rows: effectors, actuators, contacts in range.
-        reduced: contacts seen through the basis.
-        extra: (r,) rows of `rows.contacts` that have a unit column.
-        response: compliance of effectors, actuators, reduced contacts, unit columns, in this order.
+        step: system, rows, compliance of effectors, cables, reduced contacts and unit columns.
+        forces: of the last step, where the solvers start.
+        scale: of the actuation energy, s in (T1) [m/N].
     """
 
-    state: State
-    system: System
-    rows: RobotRows
-    reduced: ReducedContacts
-    extra: Ints
-    response: Compliance
+    step: CondensedStep
+    forces: Forces
+    scale: float
 
 
 @dataclass(frozen=True, slots=True)
 class DecideSettings:
-    """How `decide` weighs and checks.
+    """Weights and tolerances of `decide`.
 
     Attributes:
         epsilon: weight of the actuation energy in (T1), unitless.
@@ -74,57 +67,49 @@ class DecideSettings:
 
 @dataclass(frozen=True, slots=True)
 class Decision:
-    """The answer to a target.
+    """The result of `decide` or `hold`.
 
     Attributes:
-        prepared: the step with the unit columns that joined.
-        solution: tensions, contact forces, status.
+        predicted: forces, motion, and the step with the unit columns that joined.
+        status: how the solver ended.
         certificate: of the solution, with the gaps of all candidates in range.
-        lam: (m,) forces on all rows of `prepared.response`, zero on the effectors.
-        delta: (m,) predicted row values [m].
-        dv: (n,) velocity change [m/s].
+        conflict: names of the limits that conflict.
+        problem: the QPCC that was solved last; None for a hold.
+        start: where its solver started; None for a hold.
     """
 
-    prepared: Prepared
-    solution: Solution
+    predicted: PredictedStep
+    status: Status
     certificate: Certificate
-    lam: Array
-    delta: Array
-    dv: Array
+    conflict: tuple[str, ...] = ()
+    problem: Qpcc | None = None
+    start: Start | None = None
 
 
 def prepare(
     robot: Robot, space: ContactSpace, state: State, forces: Forces, enrichment: Enrichment
 ) -> Prepared:
-    """Linearise, detect, condense: all of a step that needs no target.
+    """Linearise, detect contacts, condense: all of a step that needs no target.
 
     Args:
-        robot: whose factorisation workspace is used until the next `prepare`.
+        robot: its factorisation workspace is in use until the next `prepare`.
         space: basis of the contact forces.
         state: where the step starts.
-        forces: those of the last step; its tensions curve the tangent, its unit columns stay.
-        enrichment: whether gaps will be checked at all.
+        forces: of the last step. Its tensions add to the tangent, unit columns that pushed are kept,
+            contacts that pushed set the scale of the actuation energy.
+        enrichment: whether gaps are checked at all.
 
     Raises:
-        FactorisationError: the state has blown up.
+        FactorisationError: the state has diverged.
     """
-    system = robot.linearise(state, forces.tension)
-    rows = robot.rows(state, contacts=space.k > 0 or enrichment.rounds > 0)
-    reduced = space.reduce(rows.contacts)
-    extra = rows.contacts.rows_of(forces.pushed)
-    H_extra, delta_extra = unit_rows(rows.contacts, extra)
-    H = np.vstack([rows.effectors.dense(), rows.actuators.dense(), reduced.H, H_extra])
-    delta = np.concatenate([rows.effectors.delta, rows.actuators.delta, reduced.delta, delta_extra])
-    return Prepared(state, system, rows, reduced, extra, row_compliance(system, H, delta))
+    contacts = space.k > 0 or enrichment.rounds > 0
+    step = condense_step(robot, space, state, forces, contacts, effectors=True)
+    scale = energy_scale(step.compliance.W, step.n_e, step.n_a, step.pushing(forces))
+    return Prepared(step, forces, scale)
 
 
 def decide(
-    robot: Robot,
-    prepared: Prepared,
-    target: Array,
-    pull: Array,
-    forces: Forces,
-    settings: DecideSettings,
+    robot: Robot, prepared: Prepared, target: Array, pull: Array, settings: DecideSettings
 ) -> Decision:
     """Find the tensions that bring the effectors to a target within one step.
 
@@ -133,106 +118,85 @@ def decide(
         prepared: the step.
         target: (n_e,) positions [m].
         pull: (n_a,) pulled lengths commanded last [m].
-        forces: those of the last step, where the active set starts.
         settings: weights and tolerances.
     """
+    weight = settings.epsilon * prepared.scale
+    loop = EnrichmentLoop(prepared.step, settings.enrichment)
+    while loop.prediction is None:
+        W, delta_free = loop.step.compliance.W, loop.step.compliance.delta_free
+        problem = inverse_problem(W, delta_free, target, pull, robot.limits, robot.h, weight)
+        start = Start(prepared.forces.tension, loop.step.pushing(prepared.forces))
+        solution = solve_qpcc(problem, start, settings.qpcc)
+        lam = np.concatenate([np.zeros(robot.n_e), solution.lam_a, solution.beta])
+        loop.check(lam, solution.status.usable)
+    residuals = solution.certificate
+    certificate = Certificate(
+        residuals.primal,
+        residuals.complementarity,
+        residuals.stationarity,
+        loop.prediction.deepest_gap,
+        len(loop.prediction.step.extra),
+    )
+    return Decision(
+        loop.prediction, solution.status, certificate, solution.conflict, problem, start
+    )
 
-    def solve(prepared: Prepared) -> Solution:
-        rows = prepared.response
-        sizes = robot.n_e, robot.n_a, len(rows) - robot.n_e - robot.n_a
-        response = Response(rows.W, rows.delta_free, *sizes)
-        start = Start(forces.tension, warm_piece(prepared, forces))
-        problem = inverse_problem(
-            response, target, robot.limits, pull, robot.h, settings.epsilon, start.piece
-        )
-        return solve_qpcc(problem, start, settings.qpcc)
 
-    return certified(robot, prepared, settings.enrichment, solve)
+def advance(robot: Robot, predicted: PredictedStep) -> State:
+    """The model's state after the step."""
+    return robot.advance(predicted.step.state, predicted.step.system, predicted.dv)
 
 
 def hold(robot: Robot, prepared: Prepared, pull: Array, enrichment: Enrichment) -> Decision:
-    """What the robot does while its winches stand still at pulled lengths (n_a,) [m].
+    """What the robot does while its winches do not turn.
 
     A cable that is held may be slack but not longer: 0 ≤ δ_a − pull ⟂ λ_a ≥ 0, an LCP with the contacts.
+    Its tension follows from the robot and may exceed the cable's limit: the status is then INFEASIBLE and
+    `conflict` names the cables, as it names "complementarity" where no forces solve the LCP.
+
+    Args:
+        robot: limits.
+        prepared: the step.
+        pull: (n_a,) pulled lengths that are held [m].
+        enrichment: when unit columns are added.
     """
-    n_e, n_a = robot.n_e, robot.n_a
-
-    def solve(prepared: Prepared) -> Solution:
-        W = prepared.response.W[n_e:, n_e:]
-        delta = prepared.response.delta_free[n_e:].copy()
-        delta[:n_a] -= pull
-        result = solve_lcp(W, delta)
-        beta = result.lam[n_a:]
-        judged = Certificate(0.0, result.residual, 0.0, np.inf)
-        status = Status.OK if result.converged else Status.FEASIBLE_ONLY
-        return Solution(result.lam[:n_a], beta, status, judged, 0.0, result.iterations, beta > 0.0)
-
-    return certified(robot, prepared, enrichment, solve)
+    solved = forward_step(prepared.step, enrichment, prepared.forces, pull=pull)
+    step, lam, limits = solved.prediction.step, solved.prediction.lam, robot.limits
+    tension = lam[step.n_e : step.n_e + step.n_a]
+    above = tension > limits.tension_max * (1.0 + ROUNDING)
+    names = tension_names(step.n_a)
+    conflict = tuple(names[i] for i in np.flatnonzero(above).tolist())
+    if not solved.converged:
+        conflict = (*conflict, "complementarity")
+    status = Status.INFEASIBLE if conflict else Status.OK
+    return Decision(solved.prediction, status, hold_certificate(solved, pull, limits), conflict)
 
 
-def advance(robot: Robot, decision: Decision) -> State:
-    """The model's state after the step."""
-    prepared = decision.prepared
-    return robot.advance(prepared.state, prepared.system, decision.dv)
+def hold_certificate(solved: ForwardStep, pull: Array, limits: Limits) -> Certificate:
+    """Residuals of a hold, relative to the row values and to the largest tension.
 
+    An LCP is the optimality condition of min ½ λᵀ W λ + δ_freeᵀ λ over λ ≥ 0: the gradient is δ, and the
+    norm of min(w_ii λ_i, δ_i) is that of the projected gradient.
 
-def certified(
-    robot: Robot,
-    prepared: Prepared,
-    enrichment: Enrichment,
-    solve: Callable[[Prepared], Solution],
-) -> Decision:
-    """Solve, predict the gaps of all candidates in range, add unit columns and repeat where needed."""
-    contacts = prepared.rows.contacts
-    for round_ in range(enrichment.rounds + 1):
-        solution = solve(prepared)
-        lam = np.concatenate([np.zeros(robot.n_e), solution.lam_a, solution.beta])
-        dv = prepared.response.velocity_change(prepared.system, lam)
-        gaps = predicted_gaps(prepared, dv)
-        worst = worst_rows(contacts, gaps, enrichment, contacts.slots[prepared.extra])
-        if len(worst) == 0 or round_ == enrichment.rounds or not solution.status.usable:
-            break
-        response = extended(prepared.system, prepared.response, *unit_rows(contacts, worst))
-        extra = np.concatenate([prepared.extra, worst])
-        prepared = replace(prepared, response=response, extra=extra)
-    judged = solution.certificate
-    certificate = Certificate(
-        judged.primal,
-        judged.complementarity,
-        judged.stationarity,
-        deepest_gap=float(gaps.min(initial=np.inf)),
-        extra_columns=len(prepared.extra),
+    Args:
+        solved: forces and motion.
+        pull: (n_a,) pulled lengths that are held [m].
+        limits: of the cables.
+    """
+    step, lam = solved.prediction.step, solved.prediction.lam[solved.prediction.step.n_e :]
+    W = step.compliance.W[step.n_e :, step.n_e :]
+    delta_free = step.compliance.delta_free[step.n_e :].copy()
+    delta_free[: step.n_a] -= pull
+    delta, force = delta_free + W @ lam, np.diag(W) * lam  # (m,) m
+    size = max(np.abs(delta_free).max(initial=0.0), np.abs(force).max(initial=0.0))
+    scale = size if size > 0.0 else 1.0
+    residual = np.minimum(force, delta) / scale  # (m,)
+    excess = lam[: step.n_a] / limits.tension_max - 1.0  # (n_a,)
+    violation = np.concatenate([-delta / scale, excess])
+    return Certificate(
+        primal=max(0.0, float(violation.max(initial=0.0))),
+        complementarity=float(np.abs(residual).max(initial=0.0)),
+        stationarity=float(np.linalg.norm(residual)),
+        deepest_gap=solved.prediction.deepest_gap,
+        extra_columns=len(step.extra),
     )
-    return Decision(
-        prepared=prepared,
-        solution=solution,
-        certificate=certificate,
-        lam=lam,
-        delta=prepared.response.delta_free + prepared.response.W @ lam,
-        dv=dv,
-    )
-
-
-def warm_piece(prepared: Prepared, forces: Forces) -> Bools:
-    """Which columns in play pushed in the last step: (k' + r,) bool."""
-    known = forces.beta[prepared.reduced.modes] > 0.0
-    if len(prepared.extra) == 0:
-        return known
-    slots = prepared.rows.contacts.slots[prepared.extra]
-    return np.concatenate([known, np.isin(slots, forces.pushed)])
-
-
-def predicted_gaps(prepared: Prepared, dv: Array) -> Array:
-    """Gaps of all candidates in range after a velocity change dv (n,): (m,) [m]."""
-    system = prepared.system
-    return prepared.rows.contacts.rows.after(system.h, system.v + dv)
-
-
-def forces_of(robot: Robot, space: ContactSpace, decision: Decision) -> Forces:
-    """The decision's forces by cable, mode and slot, to start the next step from."""
-    prepared, n_e, n_a = decision.prepared, robot.n_e, robot.n_a
-    k = n_e + n_a + len(prepared.reduced)
-    beta = np.zeros(space.k)
-    beta[prepared.reduced.modes] = decision.lam[n_e + n_a : k]
-    slots = prepared.rows.contacts.slots[prepared.extra]
-    return Forces(decision.lam[n_e : n_e + n_a], beta, slots, decision.lam[k:])

@@ -18,16 +18,15 @@ from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 
 from tauten.controller.qpcc import (
+    Budget,
     Descent,
     Point,
     Qpcc,
-    QpccSettings,
     scale,
     solve_daqp,
-    solve_lcp,
     solve_qpcc,
 )
-from tauten.model.numerics import Array
+from tauten.model.numerics import Array, solve_lcp
 
 FILE = Path(__file__).resolve().parent / "figures" / "qpcc.svg"
 COLOURS = ListedColormap(["#ffffff", "#dbe9f6", "#fde6cf", "#e3dcee"])
@@ -54,7 +53,7 @@ def two_cables() -> Qpcc:
 
 def one_cable() -> Qpcc:
     """One tension; a first contact turns the tip back, a second one sends it forwards again."""
-    tip = np.array([1.0, -1.8, 1.6])
+    tip = np.array([1.0, -1.5, 2.0])
     target = 1.45
     return Qpcc(
         Q=np.outer(tip, tip),
@@ -65,7 +64,7 @@ def one_cable() -> Qpcc:
         g_lo=np.zeros(0),
         g_hi=np.zeros(0),
         M=np.array([[-1.0, 1.0, 0.0], [-1.0, 0.0, 1.0]]),
-        m=np.array([1.0, 2.2]),
+        m=np.array([1.0, 1.4]),
         constant=0.5 * target**2,
     )
 
@@ -88,7 +87,7 @@ def forces(problem: Qpcc, a: Array) -> tuple[Array, int, float]:
     """Contact forces at tensions a, number of the piece, objective."""
     n_a = len(a)
     q = problem.m + problem.M[:, :n_a] @ a
-    _, _, beta = solve_lcp(problem.M[:, n_a:].copy(), q, np.zeros(len(q), dtype=np.bool_))
+    beta = solve_lcp(problem.M[:, n_a:].copy(), q).lam
     pushes = beta > 0.0
     return beta, int(pushes[0]) + 2 * int(pushes[1]), problem.objective(a, beta)
 
@@ -97,11 +96,14 @@ def path(problem: Qpcc, start: Array) -> list[tuple[Array, float]]:
     """Tensions and objectives of the start and of each piece's optimum."""
     n_a = len(start)
     _, scaled, units = scale(problem)
-    descent = Watched(scaled, solve_daqp, 100)
+    descent = Watched(scaled, solve_daqp, Budget(100, np.inf))
     beta, _, value = forces(problem, start)
     descent.run(beta > 0.0)
     found = [
-        (point.z[:n_a] * units.column[:n_a], point.worth.objective * units.cost + problem.constant)
+        (
+            point.z[:n_a] * units.column[:n_a],
+            point.residuals.objective * units.cost + problem.constant,
+        )
         for point in descent.points
     ]
     return [(start, value), *found]
@@ -144,7 +146,7 @@ def draw_line(axes: Axes) -> None:
     )  # fmt: skip
     axes.plot(a, values, color="#5b7a99")
     local = path(problem, np.array([0.2]))
-    best = solve_qpcc(problem, None, QpccSettings(search_time=1.0))
+    best = solve_qpcc(problem)
     axes.plot(
         [point[0] for point, _ in local], [value for _, value in local], "-o",
         color="#b03030", markersize=4, linewidth=1.3,
@@ -154,10 +156,10 @@ def draw_line(axes: Axes) -> None:
         "active set", (local[-1][0][0], local[-1][1]), xytext=(-62, -4), color="#b03030",
         textcoords="offset points",
     )  # fmt: skip
-    for place, number in ((0.05, 0), (1.3, 1), (3.3, 3)):
+    for place, number in ((0.05, 0), (1.02, 1), (3.3, 3)):
         axes.text(place, 1.05, NAMES[number], fontsize=9)
     axes.annotate(
-        "second phase", (best.lam_a[0], best.objective), xytext=(-130, -5), color="#207030",
+        "second start", (best.lam_a[0], best.objective), xytext=(-130, -5), color="#207030",
         textcoords="offset points",
     )  # fmt: skip
     axes.set(xlabel="tension", ylabel="objective", ylim=(-0.05, 1.1), xlim=(0.0, 4.0))

@@ -1,8 +1,8 @@
-"""Writes the tables of README.md from the JSON that benchmark commands left in docs/results.
+"""Writes the tables of README.md from the JSON files in docs/results.
 
     python docs/tables.py
 
-Which command makes which file is said beside each table.
+README.md names beside each table the command that writes its JSON file.
 """
 
 from __future__ import annotations
@@ -13,6 +13,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from tauten.service.tables import Numbers
+
 ROOT = Path(__file__).resolve().parents[1]
 RESULTS = ROOT / "docs" / "results"
 
@@ -22,10 +24,9 @@ def read(name: str) -> Any:
     return json.loads((RESULTS / f"{name}.json").read_text(encoding="utf-8"))
 
 
-def rows(head: list[str], body: list[list[str]]) -> str:
-    """A Markdown table, numbers to the right."""
-    rule = ["---"] + ["---:"] * (len(head) - 1)
-    return "\n".join("| " + " | ".join(row) + " |" for row in [head, rule, *body])
+def table(head: list[str], body: list[list[str]]) -> str:
+    """A Markdown table."""
+    return Numbers("", tuple(head), tuple(map(tuple, body))).markdown().strip()
 
 
 def spread(value: dict[str, float]) -> str:
@@ -34,14 +35,14 @@ def spread(value: dict[str, float]) -> str:
 
 
 def machine_line(result: dict[str, Any]) -> str:
-    """What it was measured on."""
+    """The machine of a measurement."""
     facts = result["machine"]
     processor = facts["processor"].replace("(R)", "").replace("(TM)", "")
     return f"{processor}, {facts['cores']} cores, BLAS on one thread, load {facts['load']:.1f}."
 
 
 def finger() -> str:
-    """Stages of a control step, and what the contact bases leave out."""
+    """Stages of a control step, and tip errors of the contact bases."""
     shipped, small = read("finger"), read("finger_k5")
     sizes = shipped["sizes"]
     control = [*shipped["control"][:2], small["control"][2], shipped["control"][2]]
@@ -53,7 +54,7 @@ def finger() -> str:
         f"{sizes['nodes']} nodes, {sizes['elements']} tetrahedra, {sizes['candidates']} contact "
         f"candidates; {shipped['factorisation']}; {machine_line(shipped)}"
     )
-    return "\n\n".join([about, rows(head, body), tip_errors([small, shipped])])
+    return "\n\n".join([about, table(head, body), tip_errors([small, shipped])])
 
 
 def tip_errors(results: list[dict[str, Any]]) -> str:
@@ -66,7 +67,7 @@ def tip_errors(results: list[dict[str, Any]]) -> str:
             f"{errors[key]['mean_mm']:.3f} / {errors[key]['max_mm']:.3f}" for key in (False, True)
         ]
         body.append([f"k = {result['sizes']['modes']}", *cells])
-    return rows(head, body)
+    return table(head, body)
 
 
 def steps() -> str:
@@ -80,7 +81,7 @@ def steps() -> str:
         cells = [f"{one['sizes']['nodes']:,} / {one['sizes']['elements']:,}"]
         cells += [spread(mesh[key]) for mesh in (one, two) for key in ("forward_ms", "inverse_ms")]
         body.append(cells)
-    return f"Median / p99 [ms], no contact. {machine_line(fast)}\n\n{rows(head, body)}"
+    return f"Median / p99 [ms], no contact. {machine_line(fast)}\n\n{table(head, body)}"
 
 
 def demo() -> str:
@@ -98,22 +99,22 @@ def demo() -> str:
     ]
     body += [
         ["ticks, deadlines missed", f"{report['ticks']}, {report['missed']}"],
-        ["rate asked / achieved", f"{report['rate_hz']:.1f} / {report['achieved_hz']:.2f} Hz"],
+        ["rate requested / achieved", f"{report['rate_hz']:.1f} / {report['achieved_hz']:.2f} Hz"],
     ]
-    for who in ("model", "plant"):
-        error = report[f"{who}_error"]
+    for effector in ("model", "plant"):
+        error = report[f"{effector}_error"]
         body.append(
             [
-                f"tracking error of the {who}, RMS / max",
+                f"tracking error of the {effector}, RMS / max",
                 f"{error['rms_mm']:.2f} / {error['max_mm']:.2f} mm",
             ]
         )
     about = f"{report['duration_s']:.0f} s; median / p99 / max. {machine_line(report)}"
-    return f"{about}\n\n{rows(['', report['robot']], body)}"
+    return f"{about}\n\n{table(['', report['robot']], body)}"
 
 
 def contact() -> str:
-    """What contact does to the finger."""
+    """The finger with and without contact."""
     found = read("compare")
     return (
         f"At {found['pull_mm'][0][0]:.0f} mm of pull {found['pushing']} candidates push with "
@@ -132,7 +133,7 @@ TABLES: dict[str, Callable[[], str]] = {
 
 
 def filled(text: str) -> str:
-    """The text with every marked block made anew."""
+    """The text with every marked block written again."""
 
     def block(match: re.Match[str]) -> str:
         return f"<!-- {match[1]} -->\n{TABLES[match[1]]()}\n<!-- end -->"

@@ -1,37 +1,42 @@
 """What the robot is: finite elements, cables, contacts, and the forward simulator."""
 
-from tauten.model.compliance import Compliance, extended, row_compliance
+from tauten.model.compliance import Compliance, row_compliance
+from tauten.model.condensed_step import CondensedStep, Forces, condense_step, no_forces
 from tauten.model.contact_space import ContactSpace, EmptySpace, ReducedContacts
-from tauten.model.forward_step import (
+from tauten.model.enrichment import (
     Enrichment,
-    Forces,
+    EnrichmentLoop,
+    PredictedStep,
     contact_model,
     default_enrichment,
-    no_forces,
-    unit_rows,
     worst_rows,
 )
+from tauten.model.forward_step import ForwardStep, forward_step
 from tauten.model.limits import Limits
 from tauten.model.load.robot import load_robot
 from tauten.model.mesh.tet_mesh import MeshError
 from tauten.model.robot import Robot, RobotRows, State
 from tauten.model.rows import ContactRows, PairSlots, Rows
-from tauten.model.schema.robot_file import RobotFileError
+from tauten.model.schema.section import RobotFileError
 from tauten.model.simulator import Simulator
 from tauten.model.system import Integration, System, make_pattern
 from tauten.model.tetra.robot import TetRobot
 
 __all__ = [
     "Compliance",
+    "CondensedStep",
     "ContactRows",
     "ContactSpace",
     "EmptySpace",
     "Enrichment",
+    "EnrichmentLoop",
     "Forces",
+    "ForwardStep",
     "Integration",
     "Limits",
     "MeshError",
     "PairSlots",
+    "PredictedStep",
     "ReducedContacts",
     "Robot",
     "RobotFileError",
@@ -41,13 +46,13 @@ __all__ = [
     "State",
     "System",
     "TetRobot",
+    "condense_step",
     "contact_model",
     "default_enrichment",
-    "extended",
+    "forward_step",
     "load_robot",
     "make_pattern",
     "no_forces",
     "row_compliance",
-    "unit_rows",
     "worst_rows",
 ]

@@ -1,4 +1,4 @@
-"""Compliance between rows: what a unit force on one does to another within a step.
+"""Compliance between rows: change of one row's value per force on another within a step.
 
 W = h² H A⁻¹ Hᵀ,   δ_free = δ + h H v_free,   δ = δ_free + W λ               (11)-(12)
 """
@@ -39,7 +39,13 @@ class Compliance:
 
 
 def row_compliance(system: System, H: Array, delta: Array) -> Compliance:
-    """Condense dense rows H (m, n) with values delta (m,) through one factorised system."""
+    """Condense dense rows through one factorised system.
+
+    Args:
+        system: of the step.
+        H: (m, n) rows.
+        delta: (m,) row values [m].
+    """
     X = np.ascontiguousarray(system.solve(H.T).T)  # (m, n)
     return Compliance(H, X, *_condensed(H, X, delta, system.v_free, system.h))
 
@@ -55,7 +61,14 @@ def _condensed(H: Array, X: Array, delta: Array, v_free: Array, h: float) -> tup
 
 
 def extended(system: System, known: Compliance, H: Array, delta: Array) -> Compliance:
-    """`known` with the rows H (r, n), delta (r,) below; only the new columns are solved for."""
+    """Append rows to a compliance; only the new columns are solved for.
+
+    Args:
+        system: of the step.
+        known: (m,) rows.
+        H: (r, n) new rows.
+        delta: (r,) values of the new rows [m].
+    """
     new = row_compliance(system, H, delta)
     cross = system.h**2 * (known.H @ new.X.T)  # (m, r)
     return Compliance(

@@ -1,4 +1,4 @@
-"""What the winches can do: tension, pulled length, rate."""
+"""Limits of the winches: tension, pulled length, rate."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""The robot: what a step asks of one, whatever it is made of.
+"""The robot: the interface that a step uses, for every kind of body.
 
-`linearise` gives the system of one step, `rows` what effectors, cables and contacts add to it,
-`advance` moves the state, `rest` is where it starts. A robot is immutable but for the workspace
-of its linear solver: whoever steps it takes its own with `fork`.
+`linearise` gives the system of one step, `rows` the rows of effectors, cables and contacts,
+`advance` the next state, `rest` the initial one. A robot is immutable except for the workspace
+of its linear solver: code that steps a robot uses a `fork` of it.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class State:
 
 @dataclass(frozen=True, slots=True)
 class RobotRows:
-    """What the robot's parts contribute to a step.
+    """The rows that effectors, cables and contacts contribute to a step.
 
     Attributes:
         effectors: positions x_e, 3 rows a point.
@@ -45,12 +45,35 @@ class RobotRows:
     contacts: ContactRows
 
 
+@dataclass(frozen=True, slots=True)
+class RobotNames:
+    """Names in keys, messages and tables.
+
+    Attributes:
+        robot: of the robot.
+        frame: frame id of its positions.
+        cables: in the order of λ_a.
+        effectors: in row order.
+    """
+
+    robot: str
+    frame: str
+    cables: tuple[str, ...]
+    effectors: tuple[str, ...]
+
+
+def names_of(config: RobotSettings) -> RobotNames:
+    """The names in a robot file."""
+    return RobotNames(
+        robot=config.name,
+        frame=config.frame,
+        cables=tuple(cable.name for cable in config.cables),
+        effectors=tuple(effector.name for effector in config.effectors),
+    )
+
+
 class Robot(Protocol):
     """A cable-driven soft robot. Robots can be pickled, their workspace without its factors."""
-
-    @property
-    def config(self) -> RobotSettings:
-        """The robot file."""
 
     @property
     def name(self) -> str:
@@ -62,7 +85,15 @@ class Robot(Protocol):
 
     @property
     def digest(self) -> str:
-        """SHA-256 over all that decides its contact forces (body, material, cables, contacts)."""
+        """SHA-256 of everything its contact forces depend on (body, material, cables, contacts)."""
+
+    @property
+    def gravity(self) -> Array:
+        """Gravity that acts on it: (3,) [m/s²]."""
+
+    @property
+    def tolerance(self) -> float:
+        """Depth of penetration from which a unit column is added for a contact candidate [m]."""
 
     @property
     def integration(self) -> Integration:
@@ -125,7 +156,7 @@ class Robot(Protocol):
         """Contact pairs in the order of their slots."""
 
     def fork(self) -> Robot:
-        """The same robot with a workspace of its own."""
+        """The same robot with a separate workspace."""
 
     def loaded(self, gravity: Array, effector_force: Array) -> Robot:
         """The robot under another gravity (3,) [m/s²] and forces on its effectors (n_e,) [N]."""
@@ -164,14 +195,20 @@ class Robot(Protocol):
         Args:
             state: where the step starts.
             tension: (n_a,) last tensions, for the curvature they add to A [N].
-            integration: another scheme than the robot's own.
+            integration: another scheme than the robot's.
 
         Raises:
             FactorisationError: A is not positive definite (a state that has blown up).
         """
 
     def rows(self, state: State, contacts: bool = True) -> RobotRows:
-        """Rows of effectors, cables and, unless told otherwise, contacts at this state."""
+        """Rows of effectors, cables and, with `contacts`, contacts at this state."""
 
     def advance(self, state: State, system: System, dv: Array) -> State:
-        """The state one step later: velocity v + dv, moved by h (v + dv)."""
+        """The state one step later: velocity v + dv, moved by h (v + dv).
+
+        Args:
+            state: before the step.
+            system: of the step.
+            dv: (n,) change of velocity [m/s].
+        """

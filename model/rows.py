@@ -1,4 +1,4 @@
-"""Rows: what every physical thing (cable, effector, contact) contributes to a step."""
+"""Constraint rows: the contribution of a cable, an effector or a contact to a step."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class Rows:
 class ContactRows:
     """Rows of the contact candidates within the alarm distance.
 
-    A candidate keeps its slot in λ_c ∈ R^(n_c) for life; only the ones in range have a row here.
+    The slot of a candidate in λ_c ∈ R^(n_c) never changes; only candidates in range have a row here.
 
     Attributes:
         rows: H (m, n) and signed gaps delta (m,) [m]; positive = apart.
@@ -86,7 +86,7 @@ class ContactRows:
 
 @kernel
 def _after(delta: Array, indptr: Ints, indices: Ints, data: Array, h: float, v: Array) -> Array:
-    """`Rows.after` of a sparse H: scipy takes longer to get to the product than to do it."""
+    """`Rows.after` of a sparse H, faster than the general product of scipy."""
     values = delta.copy()
     for i in range(delta.shape[0]):
         change = 0.0
@@ -111,7 +111,7 @@ def dense(H: Jacobian) -> Array:
 
 
 def stack(parts: list[Rows]) -> Rows:
-    """One Rows with the given ones below each other: H (Σm, n), delta (Σm,)."""
+    """The given rows stacked: H (Σm, n), delta (Σm,)."""
     return Rows(
         H=sp.vstack([part.H for part in parts], format="csr"),
         delta=np.concatenate([part.delta for part in parts]),

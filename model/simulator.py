@@ -9,19 +9,18 @@ from typing import Literal
 import numpy as np
 
 from tauten.model.compliance import row_compliance
+from tauten.model.condensed_step import Forces, condense_step, no_forces
 from tauten.model.contact_space import ContactSpace
-from tauten.model.forward_step import (
-    NO_ENRICHMENT,
-    CableCommand,
-    Enrichment,
-    ForwardStep,
-    contact_model,
-    forward_step,
-    no_forces,
-)
+from tauten.model.enrichment import NO_ENRICHMENT, Enrichment, contact_model
+from tauten.model.forward_step import ForwardStep, forward_step
 from tauten.model.numerics import Anderson, Array, solve_lcp
 from tauten.model.robot import Robot, State
 from tauten.model.system import Integration
+
+LARGEST = 1e6  # m or N; no cable is pulled farther or harder
+SMOOTHING = (
+    1e-6  # regularisation of smooth forces relative to the diagonal of W; larger is smoother
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,10 +30,10 @@ class Report:
     Attributes:
         converged: whether contact, and for settling the equilibrium, met its tolerance.
         iterations: linearised steps taken.
-        movement: largest displacement of a node in the last one [m].
+        movement: largest displacement of a node in the last step [m].
         residual: complementarity of the contacts [m].
         deepest_gap: smallest predicted gap [m], +inf without any candidate in range.
-        extra_columns: unit columns that were in play.
+        extra_columns: unit columns in the last step.
     """
 
     converged: bool
@@ -46,12 +45,10 @@ class Report:
 
 
 class Simulator:
-    """Forward simulation of a robot.
+    """Forward simulation of a robot. Arrays that its properties return are copies.
 
     Attributes:
         robot: the robot, with a factorisation of its own.
-        state: configuration and velocity.
-        forces: constraint forces of the last step.
     """
 
     def __init__(
@@ -63,9 +60,9 @@ class Simulator:
         """Start at rest.
 
         Args:
-            robot: what to simulate; the caller's workspace is left alone.
+            robot: what to simulate; the simulator makes a workspace of its own.
             contact: "none"; "full", pointwise to 1e-8 m; or a basis of contact forces.
-            enrichment: when unit columns join; default: as tight as "full" needs, off for a basis.
+            enrichment: when unit columns join; default: for "full" to 1e-8 m, for a basis never.
 
         Raises:
             ValueError: `contact` is none of these, or a basis of another robot's size.
@@ -77,35 +74,59 @@ class Simulator:
         self.reset()
 
     def reset(self) -> None:
-        """Back to rest, no forces."""
-        self.state = self.robot.rest()
-        self.forces = no_forces(self.robot.n_a, self._space.k)
+        """Return to rest, without forces."""
+        self._state = self.robot.rest()
+        self._forces = no_forces(self.robot.n_a, self._space.k)
+
+    def start_from(self, state: State, forces: Forces | None = None) -> None:
+        """Start from another state than rest.
+
+        Args:
+            state: of this robot.
+            forces: constraint forces there, with the columns of this simulator's basis; None: zero.
+        """
+        given = no_forces(self.robot.n_a, self._space.k) if forces is None else forces.copy()
+        self._state, self._forces = State(state.q.copy(), state.v.copy()), given
+
+    def load(self, gravity: Array, effector_force: Array) -> None:
+        """Change the loads: gravity (3,) [m/s²] and forces on the effectors (n_e,) [N]."""
+        self.robot = self.robot.loaded(gravity, effector_force)
+
+    @property
+    def state(self) -> State:
+        """Configuration and velocity."""
+        return State(self._state.q.copy(), self._state.v.copy())
+
+    @property
+    def forces(self) -> Forces:
+        """Constraint forces of the last step."""
+        return self._forces.copy()
 
     @property
     def effector(self) -> Array:
         """Positions of the effectors: (p, 3) [m]."""
-        return self.robot.effector(self.state)
+        return self.robot.effector(self._state).copy()
 
     @property
     def pull(self) -> Array:
         """Pulled lengths: (n_a,) [m]."""
-        return self.robot.rows(self.state, contacts=False).actuators.delta
+        return self.robot.rows(self._state, contacts=False).actuators.delta.copy()
 
     @property
     def tension(self) -> Array:
         """Cable tensions of the last step: (n_a,) [N]."""
-        return self.forces.tension
+        return self._forces.tension.copy()
 
     @property
     def gaps(self) -> Array:
         """Signed gap of every candidate, +inf where out of range: (n_c,) [m]."""
-        return self.robot.rows(self.state).contacts.gaps()
+        return self.robot.rows(self._state).contacts.gaps()
 
     @property
     def lam_c(self) -> Array:
         """Contact force of every candidate in the last step: (n_c,) [N]."""
-        lam = self._space.lift(self.forces.beta).copy()
-        lam[self.forces.extra] += self.forces.extra_beta
+        lam = self._space.lift(self._forces.beta).copy()
+        lam[self._forces.extra] += self._forces.extra_beta
         return lam
 
     def step(
@@ -113,13 +134,19 @@ class Simulator:
         pull: Sequence[float] | Array | None = None,
         tension: Sequence[float] | Array | None = None,
     ) -> Report:
-        """One time step h under pulled lengths [m] or tensions [N], (n_a,) each.
+        """One time step h under pulled lengths or tensions.
+
+        Args:
+            pull: (n_a,) pulled lengths [m].
+            tension: (n_a,) tensions, not negative [N].
 
         Raises:
-            ValueError: not exactly one of the two, or a wrong shape, or not finite.
+            ValueError: not exactly one of the two, a wrong shape, not finite, negative tensions, or
+                values beyond 1e6.
+            FactorisationError: the state has diverged.
         """
-        result, movement = self._advance(self._command(pull, tension))
-        return _report(result, 1, movement, result.converged)
+        result, movement = self._advance(*self._checked(pull, tension))
+        return _report(result, 1, movement)
 
     def settle(
         self,
@@ -135,87 +162,101 @@ class Simulator:
 
         Args:
             pull: (n_a,) pulled lengths [m].
-            tension: (n_a,) tensions [N].
+            tension: (n_a,) tensions, not negative [N].
             tolerance: largest displacement of a node in the last step [m].
-            max_iterations: linearised steps at most; then `converged` is False.
+            max_iterations: linearised steps at most, at least 1; then `converged` is False.
 
         Raises:
-            ValueError: not exactly one of pull and tension, or a wrong shape, or not finite.
+            ValueError: not exactly one of pull and tension, a wrong shape, not finite, negative tensions,
+                values beyond 1e6, or `max_iterations` below 1.
+            FactorisationError: the state has diverged.
         """
-        command = self._command(pull, tension)
+        if max_iterations < 1:
+            raise ValueError(f"max_iterations: found {max_iterations}, expected at least 1")
+        command = self._checked(pull, tension)
         near = 2e-3 * self.robot.size  # from here on the iteration is nearly linear
-        iteration, movement, anderson = 0, np.inf, Anderson(depth=5)
-        while iteration < max_iterations:
-            iteration += 1
-            result, movement = self._advance(command, self._static, anderson, near)
+        taken, anderson = 0, Anderson(depth=5)
+        while taken < max_iterations:
+            taken += 1
+            result, movement = self._advance(*command, self._static, anderson, near)
             if movement < tolerance or not np.isfinite(movement):
                 break
-        self.state = State(self.state.q, np.zeros_like(self.state.v))
-        return _report(result, iteration, movement, movement < tolerance and result.converged)
+        self._state = State(self._state.q, np.zeros_like(self._state.v))
+        return _report(result, taken, movement, settled=movement < tolerance)
 
-    def smooth_contact_forces(self, regularisation: float = 1e-6) -> Array:
+    def smooth_contact_forces(self) -> Array:
         """The equilibrium's contact forces of nearly least norm: (n_c,) [N].
 
-        Pointwise forces are not unique where candidates are finer than the mesh; snapshots want the
-        smooth ones. The state is left as it is.
-
-        Args:
-            regularisation: relative to the diagonal of the compliance; larger is smoother.
+        Pointwise forces are not unique where candidates are finer than the mesh; snapshots need the
+        smooth ones. The state does not change.
         """
-        rows = self.robot.rows(self.state)
+        rows = self.robot.rows(self._state)
         lam_c = np.zeros(self.robot.n_c)
         if len(rows.contacts) == 0:
             return lam_c
-        system = self.robot.linearise(self.state, self.forces.tension, self._static)
+        system = self.robot.linearise(self._state, self._forces.tension, self._static)
         H = np.vstack([rows.actuators.dense(), rows.contacts.rows.dense()])
         response = row_compliance(
             system, H, np.concatenate([rows.actuators.delta, rows.contacts.rows.delta])
         )
         n_a = self.robot.n_a
         W = response.W[n_a:, n_a:]
-        delta = response.delta_free[n_a:] + response.W[n_a:, :n_a] @ self.forces.tension
-        lam_c[rows.contacts.slots] = solve_lcp(W, delta, rho=regularisation).lam
+        delta = response.delta_free[n_a:] + response.W[n_a:, :n_a] @ self._forces.tension
+        lam_c[rows.contacts.slots] = solve_lcp(W, delta, rho=SMOOTHING).lam
         return lam_c
 
     def _advance(
         self,
-        command: CableCommand,
+        pull: Array | None,
+        tension: Array | None,
         integration: Integration | None = None,
         anderson: Anderson | None = None,
         near: float = 0.0,
     ) -> tuple[ForwardStep, float]:
-        system, result = forward_step(
-            self.robot, self.state, self._space, command, self._enrichment, self.forces, integration
+        """One step, and the largest displacement of a node in it [m]."""
+        contacts = self._space.k > 0 or self._enrichment.rounds > 0
+        step = condense_step(
+            self.robot, self._space, self._state, self._forces, contacts, False, integration
         )
-        movement, dv = self.robot.displacement(system.h * (system.v + result.dv)), result.dv
+        result = forward_step(step, self._enrichment, self._forces, pull, tension)
+        system, solved = step.system, result.prediction
+        movement, dv = self.robot.displacement(system.h * (system.v + solved.dv)), solved.dv
         if anderson is not None and movement < near:
             dv = anderson.next(system.h * dv) / system.h
         elif anderson is not None:
             dv = dv * min(1.0, 0.05 * self.robot.size / movement)
-        self.state = self.robot.advance(self.state, system, dv)
-        self.forces = result.forces
+        self._state = self.robot.advance(self._state, system, dv)
+        self._forces = solved.step.split(solved.lam, self._space.k)
         return result, movement
 
-    def _command(
+    def _checked(
         self, pull: Sequence[float] | Array | None, tension: Sequence[float] | Array | None
-    ) -> CableCommand:
+    ) -> tuple[Array | None, Array | None]:
+        """Pulled lengths (n_a,) [m] and tensions (n_a,) [N], one of them None."""
         if (pull is None) == (tension is None):
             raise ValueError("give either pull [m] or tension [N], one value a cable")
-        value = np.asarray(pull if tension is None else tension, dtype=float)
-        if value.shape != (self.robot.n_a,) or not np.isfinite(value).all():
+        name, given = ("pull", pull) if tension is None else ("tension", tension)
+        least = -LARGEST if tension is None else 0.0
+        try:
+            value = np.array(given, dtype=float)
+        except (TypeError, ValueError, OverflowError) as error:
+            raise ValueError(f"{name}: not an array of numbers: {error}") from error
+        inside = (value >= least) & (value <= LARGEST)
+        if value.shape != (self.robot.n_a,) or not inside.all():
             raise ValueError(
-                f"{'pull' if tension is None else 'tension'}: found {value.tolist()}, "
-                f"expected {self.robot.n_a} finite values"
+                f"{name}: found {value.tolist()}, expected {self.robot.n_a} values from {least:g} to "
+                f"{LARGEST:g}, one a cable"
             )
-        return CableCommand(pull=value) if tension is None else CableCommand(tension=value)
+        return (value, None) if tension is None else (None, value)
 
 
-def _report(result: ForwardStep, iterations: int, movement: float, converged: bool) -> Report:
+def _report(result: ForwardStep, iterations: int, movement: float, settled: bool = True) -> Report:
+    solved = result.prediction
     return Report(
-        converged=converged,
+        converged=settled and result.converged and solved.within_tolerance,
         iterations=iterations,
         movement=movement,
         residual=result.residual,
-        deepest_gap=result.deepest_gap,
-        extra_columns=len(result.forces.extra),
+        deepest_gap=solved.deepest_gap,
+        extra_columns=len(solved.step.extra),
     )

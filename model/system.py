@@ -24,23 +24,28 @@ class Integration:
     """How a step is taken.
 
     Attributes:
-        h: time step [s].
+        rate: steps per second of simulated time [Hz].
         static: whether inertia and damping are left out (quasi-static).
         rayleigh_mass: a in C = a M + b_K K [1/s].
         rayleigh_stiffness: b_K [s].
     """
 
-    h: float
+    rate: float
     static: bool
     rayleigh_mass: float = 0.0
     rayleigh_stiffness: float = 0.0
 
+    @property
+    def h(self) -> float:
+        """Time step [s]."""
+        return 1.0 / self.rate
+
 
 def integration_of(config: RobotSettings) -> Integration:
-    """The scheme a robot file asks for."""
+    """The scheme and time step of a robot file."""
     scheme = config.integration
     return Integration(
-        h=1.0 / config.controller.rate,
+        rate=config.controller.rate,
         static=scheme.scheme == "quasi-static",
         rayleigh_mass=scheme.rayleigh_mass,
         rayleigh_stiffness=scheme.rayleigh_stiffness,

@@ -1,13 +1,15 @@
-"""Positive bases of contact forces: smaller problems, same equations."""
+"""Bases of contact forces and states from simulated equilibria, and the files that hold them."""
 
+from tauten.reduction.atomic_write import write_text
 from tauten.reduction.contact.basis import BasisError, ContactBasis
-from tauten.reduction.contact.positive_basis import (
-    METHODS,
-    Method,
-    PositiveFactorisation,
-    factorise,
+from tauten.reduction.contact.positive_basis import factorise
+from tauten.reduction.provenance import (
+    CurvePoint,
+    Provenance,
+    package_version,
+    package_versions,
+    source_version,
 )
-from tauten.reduction.provenance import CurvePoint, Provenance, versions
 from tauten.reduction.storage import DamagedFile
 
 __all__ = [
@@ -15,10 +17,10 @@ __all__ = [
     "ContactBasis",
     "CurvePoint",
     "DamagedFile",
-    "METHODS",
-    "Method",
-    "PositiveFactorisation",
     "Provenance",
     "factorise",
-    "versions",
+    "package_version",
+    "package_versions",
+    "source_version",
+    "write_text",
 ]

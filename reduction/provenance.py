@@ -1,23 +1,24 @@
-"""Where a contact basis comes from: enough to know whom it fits and to make it again."""
+"""Origin of a contact basis: the robot it fits, and all that is needed to make it again."""
 
 from __future__ import annotations
 
 import platform
-from dataclasses import asdict, dataclass, fields
+import tomllib
+from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
-from typing import Any
+from pathlib import Path
 
 _PACKAGES = ("tauten", "numpy", "scipy", "numba")
 
 
 @dataclass(frozen=True, slots=True)
 class CurvePoint:
-    """What was found of one k, as in `tauten.reduction.contact.mode_count.Curve`.
+    """Errors for one k, as in `tauten.reduction.contact.mode_count.Curve`.
 
     Attributes:
         k: number of modes.
-        training: energy error on what they were fitted to.
-        held_out: energy error on what was held out.
+        training: energy error on the training problems.
+        held_out: energy error on the held-out problems.
         force: largest held-out error of the sum of contact forces [N].
         tip: largest held-out effector error [m].
     """
@@ -39,14 +40,14 @@ class Provenance:
         campaign: one line that says which snapshots, such as "ramp: 0 to 40 mm in 800 steps".
         snapshots_digest: sha256 of the snapshot matrix.
         snapshots: number of columns factored.
-        weighting: how much each of them counted.
+        weighting: of the columns.
         method: of the factorisation.
         k: number of modes.
         seed: of the factorisation.
         error: ‖S − Ψ B‖_F / ‖S‖_F on the weighted snapshots; of the start of "energy".
-        energy_error: √ of the share of the contact energy that the modes lose, see `Quality`.
+        energy_error: √ of the lost share of the contact energy, see `Quality`.
         tip_error: largest effector error on the snapshots, to first order [m].
-        curve: a CurvePoint each for the k that were looked at; empty when k was given.
+        curve: errors for every k that was compared; empty when k was given.
         created: date and time, ISO 8601 in UTC.
         versions: (package, version) pairs, Python among them.
     """
@@ -67,30 +68,27 @@ class Provenance:
     created: str
     versions: tuple[tuple[str, str], ...]
 
-    def to_dict(self) -> dict[str, Any]:
-        """For JSON."""
-        return asdict(self)
 
-    @classmethod
-    def from_dict(cls, entries: dict[str, Any]) -> Provenance:
-        """From what `to_dict` gave, through JSON.
-
-        Raises:
-            KeyError, TypeError, ValueError: an entry is missing or of another type.
-        """
-        values = {field.name: entries[field.name] for field in fields(cls)}
-        values["curve"] = tuple(CurvePoint(**point) for point in values["curve"])
-        values["versions"] = tuple((str(name), str(found)) for name, found in values["versions"])
-        return cls(**values)
-
-
-def versions() -> tuple[tuple[str, str], ...]:
+def package_versions() -> tuple[tuple[str, str], ...]:
     """Versions of Python and of the packages that numbers depend on."""
-    return (("python", platform.python_version()), *((name, _version(name)) for name in _PACKAGES))
+    return (
+        ("python", platform.python_version()),
+        *((name, package_version(name)) for name in _PACKAGES),
+    )
 
 
-def _version(package: str) -> str:
+def package_version(package: str) -> str:
+    """Version of an installed package, and of tauten also where its sources run without installation."""
     try:
         return version(package)
-    except PackageNotFoundError:  # run from a source tree that is not installed
+    except PackageNotFoundError:
+        return source_version() if package == "tauten" else "not installed"
+
+
+def source_version() -> str:
+    """Version of the source tree that this module belongs to, from its pyproject.toml."""
+    file = Path(__file__).resolve().parents[1] / "pyproject.toml"
+    if not file.is_file():
         return "not installed"
+    found: str = tomllib.loads(file.read_text(encoding="utf-8"))["project"]["version"]
+    return found

@@ -2,35 +2,51 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
+import math
 import os
-import tempfile
 import zipfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from importlib.resources import as_file, files
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
-from numpy.lib.format import read_array, write_array
+from numpy.lib.format import read_array, read_array_header_1_0, read_magic, write_array
 from numpy.typing import NDArray
+from pydantic import TypeAdapter, ValidationError
+
+from tauten.reduction.atomic_write import atomic_write
+
+T = TypeVar("T")
 
 _HEADER = "header.json"
 _SHIPPED = "tauten.model.robots"
+# Decompressed sizes that are read: forces are mostly zero and compress well, but not a thousandfold.
+_SMALL = 1 << 26  # [bytes] in any case
+_RATIO = 100  # times the size of the file
+_LONGEST_HEADER = 1 << 20  # [bytes]
+_LONGEST_REASON = 200  # characters quoted of another library's message
 
 
 class UnknownFile(ValueError):
-    """Neither a path nor the name of a shipped file; the text says what was looked for."""
+    """Neither a path nor the name of a shipped file; the text names both possibilities."""
 
 
 class DamagedFile(ValueError):
-    """A file that is not what was saved; the text says which file and what is wrong."""
+    """A file with another content than was saved; the text names the file and the fault."""
 
 
 @contextmanager
 def located(name_or_path: str | Path, suffix: str, what: str) -> Iterator[Path]:
-    """Where a file is: the path itself, or the file shipped for a robot of that name.
+    """The file of a path, or the file shipped for a robot of that name.
+
+    Args:
+        name_or_path: path, or name of a shipped robot.
+        suffix: of the file's name.
+        what: kind of file, for the message.
 
     Raises:
         UnknownFile: it is neither.
@@ -53,59 +69,90 @@ def located(name_or_path: str | Path, suffix: str, what: str) -> Iterator[Path]:
 def write(
     path: Path, kind: str, header: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]
 ) -> None:
-    """Save atomically: a reader, or a run killed half way, sees the old file or the new one.
+    """Save atomically: a reader sees the old file or the new one, also after a killed run.
 
-    The same content gives the same bytes; `unzip -p FILE header.json` shows the header.
+    The same content gives the same bytes; `unzip -p FILE header.json` shows the header. The header gets an
+    entry `digest`, the SHA-256 of the other entries and the arrays.
 
     Args:
         path: file to write; its folder is made when missing.
         kind: what the file is, checked by `read`.
         header: goes into JSON.
-        arrays: name to array.
+        arrays: name to array, any shapes and units.
     """
-    path.parent.mkdir(parents=True, exist_ok=True)
-    text = json.dumps({"kind": kind, **header}, indent=1, ensure_ascii=False)
-    descriptor, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-    try:
-        with os.fdopen(descriptor, "wb") as file:
-            with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
-                archive.writestr(_member(_HEADER), text)
-                for name, array in arrays.items():
-                    with archive.open(_member(f"{name}.npy"), "w", force_zip64=True) as member:
-                        write_array(member, np.asanyarray(array), allow_pickle=False)
-            file.flush()
-            os.fsync(file.fileno())
-        Path(temporary).chmod(0o644)  # mkstemp keeps the file to its owner
-        Path(temporary).replace(path)
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise
+    arrays = {name: np.asanyarray(array) for name, array in arrays.items()}
+    entries = json.loads(json.dumps({"kind": kind, **header}))
+    entries["digest"] = _digest(entries, arrays)
+    text = json.dumps(entries, indent=1, ensure_ascii=False)
+    with atomic_write(path) as file, zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr(_member(_HEADER), text)
+        for name, array in arrays.items():
+            with archive.open(_member(f"{name}.npy"), "w", force_zip64=True) as member:
+                write_array(member, array, allow_pickle=False)
 
 
-def read(path: Path, kind: str) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
+def read(
+    path: Path, kind: str, expected: Mapping[str, str]
+) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
     """Header and arrays of a file of the given kind.
+
+    Sizes are taken from the archive's directory and the arrays' headers and compared with each other and
+    with the allowed size before anything is decompressed. The digest finds accidental changes; older
+    files have none. It does not protect from an attacker, who can compute it too.
+
+    Args:
+        path: file to read.
+        kind: what it has to be.
+        expected: kinds of numpy data types of the arrays by name, such as {"Psi": "f", "flags": "b"}.
 
     Raises:
         FileNotFoundError: there is no such file.
-        DamagedFile: it is cut short, altered, or of another kind.
+        DamagedFile: it is cut short, altered, too large, or of another kind.
     """
     content = path.open("rb")  # outside of `try`: a missing file is not a damaged one
     try:
         with content, zipfile.ZipFile(content) as archive:
-            if (bad := archive.testzip()) is not None:
-                raise ValueError(f"checksum of {bad} does not match")
-            header = json.loads(archive.read(_HEADER))
+            _check_sizes(archive, os.fstat(content.fileno()).st_size)
+            header = _header(archive)
             found = header.pop("kind")
-            arrays = {
-                name.removesuffix(".npy"): _array(archive, name)
-                for name in archive.namelist()
-                if name != _HEADER
-            }
-    except Exception as error:  # whatever a damaged archive makes its readers raise
-        raise DamagedFile(f"{path}: this is no readable {kind} file ({error})") from error
+            if found == kind:
+                arrays = _arrays(archive, expected)
+    except Exception as error:  # damaged archives raise exceptions of many types
+        # some messages of zipfile quote the content of the file
+        text = " ".join(str(error).split())[:_LONGEST_REASON] or type(error).__name__
+        raise DamagedFile(f"{path}: this is no readable {kind} file ({text})") from error
     if found != kind:
         raise DamagedFile(f"{path}: this is a {found} file, expected a {kind} file")
+    stored = header.pop("digest", None)
+    if stored is not None and stored != _digest({"kind": kind, **header}, arrays):
+        raise DamagedFile(
+            f"{path}: this {kind} file was changed after it was saved (its digest does not match)"
+        )
     return header, arrays
+
+
+def parsed(record: type[T], entries: object) -> T:
+    """A frozen dataclass from what JSON gave, every field checked against its type.
+
+    Raises:
+        ValueError: a field is missing or of another type; names the first one.
+    """
+    try:
+        return TypeAdapter(record).validate_python(entries)
+    except ValidationError as error:
+        first = error.errors(include_url=False, include_context=False)[0]
+        field = ".".join(str(part) for part in first["loc"]) or record.__name__
+        raise ValueError(f"{field}: {first['msg']}") from error
+
+
+def _digest(entries: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> str:
+    """SHA-256 of header entries and arrays, independent of the order of their names."""
+    hasher = hashlib.sha256(json.dumps(entries, sort_keys=True).encode())
+    for name in sorted(arrays):
+        array = arrays[name]
+        hasher.update(f"{name} {array.dtype.str} {array.shape}".encode())
+        hasher.update(np.ascontiguousarray(array).tobytes())
+    return hasher.hexdigest()
 
 
 def _member(name: str) -> zipfile.ZipInfo:
@@ -115,7 +162,53 @@ def _member(name: str) -> zipfile.ZipInfo:
     return info
 
 
-def _array(archive: zipfile.ZipFile, name: str) -> NDArray[Any]:
+def _check_sizes(archive: zipfile.ZipFile, file_size: int) -> None:
+    """Refuse what would decompress to much more than such a file holds."""
+    members = archive.infolist()
+    size, allowed = sum(info.file_size for info in members), max(_SMALL, _RATIO * file_size)
+    if size > allowed:
+        raise ValueError(
+            f"its {file_size} bytes decompress to {size} bytes, allowed are {allowed} bytes"
+        )
+    if len({info.filename for info in members}) < len(members):
+        raise ValueError("two entries have the same name")
+
+
+def _header(archive: zipfile.ZipFile) -> dict[str, Any]:
+    if archive.getinfo(_HEADER).file_size > _LONGEST_HEADER:
+        raise ValueError(f"{_HEADER} has more than {_LONGEST_HEADER} bytes")
+    header = json.loads(archive.read(_HEADER))
+    if not isinstance(header, dict) or not isinstance(header.get("kind"), str):
+        raise ValueError(f"{_HEADER} is no object with an entry kind")
+    return header
+
+
+def _arrays(archive: zipfile.ZipFile, expected: Mapping[str, str]) -> dict[str, NDArray[Any]]:
+    found = {name.removesuffix(".npy") for name in archive.namelist() if name != _HEADER}
+    if found != set(expected):
+        raise ValueError(
+            f"it holds the arrays {', '.join(sorted(found)) or 'none'}, "
+            f"expected {', '.join(sorted(expected))}"
+        )
+    return {name: _array(archive, f"{name}.npy", expected[name]) for name in expected}
+
+
+def _array(archive: zipfile.ZipFile, name: str, kind: str) -> NDArray[Any]:
+    """One array, after its header has been compared with its size in the archive."""
+    with archive.open(name) as member:
+        version = read_magic(member)
+        if version != (1, 0):
+            raise ValueError(f"{name} has the npy version {version}, expected (1, 0)")
+        shape, _, dtype = read_array_header_1_0(member)
+        if dtype.kind != kind:
+            raise ValueError(f"{name} has the data type {dtype}, expected kind {kind!r}")
+        size, left = (
+            math.prod(shape) * dtype.itemsize,
+            archive.getinfo(name).file_size - member.tell(),
+        )
+        if size != left or min(shape, default=0) < 0:
+            raise ValueError(f"{name} has the shape {shape} of {dtype}, but {left} bytes of data")
     with archive.open(name) as member:
         array: NDArray[Any] = read_array(member, allow_pickle=False)
+        member.read(1)  # the end of the data, where the checksum is compared
         return array

@@ -1,4 +1,4 @@
-"""How fast this machine is: the time of a control step, and the rate it allows."""
+"""Speed of this computer: the time of a control step, and the rate that it permits."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from tauten.controller import Controller
 log = logging.getLogger(__name__)
 
 _STEPS = 25
-_SHARE = 0.8  # of the period that a step may take at the rate that is advised
+_SHARE = 0.8  # of the period that a step may take at the rate that is recommended
 
 
 class RateError(ValueError):
-    """A rate that the machine cannot hold; the text says which it can."""
+    """A rate that this computer cannot hold; the text names one that it can."""
 
 
 def step_seconds(controller: Controller, steps: int = _STEPS) -> float:
@@ -44,10 +44,10 @@ def check_rate(rate: float, seconds: float, asked: bool) -> None:
     Args:
         rate: of the loop [Hz].
         seconds: time of a control step.
-        asked: whether somebody asked for this rate; where the robot file did, a warning has to do.
+        asked: whether the rate was given on the command line; for the robot file's there is only a warning.
 
     Raises:
-        RateError: somebody asked for a rate that cannot be held.
+        RateError: a rate given on the command line cannot be held.
     """
     if seconds * rate <= 1.0:
         return

@@ -10,13 +10,20 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from tauten.controller import Controller
+from tauten.controller import Controller, ControllerSettings, controller_settings
 from tauten.controller.qpcc import warm_solver
-from tauten.model import Robot, load_robot
-from tauten.model.load import robot_path
+from tauten.model import Robot
+from tauten.model.load import make_robot, robot_path
+from tauten.model.schema import Changes, read_toml, validated
 from tauten.reduction import ContactBasis
 from tauten.reduction.state import StateBasis, reduced_robot
 from tauten.service.process import versions
+from tauten.service.settings import (
+    ModelSettings,
+    ServiceSettings,
+    model_settings,
+    service_settings,
+)
 
 Order: TypeAlias = Literal["full", "reduced"]
 
@@ -25,13 +32,16 @@ _WARM_UP = 12  # control steps; enough for every kernel to be compiled or loaded
 
 @dataclass(frozen=True, slots=True)
 class Setup:
-    """What a controller is made from.
+    """All that a controller is made from.
 
     Attributes:
         robot: the robot.
         path: its file.
-        contact: what the controller knows of contact: a basis, all of it, or nothing.
-        basis_name: as asked for.
+        contact: contact of the controller: a basis, "full" for pointwise contact, or "none".
+        basis_name: as given on the command line or in the robot file.
+        controller: settings of its decisions.
+        model: settings of the model that decides.
+        service: settings of the node.
         states: state basis of the reduced model; None with the full one.
     """
 
@@ -39,6 +49,9 @@ class Setup:
     path: Path
     contact: Literal["none", "full"] | ContactBasis
     basis_name: str
+    controller: ControllerSettings
+    model: ModelSettings
+    service: ServiceSettings
     states: StateBasis | None = None
 
     def basis_digest(self) -> str:
@@ -49,18 +62,18 @@ class Setup:
 
     @property
     def order(self) -> Order:
-        """Which model decides."""
+        """The model that decides."""
         return "full" if self.states is None else "reduced"
 
     def metadata(self) -> dict[str, str]:
-        """What a log says about the run, all as text."""
+        """Metadata of a log of the run, all as text."""
         robot = self.robot
         return {
             "robot": robot.name,
             "robot_path": str(self.path),
             "robot_digest": robot.digest,
             "robot_file": self.path.read_text(encoding="utf-8"),
-            "rate": repr(robot.config.controller.rate),
+            "rate": repr(robot.integration.rate),
             "basis": self.basis_name,
             "basis_digest": self.basis_digest(),
             "model": self.order,
@@ -79,30 +92,43 @@ def load_setup(
     model: Order | None = None,
     accept_error: bool = False,
 ) -> Setup:
-    """Load a robot, the contact basis it asks for, and its state basis where the model is reduced.
+    """Load a robot, its contact basis, and its state basis where the model is reduced.
 
     Args:
         robot: name of a shipped robot or path of a robot file.
         rate: another control rate than the file's [Hz].
         basis: another basis than the file's; "none" for no contact, "full" for pointwise contact.
         model: another model than the file's.
-        accept_error: take a state basis that errs more than the robot file allows.
+        accept_error: accept a state basis with a larger error than the robot file allows.
 
     Raises:
-        RobotFileError, MeshError, BasisError, StateBasisError: what cannot be used, and why.
+        RobotFileError: the robot file cannot be used.
+        MeshError: its mesh cannot be used.
+        BasisError: its contact basis cannot be used.
+        StateBasisError: its state basis cannot be used.
     """
     path = robot_path(robot)
-    loaded = load_robot(path, rate=rate)
-    name = basis or loaded.config.controller.basis or "none"
+    contents = read_toml(path)
+    changes = validated(Changes, {"rate": rate}, f"{path}: load_setup")
+    controller, kind = controller_settings(contents, path), model_settings(contents, path)
+    service = service_settings(contents, path)
+    loaded = make_robot(contents, path, changes)
+    name = basis or controller.basis or "none"
     contact = load_contact(loaded, path, name)
-    if (model or loaded.config.model.order) == "full":
-        return Setup(loaded, path, contact, name)
-    states = load_states(loaded, path, accept_error)
-    return Setup(reduced_robot(loaded, states), path, contact, name, states)
+    if (model or kind.order) == "full":
+        return Setup(loaded, path, contact, name, controller, kind, service)
+    states = load_states(loaded, path, kind, accept_error)
+    reduced = reduced_robot(loaded, states)
+    return Setup(reduced, path, contact, name, controller, kind, service, states)
 
 
 def load_contact(robot: Robot, path: Path, name: str) -> Literal["none", "full"] | ContactBasis:
-    """What a name says a controller knows of contact: "none", "full", or a basis that fits the robot.
+    """Contact of a controller by name: "none", "full", or a basis that fits the robot.
+
+    Args:
+        robot: the robot.
+        path: its file.
+        name: of the basis, or of its file beside the robot file.
 
     Raises:
         BasisError: there is no such basis, or it was made for another robot.
@@ -116,13 +142,20 @@ def load_contact(robot: Robot, path: Path, name: str) -> Literal["none", "full"]
     return found
 
 
-def load_states(robot: Robot, path: Path, accept_error: bool) -> StateBasis:
+def load_states(
+    robot: Robot, path: Path, settings: ModelSettings, accept_error: bool
+) -> StateBasis:
     """The state basis that the robot file at `path` names, or the shipped one of the robot's name.
 
+    Args:
+        robot: the robot.
+        path: its file.
+        settings: the table `model` of the file.
+        accept_error: accept a larger error than the robot file allows.
+
     Raises:
-        StateBasisError: there is none, it was made for another robot, or it errs more than the file allows.
+        StateBasisError: there is none, it was made for another robot, or its error is larger than allowed.
     """
-    settings = robot.config.model
     states = StateBasis.load(beside(path, settings.states or robot.name))
     states.check_robot(robot)
     if not accept_error:
@@ -142,7 +175,7 @@ def warm_controller(setup: Setup) -> Controller:
     It first follows a target a tenth of the robot's size away, so that the first real step is as
     fast as the others.
     """
-    return warm_up(Controller(setup.robot, setup.contact))
+    return warm_up(Controller(setup.robot, setup.contact, settings=setup.controller))
 
 
 def warm_up(controller: Controller) -> Controller:

@@ -6,6 +6,9 @@ import os
 import signal
 from pathlib import Path
 
+# The processes of the suite share the processor's cores; read by BLAS when numpy is imported.
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+
 import matplotlib
 
 matplotlib.use("Agg")
@@ -18,8 +21,18 @@ from tauten.model import Robot, load_robot
 from tauten.model.tetra import TetRobot
 
 # The same examples every time, so that what fails here fails there; see CONTRIBUTING for others.
-settings.register_profile("repeatable", derandomize=True)
+# Without deadlines: how long an example takes depends on what else the machine does.
+settings.register_profile("repeatable", derandomize=True, deadline=None)
 settings.load_profile("repeatable")
+
+
+def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
+    """Two where the whole suite runs; none for single files, a debugger, and times of the real clock."""
+    whole = config.args_source is pytest.Config.ArgsSource.TESTPATHS
+    if whole and "realtime" not in config.option.markexpr.replace("not realtime", ""):
+        return 2
+    config.option.dist = "no"
+    return 0
 
 
 @pytest.fixture(autouse=True)

@@ -14,8 +14,9 @@ ROOT = Path(__file__).resolve().parents[1]
 # Imports between folders go down this table only: a folder imports from folders above its own line.
 # A name without a folder below it stands for the modules directly inside.
 ORDER = (
-    "model.schema",
     "model.numerics",
+    "model.materials",
+    "model.schema",
     "model",
     "model.mesh",
     "model.points",
@@ -37,12 +38,13 @@ ORDER = (
     "service",
     "service.node",
     "service.replay",
-    "service.plots",
     "service.plant",
     "service.operate",
+    "service.bench.elements",
     "service.bench.qpcc",
     "service.bench",
     "service.tables",
+    "service.plots",
     "service.cli",
 )
 MOST_MODULES = 15

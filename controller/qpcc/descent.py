@@ -1,31 +1,30 @@
-"""The active set over the pieces of a QPCC: solve a piece, read its multipliers, flip, repeat."""
+"""From piece to piece: solve one, read its multipliers, flip the pairs that gain, repeat."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
-from itertools import combinations
+from time import perf_counter
 
 import numpy as np
 
-from tauten.controller.qpcc.lcp_start import feasible_start
-from tauten.controller.qpcc.one_cable import solve_one_cable
-from tauten.controller.qpcc.pieces import Reduction, reduce_piece
-from tauten.controller.qpcc.qp import Backend, Qp, QpAnswer, nothing, solve_daqp
-from tauten.controller.qpcc.qp_polish import polished
-from tauten.controller.qpcc.recovery import recover
-from tauten.controller.qpcc.residuals import ACTIVE, Residuals, judge, pair_values, row_values
+from tauten.controller.qpcc.piece import recover, reduce_piece, solve_one_cable
+from tauten.controller.qpcc.qp import ENDLESS, Backend, Qp, solve_daqp
+from tauten.controller.qpcc.residuals import (
+    ACTIVE,
+    EITHER,
+    EXACT,
+    OPEN,
+    PUSHES,
+    Residuals,
+    best_multipliers,
+    residuals,
+)
 from tauten.controller.qpcc.scaling import Scaled
-from tauten.controller.qpcc.strong_stationarity import strong_multipliers
 from tauten.model.numerics import Array, Bools, Ints
 
-EXACT = 1e-8  # residuals an optimum may have
-POLISHED = 1e-9  # residuals above which a QP's answer is polished
 NOISE = 1e-11  # of an objective, relative to its terms
-NEARBY = (
-    1e-4  # change of tension that shows the pieces around a point, relative to its largest force
-)
-MOST_DEGENERATE = 6  # pairs at zero of which all combinations are looked at
+MOST_BRANCHES = 64  # nonnegative least squares problems per degenerate point
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,75 +36,63 @@ class Point:
         z: (n,) scaled variables.
         alpha: (n_a,) multipliers of the bounds.
         dual: (2k + p,) multipliers of the rows.
-        worth: objective and residuals.
-        settled: every piece that touches the point was seen to be no better.
+        residuals: objective and residuals.
+        settled: no piece that touches the point leads down.
     """
 
     piece: Bools
     z: Array
     alpha: Array
     dual: Array
-    worth: Residuals
+    residuals: Residuals
     settled: bool = False
 
     @property
     def feasible(self) -> bool:
         """Within the limits and complementary; not when there is a NaN."""
-        return self.worth.primal <= EXACT and self.worth.complementarity <= EXACT
-
-    @property
-    def exact(self) -> bool:
-        """Whether there is nothing to polish."""
-        return self.feasible and self.worth.stationarity <= POLISHED
+        return self.residuals.primal <= EXACT and self.residuals.complementarity <= EXACT
 
     @property
     def stationary(self) -> bool:
-        """Strongly stationary, or B-stationary by looking at all pieces around."""
-        no_flip = self.settled or self.worth.largest_gain <= ACTIVE
-        return self.worth.stationarity <= EXACT and no_flip
+        """Strongly stationary, or B-stationary because no piece around leads down."""
+        no_gain = self.settled or self.residuals.largest_gain <= ACTIVE
+        return self.residuals.stationarity <= EXACT and no_gain
 
     def beats(self, other: Point) -> bool:
         """Lower by more than round-off, or as low and stationary where the other is not."""
-        margin = NOISE * (self.worth.terms + other.worth.terms)
-        if self.worth.objective < other.worth.objective - margin:
+        mine, others = self.residuals, other.residuals
+        margin = NOISE * (mine.terms + others.terms)
+        if mine.objective < others.objective - margin:
             return True
-        as_low = self.worth.objective <= other.worth.objective + margin
+        as_low = mine.objective <= others.objective + margin
         return as_low and self.stationary and not other.stationary
 
 
-def solve_piece(problem: Scaled, piece: Bools, backend: Backend) -> Point | None:
-    """Optimum of one piece; None when it is empty or could not be solved.
+@dataclass(slots=True)
+class Budget:
+    """QPs and time that a solve may take, in all of its phases together.
 
-    An answer that is not exact is polished; where that fails, daqp is asked. So it is where another
-    library sees an empty set: proxqp does at times where there is an interior. With one tension the default
-    library is asked only where the piece is not a parabola over an interval.
+    Attributes:
+        pivots: QPs at most.
+        end: value of `perf_counter` at which to stop [s].
+        spent: QPs solved.
     """
-    if len(problem.lb) == 1 and backend is solve_daqp:
-        found, z, alpha, dual, worth = solve_one_cable(problem, piece)
-        point = Point(piece, z, alpha, dual, worth)
-        if found and point.exact:
-            return point
-    possible, H, f, A, lower, upper, reduction = reduce_piece(problem, piece)
-    if not possible:
-        return None
-    qp = Qp(H, f, A, lower, upper)
-    answer = backend(qp) if len(f) > 0 else nothing(qp, infeasible=False)
-    if answer.infeasible and backend is not solve_daqp:
-        answer = solve_daqp(qp)
-    if answer.infeasible:
-        return None
-    point = conclude(problem, piece, reduction, answer)
-    if not point.exact:
-        point = conclude(problem, piece, reduction, polished(qp, answer))
-    if not point.exact and backend is not solve_daqp:
-        point = conclude(problem, piece, reduction, polished(qp, solve_daqp(qp)))
-    return point if point.feasible else None
 
+    pivots: int
+    end: float
+    spent: int = 0
 
-def conclude(problem: Scaled, piece: Bools, reduction: Reduction, answer: QpAnswer) -> Point:
-    """The point that an answer to a piece's QP means."""
-    z, alpha, dual, worth = recover(problem, piece, reduction, answer.y, answer.multipliers)
-    return Point(piece, z, alpha, dual, worth)
+    @property
+    def exhausted(self) -> bool:
+        """Whether QPs or time are used up."""
+        return self.spent >= self.pivots or perf_counter() >= self.end
+
+    def spend(self) -> bool:
+        """Count a QP; False when it must not be solved any more."""
+        if self.exhausted:
+            return False
+        self.spent += 1
+        return True
 
 
 @dataclass(slots=True)
@@ -115,26 +102,16 @@ class Descent:
     Attributes:
         problem: scaled.
         backend: of the piece's QPs.
-        max_pivots: pieces solved at most.
+        budget: of the whole solve.
         best: best point so far.
         tried: pieces solved, as bytes.
     """
 
     problem: Scaled
     backend: Backend
-    max_pivots: int
+    budget: Budget
     best: Point | None = None
     tried: set[bytes] = field(default_factory=set)
-
-    @property
-    def pivots(self) -> int:
-        """Pieces solved."""
-        return len(self.tried)
-
-    @property
-    def exhausted(self) -> bool:
-        """Whether the pivot limit is reached."""
-        return self.pivots >= self.max_pivots
 
     def run(self, piece: Bools) -> Point | None:
         """Descend from a piece to a stationary point; None when the piece is empty or was tried."""
@@ -147,9 +124,9 @@ class Descent:
         return current
 
     def visit(self, piece: Bools) -> Point | None:
-        """Solve a piece unless it was solved before or the limit is reached."""
+        """Solve a piece unless it was solved before or the budget is spent."""
         key = piece.tobytes()
-        if key in self.tried or self.exhausted:
+        if key in self.tried or not self.budget.spend():
             return None
         self.tried.add(key)
         point = solve_piece(self.problem, piece, self.backend)
@@ -158,18 +135,15 @@ class Descent:
         return point
 
     def stay(self, z: Array, piece: Bools) -> None:
-        """Remember a point that satisfies the complementarity, if it satisfies the limits too."""
+        """Remember a point, with what round-off took outside its bounds brought back, if it is feasible."""
         n_a, rows = len(self.problem.lb), len(self.problem.r)
+        z = np.concatenate(
+            [np.clip(z[:n_a], self.problem.lb, self.problem.ub), np.maximum(z[n_a:], 0.0)]
+        )
         alpha, dual = np.zeros(n_a), np.zeros(rows)
-        point = Point(piece, z, alpha, dual, judge(self.problem, z, alpha, dual))
+        point = Point(piece, z, alpha, dual, residuals(self.problem, z, alpha, dual))
         if point.feasible:
             self.keep(point)
-
-    def run_or_stay(self, z: Array, piece: Bools) -> None:
-        """Descend from a point's piece; where nothing comes of it the point itself is remembered."""
-        self.run(piece)
-        if self.best is None:
-            self.stay(z, piece)
 
     def keep(self, point: Point) -> None:
         """Remember a point when it is the best so far."""
@@ -177,43 +151,63 @@ class Descent:
             self.best = point
 
     def improve(self, current: Point) -> Point | None:
-        """A better or stationary neighbour: all wrong pairs flipped, else one by one, worst first."""
-        gain = current.worth.gain
+        """A better or stationary neighbour: all pairs that gain flipped, else one by one, largest first."""
+        gain = current.residuals.gain
         wrong = np.flatnonzero(gain > ACTIVE)
         wrong = wrong[np.argsort(-gain[wrong], kind="stable")]
         flips: list[Ints] = [wrong, *wrong[:, None]] if len(wrong) > 1 else [wrong]
         return self.first_better(current, flipped(current.piece, flips))
 
     def settle(self, current: Point) -> Point | None:
-        """Decide a degenerate point: other multipliers, pieces to all sides, every piece that touches it."""
-        alpha, dual = strong_multipliers(self.problem, current.z)
-        worth = judge(self.problem, current.z, alpha, dual)
-        point = Point(current.piece, current.z, alpha, dual, worth)
-        if point.stationary:
-            self.keep(point)
-            return point
-        better = self.first_better(current, self.pieces_around(current))
-        both = self.pairs_at_zero(current)
-        if better is not None or self.exhausted or len(both) > MOST_DEGENERATE:
-            return better
-        sizes = range(1, len(both) + 1)
-        flips: list[Ints] = [np.array(some) for size in sizes for some in combinations(both, size)]
-        better = self.first_better(current, flipped(current.piece, flips))
-        if better is not None or self.exhausted:
-            return better
-        point = replace(current, settled=True)
-        self.keep(point)
-        return point if point.stationary else None
+        """Decide a degenerate point, of which multipliers are not unique: a better one, or itself settled.
 
-    def pieces_around(self, point: Point) -> Iterator[Bools]:
-        """Pieces of the contact forces when one tension changes a little."""
-        n_a = len(self.problem.lb)
-        step = NEARBY * max(np.abs(point.z).max(initial=0.0), NEARBY)
-        for move in step * np.vstack([np.eye(n_a), -np.eye(n_a)]):
-            a = np.clip(point.z[:n_a] + move, self.problem.lb, self.problem.ub)
-            found, piece, _ = feasible_start(self.problem, a, point.piece)
-            if found:
-                yield piece
+        A tree over the pairs of which both sides are zero, each node the nearest point to zero of the
+        gradient plus all multipliers of right signs. What is left over is a direction of descent within
+        β >= 0 and w >= 0; where it is complementary it leads into a piece, else a pair branches. Steps 70 to
+        73 of the recorded finger_20 end at such points.
+        """
+        k = len(current.piece)
+        stack: list[Ints] = [np.full(k, EITHER)]
+        closed = True  # whether all leaves were without descent
+        for count in range(MOST_BRANCHES):
+            sides = stack.pop()
+            alpha, dual, direction, both = best_multipliers(self.problem, current.z, sides)
+            found = residuals(self.problem, current.z, alpha, dual)
+            if count == 0:
+                strong = Point(current.piece, current.z, alpha, dual, found)
+                if strong.stationary:
+                    self.keep(strong)
+                    return strong
+            if found.stationarity > EXACT:
+                pair, piece = self.follow(current.piece, direction, both & (sides == EITHER))
+                for side in () if pair is None else (PUSHES, OPEN):
+                    stack.append(np.where(np.arange(k) == pair, side, sides))
+                if pair is None:
+                    better = self.first_better(
+                        current, [np.where(sides == EITHER, piece, sides > 0)]
+                    )
+                    if better is not None:
+                        return better
+                    closed = closed and found.stationarity <= 1e3 * EXACT
+            if not stack or self.budget.exhausted:
+                break
+        point = replace(current, settled=closed and not stack)
+        if not point.stationary:
+            return None
+        self.keep(point)
+        return point
+
+    def follow(self, piece: Bools, direction: Array, both: Bools) -> tuple[int | None, Bools]:
+        """The pair that a direction (n,) opens on both sides, None without one, and where it leads."""
+        k = len(piece)
+        beta = direction[len(direction) - k :]
+        w = self.problem.R[k : 2 * k] @ direction
+        crossed = np.where(both, np.minimum(beta, w), 0.0)
+        pair = int(np.argmax(crossed)) if k else 0
+        into = np.where(both, beta > w, piece)
+        if k == 0 or crossed[pair] <= EXACT * np.abs(direction).max():
+            return None, into
+        return pair, into
 
     def first_better(self, current: Point, pieces: Iterable[Bools]) -> Point | None:
         """The first of some pieces whose optimum is better, or as good and stationary."""
@@ -223,12 +217,22 @@ class Descent:
                 return point
         return None
 
-    def pairs_at_zero(self, point: Point) -> Ints:
-        """Pairs of which both sides are zero."""
-        values, sizes = row_values(self.problem, point.z)
-        beta, w = pair_values(self.problem, point.z, values, sizes)
-        pairs: Ints = np.flatnonzero((beta <= ACTIVE) & (w <= ACTIVE))
-        return pairs
+
+def solve_piece(problem: Scaled, piece: Bools, backend: Backend) -> Point | None:
+    """Optimum of one piece; None when it is empty or could not be solved."""
+    if len(problem.lb) == 1 and backend is solve_daqp:
+        found, z, alpha, dual, values = solve_one_cable(problem, piece)
+        point = Point(piece, z, alpha, dual, values)
+        if found and point.feasible:
+            return point
+    possible, H, f, A, lower, upper, reduction = reduce_piece(problem, piece)
+    if not possible:
+        return None
+    answer = backend(Qp(H, f, A, lower, upper))
+    if answer.infeasible or not np.abs(answer.y).max(initial=0.0) < ENDLESS:
+        return None
+    point = Point(piece, *recover(problem, piece, reduction, answer.y, answer.multipliers))
+    return point if point.feasible else None
 
 
 def flipped(piece: Bools, flips: Iterable[Ints]) -> Iterator[Bools]:

@@ -1,13 +1,18 @@
-"""The QPCC, (1)-(3), as a user writes it down."""
+"""The QPCC (1)-(3) as a user writes it down, in memory and in a file."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+from zipfile import BadZipFile
 
 import numpy as np
 
 from tauten.controller.qpcc.solution import Solution
 from tauten.model.numerics import Array, Bools
+
+ARRAYS = ("Q", "c", "lb", "ub", "G", "g_lo", "g_hi", "M", "m")
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,3 +116,49 @@ def start_of(warm: Warm, n_a: int, k: int) -> tuple[Array, Bools]:
     if pushes.shape == (k,):
         piece = pushes.astype(np.bool_)
     return lam_a, piece
+
+
+def write_qpcc(path: Path, problem: Qpcc, start: Start | None = None) -> None:
+    """Write a problem, and where its solution started, to an npz file that `read_qpcc` reads.
+
+    Args:
+        path: of the file; it is overwritten.
+        problem: the QPCC.
+        start: tensions and piece of the step before, without which the failure may not repeat.
+    """
+    arrays: dict[str, Any] = dict(zip(ARRAYS, problem.arrays, strict=True))
+    named = {"bound_names": problem.bound_names, "row_names": problem.row_names}
+    arrays |= {name: np.array(names, dtype=np.str_) for name, names in named.items() if names}
+    if start is not None:
+        arrays |= {"start_lam_a": start.lam_a, "start_piece": start.piece}
+    with path.open("wb") as file:  # np.savez would append ".npz" to the name
+        np.savez_compressed(file, constant=problem.constant, **arrays)
+
+
+def read_qpcc(path: Path) -> tuple[Qpcc, Start | None]:
+    """A problem of `write_qpcc`, and where its solution started where the file says so.
+
+    Raises:
+        OSError: the file cannot be read.
+        ValueError: it is not such a file; the message says what is missing or does not fit.
+    """
+    try:
+        with np.load(path, allow_pickle=False) as data:
+            found: dict[str, Any] = {name: data[name] for name in data.files}
+    except (BadZipFile, ValueError, AttributeError, TypeError) as error:
+        raise ValueError(f"{path}: not an npz file of arrays ({error})") from error
+    missing = [name for name in ARRAYS if name not in found]
+    if missing:
+        raise ValueError(f"{path}: no QPCC, the arrays {', '.join(missing)} are missing")
+    try:
+        problem = Qpcc(
+            **{name: found[name].astype(np.float64) for name in ARRAYS},
+            constant=float(found.get("constant", 0.0)),
+            bound_names=tuple(found.get("bound_names", np.zeros(0, np.str_)).tolist()),
+            row_names=tuple(map(tuple, found.get("row_names", np.zeros((0, 2), np.str_)).tolist())),
+        )
+    except (ValueError, TypeError) as error:
+        raise ValueError(f"{path}: {error}") from error
+    if "start_lam_a" not in found or "start_piece" not in found:
+        return problem, None
+    return problem, Start(found["start_lam_a"], found["start_piece"].astype(np.bool_))

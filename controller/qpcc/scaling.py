@@ -1,9 +1,8 @@
-"""Units out of a QPCC: the scaled problem that the solver works on.
+"""A QPCC without units, which is what the solver works on.
 
-Compliances are around 1e-4 m/N and objectives around 1e-6 m², far from the order of one that
-tolerances of QP solvers expect. Forces are measured in units that make the diagonal of the contact
-compliance one, limits in units that make the largest entry of their rows one, all powers of two, so
-that nothing is rounded.
+Compliances are around 1e-4 m/N and objectives around 1e-6 m², far from the order of one that tolerances of
+QP solvers expect. Forces are measured in units that make the diagonal of the contact compliance one, limits
+in units that make the largest entry of their rows one, all powers of two, so that nothing is rounded.
 """
 
 from __future__ import annotations
@@ -16,7 +15,10 @@ from tauten.controller.qpcc.problem import Qpcc
 from tauten.controller.qpcc.qp import UNBOUNDED
 from tauten.model.numerics import Array, kernel
 
-USABLE, NOT_FINITE, CROSSED_LIMITS = 0, 1, 2
+USABLE, CROSSED_LIMITS, NOT_FINITE = 0, 1, 2  # the larger one counts
+
+
+FLAT = 1e-12  # a curvature this far below the slope is none, and it is the slope that becomes one
 
 
 class Scaled(NamedTuple):
@@ -48,12 +50,7 @@ class Scaled(NamedTuple):
 
 
 class Units(NamedTuple):
-    """What one means in a scaled problem.
-
-    Attributes:
-        column: (n,) units of z.
-        cost: unit of the objective.
-    """
+    """The units of a scaled problem: those of z (n,) and that of the objective."""
 
     column: Array
     cost: float
@@ -61,59 +58,92 @@ class Units(NamedTuple):
 
 def scale(problem: Qpcc) -> tuple[int, Scaled, Units]:
     """Whether the numbers are USABLE, NOT_FINITE or CROSSED_LIMITS, and the problem without units."""
-    return examined(*in_rows(problem))
+    return scaled_arrays(*in_rows(problem))
 
 
 def in_rows(problem: Qpcc) -> list[Array]:
-    """The arrays of a problem as kernels take them.
-
-    A kernel is compiled anew for every memory layout, and that must not happen in a loop.
-    """
+    """The arrays of a problem, contiguous: a kernel is compiled anew for every memory layout."""
     return [np.ascontiguousarray(array, dtype=np.float64) for array in problem.arrays]
 
 
 @kernel
-def examined(
+def scaled_arrays(
     Q: Array, c: Array, lb: Array, ub: Array, G: Array, g_lo: Array, g_hi: Array, M: Array, m: Array
 ) -> tuple[int, Scaled, Units]:
-    """What `scale` returns."""
-    scaled, units = equilibrate(Q, c, lb, ub, G, g_lo, g_hi, M, m)
-    return inspect_numbers(scaled, Q, c, lb, ub, G, g_lo, g_hi, M, m), scaled, units
+    """What `scale` returns, from the arrays of a `Qpcc`."""
+    n_a, k = len(lb), len(m)
+    column = column_units(Q, G, M, n_a)
+    R, r, lo, hi = scaled_rows(column, G, g_lo, g_hi, M, m)
+    Q_scaled = np.empty_like(Q)
+    for i in range(n_a + k):
+        for j in range(n_a + k):
+            Q_scaled[i, j] = 0.5 * (Q[i, j] + Q[j, i]) * column[i] * column[j]
+    curvature, slope = largest_magnitude(np.diag(Q_scaled)), largest_magnitude(c * column)
+    factor = unit(curvature if curvature > FLAT * slope else slope)
+    lower, upper = np.empty(n_a), np.empty(n_a)
+    for j in range(n_a):
+        lower[j], upper[j] = cut(lb[j] / column[j]), cut(ub[j] / column[j])
+    scaled = Scaled(Q_scaled * factor, c * column * factor, lower, upper, R, r, lo, hi)
+    finite = total(Q, c) + total(G, c) + total(M, m) + total(scaled.Q, scaled.c) + total(R, r)
+    # a sum is finite unless something in it is not, or it overflows, which is as useless; and not
+    # np.isfinite, because where sums may be reordered LLVM takes its x - x for zero
+    numbers = USABLE if finite < np.inf else NOT_FINITE
+    if has_nan(lb) or has_nan(ub) or has_nan(g_lo) or has_nan(g_hi):
+        numbers = NOT_FINITE
+    elif not (in_order(lb, ub, np.inf) and in_order(g_lo, g_hi, np.inf)):
+        numbers = max(numbers, CROSSED_LIMITS)
+    elif not (in_order(lower, upper, UNBOUNDED) and in_order(lo, hi, UNBOUNDED)):
+        numbers = NOT_FINITE  # a lower limit beyond UNBOUNDED is no number to compute with
+    return numbers, scaled, Units(column, 1.0 / factor)
 
 
 @kernel
-def inspect_numbers(
-    scaled: Scaled,
-    Q: Array,
-    c: Array,
-    lb: Array,
-    ub: Array,
-    G: Array,
-    g_lo: Array,
-    g_hi: Array,
-    M: Array,
-    m: Array,
-) -> int:
-    """NaN anywhere or infinity but in limits; limits whose lower end is above the upper."""
-    # a sum is finite unless something in it is not, or it overflows, which is as useless
-    total = np.sum(np.abs(Q)) + np.sum(np.abs(c)) + np.sum(np.abs(G))
-    total += np.sum(np.abs(M)) + np.sum(np.abs(m))
-    total += np.sum(np.abs(scaled.Q)) + np.sum(np.abs(scaled.c))
-    total += np.sum(np.abs(scaled.R)) + np.sum(np.abs(scaled.r))
-    # not np.isfinite: where sums may be reordered LLVM takes its x - x for zero
-    numbers = USABLE if total < np.inf else NOT_FINITE
-    for j in range(len(lb)):
-        if np.isnan(lb[j]) or np.isnan(ub[j]):
-            numbers = NOT_FINITE
-    for i in range(len(g_lo)):
-        if np.isnan(g_lo[i]) or np.isnan(g_hi[i]):
-            numbers = NOT_FINITE
-    if numbers == USABLE and not (in_order(lb, ub, np.inf) and in_order(g_lo, g_hi, np.inf)):
-        return CROSSED_LIMITS
-    # a lower limit that large is no number to compute with
-    within = in_order(scaled.lb, scaled.ub, UNBOUNDED)
-    within = within and in_order(scaled.lo, scaled.hi, UNBOUNDED)
-    return numbers if within else NOT_FINITE
+def has_nan(values: Array) -> bool:
+    """Whether an entry is NaN."""
+    found = False
+    for i in range(len(values)):
+        found = found or np.isnan(values[i])
+    return found
+
+
+@kernel
+def scaled_rows(
+    column: Array, G: Array, g_lo: Array, g_hi: Array, M: Array, m: Array
+) -> tuple[Array, Array, Array, Array]:
+    """R, r, lo, hi of `Scaled`."""
+    k, p, n = len(m), len(g_lo), len(column)
+    R, r = np.zeros((2 * k + p, n)), np.zeros(2 * k + p)
+    lo, hi = np.zeros(2 * k + p), np.full(2 * k + p, UNBOUNDED)
+    for i in range(k):
+        unit_of_i = column[n - k + i]
+        R[i, n - k + i] = 1.0
+        for j in range(n):
+            R[k + i, j] = unit_of_i * M[i, j] * column[j]
+        r[k + i] = unit_of_i * m[i]
+    for i in range(p):
+        row = G[i] * column
+        factor = unit(largest_magnitude(row))
+        R[2 * k + i] = row * factor
+        lo[2 * k + i], hi[2 * k + i] = cut(g_lo[i] * factor), cut(g_hi[i] * factor)
+    return R, r, lo, hi
+
+
+@kernel
+def cut(limit: float) -> float:
+    """A limit, at most UNBOUNDED in magnitude."""
+    return min(max(limit, -UNBOUNDED), UNBOUNDED)
+
+
+@kernel
+def total(matrix: Array, vector: Array) -> float:
+    """Sum of all magnitudes."""
+    value = 0.0
+    for j in range(len(vector)):
+        value += abs(vector[j])
+    for i in range(matrix.shape[0]):
+        for j in range(matrix.shape[1]):
+            value += abs(matrix[i, j])
+    return value
 
 
 @kernel
@@ -123,38 +153,6 @@ def in_order(lower: Array, upper: Array, end: float) -> bool:
     for i in range(len(lower)):
         fits = fits and lower[i] <= upper[i] and lower[i] < end and upper[i] > -end
     return fits
-
-
-@kernel
-def equilibrate(
-    Q: Array, c: Array, lb: Array, ub: Array, G: Array, g_lo: Array, g_hi: Array, M: Array, m: Array
-) -> tuple[Scaled, Units]:
-    """The scaled problem; garbage in, garbage out."""
-    n_a, k, p = len(lb), len(m), len(g_lo)
-    column = column_units(Q, G, M, n_a)
-    R, r = np.zeros((2 * k + p, n_a + k)), np.zeros(2 * k + p)
-    lo, hi = np.zeros(2 * k + p), np.full(2 * k + p, UNBOUNDED)
-    for i in range(k):
-        R[i, n_a + i] = 1.0
-        R[k + i] = column[n_a + i] * M[i] * column
-        r[k + i] = column[n_a + i] * m[i]
-    for i in range(p):
-        row = G[i] * column
-        factor = unit(largest_magnitude(row))
-        R[2 * k + i] = row * factor
-        lo[2 * k + i] = min(max(g_lo[i] * factor, -UNBOUNDED), UNBOUNDED)
-        hi[2 * k + i] = min(max(g_hi[i] * factor, -UNBOUNDED), UNBOUNDED)
-    Q_scaled = np.empty_like(Q)
-    for i in range(n_a + k):
-        for j in range(n_a + k):
-            Q_scaled[i, j] = 0.5 * (Q[i, j] + Q[j, i]) * column[i] * column[j]
-    factor = unit(largest_magnitude(np.diag(Q_scaled)))
-    lower, upper = np.empty(n_a), np.empty(n_a)
-    for j in range(n_a):
-        lower[j] = min(max(lb[j] / column[j], -UNBOUNDED), UNBOUNDED)
-        upper[j] = min(max(ub[j] / column[j], -UNBOUNDED), UNBOUNDED)
-    scaled = Scaled(Q_scaled * factor, c * column * factor, lower, upper, R, r, lo, hi)
-    return scaled, Units(column, 1.0 / factor)
 
 
 @kernel

@@ -1,10 +1,9 @@
-"""What a decision returns: the solution, how it ended, and the certificate that judges it."""
+"""What a solver returns: the solution, how it ended, and the residuals that certify it."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
-from math import inf, isfinite
 
 from tauten.model.numerics import Array, Bools
 
@@ -14,18 +13,23 @@ class Status(Enum):
 
     OK = "stationary point within tolerance"
     FEASIBLE_ONLY = "feasible but not shown stationary: raise the pivot limit or the time budget"
+    NOT_FOUND = (
+        "no feasible point found, nor shown that there is none: raise max_pivots or time_limit"
+    )
     INFEASIBLE = "no tensions satisfy the limits: widen the named limits or slow the target down"
-    MAX_PIVOTS = "pivot limit reached: raise max_pivots; the best point found is returned"
+    MAX_PIVOTS = (
+        "pivot or time limit reached: raise max_pivots or time_limit; the best point is returned"
+    )
     NOT_FINITE = "NaN or infinity in the problem: look at the target and the model state"
 
     @property
     def ok(self) -> bool:
-        """Whether the answer is as good as was asked for."""
+        """Whether the point is stationary."""
         return self is Status.OK
 
     @property
     def usable(self) -> bool:
-        """Whether the answer satisfies limits and contacts, so that robot and model may follow it."""
+        """Whether the point satisfies limits and contacts, so that robot and model may follow it."""
         return self in (Status.OK, Status.FEASIBLE_ONLY, Status.MAX_PIVOTS)
 
 
@@ -59,10 +63,9 @@ class Solution:
         status: how it ended.
         certificate: residuals.
         objective: value of the objective at the solution.
-        pivots: number of pieces solved.
+        pivots: number of QPs solved, one a piece.
         piece: (k,) bool, True where a mode pushes (δ_i = 0), False where it is open (β_i = 0).
         conflict: names or indices of the limits that conflict, when INFEASIBLE.
-        bound: no feasible point has a lower objective; -inf when no search was asked for one.
     """
 
     lam_a: Array
@@ -73,12 +76,3 @@ class Solution:
     pivots: int
     piece: Bools
     conflict: tuple[str, ...] = ()
-    bound: float = -inf
-
-    @property
-    def gap(self) -> float:
-        """How far the objective may lie above the global optimum, relative; +inf when unknown."""
-        if not (isfinite(self.objective) and isfinite(self.bound)):
-            return inf
-        excess = self.objective - self.bound
-        return 0.0 if excess <= 0.0 else excess / max(abs(self.objective), abs(self.bound))

@@ -1,7 +1,5 @@
 """Solve quadratic programs with complementarity constraints: an active set over pieces.
 
-    from tauten.controller.qpcc.solve import Qpcc, solve_qpcc
-
 Which modes push and which are open is a piece; on a piece the problem is a convex QP. Start from the
 contact forces at the previous tensions, solve the piece, look at the multipliers of the pairs of which
 both sides are zero, flip those that say the objective falls beyond, repeat until none does. docs/qpcc.md
@@ -10,22 +8,31 @@ explains it with a picture.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+import math
+from dataclasses import dataclass
+from time import perf_counter
+from typing import Literal
 
 import numpy as np
 
-from tauten.controller.qpcc.descent import Descent, Point
-from tauten.controller.qpcc.elastic import least_violation
-from tauten.controller.qpcc.lcp_start import scaled_start
-from tauten.controller.qpcc.one_cable import within_limit
-from tauten.controller.qpcc.problem import Qpcc, Start, Warm, start_of
+from tauten.controller.qpcc.descent import Budget, Descent, Point
+from tauten.controller.qpcc.feasible import all_empty, least_violation
+from tauten.controller.qpcc.homotopy import penalty_homotopy
+from tauten.controller.qpcc.problem import Qpcc, Warm, start_of
 from tauten.controller.qpcc.qp import qp_backend
-from tauten.controller.qpcc.scaling import CROSSED_LIMITS, NOT_FINITE, Units, in_rows
-from tauten.controller.qpcc.search import Budget, branch_and_bound
+from tauten.controller.qpcc.residuals import EXACT, FLOOR, RIDGE
+from tauten.controller.qpcc.scaling import (
+    CROSSED_LIMITS,
+    NOT_FINITE,
+    USABLE,
+    Scaled,
+    Units,
+    in_rows,
+    largest_magnitude,
+    scaled_arrays,
+)
 from tauten.controller.qpcc.solution import Certificate, Solution, Status
-from tauten.model.numerics import Array, Bools
-
-__all__ = ["Qpcc", "QpccSettings", "Start", "solve_qpcc"]
+from tauten.model.numerics import Array, Bools, active_set_forces, kernel
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,115 +40,124 @@ class QpccSettings:
     """How to solve.
 
     Attributes:
-        solver: QP back end, one of `qp.available_backends()`.
-        max_pivots: pieces solved at most before MAX_PIVOTS.
-        search_time: wall time of the second phase [s], which looks for better local minima and bounds
-            the objective; 0: none. Its results depend on the machine's speed.
-        rescue_nodes: where the first phase finds no feasible point, nodes in which a search for one may
-            go on before the status is INFEASIBLE.
+        solver: QP library, one of `qp.available_backends()`.
+        max_pivots: QPs solved at most, in all phases together.
+        time_limit: wall time [s], in all phases together; it may be exceeded by one QP.
+        second_start: when a penalty homotopy looks for a lower optimum from a second start: "cold", without
+            a warm start; "always", which takes milliseconds; "never". It also runs where no feasible point
+            is found otherwise.
     """
 
     solver: str = "daqp"
-    max_pivots: int = 100
-    search_time: float = 0.0
-    rescue_nodes: int = 64
+    max_pivots: int = 300
+    time_limit: float = math.inf
+    second_start: Literal["cold", "always", "never"] = "cold"
 
 
 DEFAULT = QpccSettings()
-UNLIMITED = 1_000_000
 NO_PIECE = ("complementarity",)  # what is in conflict where no limit can be blamed
 
 
 def solve_qpcc(problem: Qpcc, warm: Warm = None, settings: QpccSettings = DEFAULT) -> Solution:
-    """Solve (1)-(3) to a stationary point, and with a search time towards the global optimum.
+    """Solve (1)-(3) to a stationary point.
 
     Never raises on numbers: what is wrong with them is in the status. On anything but OK the best
     feasible point found comes back, or the one that violates the limits least.
 
     Args:
-        problem: what to solve.
+        problem: the QPCC.
         warm: the last solution, or a `Start`, or a piece (k,) alone; None: start without tension. What
             does not fit the problem is ignored.
-        settings: back end and limits.
+        settings: library and limits.
 
     Raises:
-        ValueError: the settings name a back end that is not installed.
+        ValueError: the settings name a library that is not installed.
     """
     backend = qp_backend(settings.solver)
-    n_a, k = len(problem.lb), len(problem.m)
-    given, guess = start_of(warm, n_a, k)
-    numbers, scaled, units, lam_a, found, piece, z = scaled_start(given, guess, *in_rows(problem))
+    budget = Budget(settings.max_pivots, perf_counter() + settings.time_limit)
+    given, guess = start_of(warm, len(problem.lb), len(problem.m))
+    numbers, scaled, units, lam_a, found, piece, z = start(given, guess, *in_rows(problem))
     if numbers == NOT_FINITE:
-        return nothing(problem, Status.NOT_FINITE, given)
+        return nothing(problem, Status.NOT_FINITE, lam_a)
     if numbers == CROSSED_LIMITS:
         return nothing(problem, Status.INFEASIBLE, lam_a, crossed_limits(problem))
-    descent = Descent(scaled, backend, settings.max_pivots)
-    piece = piece if found else guess
+    descent = Descent(scaled, backend, budget)
     descent.run(piece)
     if found and (descent.best is None or not descent.best.stationary):
         descent.stay(z, piece)
-    if found and descent.best is None:
-        approach(descent, z, piece)
-    violating = rescue(descent, piece, settings)
-    bound = search(problem, descent, units, settings) if settings.search_time > 0.0 else -np.inf
+    twice = settings.second_start == "always" or (warm is None and settings.second_start == "cold")
+    if twice:
+        penalty_homotopy(descent)
+    if descent.best is None:
+        violating = least_violation(descent, piece)
+        if descent.best is None and not twice:
+            penalty_homotopy(descent)
+        empty = descent.best is None and all_empty(descent)
     if descent.best is not None:
-        return finish(problem, descent.best, units, descent, bound)
+        return finish(problem, descent.best, units, budget)
+    status = Status.INFEASIBLE if empty else Status.NOT_FOUND
     if violating is not None:
-        return infeasible(problem, units, violating, descent.pivots)
-    return nothing(problem, Status.INFEASIBLE, lam_a, NO_PIECE)
+        return infeasible(problem, units, violating, status, budget.spent)
+    return nothing(problem, status, lam_a, NO_PIECE, budget.spent)
 
 
-def approach(descent: Descent, z: Array, piece: Bools) -> None:
-    """Descend from a point within the limits near one that is not, where that is cheap to find."""
-    problem = descent.problem
-    if len(problem.lb) != 1 or len(problem.r) != 2 * len(piece) + 1:
-        return
-    found, piece, z = within_limit(problem, z, piece)
-    if found:
-        descent.run_or_stay(z, piece)
-
-
-def rescue(descent: Descent, piece: Bools, settings: QpccSettings) -> Point | None:
-    """Find a feasible point for a descent that has none, decide one that got stuck.
+@kernel
+def start(
+    lam_a: Array, guess: Bools, Q: Array, c: Array, lb: Array, ub: Array, G: Array, g_lo: Array,
+    g_hi: Array, M: Array, m: Array,
+) -> tuple[int, Scaled, Units, Array, bool, Bools, Array]:  # fmt: skip
+    """The scaled problem, and the contact forces at given tensions.
 
     Returns:
-        Where there is no feasible point, the least violating one.
+        Whether the numbers are USABLE, the scaled problem, its units; the tensions lam_a (n_a,) within their
+        bounds; whether contact forces were found there, which modes push, z = (a, β) scaled.
     """
-    best = descent.best
-    if best is not None and (best.stationary or descent.exhausted):
-        return None
-    violating = None
-    if best is None:
-        violating = least_violation(descent.problem, descent.backend, descent.max_pivots, piece)
-    if violating is not None:
-        descent.run_or_stay(violating.z, violating.piece)
-    best = descent.best
-    if best is None or not best.stationary:
-        budget = Budget(nodes=settings.rescue_nodes, gap=0.0, any_point=best is None)
-        branch_and_bound(descent, 0.0, budget)
-    return violating
+    numbers, scaled, units = scaled_arrays(Q, c, lb, ub, G, g_lo, g_hi, M, m)
+    a = np.zeros(len(lb))
+    for j in range(len(lb)):
+        within = min(max(lam_a[j], lb[j]), ub[j])
+        a[j] = within if abs(within) < np.inf else 0.0
+    if numbers != USABLE:
+        return numbers, scaled, units, a, False, guess, np.zeros(len(c))
+    found, pushes, z = contact_forces(scaled, a / units.column[: len(a)], guess)
+    return numbers, scaled, units, a, found, pushes if found else guess, z
 
 
-def search(problem: Qpcc, descent: Descent, units: Units, settings: QpccSettings) -> float:
-    """The second phase; the bound it gives on the objective."""
-    wide = replace(descent, max_pivots=UNLIMITED)
-    budget = Budget(seconds=settings.search_time)
-    proof = branch_and_bound(wide, problem.constant / units.cost, budget)
-    descent.best = wide.best
-    return proof.bound * units.cost + problem.constant
+@kernel
+def contact_forces(problem: Scaled, a: Array, guess: Bools) -> tuple[bool, Bools, Array]:
+    """The contact forces at tensions a: found, which modes push (k,), z = (a, β).
+
+    0 <= w = N β + q ⟂ β >= 0 by the active set of `model.lcp`, for which N must be symmetric and positive
+    semidefinite, as compliances are; elsewhere the answer may fail the test.
+    """
+    n_a, k = len(a), len(guess)
+    N = problem.R[k : 2 * k, n_a:].copy()
+    q = problem.r[k : 2 * k] + problem.R[k : 2 * k, :n_a].copy() @ a
+    beta, _ = active_set_forces(N, q, guess.astype(np.float64), RIDGE, 100 + 10 * k)
+    found, pushes = True, beta > 0.0
+    floor = FLOOR * largest_magnitude(beta)
+    for i in range(k):
+        w, size = q[i], max(abs(q[i]), floor)
+        for j in range(k):
+            if pushes[j]:
+                w += N[i, j] * beta[j]
+                size += abs(N[i, j] * beta[j])
+        side = min(beta[i] * N[i, i], w)
+        found = found and abs(side) <= EXACT * size
+    return found, pushes, np.concatenate((a, beta))
 
 
-def finish(problem: Qpcc, best: Point, units: Units, descent: Descent, bound: float) -> Solution:
+def finish(problem: Qpcc, best: Point, units: Units, budget: Budget) -> Solution:
     """The best point of a descent, in the problem's units."""
-    if best.stationary:
-        status = Status.OK
-    else:
-        status = Status.MAX_PIVOTS if descent.exhausted else Status.FEASIBLE_ONLY
-    best_value = best.worth.objective * units.cost + problem.constant
-    return solution_at(problem, units, best, status, descent.pivots, bound=min(bound, best_value))
+    status = Status.OK
+    if not best.stationary:
+        status = Status.MAX_PIVOTS if budget.exhausted else Status.FEASIBLE_ONLY
+    return solution_at(problem, units, best, status, budget.spent)
 
 
-def infeasible(problem: Qpcc, units: Units, violating: Point, pivots: int) -> Solution:
+def infeasible(
+    problem: Qpcc, units: Units, violating: Point, status: Status, pivots: int
+) -> Solution:
     """The least violating point, with the names of the limits in conflict.
 
     Those are the limits it violates, and the bounds that keep it from violating them less.
@@ -157,7 +173,7 @@ def infeasible(problem: Qpcc, units: Units, violating: Point, pivots: int) -> So
         for j in np.flatnonzero(np.abs(violating.alpha) > pressing).tolist()
     ]
     conflict = tuple(names) or NO_PIECE
-    return solution_at(problem, units, violating, Status.INFEASIBLE, pivots, conflict)
+    return solution_at(problem, units, violating, status, pivots, conflict)
 
 
 def solution_at(
@@ -167,32 +183,30 @@ def solution_at(
     status: Status,
     pivots: int,
     conflict: tuple[str, ...] = (),
-    bound: float = -np.inf,
 ) -> Solution:
     """A point in the problem's units."""
-    n_a, z, worth = len(problem.lb), point.z * units.column, point.worth
+    n_a, z, found = len(problem.lb), point.z * units.column, point.residuals
     lam_a = np.minimum(np.maximum(z[:n_a], problem.lb), problem.ub)  # exact beyond UNBOUNDED too
     return Solution(
         lam_a=lam_a,
         beta=z[n_a:],
         status=status,
-        certificate=Certificate(worth.primal, worth.complementarity, worth.stationarity, np.inf),
-        objective=worth.objective * units.cost + problem.constant,
+        certificate=Certificate(found.primal, found.complementarity, found.stationarity, np.inf),
+        objective=found.objective * units.cost + problem.constant,
         pivots=pivots,
         piece=point.piece,
         conflict=conflict,
-        bound=bound,
     )
 
 
 def nothing(
-    problem: Qpcc, status: Status, lam_a: Array, conflict: tuple[str, ...] = ()
+    problem: Qpcc, status: Status, lam_a: Array, conflict: tuple[str, ...] = (), pivots: int = 0
 ) -> Solution:
-    """Nothing to offer but the tensions to stay at."""
+    """The tensions of the start, where there is no point to return."""
     k = len(problem.m)
     unknown = Certificate(np.inf, np.inf, np.inf, np.inf)
     piece = np.zeros(k, dtype=np.bool_)
-    return Solution(lam_a, np.zeros(k), status, unknown, np.inf, 0, piece, conflict)
+    return Solution(lam_a, np.zeros(k), status, unknown, np.inf, pivots, piece, conflict)
 
 
 def crossed_limits(problem: Qpcc) -> tuple[str, ...]:

@@ -2,56 +2,48 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from time import perf_counter
+
 import numpy as np
 
-from tauten.controller.qpcc.descent import Descent
-from tauten.controller.qpcc.elastic import least_violation
-from tauten.controller.qpcc.lcp_start import scaled_start
-from tauten.controller.qpcc.pieces import reduce_piece
+from tauten.controller.qpcc.descent import Budget, Descent, solve_piece
 from tauten.controller.qpcc.problem import Qpcc
-from tauten.controller.qpcc.qp import Qp, qp_backend
-from tauten.controller.qpcc.qp_polish import polished
-from tauten.controller.qpcc.scaling import in_rows
-from tauten.controller.qpcc.search import Budget, branch_and_bound
-from tauten.controller.qpcc.solve import approach
+from tauten.controller.qpcc.qp import qp_backend
+from tauten.controller.qpcc.scaling import scale
+from tauten.controller.qpcc.solve import QpccSettings, solve_qpcc
 
-_FEW = 8  # pieces, and nodes of the search
+CLOSED = np.zeros(2, dtype=np.bool_)
 
 
 def warm_solver(solver: str) -> None:
     """Compile or load all kernels of `solve_qpcc`, those of its rare ways too.
 
-    Rare are pieces that a QP library must solve, answers that need polishing, degenerate points, limits in
-    conflict and the search for any feasible point.
+    Rare are pieces that a QP library must solve, degenerate points, and limits in conflict.
 
     Args:
-        solver: QP back end, one of `qp.available_backends()`.
+        solver: QP library, one of `qp.available_backends()`.
 
     Raises:
-        ValueError: the back end is not installed.
+        ValueError: the library is not installed.
     """
     backend = qp_backend(solver)
+    settings = QpccSettings(solver, second_start="always")
     for n_a in (1, 2):  # one tension has kernels of its own
-        rows = in_rows(_small(n_a))
-        _, scaled, _, _, _, piece, z = scaled_start(
-            np.zeros(n_a), np.zeros(2, dtype=np.bool_), *rows
+        problem = small(n_a)
+        solve_qpcc(problem, settings=settings)
+        solve_qpcc(replace(problem, g_lo=np.array([9.0]), g_hi=np.array([9.5])), settings=settings)
+        _, scaled, _ = scale(problem)
+        descent = Descent(
+            scaled, wrapped := lambda qp: backend(qp), Budget(8, perf_counter() + 9.0)
         )
-        descent = Descent(scaled, backend, _FEW)
-        point = descent.run(piece)
-        descent.stay(z, piece)
-        approach(descent, z, piece)
+        point = solve_piece(scaled, CLOSED, wrapped)
         if point is not None:
             descent.settle(point)
-            list(descent.pieces_around(point))
-        _, H, f, A, lower, upper, _ = reduce_piece(scaled, piece)
-        qp = Qp(H, f, A, lower, upper)
-        polished(qp, backend(qp))
-        least_violation(scaled, backend, _FEW, piece)
-        branch_and_bound(Descent(scaled, backend, _FEW), 0.0, Budget(nodes=_FEW, gap=0.0))
 
 
-def _small(n_a: int) -> Qpcc:
-    """Cables n_a and two contacts that push each other, both shut at the start without pushing."""
+def small(n_a: int) -> Qpcc:
+    """Cables n_a and two contacts that push each other, both closed at the start without pushing."""
     n = n_a + 2
     M = np.hstack([-np.ones((2, n_a)), np.array([[1.0, 0.5], [0.5, 1.0]])])
     return Qpcc(

@@ -1,12 +1,13 @@
 """Robots made of beams."""
 
 from tauten.model.beams.body import BeamBody, BeamError, make_body
-from tauten.model.beams.elements import angle_functions, assemble_beams, element
+from tauten.model.beams.elements import BeamArrays, angle_functions, assemble_beams, element
 from tauten.model.beams.profile import Profile, bar, natural_stiffness, tube
 from tauten.model.beams.robot import BeamRobot
 from tauten.model.beams.surfaces import BeamSurfaces, build_beam_surfaces
 
 __all__ = [
+    "BeamArrays",
     "BeamBody",
     "BeamError",
     "BeamRobot",

@@ -9,13 +9,14 @@ import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial.transform import Rotation
 
+from tauten.model.beams.elements import BeamArrays
 from tauten.model.beams.profile import Profile, natural_stiffness
 from tauten.model.body import Material
 from tauten.model.numerics import Array, Ints
 
 
 class BeamError(ValueError):
-    """Beams that make no body; the text says which and what is allowed."""
+    """Beams that do not form a body; the text names them and what is allowed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,6 +43,11 @@ class BeamBody:
     inertia: Array
 
     @property
+    def arrays(self) -> BeamArrays:
+        """The elements as kernels take them."""
+        return BeamArrays(self.ends, self.axes, self.D, self.length)
+
+    @property
     def size(self) -> float:
         """Diagonal of the bounding box [m]."""
         return float(np.linalg.norm(np.ptp(self.nodes, axis=0)))
@@ -57,7 +63,7 @@ def make_body(
         ends: (e, 2) nodes of each element.
         up: (e, 3) a direction near axis 3 of each element's cross-section.
         profiles: cross-section of each element.
-        material: what they are made of.
+        material: of all beams.
 
     Raises:
         BeamError: an end that is no node, a beam without length, a node that no beam leads to.

@@ -1,35 +1,37 @@
 """Corotational beams in space: nodes with position and rotation, small strains, any motion.
 
-An element sees its two nodes from a frame in the middle of its end rotations R_A and R_B, turned to
-the element's axes (along the beam, and the principal axes of its cross-section):
+The frame of an element is the mean of the rotations R_A and R_B of its ends, with the axes of the element
+(along the beam, and the principal axes of its cross-section):
 
-    φ = log(R_Aᵀ R_B)            how the ends are turned against each other
+    φ = log(R_Aᵀ R_B)            relative rotation of the ends
     R_e = R_A exp(φ / 2)         the frame
-    u = R_eᵀ (x_B − x_A)         the chord seen from it
+    u = R_eᵀ (x_B − x_A)         the chord in this frame
 
-Rigid motion leaves (u, φ) as they are. The deformations u − (L, 0, 0) and φ are Argyris' natural
-modes: stretch, two antisymmetric bendings in which shear takes part, torsion, two pure bendings. They
-do not couple, so that the energy
+Rigid motion does not change (u, φ). The deformations u − (L, 0, 0) and φ are Argyris' natural
+modes: stretch, two antisymmetric bendings with shear, torsion, two pure bendings. They
+are decoupled, so that the energy
 
     E = ½ (u − u₀)ᵀ D_u (u − u₀) + ½ φᵀ D_φ φ                                     (B1)
 
 with six stiffnesses is that of the exact linear Timoshenko beam, and of Euler and Bernoulli's when
-shear is rigid: one element bends as the cubic does, nothing locks. With small rotations δa, δb of the
-ends seen from the frame, θ = |φ|, n = φ / θ,
+shear is rigid: one element bends as the cubic does, without locking. With small rotations δa, δb of the
+ends in this frame, θ = |φ|, n = φ / θ,
 
     δφ = Γ (δb − δa),   Γ = γ (I − n nᵀ) + n nᵀ,   γ = (θ/2) / sin(θ/2)
     δw = ½ (δa + δb) − ½ τ φ x (δb − δa),   τ = tan(θ/4) / θ      turn of the frame
     δu = δp_B − δp_A + u x δw                                                     (B2)
 
-Forces and the tangent follow by differentiation, the latter exactly. Increments of rotation are turns
-about fixed axes, so that a tangent out of balance is not symmetric; its symmetric part is used, which
-is all of it in equilibrium (Simo, Computer Methods in Applied Mechanics and Engineering 96, 1992).
+Forces and the tangent follow by differentiation, the latter exactly. Increments of rotation are about
+fixed axes, so that the tangent is symmetric in equilibrium only; its symmetric part is used (Simo,
+Computer Methods in Applied Mechanics and Engineering 96, 1992).
 
 Sources: Argyris et al., Computer Methods in Applied Mechanics and Engineering 17/18, 1979 (natural
 modes); Crisfield, 81, 1990 (corotational frame in the middle of the end rotations).
 """
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 
@@ -52,6 +54,22 @@ from tauten.model.numerics import (
 )
 
 C8 = 127.0 / 154828800.0  # of θ⁸ in γ
+
+
+class BeamArrays(NamedTuple):
+    """The elements of a body. A named tuple, because numba kernels take these as arguments.
+
+    Attributes:
+        ends: (e, 2) nodes of each element.
+        axes: (e, 4) rotation from an element's axes to those of the nodes at rest, unit quaternions.
+        D: (e, 6) stiffnesses of the natural modes, for u [N/m], for φ [N m].
+        length: (e,) lengths at rest [m].
+    """
+
+    ends: Ints
+    axes: Array
+    D: Array
+    length: Array
 
 
 @kernel
@@ -79,24 +97,21 @@ def angle_functions(theta: float) -> tuple[float, float, float, float, float, fl
 
 @kernel
 def element(
-    x: Array, Q: Array, a: int, b: int, axes: Array, D: Array, rest: float, exact: bool,
-    force: Array, K: Array,
-) -> float:  # fmt: skip
+    x: Array, Q: Array, beams: BeamArrays, k: int, exact: bool, force: Array, K: Array
+) -> float:
     """Energy [J], forces and tangent of one element.
 
     Args:
         x: (n_nodes, 3) positions [m].
         Q: (n_nodes, 4) rotations of the nodes, unit quaternions.
-        a: first node.
-        b: second node.
-        axes: (4,) turn from the element's axes to those of the nodes at rest.
-        D: (6,) stiffnesses of the natural modes, for u [N/m], for φ [N m].
-        rest: length [m].
+        beams: all elements.
+        k: number of this one.
         exact: with the terms of the tangent that stress brings, which may make it indefinite.
         force: (12,) filled with force and moment on a, then on b: −∂E.
         K: (12, 12) filled with −∂force, symmetric part.
     """
-    e = (axes[0], axes[1], axes[2], axes[3])
+    a, b, D, rest = beams.ends[k, 0], beams.ends[k, 1], beams.D[k], beams.length[k]
+    e = quaternion(beams.axes, k)
     first = product(quaternion(Q, a), e)
     relative = product(conjugate(first), product(quaternion(Q, b), e))
     if relative[0] < 0.0:
@@ -171,29 +186,31 @@ def to_outside(frame: tuple[float, float, float, float], K: Array) -> None:
 
 @kernel
 def assemble_beams(
-    x: Array, Q: Array, ends: Ints, axes: Array, D: Array, rest: Array, exact: bool,
-    slot: Ints, column_length: Ints, force: Array, K: Array,
-) -> float:  # fmt: skip
+    x: Array,
+    Q: Array,
+    beams: BeamArrays,
+    exact: bool,
+    blocks: tuple[Ints, Ints],
+    force: Array,
+    K: Array,
+) -> float:
     """Add the internal forces and the tangent of all elements; returns their energy [J].
 
     Args:
         x: (n_nodes, 3) positions [m].
         Q: (n_nodes, 4) rotations, unit quaternions.
-        ends: (e, 2) nodes of each element.
-        axes: (e, 4) turn from an element's axes to those of the nodes at rest.
-        D: (e, 6) stiffnesses of the natural modes.
-        rest: (e,) lengths [m].
+        beams: all elements.
         exact: see `element`.
-        slot: (e, 4, 4) places of the 3x3 blocks, see `Pattern.blocks`; position and rotation of a
-            node are two groups of unknowns, 2 i and 2 i + 1.
-        column_length: (e, 4).
+        blocks: slot (e, 4, 4) and column_length (e, 4) of the 3x3 blocks, see `Pattern.blocks`; position
+            and rotation of node i are the groups 2 i and 2 i + 1 of unknowns.
         force: (2 n_nodes, 3) forces [N] and moments [N m], added to.
         K: (nnz,) CSC values of −∂force, added to.
     """
     energy, f, part = 0.0, np.empty(12), np.empty((12, 12))
-    for k in range(ends.shape[0]):
-        a, b = ends[k]
-        energy += element(x, Q, a, b, axes[k], D[k], rest[k], exact, f, part)
+    slot, column_length = blocks
+    for k in range(beams.ends.shape[0]):
+        a, b = beams.ends[k]
+        energy += element(x, Q, beams, k, exact, f, part)
         for i in range(6):
             force[2 * a + i // 3, i % 3] += f[i]
             force[2 * b + i // 3, i % 3] += f[6 + i]

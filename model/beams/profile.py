@@ -9,6 +9,8 @@ import numpy as np
 from tauten.model.body import Material
 from tauten.model.numerics import Array
 
+OUTLINE_CORNERS = 8  # of a round cross-section, as it is drawn
+
 
 @dataclass(frozen=True, slots=True)
 class Profile:
@@ -29,19 +31,18 @@ class Profile:
     outline: Array
 
 
-def tube(outer: float, inner: float = 0.0, corners: int = 8) -> Profile:
+def tube(outer: float, inner: float = 0.0) -> Profile:
     """A round tube, or a rod when `inner` is zero.
 
     Args:
         outer: outer diameter [m].
         inner: inner diameter [m].
-        corners: of the outline.
     """
     area = np.pi / 4.0 * (outer**2 - inner**2)
     moment = np.pi / 64.0 * (outer**4 - inner**4)
     # Cowper 1966 for ν → 0.4, between a rod (0.9) and a thin tube (0.53)
     kappa = 0.9 - 0.37 * min(1.0, 1.5 * inner / outer)
-    angle = 2.0 * np.pi * np.arange(corners) / corners
+    angle = 2.0 * np.pi * np.arange(OUTLINE_CORNERS) / OUTLINE_CORNERS
     outline = 0.5 * outer * np.stack([np.cos(angle), np.sin(angle)], axis=1)
     return Profile(area, (kappa * area, kappa * area), 2.0 * moment, (moment, moment), outline)
 
@@ -66,7 +67,7 @@ def natural_stiffness(profile: Profile, material: Material, length: float) -> Ar
 
     Args:
         profile: cross-section.
-        material: what it is made of.
+        material: of the beam.
         length: L [m].
 
     Returns:

@@ -1,4 +1,4 @@
-"""The robot made of beams, with surfaces, cables and effectors that the beams carry."""
+"""The robot made of beams, with surfaces, cables and effectors attached to them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,6 @@ from tauten.model.numerics import Array, Ints, turned
 from tauten.model.points import AttachedPoints, BeamCables, Entries, add_beam_cable_stiffness
 from tauten.model.robot import RobotRows, State
 from tauten.model.rows import ContactRows, Rows
-from tauten.model.schema import BeamConfig
 from tauten.model.system import System
 
 
@@ -23,27 +22,24 @@ from tauten.model.system import System
 class BeamRobot(SparseRobot):
     """A cable-driven robot made of beams, a `Robot`; made by `load_robot`.
 
-    A node has six degrees of freedom: position, and turns about the fixed axes. Of a free node q holds
-    position and unit quaternion, seven numbers.
+    A node has six degrees of freedom: its position, and rotations about the fixed axes. For each free node q
+    holds the position and a unit quaternion, seven numbers.
 
     Groups 2 i and 2 i + 1 of the pattern are position and rotation of node i.
 
     Attributes, beside those of every sparse robot:
         body: the beams at rest.
         beam_slot: places of the elements in the pattern.
-        gravity: (3,) [m/s²].
         effector_force: (n_e,) outer forces on the effectors [N].
-        hull: surfaces, for contact and for drawing.
+        surfaces: for contact and for drawing.
     """
 
-    config: BeamConfig
     cables: BeamCables
     effectors: AttachedPoints
     body: BeamBody
     beam_slot: tuple[Ints, Ints]
-    gravity: Array
     effector_force: Array
-    hull: BeamSurfaces
+    surfaces: BeamSurfaces
 
     @property
     def n_nodes(self) -> int:
@@ -63,7 +59,7 @@ class BeamRobot(SparseRobot):
     @property
     def triangles(self) -> Ints:
         """Surface as triples of `points`: (t, 3)."""
-        return self.hull.triangles
+        return self.surfaces.triangles
 
     @property
     def dof(self) -> Ints:
@@ -95,16 +91,16 @@ class BeamRobot(SparseRobot):
 
     def points(self, state: State) -> Array:
         """Positions of what `triangles` joins: (P, 3) [m]."""
-        return self.hull.drawn.place(*self.pose(state))[0]
+        return self.surfaces.drawn_points.place(*self.pose(state))[0]
 
     def candidates(self, state: State) -> Array:
         """Positions of the contact candidates: (n_c, 3) [m]."""
-        return self.contacts.positions(self.hull.skin.place(*self.pose(state))[0])
+        return self.contacts.positions(self.surfaces.contact_points.place(*self.pose(state))[0])
 
     def displacement(self, dq: Array) -> float:
-        """Largest displacement of a node, or of what it carries far out, in a change dq (n,) [m]."""
+        """Largest displacement of a node or of a point attached to it in a change dq (n,) [m]."""
         moved, turn = np.abs(dq.reshape(-1, 2, 3)).max(axis=(0, 2), initial=0.0)
-        return float(max(moved, turn * self.hull.lever))
+        return float(max(moved, turn * self.surfaces.lever))
 
     def forces(
         self, state: State, tension: Array | None = None, exact: bool = False
@@ -118,14 +114,12 @@ class BeamRobot(SparseRobot):
         body, dof = self.body, self.pattern.dof
         force, K = np.zeros((2 * self.n_nodes, 3)), np.zeros(len(self.pattern.indices))
         force[::2] = np.outer(body.mass, self.gravity)
-        assemble_beams(
-            x, Q, body.ends, body.axes, body.D, body.length, exact, *self.beam_slot, force, K
-        )
+        assemble_beams(x, Q, body.arrays, exact, self.beam_slot, force, K)
         if tension is not None:
             cables = self.cables
             points, arms = cables.stations.place(x, Q)
             add_beam_cable_stiffness(
-                points, arms, cables.first, cables.owner, tension, exact, *self.cable_slot, K
+                points, arms, cables.first, cables.owner, tension, exact, self.cable_slot, K
             )
         total = force[dof >= 0].ravel()
         if self.effector_force.any():
@@ -133,7 +127,7 @@ class BeamRobot(SparseRobot):
         return total, K
 
     def rows(self, state: State, contacts: bool = True) -> RobotRows:
-        """Rows of effectors, cables and, unless told otherwise, contacts at this state."""
+        """Rows of effectors, cables and, with `contacts`, contacts at this state."""
         x, Q = self.pose(state)
         return RobotRows(
             effectors=self.effector_rows(x, Q),
@@ -148,12 +142,12 @@ class BeamRobot(SparseRobot):
 
     def contact_rows(self, x: Array, Q: Array) -> ContactRows:
         """Gaps and H_c of the candidates in range at node positions and rotations."""
-        points, arms = self.hull.skin.place(x, Q)
+        points, arms = self.surfaces.contact_points.place(x, Q)
         found = self.contacts.detect(points)
         vectors = found.coefficients[:, :, None] * found.normal[:, None, :]  # (m, 6, 3)
         starts = np.arange(0, 6 * len(found) + 1, 6)
         entries = Entries(starts, found.vertices.ravel(), vectors.reshape(-1, 3))
-        H = self.hull.skin.rows(arms, self.dof, self.n, entries)
+        H = self.surfaces.contact_points.rows(arms, self.dof, self.n, entries)
         return ContactRows(Rows(H, found.gap), found.slots, found.pair, self.n_c)
 
     def advance(self, state: State, system: System, dv: Array) -> State:

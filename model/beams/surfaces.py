@@ -1,4 +1,4 @@
-"""What beams carry: surfaces fixed to nodes, and the mantles of the beams themselves."""
+"""Surfaces of a robot made of beams: those fixed to nodes, and the lateral surfaces of the beams."""
 
 from __future__ import annotations
 
@@ -10,23 +10,28 @@ from scipy.spatial.transform import Rotation
 from tauten.model.beams.body import BeamBody
 from tauten.model.beams.profile import Profile
 from tauten.model.numerics import Ints
-from tauten.model.points import AttachedPoints, carry, carry_along, join_attached_points
+from tauten.model.points import (
+    AttachedPoints,
+    attach_between,
+    attach_to_nodes,
+    join_attached_points,
+)
 from tauten.model.schema import Structure
 
 
 @dataclass(frozen=True, slots=True)
 class BeamSurfaces:
-    """What the beams carry.
+    """Points attached to beams, and the triangles between them.
 
     Attributes:
-        skin: points that contact pairs name.
-        drawn: points that `triangles` join, the skin's first.
-        triangles: (t, 3) of the drawn surface.
-        lever: largest distance of a carried point from its node [m].
+        contact_points: vertices of the surfaces of the structure file, which contact pairs refer to.
+        drawn_points: vertices of `triangles`: the contact points, then those of the beams.
+        triangles: (t, 3) ids of drawn points.
+        lever: largest distance of a point from the node it is attached to [m].
     """
 
-    skin: AttachedPoints
-    drawn: AttachedPoints
+    contact_points: AttachedPoints
+    drawn_points: AttachedPoints
     triangles: Ints
     lever: float
 
@@ -34,16 +39,25 @@ class BeamSurfaces:
 def build_beam_surfaces(
     structure: Structure, profiles: list[Profile], body: BeamBody
 ) -> tuple[BeamSurfaces, dict[str, Ints]]:
-    """AttachedPoints surfaces and the beams' own outlines; triangles of each named surface."""
+    """Surfaces of the structure file and of the beams.
+
+    Args:
+        structure: the structure file.
+        profiles: cross-section of each element.
+        body: the beams.
+
+    Returns:
+        The surfaces, and the triangles (t, 3) of each surface of the structure file by its name.
+    """
     parts, named, first = [], {}, 0
     for surface in structure.surfaces:
-        parts.append(carry(body.nodes, np.array(surface.nodes), np.array(surface.points)))
+        parts.append(attach_to_nodes(body.nodes, np.array(surface.nodes), np.array(surface.points)))
         named[surface.name] = np.array(surface.triangles, dtype=np.int64) + first
         first += len(surface.points)
-    skin = (
+    contact_points = (
         join_attached_points(parts)
         if parts
-        else carry(body.nodes, np.zeros(0, dtype=np.int64), np.zeros((0, 3)))
+        else attach_to_nodes(body.nodes, np.zeros(0, dtype=np.int64), np.zeros((0, 3)))
     )
     outlines, triangles = [], list(named.values())
     for k, profile in enumerate(profiles):
@@ -51,13 +65,22 @@ def build_beam_surfaces(
         outlines.append(part)
         triangles.append(corners + first)
         first += len(part)
-    drawn = join_attached_points([skin, *outlines])
+    drawn = join_attached_points([contact_points, *outlines])
     lever = float(np.linalg.norm(drawn.offsets * drawn.weights[:, :, None], axis=2).max())
-    return BeamSurfaces(skin, drawn, np.concatenate(triangles), lever), named
+    return BeamSurfaces(contact_points, drawn, np.concatenate(triangles), lever), named
 
 
 def outline(body: BeamBody, k: int, profile: Profile) -> tuple[AttachedPoints, Ints]:
-    """The mantle of a beam, carried along it, and its triangles."""
+    """The lateral surface of a beam.
+
+    Args:
+        body: the beams.
+        k: number of the element.
+        profile: its cross-section.
+
+    Returns:
+        Points attached between the two nodes, and triangles (t, 3) of them.
+    """
     a, b = body.ends[k]
     frame = Rotation.from_quat(np.roll(body.axes[k], -1)).as_matrix()  # columns are the axes
     ring = profile.outline @ frame[:, 1:].T  # (c, 3)
@@ -69,4 +92,4 @@ def outline(body: BeamBody, k: int, profile: Profile) -> tuple[AttachedPoints, I
     triangles = np.concatenate(
         [np.stack([i, j, j + count], axis=1), np.stack([i, j + count, i + count], axis=1)]
     )
-    return carry_along(body.nodes, np.tile([a, b], (2 * count, 1)), share, points), triangles
+    return attach_between(body.nodes, np.tile([a, b], (2 * count, 1)), share, points), triangles

@@ -1,4 +1,4 @@
-"""What all kinds of deformable bodies have in common: material, sparse linear system."""
+"""The common part of all deformable bodies: material and sparse linear system."""
 
 from tauten.model.body.material import Material
 from tauten.model.body.sparse_robot import SparseRobot

@@ -1,4 +1,4 @@
-"""What robots with a sparse tangent have in common, whatever their elements are."""
+"""The common part of robots with a sparse tangent."""
 
 from __future__ import annotations
 
@@ -13,9 +13,8 @@ from tauten.model.contact import ContactSet
 from tauten.model.limits import Limits
 from tauten.model.numerics import Array, Factorisation, FactorisationError, Ints, make_factorisation
 from tauten.model.points import AttachedPoints, BeamCables, CableSet, MaterialPoints
-from tauten.model.robot import State
+from tauten.model.robot import RobotNames, State
 from tauten.model.rows import ContactRows, PairSlots
-from tauten.model.schema import RobotSettings
 from tauten.model.system import Integration, Pattern, System, make_system
 
 
@@ -24,21 +23,25 @@ class SparseRobot(ABC):
     """Names, sizes and the linear system of a `Robot` that has a pattern and a factorisation.
 
     Attributes:
-        config: the robot file.
-        digest: SHA-256 over all that decides its contact forces (body, material, cables, contacts).
+        names: of the robot, its cables and its effectors.
+        digest: SHA-256 of everything its contact forces depend on (body, material, cables, contacts).
+        gravity: (3,) [m/s²].
+        tolerance: depth of penetration from which a unit column is added for a contact candidate [m].
         integration: time step and scheme.
         pattern: sparsity of its matrices.
         mass: (n,) lumped mass of the free degrees of freedom [kg], [kg m²] where they are rotations.
         cables: its cables.
         cable_slot: places of the cables' curvature in the pattern.
-        limits: what the winches can do.
-        effectors: points that reach targets.
+        limits: limits of tension, pulled length and rate.
+        effectors: points that are to reach targets.
         contacts: candidates and the surfaces they may touch.
         factorisation: workspace of the linear solver.
     """
 
-    config: RobotSettings
+    names: RobotNames
     digest: str
+    gravity: Array
+    tolerance: float
     integration: Integration
     pattern: Pattern
     mass: Array
@@ -52,12 +55,12 @@ class SparseRobot(ABC):
     @property
     def name(self) -> str:
         """Name in keys and messages."""
-        return self.config.name
+        return self.names.robot
 
     @property
     def frame(self) -> str:
         """Frame id of its positions on the wire."""
-        return self.config.frame
+        return self.names.frame
 
     @property
     def h(self) -> float:
@@ -97,17 +100,17 @@ class SparseRobot(ABC):
     @property
     def cable_names(self) -> tuple[str, ...]:
         """Names of the cables, in the order of λ_a."""
-        return tuple(cable.name for cable in self.config.cables)
+        return self.names.cables
 
     @property
     def effector_names(self) -> tuple[str, ...]:
         """Names of the effectors, in row order."""
-        return tuple(effector.name for effector in self.config.effectors)
+        return self.names.effectors
 
     def fork(self) -> Self:
-        """The same robot with a factorisation workspace of its own."""
-        backend = self.config.integration.factorisation
-        workspace = make_factorisation(self.pattern.indptr, self.pattern.indices, backend)
+        """The same robot with a separate factorisation workspace."""
+        pattern, backend = self.pattern, self.factorisation.name
+        workspace = make_factorisation(pattern.indptr, pattern.indices, backend)
         return dataclasses.replace(self, factorisation=workspace)
 
     @abstractmethod
@@ -124,7 +127,7 @@ class SparseRobot(ABC):
         Args:
             state: where the step starts.
             tension: (n_a,) last tensions, for the curvature they add to A [N].
-            integration: another scheme than the robot's own.
+            integration: another scheme than the robot's.
 
         Raises:
             FactorisationError: A is not positive definite (a state that has blown up).

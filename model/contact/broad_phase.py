@@ -1,8 +1,8 @@
-"""Which triangle of a surface is likely the nearest to each of a block of candidates.
+"""Broad phase: the triangle of a surface that is probably the nearest, for each of a block of candidates.
 
-The planes of a triangle and of its edges give a lower bound of the distance to it, exact beside its inside
-and its edges. Triangles out of reach of the whole block are left out; the bounds of the others are computed
-in loops over flat arrays, which the compiler turns into vector instructions.
+The planes of a triangle and of its edges give a lower bound of the distance to it, which is exact for
+points over its interior and beside its edges. Triangles out of reach of the whole block are left out; the
+bounds of the others are computed in loops over flat arrays, which the compiler vectorises.
 """
 
 from __future__ import annotations
@@ -13,21 +13,21 @@ from tauten.model.contact.closest_point import face_normal
 from tauten.model.contact.surface_topology import SurfaceTopology
 from tauten.model.numerics import Array, Ints, Vector3, cross, dot, kernel, row, subtract, unit
 
-BLOCK = 128  # candidates looked at together
+BLOCK = 128  # candidates treated together
 ROUNDING = 1e-9  # of bounds, relative
 
 
 @kernel
 def in_reach(points: Array, x: Array, triangles: Ints, first: int, end: int, reach: float) -> Ints:
-    """Triangles that may be within reach of a point: those whose box comes so near to the points' box.
+    """Triangles that may be within reach of a point: those whose box is within reach of the points' box.
 
     Args:
-        points: (3, m) the points; those that are not finite do not count.
-        x: (v, 3) vertex positions.
-        triangles: (t, 3) vertices,
-        first: of triangles from here
-        end: to before here.
-        reach: largest distance.
+        points: (3, m) the points [m]; those that are not finite are ignored.
+        x: (v, 3) vertex positions [m].
+        triangles: (t, 3) vertex ids.
+        first: first triangle of the surface.
+        end: one past its last triangle.
+        reach: largest distance [m].
     """
     lower, upper = box(points)
     near, count = np.empty(end - first, np.int64), 0
@@ -35,7 +35,7 @@ def in_reach(points: Array, x: Array, triangles: Ints, first: int, end: int, rea
         apart = False
         for i in range(3):
             a, b, c = x[triangles[t, 0], i], x[triangles[t, 1], i], x[triangles[t, 2], i]
-            # said so that NaN is apart from everything
+            # written so that a box with NaN is apart from everything
             meets = min(a, b, c) - reach <= upper[i] and max(a, b, c) + reach >= lower[i]
             apart = apart or not meets
         if not apart:
@@ -46,7 +46,7 @@ def in_reach(points: Array, x: Array, triangles: Ints, first: int, end: int, rea
 
 @kernel
 def box(points: Array) -> tuple[Array, Array]:
-    """Corners (3,) of the box round those of points (3, m) that are finite; turned inside out for none."""
+    """Corners (3,) of the box around the finite ones of points (3, m); +inf and −inf without any."""
     lower, upper = np.full(3, np.inf), np.full(3, -np.inf)
     for i in range(3):
         for s in range(points.shape[1]):
@@ -57,20 +57,21 @@ def box(points: Array) -> tuple[Array, Array]:
 
 @kernel
 def rank(
-    points: Array, planes: Array, near: Ints, patches: SurfaceTopology, begin: int, reach: float
+    points: Array, planes: Array, near: Ints, surfaces: SurfaceTopology, begin: int, reach: float
 ) -> tuple[Ints, Array]:
     """The triangle of the smallest lower bound for each candidate, and the second smallest bound.
 
     Args:
-        points: (3, m) candidates begin … begin + m − 1.
-        planes: of the triangles, see `walls`.
+        points: (3, m) candidates begin … begin + m − 1 [m].
+        planes: of the triangles, see `bounding_planes`.
         near: (t,) their numbers.
-        patches: what they are kin of; those are left out.
+        surfaces: target surfaces; a candidate is not compared with the triangles it is adjacent to.
         begin: number of the first candidate.
-        reach: largest distance.
+        reach: largest distance [m].
 
     Returns:
-        (m,) place in `near`, −1 when none is within reach; (m,) squared bound, +inf without a second one.
+        (m,) index into `near`, −1 when none is within reach; (m,) squared bound [m²], +inf without a second
+        one.
     """
     m = points.shape[1]
     X, Y, Z = points[0], points[1], points[2]
@@ -78,10 +79,10 @@ def rank(
     second, bounds = np.full(m, np.inf), np.empty(m)
     for f in range(near.shape[0]):
         lower_bounds(X, Y, Z, planes, f, bounds)
-        for place in range(patches.kin_first[near[f]], patches.kin_first[near[f] + 1]):
-            if 0 <= patches.kin[place] - begin < m:
-                bounds[patches.kin[place] - begin] = np.inf
-        compete(f, bounds, likely, least, second)
+        for place in range(surfaces.adjacent_first[near[f]], surfaces.adjacent_first[near[f] + 1]):
+            if 0 <= surfaces.adjacent[place] - begin < m:
+                bounds[surfaces.adjacent[place] - begin] = np.inf
+        update_smallest(f, bounds, likely, least, second)
     return likely, second
 
 
@@ -104,22 +105,22 @@ def lower_bounds(X: Array, Y: Array, Z: Array, planes: Array, f: int, bounds: Ar
 
 
 @kernel
-def compete(f: int, bounds: Array, likely: Ints, least: Array, second: Array) -> None:
-    """Enter the bounds of triangle f into the smallest two of each point, all (m,)."""
+def update_smallest(f: int, bounds: Array, likely: Ints, least: Array, second: Array) -> None:
+    """Update the smallest two bounds of each point with those of triangle f, all (m,)."""
     for s in range(least.shape[0]):
         bound, smallest, following = bounds[s], least[s], second[s]
         closer = bound < smallest
-        loser = smallest if closer else bound
-        second[s] = loser if loser < following else following
+        larger = smallest if closer else bound
+        second[s] = larger if larger < following else following
         least[s] = bound if closer else smallest
         likely[s] = f if closer else likely[s]
 
 
 @kernel
 def lower_bound(p: Vector3, planes: Array, f: int) -> float:
-    """Lower bound of the squared distance of p to triangle f of `walls`."""
-    height, a = beyond(p, planes, 0, f), beyond(p, planes, 4, f)
-    b, c = beyond(p, planes, 8, f), beyond(p, planes, 12, f)
+    """Lower bound of the squared distance of p to triangle f of `bounding_planes`."""
+    height, a = plane_distance(p, planes, 0, f), plane_distance(p, planes, 4, f)
+    b, c = plane_distance(p, planes, 8, f), plane_distance(p, planes, 12, f)
     out = a if a > b else b
     out = c if c > out else out
     out = out if out > 0.0 else 0.0
@@ -127,18 +128,19 @@ def lower_bound(p: Vector3, planes: Array, f: int) -> float:
 
 
 @kernel
-def beyond(p: Vector3, planes: Array, k: int, f: int) -> float:
-    """How far p is beyond the plane in rows k to k + 3 of triangle f."""
+def plane_distance(p: Vector3, planes: Array, k: int, f: int) -> float:
+    """Signed distance [m] of p from the plane in rows k to k + 3 of triangle f."""
     along = planes[k, f] * p[0] + planes[k + 1, f] * p[1] + planes[k + 2, f] * p[2]
     return float(along - planes[k + 3, f])
 
 
 @kernel
-def walls(x: Array, triangles: Ints, near: Ints) -> Array:
-    """Planes of the triangles numbered `near` (t,): (18, t).
+def bounding_planes(x: Array, triangles: Ints, near: Ints) -> Array:
+    """Planes that bound the triangles numbered `near` (t,): (18, t).
 
-    Unit normal and offset of the triangle's own plane, then of the planes through its edges at right angles
-    to it, pointing out; then one over the distances of the first two edges to the corners opposite them.
+    Rows 0 to 3: unit normal and offset of the triangle's plane. Rows 4 to 15: the same of the three planes
+    through its edges, perpendicular to it, with normals that point outward. Rows 16 and 17: one over the
+    distances of the first two edges to the corners opposite them [1/m].
     """
     planes = np.empty((18, near.shape[0]))
     for f in range(near.shape[0]):
@@ -149,7 +151,7 @@ def walls(x: Array, triangles: Ints, near: Ints) -> Array:
             following = row(x, triangles[t, (k + 1) % 3])
             put_plane(planes, 4 + 4 * k, f, unit(cross(subtract(following, corner), n)), corner)
             if k < 2:
-                high = -beyond(row(x, triangles[t, (k + 2) % 3]), planes, 4 + 4 * k, f)
+                high = -plane_distance(row(x, triangles[t, (k + 2) % 3]), planes, 4 + 4 * k, f)
                 planes[16 + k, f] = 1.0 / high if high > 0.0 else np.inf
             corner = following
     return planes
@@ -157,6 +159,6 @@ def walls(x: Array, triangles: Ints, near: Ints) -> Array:
 
 @kernel
 def put_plane(planes: Array, k: int, f: int, n: Vector3, p: Vector3) -> None:
-    """Enter the plane through p at right angles to n where `beyond` reads it."""
+    """Write the plane through p with normal n into rows k to k + 3 of triangle f."""
     planes[k, f], planes[k + 1, f], planes[k + 2, f] = n
     planes[k + 3, f] = dot(n, p)

@@ -1,12 +1,14 @@
 """Contact: candidate points of one surface against the triangles of another.
 
-A candidate is a point of a surface triangle, fixed in it. It touches the point of the target
-surface that it *stands over*: the nearest point within the alarm distance that
+A candidate is a point of a surface triangle, fixed in it. Its *contact point* is the nearest point of
+the target surface within the alarm distance that
 
-1. is a local minimum of the distance to the surface, so that it faces the candidate;
+1. is a local minimum of the distance to the surface;
 2. lies inside the surface, not on its border;
-3. lies on a triangle without a vertex in common with the candidate's own: neighbours on one
+3. lies on a triangle that shares no vertex with the triangle of the candidate: neighbours on one
    surface, or the two flanks of a notch at its root, do not collide.
+
+A candidate with a contact point is *in range* and has a row; the others have none.
 
 The gap δ_c is the signed distance to this point, negative behind the surface. Being a distance, its
 gradient needs no derivative of the closest point:
@@ -16,16 +18,15 @@ gradient needs no derivative of the closest point:
 with the candidate's weights w over its triangle's vertices x and the closest point's weights b over
 the target triangle's vertices y.
 
-**What an open surface means.** A face cut out of a body has a border, and which side a point
-beside it is on has no answer. Rule 2 gives none: a candidate past the border, above or below the
-face, has no row. It cannot be caught on the border, and one that has slid off the face below its
-level is not taken for a deep penetration. The gap is therefore continuous as long as the candidate
-stands over the face, and ends where it leaves over the border (rule 3 draws such a border round
-the candidate's own neighbourhood, too). A closed surface has none, and its gap is continuous
-everywhere within the alarm distance.
+**Open surfaces.** A face selected from a body has a border, and the side of a point beyond the border is
+undefined. By rule 2 a candidate beyond the border, above or below the face, has no row: the border does
+not stop it, and a candidate that has slid off the face is not treated as a deep penetration. The gap is
+therefore continuous while the candidate projects onto the face, and ends where it crosses the border
+(rule 3 excludes the surroundings of the candidate in the same way). A closed surface has no border, and
+its gap is continuous everywhere within the alarm distance.
 
-**How deep.** Penetration is found down to the alarm distance, which must stay below the thickness
-of the body: in a thinner wall a candidate of one side is also behind the other side.
+**Depth.** Penetration is found down to the alarm distance, which must be less than the thickness of the
+body: in a thinner wall a candidate of one side is also behind the other side.
 """
 
 from __future__ import annotations
@@ -48,7 +49,7 @@ class ContactPair:
     """Candidate points of one surface against the triangles of another, or of the same one.
 
     Attributes:
-        name: how messages call it.
+        name: in messages and tables.
         nodes: (m, 3) vertex ids of the triangle each candidate lies in.
         weights: (m, 3) its barycentric weights, row sums 1.
         triangles: (t, 3) vertex ids of the target, counter-clockwise seen from outside.
@@ -62,7 +63,7 @@ class ContactPair:
 
 @dataclass(frozen=True, slots=True)
 class Detection:
-    """Candidates within the alarm distance.
+    """Candidates in range.
 
     Attributes:
         slots: (m,) slot of each, ascending.
@@ -85,17 +86,22 @@ class Detection:
 
 
 class ContactSet:
-    """All contact pairs of a robot; every candidate keeps its slot for life.
+    """All contact pairs of a robot; the slot of a candidate never changes.
 
     Attributes:
         pairs: the pairs; slots run through them in this order.
         n_vertices: number of vertices positions are given for.
-        alarm_distance: gaps of less are reported [m].
+        alarm_distance: largest distance that is reported [m].
         n_slots: number of candidates n_c.
     """
 
     def __init__(self, pairs: list[ContactPair], n_vertices: int, alarm_distance: float) -> None:
-        """Check the pairs and gather them in flat arrays.
+        """Check the pairs and join their arrays.
+
+        Args:
+            pairs: their slots follow each other in this order.
+            n_vertices: number of vertices positions are given for.
+            alarm_distance: largest distance that is reported [m].
 
         Raises:
             ValueError: the alarm distance is not positive, or a pair has no candidates or
@@ -114,7 +120,7 @@ class ContactSet:
         )
         self._weights: Array = np.vstack([np.zeros((0, 3)), *(p.weights for p in pairs)])
         self._first: Ints = np.cumsum([0, *(len(pair.nodes) for pair in pairs)]).astype(np.int64)
-        self._patches: SurfaceTopology = join_surfaces(
+        self._surfaces: SurfaceTopology = join_surfaces(
             [pair.triangles.astype(np.int64) for pair in pairs],
             [pair.nodes.astype(np.int64) for pair in pairs],
             [pair.name for pair in pairs],
@@ -140,14 +146,11 @@ class ContactSet:
         """Gaps of the candidates in range at vertex positions x (n_vertices, 3) [m].
 
         Never fails: a candidate or a triangle at a position that is not finite is out of range.
-
-        Args:
-            x: vertex positions.
         """
         x = np.ascontiguousarray(x, dtype=float)
         return Detection(
             *detect_all(
-                x, self._nodes, self._weights, self._first, self._patches, self.alarm_distance
+                x, self._nodes, self._weights, self._first, self._surfaces, self.alarm_distance
             )
         )
 
@@ -184,7 +187,7 @@ def detect_all(
     nodes: Ints,
     weights: Array,
     first: Ints,
-    patches: SurfaceTopology,
+    surfaces: SurfaceTopology,
     reach: float,
 ) -> tuple[Ints, Ints, Array, Array, Ints, Array]:
     """The arrays of a `Detection`.
@@ -194,7 +197,7 @@ def detect_all(
         nodes: (n_c, 3) vertices of the candidates of all pairs.
         weights: (n_c, 3) their weights.
         first: (p + 1,) where each pair's candidates start.
-        patches: target surfaces of the pairs.
+        surfaces: target surfaces of the pairs.
         reach: alarm distance [m].
     """
     count = nodes.shape[0]
@@ -203,23 +206,23 @@ def detect_all(
         for j in range(3):
             for i in range(3):
                 points[i, s] += weights[s, j] * x[nodes[s, j], i]
-    feet, pairs = no_closest_points(count), np.empty(count, np.int64)
+    found, pairs = no_closest_points(count), np.empty(count, np.int64)
     for pair in range(first.shape[0] - 1):
         a, b = first[pair], first[pair + 1]
         for begin in range(a, b, BLOCK):
             block = points[:, begin : min(begin + BLOCK, b)].copy()
-            search(x, block, patches, pair, begin, reach, feet)
+            search(x, block, surfaces, pair, begin, reach, found)
         pairs[a:b] = pair
-    slots = np.flatnonzero(feet.triangle >= 0)
+    slots = np.flatnonzero(found.triangle >= 0)
     m = slots.shape[0]
     gap, normal = np.empty(m), np.empty((m, 3))
     vertices, coefficients = np.empty((m, 6), np.int64), np.empty((m, 6))
-    triangle, inside, triangles = feet.triangle, feet.weights, patches.triangles
+    triangle, inside, triangles = found.triangle, found.weights, surfaces.triangles
     for k in range(m):
         s = slots[k]
-        gap[k] = feet.gap[s]
-        for j in range(3):  # entry by entry: slices cost more than what is in them
-            normal[k, j] = feet.normal[s, j]
+        gap[k] = found.gap[s]
+        for j in range(3):  # entry by entry, which is faster than slices of three
+            normal[k, j] = found.normal[s, j]
             vertices[k, j], vertices[k, 3 + j] = nodes[s, j], triangles[triangle[s], j]
             coefficients[k, j], coefficients[k, 3 + j] = weights[s, j], -inside[s, j]
     return slots, pairs[slots], gap, normal, vertices, coefficients
@@ -228,12 +231,11 @@ def detect_all(
 def contact_rows(detection: Detection, dof: Ints, n: int, n_slots: int) -> ContactRows:
     """Contact rows H_c (m, n) with the gaps (T2).
 
-    With `dof = 3 arange(n_vertices)` the columns are the vertices' own coordinates, to be
-    multiplied with a velocity map where vertices are carried by something else than nodes.
+    With `dof = 3 arange(n_vertices)` the columns are the coordinates of the vertices.
 
     Args:
         detection: candidates in range.
-        dof: (n_vertices,) first degree of freedom of each vertex, -1 where it is fixed.
+        dof: (n_vertices,) first degree of freedom of each vertex, −1 where it is fixed.
         n: number of degrees of freedom.
         n_slots: n_c.
     """
@@ -248,9 +250,15 @@ def contact_rows(detection: Detection, dof: Ints, n: int, n_slots: int) -> Conta
 def row_arrays(
     normal: Array, vertices: Ints, coefficients: Array, dof: Ints
 ) -> tuple[Array, Ints, Ints]:
-    """CSR data, columns and row starts of the contact rows, without fixed or weightless vertices.
+    """CSR data, columns and row starts of the contact rows, without fixed vertices and zero weights.
 
-    Columns are int32, what scipy would otherwise convert them to.
+    Columns are int32, to which scipy would otherwise convert them.
+
+    Args:
+        normal: (m, 3) unit normals.
+        vertices: (m, 6) vertices of each row.
+        coefficients: (m, 6) of the vertices (T2).
+        dof: (n_vertices,) first degree of freedom of each vertex, −1 where it is fixed.
     """
     m = normal.shape[0]
     data, columns = np.empty(18 * m), np.empty(18 * m, np.int32)

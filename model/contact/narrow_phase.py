@@ -1,11 +1,9 @@
-"""The triangle each candidate stands over, and the signed gap and normal there.
+"""Narrow phase: the contact point of each candidate, with its signed gap and normal.
 
-The rule for what a candidate touches is in `tauten.model.contact.detection`. As a rule a
-candidate stands over the
-inside of the triangle with the smallest lower bound
-(`tauten.model.contact.broad_phase`), which gives gap and normal
-as well. Where it does not, the closest point is looked for on each triangle whose bound is below what was
-found.
+The rule for the contact point is in `tauten.model.contact.detection`. Usually it lies in the interior of
+the triangle with the smallest lower bound (`tauten.model.contact.broad_phase`), whose planes then give gap
+and normal as well. Otherwise the closest point is computed on each triangle whose bound is below the
+distance found so far.
 """
 
 from __future__ import annotations
@@ -14,14 +12,21 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tauten.model.contact.broad_phase import ROUNDING, beyond, in_reach, lower_bound, rank, walls
+from tauten.model.contact.broad_phase import (
+    ROUNDING,
+    bounding_planes,
+    in_reach,
+    lower_bound,
+    plane_distance,
+    rank,
+)
 from tauten.model.contact.closest_point import (
     CORNER,
     EDGE,
     INTERIOR,
     closest,
     combine,
-    comes_closer,
+    decreases_distance,
     face_normal,
     is_local_minimum,
     vertex_normal,
@@ -41,17 +46,17 @@ from tauten.model.numerics import (
     unit,
 )
 
-# Candidates this close to an edge or corner, relative to the alarm distance, are pushed along its
-# mean normal: the direction from the surface is rounding there.
+# Candidates this close to an edge or corner, relative to the alarm distance, get its mean normal: the
+# direction from the contact point to the candidate is only rounding error there.
 TOUCHING = 1e-7
 
 
 class ClosestPoints(NamedTuple):
-    """What each candidate stands over; a tuple because kernels take it as it is.
+    """The contact point of each candidate. A named tuple, because numba kernels take these as arguments.
 
     Attributes:
-        triangle: (m,) number in `SurfaceTopology.triangles`, -1 without one.
-        weights: (m, 3) barycentric weights of the closest point.
+        triangle: (m,) number in `SurfaceTopology.triangles`, −1 where there is no contact point.
+        weights: (m, 3) its barycentric weights.
         gap: (m,) signed distance to it [m].
         normal: (m, 3) gradient of the gap with respect to the candidate.
     """
@@ -64,7 +69,7 @@ class ClosestPoints(NamedTuple):
 
 @kernel
 def no_closest_points(m: int) -> ClosestPoints:
-    """ClosestPoints of m candidates that stand over nothing."""
+    """`ClosestPoints` of m candidates without a contact point."""
     return ClosestPoints(np.full(m, -1, np.int64), np.empty((m, 3)), np.empty(m), np.empty((m, 3)))
 
 
@@ -72,36 +77,36 @@ def no_closest_points(m: int) -> ClosestPoints:
 def search(
     x: Array,
     points: Array,
-    patches: SurfaceTopology,
+    surfaces: SurfaceTopology,
     pair: int,
     begin: int,
     reach: float,
-    feet: ClosestPoints,
+    found: ClosestPoints,
 ) -> None:
-    """The nearest triangle within reach that each of a block of candidates of one pair stands over.
+    """Find the contact points of a block of candidates of one pair.
 
     Args:
         x: (v, 3) vertex positions [m].
-        points: (3, m) candidates begin … begin + m − 1 [m]; one that is not finite finds nothing.
-        patches: target surfaces.
+        points: (3, m) candidates begin … begin + m − 1 [m]; one that is not finite has no contact point.
+        surfaces: target surfaces.
         pair: which of the surfaces.
         begin: number of the first candidate.
         reach: largest distance [m].
-        feet: of all candidates, without triangles; overwritten.
+        found: of all candidates, without contact points yet; written to.
     """
     near = in_reach(
-        points, x, patches.triangles, patches.first[pair], patches.first[pair + 1], reach
+        points, x, surfaces.triangles, surfaces.first[pair], surfaces.first[pair + 1], reach
     )
-    planes = walls(x, patches.triangles, near)
-    likely, next_best = rank(points, planes, near, patches, begin, reach)
-    # tuples of arrays are taken apart here: handing them on costs more than what is done with them
-    triangle, weights, gap, normal = feet.triangle, feet.weights, feet.gap, feet.normal
+    planes = bounding_planes(x, surfaces.triangles, near)
+    likely, next_best = rank(points, planes, near, surfaces, begin, reach)
+    # the arrays of the tuple are unpacked here, because passing the tuple on costs more than the work
+    triangle, weights, gap, normal = found.triangle, found.weights, found.gap, found.normal
     for i in range(points.shape[1]):
         s, f, p = begin + i, likely[i], (points[0, i], points[1, i], points[2, i])
         if f < 0:
             continue
-        height, a = beyond(p, planes, 0, f), beyond(p, planes, 4, f)
-        b, c = beyond(p, planes, 8, f), beyond(p, planes, 12, f)
+        height, a = plane_distance(p, planes, 0, f), plane_distance(p, planes, 4, f)
+        b, c = plane_distance(p, planes, 8, f), plane_distance(p, planes, 12, f)
         inside = a < 0.0 and b < 0.0 and c < 0.0
         if inside and (1.0 + ROUNDING) * height * height <= next_best[i]:
             triangle[s], gap[s] = near[f], height
@@ -109,22 +114,33 @@ def search(
             weights[s, 1] = 1.0 - weights[s, 2] - weights[s, 0]
             normal[s, 0], normal[s, 1], normal[s, 2] = planes[0, f], planes[1, f], planes[2, f]
         else:
-            try_all(s, p, x, planes, near, patches, reach, feet)
+            search_all(s, p, x, planes, near, surfaces, reach, found)
 
 
 @kernel
-def try_all(
+def search_all(
     s: int,
     p: Vector3,
     x: Array,
     planes: Array,
     near: Ints,
-    patches: SurfaceTopology,
+    surfaces: SurfaceTopology,
     reach: float,
-    feet: ClosestPoints,
+    found: ClosestPoints,
 ) -> None:
-    """`search` for one candidate s at p, triangle by triangle."""
-    triangles, square, place = patches.triangles, reach * reach, INTERIOR
+    """Find the contact point of one candidate by comparing all triangles in reach.
+
+    Args:
+        s: number of the candidate.
+        p: its position [m].
+        x: (v, 3) vertex positions [m].
+        planes: of the triangles in reach, see `bounding_planes`.
+        near: (t,) their numbers.
+        surfaces: target surfaces.
+        reach: largest distance [m].
+        found: of all candidates; written to.
+    """
+    triangles, square, place = surfaces.triangles, reach * reach, INTERIOR
     bounds = np.empty(near.shape[0])
     for f in range(near.shape[0]):
         bounds[f] = lower_bound(p, planes, f)
@@ -132,18 +148,18 @@ def try_all(
         t = near[f]
         if not bounds[f] < (1.0 + ROUNDING) * square:
             continue
-        if among(s, patches.kin, patches.kin_first[t], patches.kin_first[t + 1]):
+        if among(s, surfaces.adjacent, surfaces.adjacent_first[t], surfaces.adjacent_first[t + 1]):
             continue
         a, b, c = row(x, triangles[t, 0]), row(x, triangles[t, 1]), row(x, triangles[t, 2])
         w, feature = closest(p, a, b, c)
         r = subtract(p, combine(w, a, b, c))
-        if dot(r, r) < square and stands_over(r, x, patches, t, feature):
-            square, feet.triangle[s], place = dot(r, r), t, feature
-            feet.weights[s, 0], feet.weights[s, 1], feet.weights[s, 2] = w
-    if feet.triangle[s] >= 0:
-        w = row(feet.weights, s)
-        feet.gap[s], n = gap_and_normal(p, w, x, patches, feet.triangle[s], place, reach)
-        feet.normal[s, 0], feet.normal[s, 1], feet.normal[s, 2] = n
+        if dot(r, r) < square and is_admissible(r, x, surfaces, t, feature):
+            square, found.triangle[s], place = dot(r, r), t, feature
+            found.weights[s, 0], found.weights[s, 1], found.weights[s, 2] = w
+    if found.triangle[s] >= 0:
+        w = row(found.weights, s)
+        found.gap[s], n = gap_and_normal(p, w, x, surfaces, found.triangle[s], place, reach)
+        found.normal[s, 0], found.normal[s, 1], found.normal[s, 2] = n
 
 
 @kernel
@@ -156,52 +172,62 @@ def among(s: int, members: Ints, begin: int, end: int) -> bool:
 
 
 @kernel
-def stands_over(r: Vector3, x: Array, patches: SurfaceTopology, t: int, feature: int) -> bool:
-    """Whether a triangle's closest point is inside the surface and faces the candidate.
+def is_admissible(r: Vector3, x: Array, surfaces: SurfaceTopology, t: int, feature: int) -> bool:
+    """Whether a triangle's closest point lies inside the surface and is a local minimum of the distance.
 
     Args:
-        r: from the closest point to the candidate.
+        r: from the closest point to the candidate [m].
         x: (v, 3) vertex positions [m].
-        patches: target surfaces.
+        surfaces: target surfaces.
         t: the triangle.
-        feature: its feature that is closest.
+        feature: its feature that the closest point lies on.
     """
     if feature == INTERIOR:
         return True
-    if feature < CORNER:  # r is at right angles to the edge, so any of its points will do
+    if feature < CORNER:  # r is perpendicular to the edge, so any of its points can be used
         k = feature - EDGE
-        across = patches.across[t, k]
-        if across < 0:
+        opposite = surfaces.opposite[t, k]
+        if opposite < 0:
             return False
-        return not comes_closer(r, subtract(row(x, across), row(x, patches.triangles[t, k])))
+        edge = row(x, surfaces.triangles[t, k])
+        return not decreases_distance(r, subtract(row(x, opposite), edge))
     k = feature - CORNER
-    begin, end = patches.fan_first[t, k], patches.fan_last[t, k]
+    begin, end = surfaces.fan_first[t, k], surfaces.fan_last[t, k]
     return begin >= 0 and is_local_minimum(
-        r, x, patches.triangles[t, k], patches.triangles, patches.fans, begin, end
+        r, x, surfaces.triangles[t, k], surfaces.triangles, surfaces.fans, begin, end
     )
 
 
 @kernel
 def gap_and_normal(
-    p: Vector3, w: Vector3, x: Array, patches: SurfaceTopology, t: int, feature: int, reach: float
+    p: Vector3, w: Vector3, x: Array, surfaces: SurfaceTopology, t: int, feature: int, reach: float
 ) -> tuple[float, Vector3]:
-    """Signed distance of p to the point of triangle t with weights w, and its gradient with respect to p.
+    """Signed distance [m] of p to a point of a triangle, and its gradient with respect to p.
 
     On edges and corners the mean normal gives the sign (Baerentzen and Aanaes 2005): that of both
-    triangles, or of all round the corner weighted by their angles.
+    triangles, or of all around the corner weighted by their angles.
+
+    Args:
+        p: position of the candidate [m].
+        w: barycentric weights of the point.
+        x: (v, 3) vertex positions [m].
+        surfaces: target surfaces.
+        t: the triangle.
+        feature: its feature that the point lies on.
+        reach: alarm distance [m].
     """
-    triangles = patches.triangles
+    triangles = surfaces.triangles
     a, b, c = row(x, triangles[t, 0]), row(x, triangles[t, 1]), row(x, triangles[t, 2])
     r = subtract(p, combine(w, a, b, c))
     normal = face_normal(x, triangles, t)
     if feature == INTERIOR:
         return dot(normal, r), normal
     if feature < CORNER:
-        normal = unit(add(normal, face_normal(x, triangles, patches.over[t, feature - EDGE])))
+        normal = unit(add(normal, face_normal(x, triangles, surfaces.neighbour[t, feature - EDGE])))
     else:
         k = feature - CORNER
-        begin, end = patches.fan_first[t, k], patches.fan_last[t, k]
-        normal = vertex_normal(x, triangles[t, k], triangles, patches.fans, begin, end)
+        begin, end = surfaces.fan_first[t, k], surfaces.fan_last[t, k]
+        normal = vertex_normal(x, triangles[t, k], triangles, surfaces.fans, begin, end)
     distance = length(r)
     if distance < TOUCHING * reach:
         return dot(normal, r), normal

@@ -1,4 +1,4 @@
-"""Target surfaces of all contact pairs in flat arrays, with the neighbourhoods the kernels need."""
+"""Target surfaces of all contact pairs in flat arrays, with the adjacency that the kernels need."""
 
 from __future__ import annotations
 
@@ -11,38 +11,43 @@ from tauten.model.numerics import Ints
 
 
 class SurfaceTopology(NamedTuple):
-    """Triangles of several surfaces, one after the other; surfaces do not know each other.
+    """Triangles of several surfaces, one after the other, with their adjacency inside each surface.
 
-    A tuple because kernels take it as it is.
+    A named tuple, because numba kernels take these as arguments.
 
     Attributes:
         triangles: (t, 3) vertex ids.
         first: (p + 1,) where each surface's triangles start.
-        across: (t, 3) vertex opposite edge k in the neighbour over it, -1 where there is no single
-            neighbour: the border.
-        over: (t, 3) that neighbour, -1 on the border.
-        fan_first: (t, 3) where the fan of corner k starts in `fans`, -1 for corners on the border.
+        opposite: (t, 3) vertex opposite edge k in the triangle on the other side of it, −1 on the border:
+            where there is not exactly one such triangle.
+        neighbour: (t, 3) that triangle, −1 on the border.
+        fan_first: (t, 3) where the fan of corner k starts in `fans`, −1 for corners on the border.
         fan_last: (t, 3) where it ends.
-        fans: triangles round each inner vertex.
-        kin_first: (t + 1,) where the kin of each triangle starts in `kin`.
-        kin: candidates whose own triangle has a vertex in common with a triangle.
+        fans: triangles around each inner vertex.
+        adjacent_first: (t + 1,) where the candidates adjacent to each triangle start in `adjacent`.
+        adjacent: candidates whose triangle shares a vertex with the target triangle.
     """
 
     triangles: Ints
     first: Ints
-    across: Ints
-    over: Ints
+    opposite: Ints
+    neighbour: Ints
     fan_first: Ints
     fan_last: Ints
     fans: Ints
-    kin_first: Ints
-    kin: Ints
+    adjacent_first: Ints
+    adjacent: Ints
 
 
 def join_surfaces(
     surfaces: list[Ints], candidates: list[Ints], names: list[str]
 ) -> SurfaceTopology:
-    """SurfaceTopology of the surfaces, each (t, 3), and of the triangles (m, 3) that their candidates lie in.
+    """The topology of the target surfaces of all contact pairs.
+
+    Args:
+        surfaces: target of each pair, (t, 3) vertex ids.
+        candidates: of each pair, (m, 3) vertex ids of the triangles that its candidates lie in.
+        names: of the pairs, for errors.
 
     Raises:
         ValueError: neighbouring triangles of a surface run round in opposite senses.
@@ -50,9 +55,9 @@ def join_surfaces(
     none = np.zeros((0, 3), dtype=np.int64)
     surfaces, names = [*surfaces, none], [*names, ""]  # arrays keep their shape without surfaces
     parts = [neighbours(triangles, name) for triangles, name in zip(surfaces, names, strict=True)]
-    fan_parts = [fans(t, over) for t, (_, over) in zip(surfaces, parts, strict=True)]
+    fan_parts = [fans(t, neighbour) for t, (_, neighbour) in zip(surfaces, parts, strict=True)]
     first = np.cumsum([0, *(len(triangles) for triangles in surfaces)])
-    kin_first, kin = kinship(surfaces[:-1], candidates)
+    adjacent_first, adjacent = adjacent_candidates(surfaces[:-1], candidates)
     fan_base = np.cumsum([0, *(len(members) for _, _, members in fan_parts)])
 
     def joined(arrays: list[Ints], base: Ints | None = None) -> Ints:
@@ -63,18 +68,18 @@ def join_surfaces(
     return SurfaceTopology(
         triangles=joined(surfaces),
         first=first[:-1],
-        across=joined([across for across, _ in parts]),
-        over=joined([over for _, over in parts], first),
+        opposite=joined([opposite for opposite, _ in parts]),
+        neighbour=joined([neighbour for _, neighbour in parts], first),
         fan_first=joined([begin for begin, _, _ in fan_parts], fan_base),
         fan_last=joined([end for _, end, _ in fan_parts], fan_base),
         fans=joined([members for _, _, members in fan_parts], first),
-        kin_first=kin_first,
-        kin=kin,
+        adjacent_first=adjacent_first,
+        adjacent=adjacent,
     )
 
 
-def kinship(surfaces: list[Ints], candidates: list[Ints]) -> tuple[Ints, Ints]:
-    """Where the kin of each triangle starts (t + 1,), and the numbers of the candidates that are its kin."""
+def adjacent_candidates(surfaces: list[Ints], candidates: list[Ints]) -> tuple[Ints, Ints]:
+    """`adjacent_first` (t + 1,) and `adjacent` of `SurfaceTopology`."""
     counts, members, base = [np.zeros(1, dtype=np.int64)], [np.zeros(0, dtype=np.int64)], 0
     for triangles, nodes in zip(surfaces, candidates, strict=True):
         vertices = 1 + max(triangles.max(), nodes.max())
@@ -94,9 +99,9 @@ def incidence(triangles: Ints, vertices: int) -> sp.csr_array:
 
 
 def neighbours(triangles: Ints, name: str) -> tuple[Ints, Ints]:
-    """Per edge (t, 3): the neighbour's opposite vertex and the neighbour; -1 on the border.
+    """`opposite` and `neighbour` of `SurfaceTopology`, both (t, 3), for one surface.
 
-    An edge with more than two triangles counts as border: there is no telling its outside.
+    An edge with more than two triangles counts as border, because the side of a point near it is undefined.
     """
     edges = triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)  # (3 t, 2)
     _, number, count = np.unique(
@@ -112,26 +117,26 @@ def neighbours(triangles: Ints, name: str) -> tuple[Ints, Ints]:
             f"{name}: triangles {one[wrong[0]] // 3} and {other[wrong[0]] // 3} are not oriented "
             "alike, all must be counter-clockwise seen from outside"
         )
-    across = np.full(len(edges), -1, dtype=np.int64)
-    over = np.full(len(edges), -1, dtype=np.int64)
-    for mine, theirs in ((one, other), (other, one)):
-        over[mine] = theirs // 3
-        across[mine] = triangles[theirs // 3, (theirs % 3 + 2) % 3]
-    return across.reshape(-1, 3), over.reshape(-1, 3)
+    opposite = np.full(len(edges), -1, dtype=np.int64)
+    neighbour = np.full(len(edges), -1, dtype=np.int64)
+    for edge, twin in ((one, other), (other, one)):
+        neighbour[edge] = twin // 3
+        opposite[edge] = triangles[twin // 3, (twin % 3 + 2) % 3]
+    return opposite.reshape(-1, 3), neighbour.reshape(-1, 3)
 
 
-def fans(triangles: Ints, over: Ints) -> tuple[Ints, Ints, Ints]:
+def fans(triangles: Ints, neighbour: Ints) -> tuple[Ints, Ints, Ints]:
     """Where each corner's fan starts and ends (t, 3), and the triangles of all fans.
 
-    Corners on the border have no fan: -1.
+    Corners on the border have no fan: −1.
     """
     vertices, local = np.unique(triangles, return_inverse=True)
     local = local.reshape(-1, 3)
     border = np.zeros(len(vertices), dtype=bool)
     for k in range(3):
-        open_ = over[:, k] < 0
-        border[local[open_, k]] = True
-        border[local[open_, (k + 1) % 3]] = True
+        free_edge = neighbour[:, k] < 0
+        border[local[free_edge, k]] = True
+        border[local[free_edge, (k + 1) % 3]] = True
     order = np.argsort(local.ravel(), kind="stable")
     end = np.cumsum(np.bincount(local.ravel(), minlength=len(vertices)))
     begin = np.concatenate([[0], end[:-1]]).astype(np.int64)

@@ -1,9 +1,10 @@
-"""From the file of a robot made of beams to a `BeamRobot`: read, check, build once."""
+"""From the file of a robot made of beams to a `BeamRobot`."""
 
 from __future__ import annotations
 
 import hashlib
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -29,10 +30,11 @@ from tauten.model.numerics import Array, Bools, Ints, make_factorisation
 from tauten.model.points import (
     AttachedPoints,
     BeamCables,
-    carry,
+    attach_to_nodes,
     join_attached_points,
     make_beam_cables,
 )
+from tauten.model.robot import names_of
 from tauten.model.schema import (
     BarSettings,
     BeamConfig,
@@ -41,6 +43,7 @@ from tauten.model.schema import (
     TubeSettings,
     Vertebra,
     check_surfaces,
+    read_text,
     validated,
 )
 from tauten.model.system import integration_of, make_pattern
@@ -52,21 +55,21 @@ def read_structure(path: Path) -> Structure:
     Raises:
         RobotFileError: missing, not JSON, or a field that is not allowed.
     """
-    try:
-        raw = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        raise RobotFileError(f"{path}: cannot be read ({error})") from error
-    except json.JSONDecodeError as error:
-        raise RobotFileError(f"{path}: not JSON: {error}") from error
+    raw = read_text(path, json.loads, "JSON")
     return validated(Structure, raw, path)
 
 
 def build_beam_robot(config: BeamConfig, structure: Structure, source: str) -> BeamRobot:
     """Build a robot from validated files.
 
+    Args:
+        config: the robot file.
+        structure: the structure file.
+        source: the robot file's path, for errors.
+
     Raises:
         RobotFileError: a beam without length, a node that no beam leads to, a cable outside of its
-            vertebra, names or regions that mean nothing; names `source`.
+            vertebra, unknown names or empty regions; the text names `source`.
     """
     material = Material(**config.material.model_dump())
     profiles = build_profiles(config, structure, source)
@@ -77,26 +80,27 @@ def build_beam_robot(config: BeamConfig, structure: Structure, source: str) -> B
         on_vertebra(structure, body, [item.point], f"{source}: effectors.{i}", item.max_outside)
         for i, item in enumerate(config.effectors)
     ]
-    hull, surfaces = build_beam_surfaces(structure, profiles, body)
-    contacts = build_contacts(config, hull, surfaces, body, source)
+    surfaces, named = build_beam_surfaces(structure, profiles, body)
+    contacts = build_contacts(config, surfaces, named, body, source)
     pattern = make_pattern(np.repeat(fixed, 2), [groups(body.ends), groups(cables.ends)])
     free = ~fixed
     scheme = config.integration
     return BeamRobot(
-        config=config,
-        digest=digest(body, fixed, cables, hull, contacts),
+        names=names_of(config),
+        digest=digest(body, fixed, cables, surfaces, contacts),
+        gravity=np.array(config.gravity),
+        tolerance=config.contact.tolerance,
         body=body,
         integration=integration_of(config),
         pattern=pattern,
         beam_slot=pattern.blocks(groups(body.ends)),
         mass=np.repeat(np.stack([body.mass, body.inertia], axis=1)[free].ravel(), 3),
-        gravity=np.array(config.gravity),
         effector_force=np.zeros(3 * len(effectors)),
         cables=cables,
         cable_slot=pattern.blocks(groups(cables.ends)),
         limits=limits_of(config.cables),
         effectors=join_attached_points(effectors),
-        hull=hull,
+        surfaces=surfaces,
         contacts=contacts,
         factorisation=make_factorisation(pattern.indptr, pattern.indices, scheme.factorisation),
     )
@@ -109,7 +113,13 @@ def groups(ends: Ints) -> Ints:
 
 
 def build_profiles(config: BeamConfig, structure: Structure, source: str) -> list[Profile]:
-    """Cross-section of every beam."""
+    """Cross-section of every beam.
+
+    Args:
+        config: the robot file.
+        structure: the structure file.
+        source: the robot file's path, for errors.
+    """
 
     def made(settings: TubeSettings | BarSettings) -> Profile:
         if isinstance(settings, TubeSettings):
@@ -129,23 +139,37 @@ def build_profiles(config: BeamConfig, structure: Structure, source: str) -> lis
 def build_body(
     structure: Structure, profiles: list[Profile], material: Material, source: str
 ) -> BeamBody:
-    """Beams with the masses of the vertebrae."""
+    """Beams with the masses of the vertebrae.
+
+    Args:
+        structure: the structure file.
+        profiles: cross-section of each beam.
+        material: of beams and vertebrae.
+        source: the robot file's path, for errors.
+    """
     ends = np.array([beam.ends for beam in structure.beams], dtype=np.int64)
     up = np.array([beam.up for beam in structure.beams])
     try:
         body = make_body(np.array(structure.nodes), ends, up, profiles, material)
     except BeamError as error:
         raise RobotFileError(f"{source}: {error}") from error
+    mass, inertia = body.mass.copy(), body.inertia.copy()
     for disc in structure.vertebrae:
-        mass = material.density * np.pi * disc.radius**2 * disc.thickness
-        body.mass[disc.node] += mass
-        # mean of ½ r² about the axis and ¼ r² across
-        body.inertia[disc.node] += mass * disc.radius**2 / 3.0
-    return body
+        disc_mass = material.density * np.pi * disc.radius**2 * disc.thickness
+        mass[disc.node] += disc_mass
+        # mean of ½ r² about the axis and ¼ r² about the two others
+        inertia[disc.node] += disc_mass * disc.radius**2 / 3.0
+    return replace(body, mass=mass, inertia=inertia)
 
 
 def fixed_nodes(config: BeamConfig, body: BeamBody, source: str) -> Bools:
-    """Nodes in any of the `fixed` boxes, held in place and rotation: (n_nodes,) bool."""
+    """Nodes whose position and rotation are fixed, those in any of the `fixed` boxes: (n_nodes,) bool.
+
+    Args:
+        config: the robot file.
+        body: the beams.
+        source: the robot file's path, for errors.
+    """
     fixed = np.zeros(len(body.nodes), dtype=bool)
     for index, box in enumerate(config.fixed):
         chosen = in_box(body.nodes, box)
@@ -153,14 +177,21 @@ def fixed_nodes(config: BeamConfig, body: BeamBody, source: str) -> Bools:
             raise RobotFileError(f"{source}: fixed.{index}: no node in {box.lower} to {box.upper}")
         fixed |= chosen
     if fixed.all():
-        raise RobotFileError(f"{source}: fixed: holds every node, nothing is left to move")
+        raise RobotFileError(f"{source}: fixed: holds every node, no node can move")
     return fixed
 
 
 def build_cables(
     config: BeamConfig, structure: Structure, body: BeamBody, source: str
 ) -> BeamCables:
-    """Cables through holes of vertebrae; a pull point is held like the first fixed node."""
+    """Cables through holes of vertebrae.
+
+    Args:
+        config: the robot file.
+        structure: the structure file.
+        body: the beams.
+        source: the robot file's path, for errors.
+    """
     cables = []
     for index, cable in enumerate(config.cables):
         what = f"{source}: cables.{index}"
@@ -183,7 +214,18 @@ def on_vertebra(
     what: str,
     slack: float,
 ) -> AttachedPoints:
-    """MaterialPoints fixed to the vertebrae they lie in, or the nearest one within `slack` [m]."""
+    """Points attached to the vertebrae that contain them.
+
+    Args:
+        structure: the structure file.
+        body: the beams.
+        points: positions at rest [m].
+        what: the field they come from, for errors.
+        slack: largest distance of a point from its vertebra [m].
+
+    Raises:
+        RobotFileError: a point lies further away from every vertebra.
+    """
     ids = []
     for number, point in enumerate(np.array(points)):
         distances = [outside(vertebra, body.nodes, point) for vertebra in structure.vertebrae]
@@ -196,11 +238,17 @@ def on_vertebra(
                 f"allowed is {slack:g} m"
             )
         ids.append(disc.node)
-    return carry(body.nodes, np.array(ids), np.array(points))
+    return attach_to_nodes(body.nodes, np.array(ids), np.array(points))
 
 
 def outside(disc: Vertebra, nodes: Array, point: Array) -> float:
-    """How far a point lies outside of a disc [m], zero inside."""
+    """Distance of a point from a disc [m], zero inside.
+
+    Args:
+        disc: the vertebra.
+        nodes: (n_nodes, 3) positions at rest [m].
+        point: (3,) [m].
+    """
     axis = np.array(disc.axis) / np.linalg.norm(disc.axis)
     away = point - nodes[disc.node]
     height = float(away @ axis)
@@ -210,35 +258,58 @@ def outside(disc: Vertebra, nodes: Array, point: Array) -> float:
 
 
 def build_contacts(
-    config: BeamConfig, hull: BeamSurfaces, surfaces: dict[str, Ints], body: BeamBody, source: str
+    config: BeamConfig, surfaces: BeamSurfaces, named: dict[str, Ints], body: BeamBody, source: str
 ) -> ContactSet:
-    """Candidates and target surfaces of every contact."""
+    """Candidates and target surfaces of every contact.
+
+    Args:
+        config: the robot file.
+        surfaces: of the beams.
+        named: triangles of each surface of the structure file.
+        body: the beams.
+        source: the robot file's path, for errors.
+    """
     try:
-        check_surfaces(config.contacts, set(surfaces))
+        check_surfaces(config.contacts, set(named))
     except ValueError as error:
         raise RobotFileError(f"{source}: {error}") from error
     rest = np.tile([1.0, 0.0, 0.0, 0.0], (len(body.nodes), 1))
-    points, _ = hull.skin.place(body.nodes, rest)
+    points, _ = surfaces.contact_points.place(body.nodes, rest)
     pairs = []
     for contact in config.contacts:
-        nodes, weights = spread_points(points, surfaces[contact.candidates], contact.points)
+        try:
+            nodes, weights = spread_points(points, named[contact.candidates], contact.points)
+        except ValueError as error:
+            raise RobotFileError(f"{source}: contacts.{contact.candidates}: {error}") from error
         name = f"{contact.candidates} on {contact.against}"
-        pairs.append(ContactPair(name, nodes, weights, surfaces[contact.against]))
+        pairs.append(ContactPair(name, nodes, weights, named[contact.against]))
     return ContactSet(pairs, len(points), config.contact.alarm_distance)
 
 
 def digest(
-    body: BeamBody, fixed: Bools, cables: BeamCables, hull: BeamSurfaces, contacts: ContactSet
+    body: BeamBody, fixed: Bools, cables: BeamCables, surfaces: BeamSurfaces, contacts: ContactSet
 ) -> str:
-    """SHA-256 of what decides the contact forces of a robot; loads and control are left out."""
+    """SHA-256 of everything that contact forces depend on, except loads and control.
+
+    Args:
+        body: the beams.
+        fixed: (n_nodes,) which nodes do not move.
+        cables: of the robot.
+        surfaces: with the points that contacts refer to.
+        contacts: the contact pairs.
+    """
     hasher = hashlib.sha256()
     arrays: list[NDArray[Any]] = [body.nodes, body.ends, body.axes, fixed]
     arrays += [cables.starts, cables.stations.nodes, cables.stations.offsets]
-    arrays += [hull.skin.nodes, hull.skin.weights, hull.skin.offsets]
+    arrays += [
+        surfaces.contact_points.nodes,
+        surfaces.contact_points.weights,
+        surfaces.contact_points.offsets,
+    ]
     for pair in contacts.pairs:
         arrays += [pair.nodes, pair.weights, pair.triangles]
     for array in arrays:
         hasher.update(np.round(np.ascontiguousarray(array, dtype=float), 12).tobytes())
-    for relative in (body.D, body.mass):  # of any size: nine digits
+    for relative in (body.D, body.mass):  # relative to their size: nine digits
         hasher.update("".join(f"{value:.8e}" for value in relative.ravel()).encode())
     return hasher.hexdigest()

@@ -1,4 +1,4 @@
-"""From a robot file to a robot: read, check against the mesh, build once."""
+"""From a robot file to a robot."""
 
 from __future__ import annotations
 
@@ -14,7 +14,16 @@ from tauten.model.body import Material
 from tauten.model.contact import ContactPair, ContactSet
 from tauten.model.limits import limits_of
 from tauten.model.load.beams import build_beam_robot, read_structure
-from tauten.model.mesh import TetMesh, boundary_triangles, in_box, read_mesh, spread_points
+from tauten.model.load.elements import build_body, place_elements
+from tauten.model.mesh import (
+    QuadraticMesh,
+    TetMesh,
+    boundary_triangles,
+    in_box,
+    read_mesh,
+    read_quadratic_mesh,
+    spread_points,
+)
 from tauten.model.numerics import Bools, Ints, make_factorisation
 from tauten.model.points import (
     Cable,
@@ -24,19 +33,24 @@ from tauten.model.points import (
     effector_matrix,
     make_cables,
 )
-from tauten.model.robot import Robot
+from tauten.model.robot import Robot, names_of
 from tauten.model.schema import (
     BeamConfig,
+    Changes,
+    MaterialSettings,
     RobotConfig,
     RobotFileError,
+    Section,
     SurfaceSettings,
+    model_tables,
     read_toml,
     validated,
 )
 from tauten.model.system import integration_of, make_pattern
-from tauten.model.tetra import Elements, TetRobot, lumped_mass, rest_gradients
+from tauten.model.tetra import BodyParts, TetRobot
 
 C = TypeVar("C", RobotConfig, BeamConfig)
+M = TypeVar("M", bound=MaterialSettings)
 
 
 def robot_path(name_or_path: str | Path) -> Path:
@@ -70,69 +84,130 @@ def load_robot(
     Args:
         name_or_path: name of a shipped robot, or a path that ends in .toml.
         rate: another control rate than the file's [Hz]; the time step is 1 / rate.
-        refinements: how often every tetrahedron is cut into eight.
+        refinements: how often every tetrahedron is cut into eight, 0 to 4.
         factorisation: another back end than the file's.
         young_scale: Young's modulus as a multiple of the file's, for robots that are not as modelled.
 
     Raises:
-        RobotFileError: the file, or what it says about the mesh, cannot be used.
+        RobotFileError: a field of the file or an argument is not allowed, or does not fit the mesh.
         MeshError: the mesh cannot be used.
     """
     path = robot_path(name_or_path)
-    raw = read_toml(path)
+    given = {
+        "rate": rate,
+        "refinements": refinements,
+        "factorisation": factorisation,
+        "young_scale": young_scale,
+    }
+    changes = validated(Changes, given, f"{path}: load_robot")
+    return make_robot(read_toml(path), path, changes)
+
+
+def make_robot(contents: dict[str, Any], path: Path, changes: Changes) -> Robot:
+    """Build the robot of a robot file that has been read.
+
+    Args:
+        contents: of the file, not validated; tables of other layers are left to them.
+        path: the file, for errors and for the files beside it.
+        changes: what is changed in it.
+
+    Raises:
+        RobotFileError, MeshError: see `load_robot`.
+    """
+    raw = model_tables(contents)
     if "beams" in raw:
-        beams = with_overrides(validated(BeamConfig, raw, path), rate, factorisation, young_scale)
-        if refinements:
-            raise RobotFileError(f"{path}: refinements is {refinements}, beams are not refined")
+        beams = changed(validated(BeamConfig, raw, path), changes, path)
+        if changes.refinements:
+            raise RobotFileError(
+                f"{path}: refinements is {changes.refinements}, beams are not refined"
+            )
         return build_beam_robot(beams, read_structure(path.parent / beams.beams.file), str(path))
-    config = with_overrides(validated(RobotConfig, raw, path), rate, factorisation, young_scale)
-    mesh = read_mesh(path.parent / config.mesh.file, config.mesh.length_unit)
-    for _ in range(refinements):
+    config = changed(validated(RobotConfig, raw, path), changes, path)
+    read = read_quadratic_mesh if config.mesh.element == "quadratic" else read_mesh
+    mesh: TetMesh | QuadraticMesh = read(path.parent / config.mesh.file, config.mesh.length_unit)
+    for _ in range(changes.refinements):
         mesh = mesh.refine()
     return build_robot(config, mesh, str(path))
 
 
-def with_overrides(
-    config: C, rate: float | None, factorisation: str | None, young_scale: float
-) -> C:
-    """A robot file with what `load_robot` was told otherwise."""
-    if rate is not None:
-        controller = config.controller.model_copy(update={"rate": rate})
-        config = config.model_copy(update={"controller": controller})
-    if factorisation is not None:
-        scheme = config.integration.model_copy(update={"factorisation": factorisation})
-        config = config.model_copy(update={"integration": scheme})
-    if young_scale != 1.0:
-        young_modulus = young_scale * config.material.young_modulus
-        material = config.material.model_copy(update={"young_modulus": young_modulus})
-        config = config.model_copy(update={"material": material})
+def changed(config: C, changes: Changes, path: Path) -> C:
+    """A robot file with what the caller of `load_robot` changes in it.
+
+    Args:
+        config: the file.
+        changes: as given to `load_robot`.
+        path: of the file, for errors.
+
+    Raises:
+        RobotFileError: the scaled Young's modulus is not allowed.
+    """
+    sections: dict[str, Section] = {}
+    if changes.rate is not None:
+        sections["controller"] = config.controller.model_copy(update={"rate": changes.rate})
+    if changes.factorisation is not None:
+        scheme = {"factorisation": changes.factorisation}
+        sections["integration"] = config.integration.model_copy(update=scheme)
+    if changes.young_scale != 1.0:
+        what = f"{path}: scaled by {changes.young_scale:g}"
+        sections["material"] = scaled(config.material, changes.young_scale, what, "material")
+    config = config.model_copy(update=sections)
+    if changes.young_scale != 1.0 and isinstance(config, RobotConfig):
+        materials = tuple(
+            scaled(item, changes.young_scale, what, f"materials.{index}")
+            for index, item in enumerate(config.materials)
+        )
+        config = config.model_copy(update={"materials": materials})
     return config
 
 
-def build_robot(config: RobotConfig, mesh: TetMesh, source: str) -> TetRobot:
-    """Build a robot from a validated configuration and a checked mesh.
+def scaled(material: M, factor: float, source: str, prefix: str) -> M:
+    """A material `factor` times as stiff.
+
+    Args:
+        material: the settings.
+        factor: of Young's modulus, with which the whole law scales.
+        source: for errors.
+        prefix: name of the table, for errors.
 
     Raises:
-        RobotFileError: a region is empty or a point lies outside the mesh; names `source`.
+        RobotFileError: the scaled Young's modulus is not allowed.
     """
-    material = Material(**config.material.model_dump())
-    fixed = fixed_nodes(config, mesh, source)
-    cables = build_cables(config, mesh, source)
-    effectors = build_effectors(config, mesh, source)
-    pattern = make_pattern(fixed, [mesh.tets, cables.nodes])
-    slot, column_length = pattern.blocks(mesh.tets)
-    elements = Elements(rest_gradients(mesh), mesh.volumes, slot, column_length)
-    contacts = build_contacts(config, mesh, source)
-    mass = lumped_mass(mesh, material.density)[~fixed]  # (n / 3,)
+    contents = material.model_dump()
+    contents["young_modulus"] *= factor
+    return validated(type(material), contents, source, prefix)
+
+
+def build_robot(config: RobotConfig, mesh: TetMesh | QuadraticMesh, source: str) -> TetRobot:
+    """Build a robot from a validated robot file and a checked mesh.
+
+    Args:
+        config: the robot file.
+        mesh: the body.
+        source: the robot file's path, for errors.
+
+    Raises:
+        RobotFileError: a region is empty or a point lies outside the mesh; the text names `source`.
+    """
+    settings = config.material
+    material = Material(settings.young_modulus, settings.poisson_ratio, settings.density)
+    body = build_body(config, mesh, source)
+    fixed = fixed_nodes(config, body.mesh, source)
+    cables = build_cables(config, body.mesh, source)
+    effectors = build_effectors(config, body.mesh, source)
+    pattern = make_pattern(fixed, [*(part.nodes for part in body.domains), cables.nodes])
+    contacts = build_contacts(config, body.mesh, source)
+    mass = body.mass[~fixed]  # (n / 3,)
     scheme = config.integration
     return TetRobot(
-        config=config,
-        digest=digest(mesh, material, fixed, cables, contacts),
-        mesh=mesh,
+        names=names_of(config),
+        digest=digest(body, material, fixed, cables, contacts),
+        gravity=np.array(config.gravity),
+        tolerance=config.contact.tolerance,
+        mesh=body.mesh,
         material=material,
         integration=integration_of(config),
         pattern=pattern,
-        elements=elements,
+        elements=place_elements(body, pattern),
         mass=np.repeat(mass, 3),
         load=np.outer(mass, config.gravity).ravel(),
         cables=cables,
@@ -146,7 +221,16 @@ def build_robot(config: RobotConfig, mesh: TetMesh, source: str) -> TetRobot:
 
 
 def fixed_nodes(config: RobotConfig, mesh: TetMesh, source: str) -> Bools:
-    """Nodes in any of the `fixed` boxes: (n_nodes,) bool."""
+    """Nodes in any of the `fixed` boxes: (n_nodes,) bool.
+
+    Args:
+        config: the robot file.
+        mesh: the body.
+        source: the robot file's path, for errors.
+
+    Raises:
+        RobotFileError: a box without nodes, or nodes that do not hold the body or hold all of it.
+    """
     fixed = np.zeros(len(mesh.nodes), dtype=bool)
     for index, box in enumerate(config.fixed):
         chosen = in_box(mesh.nodes, box)
@@ -160,12 +244,18 @@ def fixed_nodes(config: RobotConfig, mesh: TetMesh, source: str) -> Bools:
     if np.linalg.matrix_rank(mesh.nodes[fixed] - mesh.nodes[fixed][0], tol=1e-6 * mesh.size) < 2:
         raise RobotFileError(f"{source}: fixed: needs three nodes not on a line to hold the robot")
     if fixed.all():
-        raise RobotFileError(f"{source}: fixed: holds every node, nothing is left to move")
+        raise RobotFileError(f"{source}: fixed: holds every node, no node can move")
     return fixed
 
 
 def build_cables(config: RobotConfig, mesh: TetMesh, source: str) -> CableSet:
-    """Cables attached to the mesh."""
+    """Cables attached to the mesh.
+
+    Args:
+        config: the robot file.
+        mesh: the body.
+        source: the robot file's path, for errors.
+    """
     cables = []
     for index, cable in enumerate(config.cables):
         what = f"{source}: cables.{index}.points"
@@ -180,7 +270,13 @@ def build_cables(config: RobotConfig, mesh: TetMesh, source: str) -> CableSet:
 
 
 def build_effectors(config: RobotConfig, mesh: TetMesh, source: str) -> MaterialPoints:
-    """Effectors attached to the mesh."""
+    """Effectors attached to the mesh.
+
+    Args:
+        config: the robot file.
+        mesh: the body.
+        source: the robot file's path, for errors.
+    """
     parts = [
         place(mesh, [item.point], f"{source}: effectors.{index}.point", item.max_outside)
         for index, item in enumerate(config.effectors)
@@ -194,7 +290,14 @@ def build_effectors(config: RobotConfig, mesh: TetMesh, source: str) -> Material
 def place(
     mesh: TetMesh, points: list[tuple[float, float, float]], what: str, slack: float
 ) -> MaterialPoints:
-    """`attach`, its error as a RobotFileError."""
+    """`attach`, with its error as a RobotFileError.
+
+    Args:
+        mesh: the body.
+        points: rest positions [m].
+        what: the field they come from, for errors.
+        slack: how far outside the body a point may lie [m].
+    """
     try:
         return attach(mesh, np.array(points), what, slack)
     except ValueError as error:
@@ -202,10 +305,16 @@ def place(
 
 
 def select_surface(settings: SurfaceSettings, mesh: TetMesh, boundary: Ints, source: str) -> Ints:
-    """Boundary triangles a surface selects: (t, 3).
+    """Boundary triangles of a surface of the robot file: (t, 3).
+
+    Args:
+        settings: of the surface.
+        mesh: the body.
+        boundary: (b, 3) all boundary triangles.
+        source: the robot file's path, for errors.
 
     Raises:
-        RobotFileError: none.
+        RobotFileError: there are none.
     """
     corners = mesh.nodes[boundary]  # (t, 3, 3)
     chosen = in_box(corners.mean(axis=1), settings.box)
@@ -224,25 +333,42 @@ def select_surface(settings: SurfaceSettings, mesh: TetMesh, boundary: Ints, sou
 
 
 def build_contacts(config: RobotConfig, mesh: TetMesh, source: str) -> ContactSet:
-    """Candidates and target surfaces of every contact."""
+    """Candidates and target surfaces of every contact.
+
+    Args:
+        config: the robot file.
+        mesh: the body.
+        source: the robot file's path, for errors.
+    """
     boundary = boundary_triangles(mesh.tets)
     surfaces = {s.name: select_surface(s, mesh, boundary, source) for s in config.surfaces}
     pairs = []
     for contact in config.contacts:
-        nodes, weights = spread_points(mesh.nodes, surfaces[contact.candidates], contact.points)
+        try:
+            nodes, weights = spread_points(mesh.nodes, surfaces[contact.candidates], contact.points)
+        except ValueError as error:
+            raise RobotFileError(f"{source}: contacts.{contact.candidates}: {error}") from error
         name = f"{contact.candidates} on {contact.against}"
         pairs.append(ContactPair(name, nodes, weights, surfaces[contact.against]))
     return ContactSet(pairs, len(mesh.nodes), config.contact.alarm_distance)
 
 
 def digest(
-    mesh: TetMesh, material: Material, fixed: Bools, cables: CableSet, contacts: ContactSet
+    body: BodyParts, material: Material, fixed: Bools, cables: CableSet, contacts: ContactSet
 ) -> str:
-    """SHA-256 of what decides the contact forces of a robot; loads and control are left out."""
+    """SHA-256 of everything that contact forces depend on, except loads and control.
+
+    Args:
+        body: the body.
+        material: of the body.
+        fixed: (n_nodes,) which nodes do not move.
+        cables: of the robot.
+        contacts: the contact pairs.
+    """
     hasher = hashlib.sha256()
     arrays: list[NDArray[Any]] = [
-        mesh.nodes,
-        mesh.tets,
+        body.mesh.nodes,
+        body.mesh.tets,
         fixed,
         cables.owner,
         cables.nodes,
@@ -254,4 +380,8 @@ def digest(
     for array in arrays:
         hasher.update(np.round(np.ascontiguousarray(array, dtype=float), 12).tobytes())
     hasher.update(repr(material).encode())
+    if not body.is_plain:  # plain bodies keep the digest their bases were made with
+        hasher.update(repr(body.laws).encode())
+        for part in body.domains:
+            hasher.update(part.nodes.tobytes() + part.law.tobytes())
     return hasher.hexdigest()

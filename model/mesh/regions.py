@@ -11,7 +11,7 @@ from tauten.model.schema import Box
 def in_box(points: Array, box: Box) -> Bools:
     """Which points (m, 3) lie in the box, its faces included: (m,) bool.
 
-    The box is taken as written, without slack: give it some where the mesh is not exact.
+    The box is exact: choose it slightly larger where node positions are rounded.
     """
     inside: Bools = np.all((points >= box.lower) & (points <= box.upper), axis=1)
     return inside

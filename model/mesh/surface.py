@@ -39,13 +39,13 @@ def triangle_areas(vertices: Array, triangles: Ints) -> Array:
 
 
 def spread_points(vertices: Array, triangles: Ints, count: int) -> tuple[Ints, Array]:
-    """MaterialPoints spread evenly over a surface, each standing for about the same area.
+    """Points spread evenly over a surface, each representing about the same area.
 
     A dense sampling of the surface is thinned by farthest-point selection (Gonzalez 1985) and
     relaxed towards the centroidal Voronoi tessellation (Lloyd 1982). The outermost points end half
-    a spacing inside the border: a small slip between two facing surfaces does not carry them past
-    the other's border. Distances are straight lines, so on a surface folded tighter than the
-    spacing the cells of both sides mix. Deterministic.
+    a spacing inside the border: a small slip between two facing surfaces does not move them beyond
+    the border of the other one. Distances are Euclidean, so that on a surface folded more tightly than
+    the spacing the cells of both sides mix. Deterministic.
 
     Args:
         vertices: (v, 3) positions [m].
@@ -79,6 +79,11 @@ def spread_points(vertices: Array, triangles: Ints, count: int) -> tuple[Ints, A
 
 def dense_samples(vertices: Array, triangles: Ints, area: float) -> tuple[Ints, Array]:
     """Centres of the d² equal parts of each triangle, none larger than `area` [m²].
+
+    Args:
+        vertices: (v, 3) positions [m].
+        triangles: (t, 3) vertex ids.
+        area: largest area of a part [m²].
 
     Returns:
         Triangle of each sample (s,) and its barycentric weights (s, 3).
@@ -120,7 +125,7 @@ def farthest_points(samples: Array, count: int) -> Ints:
         for s in range(samples.shape[0]):
             dx, dy, dz = samples[s, 0] - from_x, samples[s, 1] - from_y, samples[s, 2] - from_z
             here = min(distance[s], dx * dx + dy * dy + dz * dz)
-            if k > 0:  # the centre is no point to keep away from
+            if k > 0:  # the centre is not one of the points
                 distance[s] = here
             if here > farthest:
                 best, farthest = s, here

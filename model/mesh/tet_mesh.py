@@ -2,21 +2,27 @@
 
 from __future__ import annotations
 
+import contextlib
+import io
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import meshio
 import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
+from tauten.model.mesh.surface import FACES
 from tauten.model.numerics import Array, Ints
+from tauten.model.schema import LARGEST_COORDINATE
 
+EDGES = np.array([[0, 1], [1, 2], [0, 2], [0, 3], [1, 3], [2, 3]])  # of corners, in VTK's order
 UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
 
 
 class MeshError(ValueError):
-    """A mesh that cannot carry a robot; the text says which file and what to change."""
+    """A mesh that cannot be used for a robot; the text names the file and what to change."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,26 +48,34 @@ class TetMesh:
         return float(np.linalg.norm(np.ptp(self.nodes, axis=0)))
 
     def refine(self) -> TetMesh:
-        """Every tetrahedron cut into eight through its edge midpoints (Bey's red refinement)."""
-        pairs = np.array([[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]])
-        edges = np.sort(self.tets[:, pairs], axis=2).reshape(-1, 2)  # (6 e, 2)
-        unique, inverse = np.unique(edges, axis=0, return_inverse=True)
-        middle = (len(self.nodes) + inverse.reshape(-1, 6)).T  # (6, e)
-        a, b, c, d = self.tets.T
-        ab, ac, ad, bc, bd, cd = middle
-        children = [
-            (a, ab, ac, ad), (ab, b, bc, bd), (ac, bc, c, cd), (ad, bd, cd, d),
-            (ab, ac, ad, bd), (ab, ac, bd, bc), (ac, ad, bd, cd), (ac, bc, cd, bd),
-        ]  # fmt: skip
-        tets = np.stack([np.stack(child, axis=1) for child in children], axis=1).reshape(-1, 4)
-        nodes = np.vstack([self.nodes, self.nodes[unique].mean(axis=1)])
-        return TetMesh(nodes, oriented(nodes, tets))
+        """Every tetrahedron cut into eight through its edge midpoints."""
+        return eight_parts(*with_midpoints(self.nodes, self.tets))
+
+
+def with_midpoints(nodes: Array, tets: Ints) -> tuple[Array, Ints]:
+    """Nodes with the midpoints of all edges added, and tetrahedra (e, 10) with those on their `EDGES`."""
+    edges = np.sort(tets[:, EDGES], axis=2).reshape(-1, 2)  # (6 e, 2)
+    unique, inverse = np.unique(edges, axis=0, return_inverse=True)
+    middle = len(nodes) + inverse.reshape(-1, 6)  # (e, 6)
+    return np.vstack([nodes, nodes[unique].mean(axis=1)]), np.concatenate([tets, middle], axis=1)
+
+
+def eight_parts(nodes: Array, tets: Ints) -> TetMesh:
+    """Tetrahedra (e, 10) with a node on each of their `EDGES`, cut into eight (Bey's red refinement)."""
+    a, b, c, d, ab, bc, ac, ad, bd, cd = tets.T
+    children = [
+        (a, ab, ac, ad), (ab, b, bc, bd), (ac, bc, c, cd), (ad, bd, cd, d),
+        (ab, ac, ad, bd), (ab, ac, bd, bc), (ac, ad, bd, cd), (ac, bc, cd, bd),
+    ]  # fmt: skip
+    parts = np.stack([np.stack(child, axis=1) for child in children], axis=1).reshape(-1, 4)
+    return TetMesh(nodes, oriented(nodes, parts))
 
 
 def signed_volumes(nodes: Array, tets: Ints) -> Array:
     """Signed volume of each tetrahedron: (e,) [m³]."""
     edges = nodes[tets[:, 1:]] - nodes[tets[:, :1]]  # (e, 3, 3)
-    volumes: Array = np.linalg.det(edges) / 6.0
+    with np.errstate(all="ignore"):  # edges of denormal length: `checked` finds these flat
+        volumes: Array = np.linalg.det(edges) / 6.0
     return volumes
 
 
@@ -74,7 +88,7 @@ def oriented(nodes: Array, tets: Ints) -> Ints:
 
 
 def read_mesh(path: Path, length_unit: str = "m") -> TetMesh:
-    """Read the tetrahedra of any file meshio knows (.msh, .vtk, .vtu, ...).
+    """Read the tetrahedra of any format that meshio supports (.msh, .vtk, .vtu, ...).
 
     Args:
         path: the mesh file.
@@ -84,37 +98,107 @@ def read_mesh(path: Path, length_unit: str = "m") -> TetMesh:
         The mesh in metres; nodes that no tetrahedron uses are dropped, other cells ignored.
 
     Raises:
-        MeshError: unreadable file, no tetrahedra, inverted, flat or unconnected elements,
-            or a size no desktop robot has (a wrong unit).
+        MeshError: unreadable file, no tetrahedra, corners that are no nodes, or what `checked` refuses.
+    """
+    raw = read_with_meshio(path)
+    kinds = kinds_of(raw)
+    if "tetra10" in kinds:
+        raise MeshError(
+            f'{path}: holds quadratic tetrahedra; set mesh.element = "quadratic" in the robot file'
+        )
+    if "tetra" not in kinds:
+        found = ", ".join(sorted(kinds)) or "nothing"
+        raise MeshError(f"{path}: no tetrahedra found, only {found}; mesh the volume")
+    nodes, tets = used_nodes(raw, "tetra", length_unit, path)
+    return checked(nodes, tets, str(path))
+
+
+def kinds_of(raw: Any) -> set[str]:
+    """The kinds of cells in a `meshio.Mesh`."""
+    return {block.type for block in raw.cells if len(block.data)}
+
+
+def used_nodes(raw: Any, kind: str, length_unit: str, path: Path) -> tuple[Array, Ints]:
+    """Nodes (n_nodes, 3) [m] that cells of one kind use, and these cells (e, corners).
+
+    Args:
+        raw: a `meshio.Mesh` with such cells.
+        kind: of the cells, in the words of meshio.
+        length_unit: unit of its coordinates.
+        path: its file, for errors.
+
+    Raises:
+        MeshError: points that are no coordinates, or corners that are no nodes.
+    """
+    blocks = [np.asarray(block.data) for block in raw.cells if block.type == kind]
+    points, tets = np.asarray(raw.points), np.vstack([block for block in blocks if len(block)])
+    if points.ndim != 2 or points.shape[1] != 3 or points.dtype.kind not in "iuf":
+        raise MeshError(
+            f"{path}: points are an array {points.shape} of {points.dtype}, expected three coordinates each"
+        )
+    if tets.dtype.kind not in "iu":
+        raise MeshError(f"{path}: corners of tetrahedra are {tets.dtype}, expected integers")
+    wrong = np.flatnonzero(((tets < 0) | (tets >= len(points))).any(axis=1))
+    if len(wrong):
+        raise MeshError(
+            f"{path}: tetrahedron {wrong[0]} has the corners {tets[wrong[0]].tolist()}, "
+            f"the nodes are 0 to {len(points) - 1}"
+        )
+    used, numbers = np.unique(tets.astype(np.int64), return_inverse=True)
+    with np.errstate(over="ignore"):  # what does not fit becomes infinite, which `checked` refuses
+        nodes = points[used].astype(np.float64) * UNITS[length_unit]
+    return nodes, numbers.reshape(tets.shape)
+
+
+def read_with_meshio(path: Path) -> Any:
+    """The `meshio.Mesh` of a file.
+
+    Raises:
+        MeshError: no such file, or meshio cannot read it; the text contains the reason of meshio on one line.
     """
     if not path.is_file():
         raise MeshError(f"{path}: no such mesh file")
+    printed = (
+        io.StringIO()
+    )  # meshio prints why it cannot read a file and then exits the interpreter
     try:
-        raw = meshio.read(path)
-    except (Exception, SystemExit) as error:  # meshio exits on formats it does not know
-        raise MeshError(
-            f"{path}: not readable as a mesh ({error or type(error).__name__})"
-        ) from error
-    blocks = [block.data for block in raw.cells if block.type == "tetra"]
-    if not blocks:
-        found = sorted({block.type for block in raw.cells}) or ["nothing"]
-        raise MeshError(f"{path}: no tetrahedra found, only {', '.join(found)}; mesh the volume")
-    tets = np.vstack(blocks).astype(np.int64)
-    used, tets = np.unique(tets, return_inverse=True)
-    nodes = np.asarray(raw.points, dtype=float)[used] * UNITS[length_unit]
-    return checked(nodes, tets.reshape(-1, 4), str(path))
+        with contextlib.redirect_stdout(printed), contextlib.redirect_stderr(io.StringIO()):
+            return meshio.read(path)
+    except SystemExit as error:
+        reason = " ".join(printed.getvalue().split()) or "its contents are not of this format"
+        raise MeshError(f"{path}: not readable as a mesh ({reason})") from error
+    except Exception as error:
+        reason = " ".join(str(error).split()) or type(error).__name__
+        raise MeshError(f"{path}: not readable as a mesh ({reason})") from error
 
 
 def checked(nodes: Array, tets: Ints, source: str) -> TetMesh:
-    """The mesh made of these arrays, or a MeshError that says what is wrong with it."""
+    """The mesh made of these arrays, after every check.
+
+    Args:
+        nodes: (n_nodes, 3) positions [m].
+        tets: (e, 4) node ids, all of one orientation.
+        source: how to name the mesh in an error, e.g. its file.
+
+    Raises:
+        MeshError: nodes that are not finite, a size no desktop robot has (a wrong unit), inverted or flat
+            tetrahedra, tetrahedra that occupy the same space, parts that no face joins.
+    """
     if not np.isfinite(nodes).all():
         raise MeshError(
             f"{source}: node {int(np.argwhere(~np.isfinite(nodes))[0, 0])} is not finite"
         )
-    extent = float(np.ptp(nodes, axis=0).max())
+    with np.errstate(over="ignore"):
+        extent = float(np.ptp(nodes, axis=0).max())
     if not 1e-3 <= extent <= 10.0:
         raise MeshError(
             f"{source}: the mesh is {extent:g} m long, expected 1 mm to 10 m; check length_unit"
+        )
+    far = float(np.abs(nodes).max())
+    if far > LARGEST_COORDINATE:
+        raise MeshError(
+            f"{source}: a node lies {far:g} m from the origin, allowed is {LARGEST_COORDINATE:g} m; "
+            "move the mesh to the origin"
         )
     volumes = signed_volumes(nodes, tets)
     negative = np.flatnonzero(volumes < 0.0)
@@ -124,22 +208,69 @@ def checked(nodes: Array, tets: Ints, source: str) -> TetMesh:
         raise MeshError(
             f"{source}: {len(negative)} inverted tetrahedra, the first is {negative[0]}"
         )
-    flat = np.flatnonzero(volumes < 1e-9 * volumes.mean())
+    flat = np.flatnonzero(~(volumes > 1e-9 * max(volumes.mean(), extent**3 * 1e-12)))
     if len(flat):
         raise MeshError(f"{source}: {len(flat)} flat tetrahedra, the first is {flat[0]}")
-    require_one_body(nodes, tets, source)
+    first, second = shared_faces(tets, source)
+    require_one_body(tets, first, second, source)
     return TetMesh(nodes, tets)
 
 
-def require_one_body(nodes: Array, tets: Ints, source: str) -> None:
-    """Raise a MeshError when the elements do not hang together."""
-    i = np.repeat(tets[:, 0], 3)
-    graph = sp.coo_array((np.ones(i.size), (i, tets[:, 1:].ravel())), shape=(len(nodes),) * 2)
-    count, labels = connected_components(graph, directed=False)
-    if count > 1:
-        sizes = np.bincount(labels[tets[:, 0]])
-        stray = np.flatnonzero(labels[tets[:, 0]] != sizes.argmax())
+def shared_faces(tets: Ints, source: str) -> tuple[Ints, Ints]:
+    """The pairs of tetrahedra that share a face: two arrays (f,) of tetrahedron numbers.
+
+    Args:
+        tets: (e, 4) node ids, positively oriented.
+        source: how to name the mesh in an error.
+
+    Raises:
+        MeshError: a tetrahedron given twice, or two on the same side of a face.
+    """
+    _, first, count = np.unique(
+        np.sort(tets, axis=1), axis=0, return_index=True, return_counts=True
+    )
+    if count.max() > 1:
         raise MeshError(
-            f"{source}: {count} separate bodies; {len(stray)} stray tetrahedra, "
-            f"the first is {stray[0]}"
+            f"{source}: {int((count - 1).sum())} tetrahedra are given more than once, "
+            f"for example {first[count > 1].min()}"
         )
+    faces = tets[:, FACES].reshape(-1, 3)  # (4 e, 3), seen from outside counter-clockwise
+    start = np.argmin(faces, axis=1)
+    turned = np.take_along_axis(faces, (start[:, None] + np.arange(3)) % 3, axis=1)
+    _, count = np.unique(turned, axis=0, return_counts=True)
+    if count.max() > 1:
+        _, inverse = np.unique(turned, axis=0, return_inverse=True)
+        same = np.flatnonzero(inverse == inverse[count[inverse] > 1][0])
+        raise MeshError(
+            f"{source}: tetrahedra {same[0] // 4} and {same[1] // 4} lie on the same side of their common "
+            "face and occupy the same space"
+        )
+    order = np.lexsort(np.sort(faces, axis=1).T)
+    sorted_faces = np.sort(faces, axis=1)[order]
+    pairs = np.flatnonzero((sorted_faces[1:] == sorted_faces[:-1]).all(axis=1))
+    return order[pairs] // 4, order[pairs + 1] // 4
+
+
+def require_one_body(tets: Ints, first: Ints, second: Ints, source: str) -> None:
+    """Raise a MeshError when the faces that tetrahedra share do not join all of them.
+
+    Args:
+        tets: (e, 4) node ids.
+        first: (f,) and
+        second: (f,) tetrahedra on both sides of every shared face.
+        source: how to name the mesh in an error.
+    """
+    graph = sp.coo_array((np.ones(len(first)), (first, second)), shape=(len(tets),) * 2)
+    count, part = connected_components(graph, directed=False)
+    if count == 1:
+        return
+    largest = np.bincount(part).argmax()
+    stray = np.flatnonzero(part != largest)
+    touching = np.isin(tets[stray], tets[part == largest]).any()
+    reason = (
+        "; some share only a node or an edge with the rest: join them by faces" if touching else ""
+    )
+    raise MeshError(
+        f"{source}: {count} separate bodies; {len(stray)} stray tetrahedra, "
+        f"the first is {stray[0]}{reason}"
+    )

@@ -1,9 +1,11 @@
-"""Numerical kernels that know nothing of robots: arrays, rotations, factorisations, complementarity."""
+"""Numerical kernels that do not depend on robots: arrays, rotations, factorisations, complementarity."""
 
+from tauten.model.numerics.active_set import active_set_forces
 from tauten.model.numerics.anderson import Anderson
 from tauten.model.numerics.arrays import Array, Bools, Ints
 from tauten.model.numerics.dense_cholesky import DenseFactors, cholesky, solve_in_place, solve_rows
 from tauten.model.numerics.early_stopped_nnls import sparse_nnls
+from tauten.model.numerics.elimination import eliminate, solve_transposed, solve_upper
 from tauten.model.numerics.factorisation import (
     BACKENDS,
     Factorisation,
@@ -54,6 +56,7 @@ __all__ = [
     "LANES",
     "LcpResult",
     "Vector3",
+    "active_set_forces",
     "add",
     "append_row",
     "back_substitute",
@@ -65,6 +68,7 @@ __all__ = [
     "delete_row",
     "distances",
     "dot",
+    "eliminate",
     "forward_substitute",
     "installed_backends",
     "kernel",
@@ -82,6 +86,8 @@ __all__ = [
     "solve_lcp",
     "solve_pgs",
     "solve_rows",
+    "solve_transposed",
+    "solve_upper",
     "sparse_nnls",
     "subtract",
     "turned",

@@ -1,16 +1,16 @@
-"""The active set behind `tauten.model.numerics.lcp.solve_lcp`.
+"""The active-set method of `tauten.model.numerics.lcp.solve_lcp`.
 
     min ½ λᵀ (W + ρ diag W) λ + δ_freeᵀ λ   over λ ≥ 0                                  (T3)
 
 is non-negative least squares in Gram form, solved by the primal active set of Lawson and Hanson
-(1974) in the form of Bro and de Jong (1997). The set F holds the rows that may push. Each round
-the row whose gap is most negative joins F; the forces that close the gaps of F are solved for; on
-the way there rows whose force would become negative leave. The objective falls every round, so no F
-comes twice. F stays about as small as the rank of W and changes by single rows, so its Cholesky
-factor is updated instead of computed anew. (Block principal pivoting cycles on these nearly
-singular problems, projected Newton takes as many rounds with a factorisation each.)
+(1974) in the form of Bro and de Jong (1997). The set F contains the rows with a force. In each iteration
+the row with the most negative gap is added to F and the forces that close the gaps of F are computed; rows
+whose force would become negative on the way to them are removed. The objective decreases in every iteration,
+so that no F occurs twice. The size of F is about the rank of W, and F changes by single rows, so that its
+Cholesky factor is updated. (Block principal pivoting cycles on these nearly singular problems; projected
+Newton needs as many iterations with a factorisation each.)
 
-Inside, rows are scaled by s_i = 1/√w_ii, which makes the diagonal 1 + ρ.
+Internally, rows are scaled by s_i = 1/√w_ii, which makes the diagonal 1 + ρ.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ IMMOVABLE = 1e-14  # a compliance this far below the largest is rounding: no for
 
 
 @kernel
-def pushing_forces(
+def active_set_forces(
     W: Array, delta_free: Array, start: Array, rho: float, max_iterations: int
 ) -> tuple[Array, int]:
     """Forces (m,) that minimise (T3), polished, and how many sets were tried.
@@ -52,7 +52,9 @@ def pushing_forces(
     L, F = np.empty((min(n, 64), min(n, 64))), np.empty(n, np.int64)
     f = 0
     inside = np.zeros(n, np.bool_)
-    barred = np.zeros(n, np.bool_)  # rows that could not stay: their gap is rounding
+    excluded = np.zeros(
+        n, np.bool_
+    )  # rows removed as soon as they were added: their gap is rounding
     for i in range(n):
         if start[i] > 0.0 and s[i] > 0.0:
             lam[i] = start[i]
@@ -62,19 +64,19 @@ def pushing_forces(
     newest = -1
     for iteration in range(max_iterations):
         if iteration > 0 or f == 0:
-            newest = most_closed(W, delta_free, lam, F[:f], inside, barred, s, -threshold)
+            newest = most_negative_gap(W, delta_free, lam, F[:f], inside, excluded, s, -threshold)
             if newest < 0:
                 polish(W, delta_free, s, L, F, f, lam)
                 return lam, iteration
             L = join(W, s, rho, L, F, f, newest)
             inside[newest] = True
             f += 1
-        f = settle_set(delta_free, s, L, F, f, lam, inside)
+        f = solve_on_set(delta_free, s, L, F, f, lam, inside)
         if newest >= 0:
             if inside[newest]:
-                barred[:] = False
+                excluded[:] = False
             else:
-                barred[newest] = True
+                excluded[newest] = True
     return lam, max_iterations
 
 
@@ -102,22 +104,33 @@ def gaps(W: Array, delta_free: Array, lam: Array, F: Ints) -> Array:
 
 
 @kernel
-def most_closed(
-    W: Array, delta_free: Array, lam: Array, F: Ints, inside: Bools, barred: Bools, s: Array,
+def most_negative_gap(
+    W: Array, delta_free: Array, lam: Array, F: Ints, inside: Bools, excluded: Bools, s: Array,
     threshold: float,
 ) -> int:  # fmt: skip
-    """The row outside F with the most negative gap below `threshold`, −1 without one."""
+    """The row outside F with the most negative gap below `threshold`, −1 without one.
+
+    Args:
+        W: (m, m) compliance [m/N].
+        delta_free: (m,) gaps without forces [m].
+        lam: (m,) forces [N].
+        F: (f,) rows with a force.
+        inside: (m,) whether a row is in F.
+        excluded: (m,) rows that are not to be added.
+        s: (m,) scales of the rows.
+        threshold: [m].
+    """
     delta = gaps(W, delta_free, lam, F)
     row, least = -1, threshold
     for i in range(delta.shape[0]):
-        if delta[i] < least and not inside[i] and not barred[i] and s[i] > 0.0:
+        if delta[i] < least and not inside[i] and not excluded[i] and s[i] > 0.0:
             row, least = i, delta[i]
     return row
 
 
 @kernel
 def join(W: Array, s: Array, rho: float, L: Array, F: Ints, f: int, row: int) -> Array:
-    """Add a row to F and its factor; returns the factor, moved when it outgrew its array."""
+    """Add a row to F and its factor; returns the factor, in a larger array where the old one was full."""
     if f == L.shape[0]:
         larger = np.empty((2 * f, 2 * f))
         larger[:f, :f] = L
@@ -131,17 +144,17 @@ def join(W: Array, s: Array, rho: float, L: Array, F: Ints, f: int, row: int) ->
 
 
 @kernel
-def settle_set(
+def solve_on_set(
     delta_free: Array, s: Array, L: Array, F: Ints, f: int, lam: Array, inside: Bools
 ) -> int:
-    """Move lam to the forces that close the gaps of F; rows that would pull leave. Returns |F|."""
+    """Set lam to the forces that close the gaps of F, without rows whose force is negative. Returns |F|."""
     while f > 0:
         y = np.empty(f)
         for k in range(f):
             y[k] = -delta_free[F[k]] * s[F[k]]
         forward_substitute(L, f, y)
         back_substitute(L, f, y)
-        share, blocking = 1.0, -1  # how far towards y all forces stay positive
+        share, blocking = 1.0, -1  # largest step towards y at which all forces are positive
         for k in range(f):
             y[k] *= s[F[k]]
             if y[k] <= 0.0:
@@ -164,10 +177,10 @@ def settle_set(
 
 @kernel
 def polish(W: Array, delta_free: Array, s: Array, L: Array, F: Ints, f: int, lam: Array) -> None:
-    """Close the gaps ρ w_ii λ_i that the regularisation left on F, as far as no force turns around.
+    """Close the gaps ρ w_ii λ_i that the regularisation leaves on F, as far as no force becomes negative.
 
-    Proximal steps with the factor at hand: each leaves ρ / (σ + ρ) of what belongs to the eigenvalue
-    σ of the scaled compliance.
+    Proximal steps with the factor of F: each multiplies the error of the eigenvalue σ of the scaled
+    compliance by ρ / (σ + ρ).
     """
     for _ in range(POLISHING):
         delta = gaps(W, delta_free, lam, F[:f])

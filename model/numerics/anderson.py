@@ -10,8 +10,8 @@ from tauten.model.numerics.arrays import Array
 class Anderson:
     """Combines the last iterates so that the linear part of the error vanishes.
 
-    A Newton iteration whose tangent leaves something out (how contact normals turn, say) converges
-    linearly, with few slow directions; these are what the combination removes. (Anderson 1965; in the
+    A Newton iteration whose tangent is incomplete (without the rotation of contact normals, for example)
+    converges linearly, with few slow directions, which the combination removes. (Anderson 1965; in the
     form of Walker and Ni, Anderson Acceleration for Fixed-Point Iterations, 2011.)
     """
 
@@ -28,7 +28,7 @@ class Anderson:
         move counts as if made from the next iterate, which small steps allow.
         """
         if self._steps and np.abs(step).max() > 2.0 * np.abs(self._steps[-1]).max():
-            self._steps.clear()  # what touches has changed: the past says nothing any more
+            self._steps.clear()  # the set of contacts has changed: earlier iterates belong to another problem
             self._moves.clear()
         self._steps = [*self._steps[-self._depth :], step]
         self._moves = self._moves[-self._depth :]

@@ -1,4 +1,4 @@
-"""Cholesky factors of small dense matrices, in compiled loops: called every step, with nothing to set up."""
+"""Cholesky factors of small dense matrices in compiled loops, without the set-up of LAPACK calls."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from tauten.model.numerics.jit import kernel
 
 @kernel
 def cholesky(A: Array, L: Array) -> bool:
-    """The lower factor of A into L; False when A is not positive definite or not finite."""
+    """Write the lower factor of A to L; False when A is not positive definite or not finite."""
     for i in range(A.shape[0]):
         for j in range(i + 1):
             value = A[i, j]

@@ -1,7 +1,7 @@
 """Sparse factorisation of symmetric matrices that share one pattern: analyse once, refactor often.
 
 Back ends, fastest first: MKL PARDISO (`pip install tauten[pardiso]`), CHOLMOD from cvxopt
-(`tauten[cholmod]`), SuperLU from scipy (always there).
+(`tauten[cholmod]`), SuperLU from scipy (always installed).
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ class FactorisationError(RuntimeError):
 
 
 class Factorisation(Protocol):
-    """Factors of a symmetric matrix whose pattern stays the same."""
+    """Factors of a symmetric matrix whose pattern does not change."""
 
     name: str
 
@@ -181,7 +181,7 @@ class Pardiso(Analysed):
         from pypardiso import PyPardisoSolver
 
         super().__init__(indptr, indices)
-        # The lower triangle by columns is the upper triangle by rows, which PARDISO wants.
+        # The lower triangle by columns is the upper triangle by rows, which PARDISO expects.
         lower_ptr, lower, self._places = triangle(indptr, indices)
         self._ia, self._ja = (lower_ptr + 1).astype(np.int32), (lower + 1).astype(np.int32)
         self._a = np.zeros(len(lower))
@@ -191,7 +191,11 @@ class Pardiso(Analysed):
         self._library = PyPardisoSolver(mtype=2)
         self._pt = np.zeros(64, dtype=np.int64)
         self._iparm = np.zeros(64, dtype=np.int32)
-        self._iparm[0], self._iparm[1], self._iparm[9] = 1, 2, 8  # own settings, METIS ordering
+        self._iparm[0], self._iparm[1], self._iparm[9] = (
+            1,
+            2,
+            8,
+        )  # user-defined parameters, METIS ordering
         # a diagonally dominant probe for the analysis; later matrices share only the pattern
         self._a[:] = np.where(lower == np.repeat(np.arange(self._n), np.diff(lower_ptr)), 1.0, 0.0)
         self._call(11, np.zeros(1), np.zeros(1), 1)

@@ -3,21 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import ParamSpec, TypeVar
+from typing import Any, ParamSpec, TypeVar, cast
 
 import numba
+from numba.core.dispatcher import Dispatcher
+
+from tauten.model.numerics.kernel_cache import KernelCache
 
 P = ParamSpec("P")
 R = TypeVar("R")
 
 # Sums may be reordered and fused, which doubles the speed of small loops; NaN and infinity keep
-# their meaning, because a blown-up state must be noticed.
+# their meaning, because a state that diverges must be noticed.
 REORDER = {"reassoc", "contract", "arcp", "nsz"}
 
 
 def kernel(function: Callable[P, R]) -> Callable[P, R]:
-    """Compile a hot loop: machine code cached on disk, GIL released beside I/O."""
-    # a check for divisions by zero would keep a loop from becoming vector instructions
-    compile_ = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath=REORDER)
-    compiled: Callable[P, R] = compile_(function)
-    return compiled
+    """Compile a hot loop: GIL released, machine code cached on disk (see `KernelCache`)."""
+    # A check for divisions by zero would keep a loop from becoming vector instructions.
+    compile_ = numba.njit(nogil=True, error_model="numpy", fastmath=REORDER)
+    compiled: Any = compile_(function)
+    is_compiled = isinstance(compiled, Dispatcher)  # NUMBA_DISABLE_JIT=1 returns the function
+    if is_compiled:
+        compiled._cache = KernelCache(function, kernel)
+    return cast("Callable[P, R]", compiled)

@@ -1,17 +1,16 @@
-"""Linear complementarity problems of contact: of a gap and its force one always vanishes.
+"""Linear complementarity problems of contact: of each gap and its force at least one is zero.
 
     0 ≤ δ ⟂ λ ≥ 0,   δ = δ_free + W λ                                            (9), (11)
 
 with W symmetric positive semidefinite. A cable wound to a length has the same form, with
 δ = δ_a − pull ≥ 0 ⟂ tension ≥ 0, so contacts and cables may be stacked.
 
-δ is unique, λ is not where W is rank-deficient: candidates finer than the mesh press on the same
-nodes. `solve_lcp` gives the forces of nearly least norm Σ w_ii λ_i², which do not depend on where
-it starts; `solve_pgs`, the reference of the paper (13), gives forces that do.
+δ is unique. λ is not where W is rank-deficient, which it is when candidates are finer than the mesh.
+`solve_lcp` gives the forces of nearly least norm Σ w_ii λ_i², which do not depend on the start;
+those of `solve_pgs`, the method of the paper (13) and the reference, do.
 
-The residual of both is max_i |min(w_ii λ_i, δ_i)| [m]: how far a gap is from being open without
-force or closed under one. The default tolerance of 1e-9 m is far below what a mesh resolves and far
-above the rounding of coordinates in metres.
+The residual of both is max_i |min(w_ii λ_i, δ_i)| [m]. The tolerance of 1e-9 m is far
+below the resolution of a mesh and far above the rounding of coordinates in metres.
 """
 
 from __future__ import annotations
@@ -20,9 +19,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tauten.model.numerics.active_set import pushing_forces
+from tauten.model.numerics.active_set import active_set_forces
 from tauten.model.numerics.arrays import Array
 from tauten.model.numerics.jit import kernel
+
+TOLERANCE = 1e-9  # m, residual of a solution
+
+
+SHARPEST = 1e-12  # regularisation that rounding of the factor still allows
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,8 +37,10 @@ class LcpResult:
         lam: (m,) forces [N], not negative.
         delta: (m,) gaps [m].
         residual: max |min(w_ii λ_i, δ_i)| [m]; +inf when W or delta_free were not finite.
-        iterations: sweeps, or sets of pushing rows that were tried.
+        iterations: sweeps, or active sets that were tried.
         converged: whether the residual is within the tolerance.
+        asymmetry: largest |w_ij − w_ji| relative to the largest entry, measured where it did not converge:
+            the active set takes W for symmetric, so that the residual cannot be much smaller.
     """
 
     lam: Array
@@ -42,10 +48,17 @@ class LcpResult:
     residual: float
     iterations: int
     converged: bool
+    asymmetry: float = 0.0
 
 
 def complementarity(W: Array, lam: Array, delta: Array) -> float:
-    """Largest |min(w_ii λ_i, δ_i)| [m]; 0 without rows."""
+    """Largest |min(w_ii λ_i, δ_i)| [m]; 0 without rows.
+
+    Args:
+        W: (m, m) compliance [m/N].
+        lam: (m,) forces [N].
+        delta: (m,) gaps [m].
+    """
     return float(np.abs(np.minimum(np.diag(W) * lam, delta)).max(initial=0.0))
 
 
@@ -54,33 +67,36 @@ def solve_lcp(
     delta_free: Array,
     start: Array | None = None,
     rho: float = 1e-9,
-    tolerance: float = 1e-9,
     max_iterations: int | None = None,
 ) -> LcpResult:
-    """Solve 0 ≤ δ ⟂ λ ≥ 0 by an active set, to rounding but for `rho`.
+    """Solve 0 ≤ δ ⟂ λ ≥ 0 by an active-set method, to rounding apart from the effect of `rho`.
 
-    The forces minimise ½ λᵀ (W + rho diag W) λ + δ_freeᵀ λ over λ ≥ 0. `rho` makes them unique: it
-    chooses where W leaves a choice. What it does to the gaps is taken back at the end, all of it
-    at the default, most of it at larger ones, which spread the forces more evenly.
+    The forces minimise ½ λᵀ (W + rho diag W) λ + δ_freeᵀ λ over λ ≥ 0. `rho` makes them unique
+    where W is singular. Its effect on the gaps is removed at the end, entirely at the default value, mostly
+    at larger ones, which distribute the forces more evenly.
 
-    Never raises: problems without a solution (gaps that no force can open) come back with
-    `converged` False.
+    Never raises: for problems without a solution (gaps that no force can open) `converged` is False.
 
     Args:
         W: (m, m) compliance [m/N].
         delta_free: (m,) gaps without forces [m].
-        start: (m,) forces to start from, e.g. the last step's; only saves time.
-        rho: regularisation relative to the diagonal of W.
-        tolerance: residual that counts as solved [m].
-        max_iterations: sets of pushing rows at most; default 100 + 10 m.
+        start: (m,) forces to start from, e.g. those of the last step; they affect the time only.
+        rho: regularisation relative to the diagonal of W; where the residual with the default is above
+            the tolerance, because W has eigenvalues of its size, SHARPEST is used.
+        max_iterations: active sets at most; default 100 + 10 m.
     """
     W, delta_free = np.ascontiguousarray(W), np.ascontiguousarray(delta_free)
     if not (all_finite(W) and all_finite(delta_free)):
-        return refused(delta_free)
+        return result_for_bad_data(delta_free)
     start = usable(start, delta_free)
     limit = 100 + 10 * len(delta_free) if max_iterations is None else max_iterations
-    lam, iterations = pushing_forces(W, delta_free, start, max(rho, 1e-13), limit)
-    return judged(W, delta_free, lam, iterations, tolerance)
+    lam, iterations = active_set_forces(W, delta_free, start, max(rho, 1e-13), limit)
+    result = make_result(W, delta_free, lam, iterations, TOLERANCE)
+    if result.converged or not SHARPEST < rho <= 1e-9 or iterations >= limit:
+        return result
+    lam, more = active_set_forces(W, delta_free, lam, SHARPEST, limit - iterations)
+    again = make_result(W, delta_free, lam, iterations + more, TOLERANCE)
+    return again if again.residual < result.residual else result
 
 
 def solve_pgs(
@@ -92,38 +108,52 @@ def solve_pgs(
 ) -> LcpResult:
     """Solve 0 ≤ δ ⟂ λ ≥ 0 by projected Gauss-Seidel (13), the reference.
 
-    Converges linearly, and slowly where many candidates press on few nodes.
+    Converges linearly, and slowly where many candidates act on few nodes.
 
     Args:
         W: (m, m) compliance [m/N].
         delta_free: (m,) gaps without forces [m].
-        start: (m,) forces to start from; with a rank-deficient W they decide the result.
+        start: (m,) forces to start from; with a rank-deficient W the result depends on them.
         tolerance: residual that counts as solved [m].
         max_sweeps: sweeps over all rows at most.
     """
     W, delta_free = np.ascontiguousarray(W), np.ascontiguousarray(delta_free)
     if not (all_finite(W) and all_finite(delta_free)):
-        return refused(delta_free)
+        return result_for_bad_data(delta_free)
     start = usable(start, delta_free)
     lam, sweeps = gauss_seidel(W, delta_free, start, tolerance, max_sweeps)
-    return judged(W, delta_free, lam, sweeps, tolerance)
+    return make_result(W, delta_free, lam, sweeps, tolerance)
 
 
 def usable(start: Array | None, delta_free: Array) -> Array:
-    """Forces to start from (m,), without what is negative or not finite; zeros for none."""
+    """Forces to start from (m,), with zeros for entries that are negative or not finite."""
     if start is None:
         return np.zeros_like(delta_free)
     return np.where(np.isfinite(start), np.maximum(start, 0.0), 0.0)
 
 
-def judged(W: Array, delta_free: Array, lam: Array, iterations: int, tolerance: float) -> LcpResult:
-    """The result with gaps and residual measured on the problem as it was given."""
+def make_result(
+    W: Array, delta_free: Array, lam: Array, iterations: int, tolerance: float
+) -> LcpResult:
+    """The result, with gaps and residual of the original problem.
+
+    Args:
+        W: (m, m) compliance [m/N].
+        delta_free: (m,) gaps without forces [m].
+        lam: (m,) forces [N].
+        iterations: that it took.
+        tolerance: residual of a solution [m].
+    """
     delta = delta_free + W @ lam
     residual = complementarity(W, lam, delta)
-    return LcpResult(lam, delta, residual, iterations, residual <= tolerance)
+    asymmetry = 0.0
+    if not residual <= tolerance:
+        largest = float(np.abs(W).max(initial=0.0))
+        asymmetry = float(np.abs(W - W.T).max(initial=0.0)) / largest if largest > 0.0 else 0.0
+    return LcpResult(lam, delta, residual, iterations, residual <= tolerance, asymmetry)
 
 
-def refused(delta_free: Array) -> LcpResult:
+def result_for_bad_data(delta_free: Array) -> LcpResult:
     """The result for data that are not finite: no forces, not converged."""
     return LcpResult(np.zeros_like(delta_free), delta_free, np.inf, 0, False)
 
@@ -145,8 +175,8 @@ def gauss_seidel(
 ) -> tuple[Array, int]:
     """Forces (m,) and the number of sweeps of `solve_pgs`.
 
-    The change w_ii Δλ_i of a row is its residual min(w_ii λ_i, δ_i) at that moment, so a sweep
-    measures itself; what it says is checked on fresh gaps before it ends the loop.
+    The change w_ii Δλ_i of a row is its residual min(w_ii λ_i, δ_i) at that moment, so that a sweep yields an
+    estimate of the residual; before the loop ends it is checked with newly computed gaps.
     """
     n = delta_free.shape[0]
     lam = start.copy()
@@ -154,7 +184,7 @@ def gauss_seidel(
     for sweep in range(max_sweeps):
         largest = 0.0
         for i in range(n):
-            if W[i, i] <= 0.0:  # nothing that a force could move
+            if W[i, i] <= 0.0:  # no force moves this row
                 continue
             change = max(-delta[i] / W[i, i], -lam[i])
             if change != 0.0:

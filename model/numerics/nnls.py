@@ -1,4 +1,9 @@
-"""Nearest point of the cone {Ψ β, β ≥ 0}: many nonnegative least-squares problems at once."""
+"""Nearest points of the cone {Ψ β, β ≥ 0}: many small nonnegative least-squares problems with one matrix.
+
+The exact solutions of all problems come from one Gram matrix (k, k), with k of tens. The other solver,
+`tauten.model.numerics.early_stopped_nnls`, solves one problem with thousands of columns, whose Gram matrix
+would be too large, and ends before the optimum to keep the solution sparse.
+"""
 
 from __future__ import annotations
 
@@ -7,8 +12,8 @@ import numpy as np
 from tauten.model.numerics.arrays import Array, Bools
 from tauten.model.numerics.jit import kernel
 
-# Added to the unit diagonal of ΨᵀΨ: keeps every passive set solvable when columns depend on each
-# other, and moves the residual by about its square root, 1e-6 of the column.
+# Added to the unit diagonal of ΨᵀΨ: makes every passive set solvable when columns are linearly
+# dependent, and changes the residual by about its square root, 1e-6 of the column.
 _RIDGE = 1e-12
 
 
@@ -44,11 +49,11 @@ def distances(Psi: Array, S: Array) -> Array:
 
 @kernel
 def _nnls(gram: Array, target: Array, x: Array) -> None:
-    """Lawson-Hanson on the normal equations; x (k,) comes as zeros and leaves as the solution."""
+    """Lawson-Hanson on the normal equations; x (k,) is zero on entry and the solution on return."""
     k = len(target)
     passive = np.zeros(k, dtype=np.bool_)
     tolerance = 1e-13 * np.max(np.abs(target))
-    for _ in range(10 * k):  # 3 k is the customary limit; a cut-off leaves x feasible, not optimal
+    for _ in range(10 * k):  # 3 k is the usual limit; at the limit x is feasible, not optimal
         slope = target - gram @ x  # (k,)
         slope[passive] = -np.inf
         enter = np.argmax(slope)
@@ -60,7 +65,7 @@ def _nnls(gram: Array, target: Array, x: Array) -> None:
 
 @kernel
 def _descend(gram: Array, target: Array, x: Array, passive: Bools) -> None:
-    """Minimise over the passive coefficients, releasing those that would turn negative."""
+    """Minimise over the passive coefficients, removing those that would become negative."""
     while passive.any():
         index = np.flatnonzero(passive)
         z = np.linalg.solve(gram[index][:, index], target[index])

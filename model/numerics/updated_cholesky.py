@@ -1,7 +1,7 @@
-"""A Cholesky factor that follows its matrix while rows and columns come and go.
+"""A Cholesky factor that is updated when single rows and columns are added or removed.
 
-M = L Lᵀ with L lower triangular in the first f rows and columns of a larger array. Adding or taking
-away one row costs f² operations instead of f³.
+M = L Lᵀ with L lower triangular in the first f rows and columns of a larger array. Adding or removing
+one row costs f² operations instead of f³.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ def append_row(L: Array, f: int, column: Array, diagonal: float, floor: float) -
     """Grow the factor from size f to f + 1.
 
     Args:
-        L: the factor, with room for the row.
+        L: array larger than the factor.
         f: its size before.
         column: new off-diagonal entries of M, the first f are read; overwritten.
         diagonal: new diagonal entry of M.
@@ -52,9 +52,10 @@ def append_row(L: Array, f: int, column: Array, diagonal: float, floor: float) -
 
 @kernel
 def delete_row(L: Array, f: int, k: int) -> None:
-    """Shrink the factor from size f to f − 1: row and column k of M leave.
+    """Shrink the factor from size f to f − 1: row and column k of M are removed.
 
-    The rows below move up and stick out by one entry; Givens rotations of the columns remove it.
+    The rows below move up, which leaves one entry above the diagonal in each; Givens rotations of the columns
+    eliminate it.
     """
     for i in range(k, f - 1):
         for j in range(i + 2):

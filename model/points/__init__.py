@@ -3,8 +3,8 @@
 from tauten.model.points.attached_points import (
     AttachedPoints,
     Entries,
-    carry,
-    carry_along,
+    attach_between,
+    attach_to_nodes,
     join_attached_points,
 )
 from tauten.model.points.beam_cables import BeamCables, add_beam_cable_stiffness, make_beam_cables
@@ -22,8 +22,8 @@ __all__ = [
     "add_beam_cable_stiffness",
     "add_cable_stiffness",
     "attach",
-    "carry",
-    "carry_along",
+    "attach_between",
+    "attach_to_nodes",
     "effector_matrix",
     "effector_rows",
     "join_attached_points",

@@ -1,13 +1,13 @@
-"""MaterialPoints carried by beams: where they are, how fast they move, how forces on them reach the nodes.
+"""Points attached to beams: their positions and velocities, and the forces on the nodes from forces on them.
 
-A carried point is fixed to one node, or blends between two on its way along an element:
+A point is attached to one node, or to two with weights that sum to one:
 
     x_P = Σ_a w_a (x_a + R_a ρ_a)
     δx_P = Σ_a w_a (δx_a + δθ_a x R_a ρ_a) = J δq                                  (B3)
 
-Forces f on points reach the nodes through the transpose, f on the node and R_a ρ_a x f about it, each
-times w_a. So any row that is linear in the velocities of points becomes a row of the robot, and power
-is the same on both sides.
+A force f on a point acts on the nodes through the transpose: the force w_a f and the moment
+w_a R_a ρ_a x f. Any row that is linear in the velocities of points becomes a row of the robot this way, and
+the power is the same on both sides.
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ from tauten.model.numerics import Array, Ints, cross, kernel, quaternion, rotate
 
 @dataclass(frozen=True, slots=True)
 class AttachedPoints:
-    """MaterialPoints carried by nodes.
+    """Points attached to nodes that move and turn.
 
     Attributes:
-        nodes: (p, 2) carrying nodes; the second counts only where its weight is not zero.
+        nodes: (p, 2) the nodes; the second is used only where its weight is not zero.
         weights: (p, 2) w, rows sum to one.
         offsets: (p, 2, 3) ρ, from each node to the point, in the node's axes [m].
     """
@@ -52,7 +52,7 @@ class AttachedPoints:
 
         Args:
             arms: (p, 2, 3) from `place`.
-            dof: (n_nodes,) first degree of freedom of a node, -1 where it is fixed.
+            dof: (n_nodes,) first degree of freedom of a node, −1 where it is fixed.
             n: number of degrees of freedom.
             entries: the rows over points.
         """
@@ -62,7 +62,13 @@ class AttachedPoints:
         return sp.csr_array((data, columns, starts), shape=(len(entries.starts) - 1, n))
 
     def velocity_map(self, arms: Array, dof: Ints, n: int) -> sp.csr_array:
-        """J (3 p, n) of (B3)."""
+        """J (3 p, n) of (B3).
+
+        Args:
+            arms: (p, 2, 3) from `place`.
+            dof: (n_nodes,) first degree of freedom of a node, −1 where it is fixed.
+            n: number of degrees of freedom.
+        """
         count = 3 * len(self)
         entries = Entries(
             np.arange(count + 1), np.arange(count) // 3, np.tile(np.eye(3), (len(self), 1))
@@ -85,8 +91,14 @@ class Entries:
     vectors: Array
 
 
-def carry(nodes: Array, ids: Ints, points: Array) -> AttachedPoints:
-    """MaterialPoints (p, 3), each fixed to one node ids (p,) of nodes (n_nodes, 3) at rest [m]."""
+def attach_to_nodes(nodes: Array, ids: Ints, points: Array) -> AttachedPoints:
+    """Points that are attached to one node each.
+
+    Args:
+        nodes: (n_nodes, 3) nodes at rest [m].
+        ids: (p,) the node of each point.
+        points: (p, 3) positions at rest [m].
+    """
     ids = np.asarray(ids, dtype=np.int64)
     weights = np.tile([1.0, 0.0], (len(ids), 1))
     offset = points - nodes[ids]
@@ -95,8 +107,8 @@ def carry(nodes: Array, ids: Ints, points: Array) -> AttachedPoints:
     )
 
 
-def carry_along(nodes: Array, ends: Ints, share: Array, points: Array) -> AttachedPoints:
-    """MaterialPoints (p, 3) between two nodes each.
+def attach_between(nodes: Array, ends: Ints, share: Array, points: Array) -> AttachedPoints:
+    """Points that are attached to two nodes each.
 
     Args:
         nodes: (n_nodes, 3) nodes at rest [m].
@@ -119,7 +131,7 @@ def join_attached_points(parts: list[AttachedPoints]) -> AttachedPoints:
 
 @kernel
 def place(x: Array, Q: Array, nodes: Ints, weights: Array, offsets: Array) -> tuple[Array, Array]:
-    """The arrays of `AttachedPoints.place`."""
+    """`AttachedPoints.place`; arguments as there and in the attributes."""
     points, arms = np.zeros((nodes.shape[0], 3)), np.zeros((nodes.shape[0], 2, 3))
     for p in range(nodes.shape[0]):
         for a in range(2):
@@ -137,7 +149,17 @@ def place(x: Array, Q: Array, nodes: Ints, weights: Array, offsets: Array) -> tu
 def pull_back(
     starts: Ints, points: Ints, vectors: Array, nodes: Ints, weights: Array, arms: Array, dof: Ints
 ) -> tuple[Array, NDArray[np.int32], NDArray[np.int32]]:
-    """CSR data, columns and row starts of the rows over points; every node once in a row."""
+    """CSR data, columns and row starts of `AttachedPoints.rows`; every node occurs once in a row.
+
+    Args:
+        starts: (m + 1,) as in `Entries`.
+        points: (e,) as in `Entries`.
+        vectors: (e, 3) as in `Entries`.
+        nodes: (p, 2) nodes of the points.
+        weights: (p, 2) their weights.
+        arms: (p, 2, 3) weighted lever arms [m].
+        dof: (n_nodes,) first degree of freedom of a node, −1 where it is fixed.
+    """
     m = starts.shape[0] - 1
     most = 2 * points.shape[0]
     data, columns = np.zeros(6 * most), np.empty(6 * most, np.int32)

@@ -1,7 +1,7 @@
-"""Cables that slide through points carried by beams; signs and curvature as in `tauten.model.points.cable`.
+"""Cables that slide through points attached to beams; signs and curvature as in `tauten.model.points.cable`.
 
-Holes sit off the nodes that carry them. When a node turns, the force at its hole stays where it
-points and its lever arm turns: with force f and arm r this adds (f·r) I − ½ (r fᵀ + f rᵀ) to the
+A hole lies at a distance from the node it is attached to. When the node turns, the force at the hole keeps
+its direction while its lever arm turns: with force f and arm r this adds (f·r) I − ½ (r fᵀ + f rᵀ) to the
 tangent of the node's rotation.
 """
 
@@ -61,7 +61,13 @@ class BeamCables:
 
 
 def make_beam_cables(cables: list[AttachedPoints], x: Array, Q: Array) -> BeamCables:
-    """Cables through points, rest lengths measured at node positions and rotations."""
+    """Cables through points.
+
+    Args:
+        cables: the points of each cable, in the order it passes them.
+        x: (n_nodes, 3) node positions at which rest lengths are measured [m].
+        Q: (n_nodes, 4) node rotations there.
+    """
     stations = join_attached_points(cables)
     counts = [len(cable) for cable in cables]
     starts = np.cumsum([0, *counts]).astype(np.int64)
@@ -88,7 +94,7 @@ def lengths(points: Array, starts: Ints) -> tuple[Array, Array]:
 
 @kernel
 def lever_block(f: Vector3, r: Vector3, i: int, j: int) -> float:
-    """Entry (i, j) of what a turning lever arm r with force f adds to the tangent."""
+    """Entry (i, j) of the tangent of a lever arm r [m] that turns under a force f [N]."""
     value = -0.5 * (r[i] * f[j] + f[i] * r[j])
     return value + dot(f, r) if i == j else value
 
@@ -96,7 +102,7 @@ def lever_block(f: Vector3, r: Vector3, i: int, j: int) -> float:
 @kernel
 def add_beam_cable_stiffness(  # noqa: C901  one flat loop nest is what numba compiles best
     points: Array, arms: Array, first: Ints, owner: Ints, tension: Array, exact: bool,
-    slot: Ints, column_length: Ints, K: Array,
+    blocks: tuple[Ints, Ints], K: Array,
 ) -> None:  # fmt: skip
     """Add the curvature of tensioned cables to the CSC values K (nnz,).
 
@@ -106,11 +112,12 @@ def add_beam_cable_stiffness(  # noqa: C901  one flat loop nest is what numba co
         first: (s,) first station of each segment, the second is the next.
         owner: (s,) cable of each segment.
         tension: (n_a,) [N].
-        exact: with the turning of lever arms, which may be indefinite.
-        slot: (s, 4, 4) and
-        column_length: (s, 4), see `Pattern.blocks`; groups are position and rotation of both nodes.
+        exact: with the rotation of lever arms, which may make the tangent indefinite.
+        blocks: slot (s, 4, 4) and column_length (s, 4), see `Pattern.blocks`; groups are position and
+            rotation of both nodes.
         K: (nnz,) values of −∂force.
     """
+    slot, column_length = blocks
     G, part = np.zeros((3, 12)), np.zeros((12, 12))
     for s in range(first.shape[0]):
         p = first[s]

@@ -23,7 +23,7 @@ class Cable:
     """A cable through material points, the last one its end.
 
     Attributes:
-        name: how messages call it.
+        name: in messages.
         points: material points it slides through, in order.
         pull_point: (3,) fixed point it is pulled from [m]; None: pulled from its first point.
     """
@@ -35,7 +35,7 @@ class Cable:
 
 @dataclass(frozen=True, slots=True)
 class CableSet:
-    """All cables of a robot in the arrays the kernels read.
+    """All cables of a robot as arrays for the kernels.
 
     Each segment joins two stations; a station is four nodes and weights plus a fixed offset (the
     pull point has zero weights).
@@ -60,7 +60,13 @@ class CableSet:
         return len(self.rest_length)
 
     def rows(self, x: Array, dof: Ints, n: int) -> Rows:
-        """Pulled lengths and H_a = −∂L/∂q at node positions x: Rows of (n_a, n) [m]."""
+        """Pulled lengths and H_a = −∂L/∂q: Rows of (n_a, n) [m].
+
+        Args:
+            x: (n_nodes, 3) node positions [m].
+            dof: (n_nodes,) first degree of freedom of a node, −1 where it is fixed.
+            n: number of degrees of freedom.
+        """
         length, gradient = cable_gradients(
             x, self.owner, self.nodes, self.weights, self.offset, self.n_a
         )
@@ -102,7 +108,16 @@ def make_cables(cables: list[Cable], x0: Array) -> CableSet:
 def cable_gradients(
     x: Array, owner: Ints, nodes: Ints, weights: Array, offset: Array, n_a: int
 ) -> tuple[Array, Array]:
-    """Lengths (n_a,) and the gradient of each segment's length (s, 8, 3)."""
+    """Lengths (n_a,) [m] and the gradient of each segment's length (s, 8, 3).
+
+    Args:
+        x: (n_nodes, 3) node positions [m].
+        owner: (s,) cable of every segment.
+        nodes: (s, 8) nodes of its two ends.
+        weights: (s, 8) of the nodes, negative for the first end.
+        offset: (s, 3) constant part of the vector from the first end to the second [m].
+        n_a: number of cables.
+    """
     length = np.zeros(n_a)
     gradient = np.zeros((owner.shape[0], 8, 3))
     d = np.empty(3)
@@ -128,11 +143,22 @@ def add_cable_stiffness(  # noqa: C901  one flat loop nest is what numba compile
     weights: Array,
     offset: Array,
     tension: Array,
-    slot: Ints,
-    column_length: Ints,
+    blocks: tuple[Ints, Ints],
     K: Array,
 ) -> None:
-    """Add λ_a ∂²L/∂q² of every segment to the CSC values K (nnz,); slots as in `Pattern.blocks`."""
+    """Add λ_a ∂²L/∂q² of every segment to a tangent.
+
+    Args:
+        x: (n_nodes, 3) node positions [m].
+        owner: (s,) cable of every segment.
+        nodes: (s, 8) nodes of its two ends.
+        weights: (s, 8) of the nodes, negative for the first end.
+        offset: (s, 3) constant part of the vector from the first end to the second [m].
+        tension: (n_a,) [N].
+        blocks: slot (s, 8, 8) and column_length (s, 8), see `Pattern.blocks`.
+        K: (nnz,) CSC values of −∂force, added to.
+    """
+    slot, column_length = blocks
     d = np.empty(3)
     for s in range(owner.shape[0]):
         force = tension[owner[s]]

@@ -11,7 +11,13 @@ from tauten.model.rows import Rows
 
 
 def effector_matrix(points: MaterialPoints, dof: Ints, n: int) -> sp.csr_array:
-    """H_e of material points, constant over time: (3 p, n)."""
+    """H_e of material points, which is constant: (3 p, n).
+
+    Args:
+        points: p material points.
+        dof: (n_nodes,) first degree of freedom of a node, −1 where it is fixed.
+        n: number of degrees of freedom.
+    """
     columns = dof[points.nodes]  # (p, 4)
     row = np.broadcast_to(3 * np.arange(len(points))[:, None], columns.shape)
     free = columns >= 0
@@ -25,7 +31,7 @@ def effector_matrix(points: MaterialPoints, dof: Ints, n: int) -> sp.csr_array:
 
 
 def effector_rows(points: MaterialPoints, H: sp.csr_array, x: Array) -> Rows:
-    """Positions x_e of the effectors as rows; the target is subtracted by the decision.
+    """Positions x_e of the effectors as rows; the controller subtracts the target.
 
     Args:
         points: (p) material points.

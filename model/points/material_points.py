@@ -1,4 +1,4 @@
-"""Material points: places inside elements, given once in rest coordinates, carried by nodes."""
+"""Material points: points fixed in the elements, given by their rest positions."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class MaterialPoints:
         return len(self.nodes)
 
     def positions(self, x: Array) -> Array:
-        """Where the points are when the nodes are at x (n_nodes, 3): (p, 3) [m]."""
+        """Positions of the points for node positions x (n_nodes, 3) [m]: (p, 3) [m]."""
         positions: Array = np.einsum("pa,pai->pi", self.weights, x[self.nodes])
         return positions
 

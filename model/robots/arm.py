@@ -1,9 +1,9 @@
 """The manipulator's beams, vertebrae and surfaces as the content of its structure file.
 
-An arm of printed plastic hangs along −z from its base at z = 0. A tube runs through it, the spine; it
-carries a thin round disc, a vertebra, every 53 mm. Below each vertebra six ribs grow out of the spine,
+An arm of printed plastic hangs along −z from its base at z = 0. Its spine is a tube
+with a thin round disc, a vertebra, every 53 mm. Below each vertebra six ribs leave the spine,
 first outward, then down, and end in a foot just above the next vertebra. Where the arm bends, the feet
-on the inner side land on that disc, the ribs give way and stiffen the joint. Three sections of five
+on the inner side touch that disc, the ribs deform and stiffen the joint. Three sections of five
 joints have three tendons each, 120° apart, which run through holes in every vertebra from the base on.
 
 The tube and the ribs are beams; discs and feet are rigid surfaces on their nodes.
@@ -25,7 +25,7 @@ class ArmShape:
 
     Attributes:
         length: from the base to the last vertebra.
-        sections: groups of joints with tendons of their own.
+        sections: groups of joints; each has its tendons.
         joints: per section.
         disc_radius: of a vertebra.
         disc_thickness: of a vertebra.
@@ -35,8 +35,8 @@ class ArmShape:
         rib_root: how far below its vertebra a rib leaves the spine.
         gap: between the middle of a foot and the next vertebra.
         foot: radial and tangential size of a foot.
-        landing_deg: a foot is slanted so that it lands flat at this angle of the joint.
-        tool: how far the effector sticks out of the last vertebra.
+        landing_deg: a foot is slanted so that it is parallel to the disc at this angle of the joint.
+        tool: distance of the effector from the last vertebra.
     """
 
     length: float = 0.8
@@ -175,9 +175,18 @@ def grid_triangles(rows: int, columns: int) -> Ints:
 
 
 def disc_surface(
-    shape: ArmShape, name: str, centre: Array, node: int, side: float, sectors: int = 24
+    shape: ArmShape, name: str, centre: Array, node: int, side: float
 ) -> dict[str, Any]:
-    """Upper (side 1) or lower (side −1) face of a vertebra, without what is near the spine."""
+    """Upper (side 1) or lower (side −1) face of a vertebra, without the part near the spine.
+
+    Args:
+        shape: of the arm.
+        name: of the surface.
+        centre: (3,) of the disc [m].
+        node: of the disc.
+        side: 1 or −1.
+    """
+    sectors = 24
     radii = np.array([0.4, 0.7, 1.0]) * shape.disc_radius
     height = 0.5 * side * shape.disc_thickness * np.eye(3)[2]
     angles = 2.0 * np.pi * np.arange(sectors) / sectors

@@ -1,14 +1,27 @@
-"""What a robot file may say, validated field by field."""
+"""The contents of robot files, validated field by field."""
 
 from tauten.model.schema.beam_file import BarSettings, BeamConfig, Structure, TubeSettings, Vertebra
+from tauten.model.schema.material import LawName, MaterialSettings
 from tauten.model.schema.robot_file import (
-    Box,
     CableSettings,
+    Changes,
+    ElementName,
     RobotConfig,
-    RobotFileError,
     RobotSettings,
     SurfaceSettings,
     check_surfaces,
+    model_tables,
+)
+from tauten.model.schema.section import (
+    LARGEST_COORDINATE,
+    Box,
+    Name,
+    Positive,
+    Rate,
+    RobotFileError,
+    Section,
+    in_range,
+    read_text,
     read_toml,
     validated,
 )
@@ -18,14 +31,26 @@ __all__ = [
     "BeamConfig",
     "Box",
     "CableSettings",
+    "Changes",
+    "ElementName",
+    "LARGEST_COORDINATE",
+    "LawName",
+    "MaterialSettings",
+    "Name",
+    "Positive",
+    "Rate",
     "RobotConfig",
     "RobotFileError",
     "RobotSettings",
+    "Section",
     "Structure",
     "SurfaceSettings",
     "TubeSettings",
     "Vertebra",
     "check_surfaces",
+    "in_range",
+    "model_tables",
+    "read_text",
     "read_toml",
     "validated",
 ]

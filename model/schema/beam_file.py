@@ -6,15 +6,10 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from tauten.model.schema.robot_file import (
-    Name,
-    Positive,
-    RobotSettings,
-    Section,
-    Vector,
-    check_unique,
-)
+from tauten.model.schema.robot_file import RobotSettings, check_unique
+from tauten.model.schema.section import Direction, Name, Point, Section, Thickness
 
+THINNEST_WALL = 2e-6  # m, difference of diameters
 Index = Annotated[int, Field(ge=0)]
 
 
@@ -29,13 +24,17 @@ class TubeSettings(Section):
 
     kind: Literal["tube"]
     name: Name
-    outer: Positive
+    outer: Thickness
     inner: Annotated[float, Field(ge=0.0)] = 0.0
 
     @model_validator(mode="after")
     def _hollow(self) -> TubeSettings:
         if self.inner >= self.outer:
             raise ValueError(f"inner {self.inner} must be less than outer {self.outer}")
+        if self.outer - self.inner < THINNEST_WALL:
+            raise ValueError(
+                f"inner {self.inner} and outer {self.outer} differ by less than {THINNEST_WALL:g} m"
+            )
         return self
 
 
@@ -44,8 +43,8 @@ class BarSettings(Section):
 
     kind: Literal["bar"]
     name: Name
-    width: Positive
-    height: Positive
+    width: Thickness
+    height: Thickness
 
 
 class BeamConfig(RobotSettings):
@@ -68,32 +67,32 @@ class BeamElement(Section):
 
     ends: tuple[Index, Index]
     profile: Name
-    up: Vector
+    up: Direction
 
 
 class Vertebra(Section):
-    """A rigid round disc on a node, that cables pass and effectors sit on [m].
+    """A rigid round disc on a node, which cables pass through and effectors are attached to [m].
 
-    The disc adds its mass, that of the robot's material, to the node.
+    Its mass, with the density of the robot's material, is added to the node.
     """
 
     name: Name
     node: Index
-    radius: Positive
-    thickness: Positive
-    axis: Vector = (0.0, 0.0, 1.0)
+    radius: Thickness
+    thickness: Thickness
+    axis: Direction = (0.0, 0.0, 1.0)
 
 
-class CarriedSurface(Section):
-    """Triangles between points, each fixed to a node; counter-clockwise seen from outside [m]."""
+class AttachedSurface(Section):
+    """Triangles between points that are each attached to a node; counter-clockwise seen from outside [m]."""
 
     name: Name
     nodes: list[Index]
-    points: list[Vector]
+    points: list[Point]
     triangles: Annotated[list[tuple[Index, Index, Index]], Field(min_length=1)]
 
     @model_validator(mode="after")
-    def _consistent(self) -> CarriedSurface:
+    def _consistent(self) -> AttachedSurface:
         if len(self.nodes) != len(self.points):
             raise ValueError(
                 f"surface {self.name!r} has {len(self.points)} points and {len(self.nodes)} nodes"
@@ -110,10 +109,10 @@ class CarriedSurface(Section):
 class Structure(Section):
     """The structure file: all in rest position, in the robot's frame [m]."""
 
-    nodes: Annotated[list[Vector], Field(min_length=2)]
+    nodes: Annotated[list[Point], Field(min_length=2)]
     beams: Annotated[list[BeamElement], Field(min_length=1)]
     vertebrae: Annotated[list[Vertebra], Field(min_length=1)]
-    surfaces: tuple[CarriedSurface, ...] = ()
+    surfaces: tuple[AttachedSurface, ...] = ()
 
     @model_validator(mode="after")
     def _names(self) -> Structure:

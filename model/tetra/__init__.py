@@ -1,6 +1,27 @@
 """Robots made of tetrahedra."""
 
+from tauten.model.tetra.body import BodyParts, body_parts
+from tauten.model.tetra.domains import Domains, linear_domains
 from tauten.model.tetra.elements import assemble, lumped_mass, rest_gradients
+from tauten.model.tetra.quadratic import quadratic_domains, quadratic_lumped_mass, shape_functions
 from tauten.model.tetra.robot import Elements, TetRobot
+from tauten.model.tetra.smoothed import smoothed_domains
+from tauten.model.tetra.solid import Solid, make_solid
 
-__all__ = ["Elements", "TetRobot", "assemble", "lumped_mass", "rest_gradients"]
+__all__ = [
+    "BodyParts",
+    "Domains",
+    "Elements",
+    "Solid",
+    "TetRobot",
+    "assemble",
+    "body_parts",
+    "linear_domains",
+    "lumped_mass",
+    "make_solid",
+    "quadratic_domains",
+    "quadratic_lumped_mass",
+    "rest_gradients",
+    "shape_functions",
+    "smoothed_domains",
+]

@@ -4,11 +4,11 @@ Per element, with the gradient F = Σ x_a g_aᵀ, its polar rotation R and stret
 
     P   = R (2 μ (S − I) + λ tr(S − I) I)                       first Piola-Kirchhoff stress
     f_a = −V P g_a                                              nodal force
-    K_ab = V (λ g̃_a g̃_bᵀ + μ g̃_b g̃_aᵀ + μ (g̃_a·g̃_b) I),  g̃ = R g   tangent with R held
-    + V/2 [g̃_a]ᵀ G̃ [g̃_b],  G = 2 μ I − 2 (2 μ − λ tr(S − I)) (tr(S) I − S)⁻¹   how R turns
+    K_ab = V (λ g̃_a g̃_bᵀ + μ g̃_b g̃_aᵀ + μ (g̃_a·g̃_b) I),  g̃ = R g   tangent for constant R
+    + V/2 [g̃_a]ᵀ G̃ [g̃_b],  G = 2 μ I − 2 (2 μ − λ tr(S − I)) (tr(S) I − S)⁻¹   rotation of R
 
-The first line of the tangent is positive semidefinite whatever the deformation, which a time step
-wants; with the second it is the exact derivative of f, which Newton's method wants.
+The first line of the tangent is positive semidefinite for every deformation, as a time step
+requires; with the second it is the exact derivative of f, for Newton's method.
 (Müller and Gross, Interactive Virtual Materials, 2004; rotation derivative: McAdams et al.,
 Efficient Elasticity for Character Skinning with Contact and Collisions, 2011.)
 """
@@ -29,8 +29,13 @@ def rest_gradients(mesh: TetMesh) -> Array:
     return np.ascontiguousarray(np.concatenate([g0, inverse], axis=1))
 
 
-def lumped_mass(mesh: TetMesh, density: float) -> Array:
-    """A quarter of every element's mass on each of its corners: (n_nodes,) [kg]."""
+def lumped_mass(mesh: TetMesh, density: float | Array) -> Array:
+    """Nodal masses, with a quarter of every element's mass at each corner: (n_nodes,) [kg].
+
+    Args:
+        mesh: the body.
+        density: of all elements, or of each (e,) [kg/m³].
+    """
     share = np.repeat(density * mesh.volumes / 4.0, 4)
     return np.bincount(mesh.tets.ravel(), share, len(mesh.nodes)).astype(float)
 

@@ -10,19 +10,20 @@ import scipy.sparse as sp
 
 from tauten.model.body import Material, SparseRobot
 from tauten.model.contact import contact_rows
+from tauten.model.materials import EXACT, PROJECTED
 from tauten.model.mesh import TetMesh, boundary_triangles
 from tauten.model.numerics import Array, Ints
 from tauten.model.points import CableSet, MaterialPoints, add_cable_stiffness, effector_rows
 from tauten.model.robot import RobotRows, State
 from tauten.model.rows import ContactRows
-from tauten.model.schema import RobotConfig
 from tauten.model.system import System
 from tauten.model.tetra.elements import assemble
+from tauten.model.tetra.solid import Solid, linear_energy
 
 
 @dataclass(frozen=True, slots=True)
 class Elements:
-    """Rest data of the tetrahedra and where they enter the pattern (see `tetrahedra.assemble`)."""
+    """Linear corotational tetrahedra: rest data, and where they enter the pattern (see `assemble`)."""
 
     gradients: Array
     volumes: Array
@@ -35,19 +36,18 @@ class TetRobot(SparseRobot):
     """A cable-driven soft robot made of tetrahedra, a `Robot`; made by `load_robot`.
 
     Attributes, beside those of every sparse robot:
-        mesh: the body at rest.
-        material: its material.
-        elements: rest data of the tetrahedra.
+        mesh: linear tetrahedra on all nodes at rest; quadratic elements are cut into eight.
+        material: its material; of a `Solid`, that outside the regions with another.
+        elements: its elements: linear corotational tetrahedra of one material, or a `Solid`.
         load: (n,) gravity and outer forces on the effectors [N].
         H_e: (3 p, n) constant rows of the effectors.
     """
 
-    config: RobotConfig
     cables: CableSet
     effectors: MaterialPoints
     mesh: TetMesh
     material: Material
-    elements: Elements
+    elements: Elements | Solid
     load: Array
     H_e: sp.csr_array
 
@@ -63,8 +63,24 @@ class TetRobot(SparseRobot):
 
     @property
     def n_elements(self) -> int:
-        """Tetrahedra."""
+        """Tetrahedra, of smoothed elements those that are averaged."""
+        if isinstance(self.elements, Solid):
+            return self.elements.n_elements
         return len(self.mesh.tets)
+
+    @property
+    def corotational(self) -> Elements:
+        """Its linear corotational tetrahedra.
+
+        Raises:
+            ValueError: it is made of other elements or of several materials.
+        """
+        if isinstance(self.elements, Solid):
+            raise ValueError(
+                f'robot {self.name}: needs mesh.element = "linear" and one material with the law '
+                "'corotational'"
+            )
+        return self.elements
 
     @property
     def triangles(self) -> Ints:
@@ -97,7 +113,9 @@ class TetRobot(SparseRobot):
     def loaded(self, gravity: Array, effector_force: Array) -> TetRobot:
         """The robot under another gravity (3,) [m/s²] and forces on its effectors (n_e,) [N]."""
         body = self.mass * np.tile(gravity, self.n // 3)  # (n,)
-        return dataclasses.replace(self, load=body + self.H_e.T @ effector_force)
+        return dataclasses.replace(
+            self, gravity=np.asarray(gravity), load=body + self.H_e.T @ effector_force
+        )
 
     def displacement(self, dq: Array) -> float:
         """Largest displacement of a node in a change dq (n,) of the configuration [m]."""
@@ -120,19 +138,33 @@ class TetRobot(SparseRobot):
         x, dof = self.nodes(state), self.pattern.dof
         force, K = np.zeros_like(x), np.zeros(len(self.pattern.indices))
         part = self.elements
-        assemble(
-            x, self.mesh.tets, part.gradients, part.volumes, self.material.lame, exact,
-            part.slot, part.column_length, force, K,
-        )  # fmt: skip
+        if isinstance(part, Solid):
+            part.assemble(x, EXACT if exact else PROJECTED, force, K)
+        else:
+            assemble(
+                x, self.mesh.tets, part.gradients, part.volumes, self.material.lame, exact,
+                part.slot, part.column_length, force, K,
+            )  # fmt: skip
         if tension is not None:
             c = self.cables
             add_cable_stiffness(
-                x, c.owner, c.nodes, c.weights, c.offset, tension, *self.cable_slot, K
+                x, c.owner, c.nodes, c.weights, c.offset, tension, self.cable_slot, K
             )
         return force[dof >= 0].ravel() + self.load, K
 
+    def potential(self, state: State) -> float:
+        """Elastic energy minus the work of gravity and outer forces since rest [J]."""
+        x, part = self.nodes(state), self.elements
+        if isinstance(part, Solid):
+            energy = part.energy(x)
+        else:
+            energy = linear_energy(
+                x, self.mesh.tets, part.gradients, part.volumes, self.material.lame
+            )
+        return energy - float(self.load @ (state.q - self.rest().q))
+
     def rows(self, state: State, contacts: bool = True) -> RobotRows:
-        """Rows of effectors, cables and, unless told otherwise, contacts at this state."""
+        """Rows of effectors, cables and, with `contacts`, contacts at this state."""
         x = self.nodes(state)
         return RobotRows(
             effectors=effector_rows(self.effectors, self.H_e, x),

@@ -1,4 +1,4 @@
-"""Campaigns: designs of excitation, the equilibria they lead to, and the snapshots kept of them."""
+"""Campaigns: designs of excitation, and the snapshots of the equilibria they cause."""
 
 from tauten.reduction.campaign.chunk import MAX_ITERATIONS, TOLERANCE
 from tauten.reduction.campaign.design_csv import from_csv

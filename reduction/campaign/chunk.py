@@ -1,8 +1,8 @@
-"""A chunk of a campaign: some equilibria of one run, a pure function of its task.
+"""A chunk of a campaign: some consecutive equilibria of one run, a pure function of its input.
 
-Chunks are what goes to a worker, what is saved, and where an interrupted campaign goes on. A chunk
-starts from the stored end of the one before, whether or not anything was interrupted in between, so
-neither interruptions nor the number of workers change a result.
+A worker computes one chunk at a time, chunks are saved, and an interrupted campaign continues after its last
+saved chunk. A chunk starts from the stored end of the previous one, with or without an interruption between
+them, so neither interruptions nor the number of workers change a result.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from tauten.reduction.campaign.designs import Run
 from tauten.reduction.campaign.snapshots import Origin, Snapshots
 
 TOLERANCE = 1e-6  # largest movement in the last step of an equilibrium [m]
-MAX_ITERATIONS = 60  # neighbours on a path are a few steps apart; who needs more oscillates
+MAX_ITERATIONS = 60  # neighbours on a path are a few steps apart; more iterations mean oscillation
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -30,15 +30,15 @@ class Start:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Task:
-    """All that a worker needs.
+class Chunk:
+    """The input of a worker.
 
     Attributes:
-        robot: whose equilibria are wanted.
+        robot: the robot.
         origin: of the snapshots.
         run: the equilibria of this chunk alone.
         index: number of the run they belong to.
-        start: end of the chunk before; None starts at rest.
+        start: end of the previous chunk; None starts at rest.
     """
 
     robot: Robot
@@ -48,30 +48,30 @@ class Task:
     start: Start | None
 
 
-def visit(task: Task) -> Snapshots:
-    """Settle into one equilibrium after the other and record forces and configurations.
+def solve_chunk(chunk: Chunk) -> Snapshots:
+    """Solve for one equilibrium after the other and record forces and configurations.
 
-    An equilibrium that does not converge is recorded as such; one that blows up is too, with zeros,
-    and the next one is tried from the last state that did not.
+    An equilibrium that does not converge or diverges is recorded as not converged, with zero contact
+    forces, and the next one starts from the last state that converged.
     """
-    with threadpool_limits(1):  # more threads would change sums, and workers are many already
-        simulator = Simulator(task.robot, contact="full")
-        if task.start is not None:
-            simulator.state = State(task.start.q, np.zeros(task.robot.n))
-            simulator.forces = replace(simulator.forces, tension=task.start.tension)
-        columns = [_column(simulator, task.run, i) for i in range(len(task.run))]
+    with threadpool_limits(1):  # the order of sums depends on the number of threads
+        simulator = Simulator(chunk.robot, contact="full")
+        if chunk.start is not None:
+            start = State(chunk.start.q, np.zeros(chunk.robot.n))
+            simulator.start_from(start, replace(simulator.forces, tension=chunk.start.tension))
+        columns = [_column(simulator, chunk.run, i) for i in range(len(chunk.run))]
     lam, pull, tension, effector, q, converged = (list(part) for part in zip(*columns, strict=True))
     return Snapshots(
         lam=np.stack(lam, axis=1),
-        pull=np.stack(pull, axis=1) if task.run.tension is not None else task.run.pull,
+        pull=np.stack(pull, axis=1) if chunk.run.tension is not None else chunk.run.pull,
         tension=np.stack(tension, axis=1),
         effector=np.stack(effector, axis=1),
-        gravity=task.run.gravity,
-        effector_force=task.run.effector_force,
-        run=np.full(len(task.run), task.index, dtype=np.int64),
+        gravity=chunk.run.gravity,
+        effector_force=chunk.run.effector_force,
+        run=np.full(len(chunk.run), chunk.index, dtype=np.int64),
         converged=np.array(converged),
         q=np.stack(q, axis=1),
-        origin=task.origin,
+        origin=chunk.origin,
     )
 
 
@@ -79,7 +79,7 @@ def _column(
     simulator: Simulator, run: Run, i: int
 ) -> tuple[Array, Array, Array, Array, Array, bool]:
     """λ_c (n_c,), pull and tension (n_a,), effector (n_e,), q at equilibrium i; whether it is one."""
-    simulator.robot = simulator.robot.loaded(run.gravity[:, i], run.effector_force[:, i])
+    simulator.load(run.gravity[:, i], run.effector_force[:, i])
     before = simulator.state, simulator.forces
     try:
         pull = run.pull[:, i] if run.tension is None else None
@@ -90,7 +90,7 @@ def _column(
     except FactorisationError:
         converged = False
     if not np.isfinite(simulator.state.q).all() or not converged:
-        simulator.state, simulator.forces = before
+        simulator.start_from(*before)
         lam_c = np.zeros(simulator.robot.n_c)
     forces, state = simulator.forces, simulator.state
     return lam_c, simulator.pull, forces.tension, simulator.effector.ravel(), state.q, converged

@@ -1,4 +1,4 @@
-"""Designs of excitation from a table of the user's own."""
+"""Designs of excitation from a table of the user."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from tauten.reduction.campaign.designs import Design, DesignError, Run
 
 
 def from_csv(robot: Robot, path: str | Path) -> Design:
-    """Runs of the user's own, an equilibrium a row.
+    """Runs from a table with one equilibrium in each row.
 
     Columns: `run` (rows of equal value that follow one another are one run), `pull_CABLE` [m] for
-    every cable, and where wanted `gravity_x`, `gravity_y`, `gravity_z` [m/s²] (else the robot's)
+    every cable, and optionally `gravity_x`, `gravity_y`, `gravity_z` [m/s²] (else the robot's)
     and `force_EFFECTOR_x`, … [N] (else 0).
 
     Raises:
@@ -30,7 +30,7 @@ def from_csv(robot: Robot, path: str | Path) -> Design:
     forces = [f"force_{name}_{axis}" for name in robot.effector_names for axis in "xyz"]
     default = {
         **dict.fromkeys(forces, 0.0),
-        **dict(zip(gravities, robot.config.gravity, strict=True)),
+        **dict(zip(gravities, robot.gravity, strict=True)),
     }
     lines = _read(path, ["run", *pulls], [*gravities, *forces])
     values = [default | _numbers(path, row, line) for row, line in enumerate(lines, start=2)]

@@ -1,8 +1,8 @@
-"""Designs of excitation: which pulls, which gravity, which outer forces a robot is shown.
+"""Designs of excitation: pulls, gravity and outer forces of the runs of a campaign.
 
-The ramp is the paper's. The others start from a table of levels in [0, 1], a row a run and a column
-a factor, and spread it over what may vary: the final pull of every cable, the tilt of gravity about
-two axes, the force on every effector.
+The ramp is the paper's. The others start from a table of levels in [0, 1], a row for each run and a column
+for each factor, and scale it to the ranges of the factors: the final pull of every cable, the tilt of
+gravity about two axes, the force on every effector.
 """
 
 from __future__ import annotations
@@ -19,18 +19,18 @@ from tauten.model.numerics import Array
 
 
 class DesignError(ValueError):
-    """A design that cannot be run; the text says what was found and what is allowed."""
+    """A design that cannot be run; the text names what was found and what is allowed."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Run:
-    """Equilibria visited one after the other, from rest.
+    """Equilibria that follow one another, from rest.
 
     Attributes:
-        pull: (n_a, s) pulled lengths [m]; NaN where tensions are held.
+        pull: (n_a, s) pulled lengths [m]; NaN where tensions are prescribed.
         gravity: (3, s) acceleration of gravity [m/s²].
         effector_force: (n_e, s) outer forces on the effectors [N].
-        tension: (n_a, s) tensions held instead of pulled lengths [N].
+        tension: (n_a, s) tensions prescribed instead of pulled lengths [N].
     """
 
     pull: Array
@@ -50,7 +50,7 @@ class Run:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Design:
-    """Runs of a campaign; each may go on a worker of its own.
+    """Runs of a campaign, independent of each other.
 
     Attributes:
         description: one line for provenance.
@@ -78,14 +78,14 @@ class Design:
 
 @dataclass(frozen=True, slots=True)
 class Ranges:
-    """What the levels 0 and 1 of a factor mean.
+    """Values of the levels 0 and 1 of each factor.
 
     Attributes:
         pull: (low, high) final pull as a share of a cable's largest one.
-        tilt: gravity is turned by −tilt … tilt about both horizontal axes [rad]; 0 leaves it alone.
-        force: every component of the force on an effector is −force … force [N]; 0 leaves it out.
-        tension: (low, high) final tension as a share of a cable's largest one; given, tensions are held
-            and not pulled lengths, which suits cables that work against each other.
+        tilt: gravity is turned by −tilt … tilt about both horizontal axes [rad]; 0 keeps it.
+        force: every component of the force on an effector is −force … force [N]; 0 means no force.
+        tension: (low, high) final tension as a share of a cable's largest one; where it is given, tensions
+            are prescribed instead of pulled lengths, which suits antagonistic cables.
     """
 
     pull: tuple[float, float] = (0.5, 1.0)
@@ -109,7 +109,7 @@ def ramp(robot: Robot, step: float = 5e-5) -> Design:
     """One run a cable: pulled from rest to its limit in equal steps, as in the paper.
 
     Args:
-        robot: whose limits and gravity are taken.
+        robot: its limits and gravity are used.
         step: of the pulled length [m]; the finger's 40 mm make 800 snapshots.
 
     Raises:
@@ -123,7 +123,7 @@ def ramp(robot: Robot, step: float = 5e-5) -> Design:
         steps = round(float(limit[cable]) / step)
         final = np.zeros(robot.n_a)
         final[cable] = limit[cable]
-        runs.append(_from_rest(final, np.array(robot.config.gravity), np.zeros(robot.n_e), steps))
+        runs.append(_from_rest(final, robot.gravity, np.zeros(robot.n_e), steps))
     sizes = " + ".join(str(len(run)) for run in runs)
     return Design(f"ramp: each cable to its largest pull in {sizes} steps", tuple(runs))
 
@@ -133,6 +133,11 @@ def plackett_burman(robot: Robot, ranges: Ranges, steps: int = 100) -> Design:
 
     N = q + 1 with q the smallest prime of the form 4 i + 3 that is no less than the number of
     factors: 4, 8, 12, 20, 24, 32, … runs.
+
+    Args:
+        robot: its limits, gravity and effectors are used.
+        ranges: of the factors.
+        steps: equilibria in each run.
 
     Source: Plackett and Burman, Biometrika 33, 1946; the rows are shifted Legendre sequences
     (Paley's construction), which give their 12-, 20- and 24-run designs.
@@ -146,10 +151,20 @@ def latin_hypercube(
 ) -> Design:
     """Random runs, every factor evenly stratified into as many classes as there are runs.
 
+    Args:
+        robot: its limits, gravity and effectors are used.
+        ranges: of the factors.
+        runs: number of runs.
+        seed: of the random levels.
+        steps: equilibria in each run.
+
+    Raises:
+        DesignError: fewer than one run.
+
     Source: McKay, Beckman, Conover, Technometrics 21, 1979.
     """
     if runs < 1:
-        raise DesignError(f"a Latin hypercube of {runs} runs was asked for: at least 1 is needed")
+        raise DesignError(f"a Latin hypercube of {runs} runs was requested: at least 1 is needed")
     levels = latin_hypercube_levels(runs, _factor_count(robot, ranges), seed)
     return _spread(robot, ranges, levels, steps, f"Latin hypercube, seed {seed}")
 
@@ -167,7 +182,16 @@ def plackett_burman_levels(factors: int) -> Array:
 
 
 def latin_hypercube_levels(runs: int, factors: int, seed: int) -> Array:
-    """Levels in [0, 1): (runs, factors), one in each of the `runs` classes of every factor."""
+    """Levels in [0, 1), one in each of the `runs` classes of every factor.
+
+    Args:
+        runs: number of runs.
+        factors: number of factors.
+        seed: of the random numbers.
+
+    Returns:
+        (runs, factors).
+    """
     rng = np.random.default_rng(seed)
     order = rng.permuted(np.tile(np.arange(runs)[:, None], factors), axis=0)
     levels: Array = (order + rng.random((runs, factors))) / runs
@@ -179,11 +203,11 @@ def _factor_count(robot: Robot, ranges: Ranges) -> int:
 
 
 def _spread(robot: Robot, ranges: Ranges, levels: Array, steps: int, name: str) -> Design:
-    """Levels (runs, factors) of cables, tilts, forces, in this order, made into runs."""
+    """Runs from levels (runs, factors) of cables, tilts, forces, in this order."""
     low, high = ranges.tension or ranges.pull
     limit = robot.limits.tension_max if ranges.tension else robot.limits.pull_max  # (n_a,)
     tilts = robot.n_a + 2 * (ranges.tilt > 0.0)  # where the columns of the tilts end
-    gravity = np.array(robot.config.gravity)
+    gravity = robot.gravity
     axes = null_space(gravity[None])[:, :2]  # (3, 2) across gravity
     runs = []
     for row in levels:
@@ -202,7 +226,7 @@ def _spread(robot: Robot, ranges: Ranges, levels: Array, steps: int, name: str) 
 def _from_rest(
     final: Array, gravity: Array, force: Array, steps: int, tension: bool = False
 ) -> Run:
-    """Pulls or tensions from just above 0 to final (n_a,), gravity (3,) and force (n_e,) held."""
+    """Pulls or tensions from just above 0 to final (n_a,), gravity (3,) and force (n_e,) constant."""
     rise = np.outer(final, np.arange(1, steps + 1) / steps)  # (n_a, s)
     return Run(
         pull=np.full_like(rise, np.nan) if tension else rise,

@@ -1,4 +1,4 @@
-"""Where the chunks of a campaign are worked on: here, in processes, or on a Dask cluster."""
+"""Executors for the chunks of a campaign: this process, several processes, or a Dask cluster."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ T = TypeVar("T")
 
 
 class ClusterError(RuntimeError):
-    """A cluster that cannot be used; the text says what to do."""
+    """A cluster that cannot be used; the text explains what to do."""
 
 
 class InProcess(Executor):
-    """Works at once, in this process."""
+    """Computes immediately, in this process."""
 
     def submit(self, fn: Callable[..., T], /, *args: Any, **kwargs: Any) -> Future[T]:
-        """A finished future; exceptions, Ctrl-C among them, are raised here and now."""
+        """A finished future; exceptions, Ctrl-C among them, are raised immediately."""
         future: Future[T] = Future()
         future.set_result(fn(*args, **kwargs))
         return future
@@ -30,13 +30,13 @@ class InProcess(Executor):
 
 @contextmanager
 def processes(workers: int) -> Iterator[Executor]:
-    """Processes on this machine, which leave Ctrl-C to the main one; one worker is this process.
+    """Processes on this machine, which ignore Ctrl-C; a single worker is this process.
 
     Raises:
         ValueError: fewer than one worker.
     """
     if workers < 1:
-        raise ValueError(f"{workers} workers asked for: at least 1 is needed")
+        raise ValueError(f"{workers} workers requested: at least 1 is needed")
     if workers == 1:
         yield InProcess()
         return
@@ -50,7 +50,7 @@ def dask_cluster(address: str, timeout: float = 10.0) -> Iterator[Executor]:
     """A Dask cluster whose scheduler listens at `tcp://host:port`; needs `tauten[cluster]`.
 
     Raises:
-        ClusterError: `distributed` is not installed, or no scheduler answers in time [s].
+        ClusterError: `distributed` is not installed, or no scheduler replies within `timeout` [s].
     """
     try:
         distributed = import_module("distributed")
@@ -61,13 +61,13 @@ def dask_cluster(address: str, timeout: float = 10.0) -> Iterator[Executor]:
     try:
         client = distributed.Client(address, timeout=timeout)
     except (OSError, ValueError) as error:
-        raise ClusterError(f"no Dask scheduler answers at {address!r} ({error})") from error
+        raise ClusterError(f"no Dask scheduler replies at {address!r} ({error})") from error
     with client:
         yield client.get_executor(pure=False)
 
 
 def _begin() -> None:
-    """Leave Ctrl-C to the parent; one thread a worker, said before MKL is loaded and looks."""
+    """Ignore Ctrl-C, which the parent handles; one thread per worker, set before MKL is loaded."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     for library in ("OMP", "MKL", "OPENBLAS"):
         os.environ[f"{library}_NUM_THREADS"] = "1"

@@ -1,4 +1,4 @@
-"""Paths that a basis was not made from, and how far the full-order robot itself can be trusted on them."""
+"""Paths for testing a basis, and the sensitivity of the full-order robot on them."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from tauten.reduction.campaign.designs import Design, Run
 from tauten.reduction.campaign.snapshots import Snapshots
 
 FORCES = (0.1, 0.5)  # on the effectors, from six sides [N]
+_PERTURBATION = 1e-6  # relative, and of the forces [N]
 _DIRECTIONS = ("+x", "-x", "+y", "-y", "+z", "-z")
 
 
@@ -24,12 +25,12 @@ def held_out_design(robot: Robot, steps: int) -> tuple[Design, tuple[str, ...]]:
     Returns:
         The design and a name for each of its runs.
     """
-    down = np.array(robot.config.gravity)
+    down = robot.gravity
     size = np.linalg.norm(down)
     rising = np.arange(1, steps + 1) / steps
     nothing = np.zeros(3)
     paths = [(f"gravity {name}", rising, size * axis, nothing) for name, axis in _axes(down)]
-    diagonal = np.ones(3) - 2.0 * (down < 0.0)  # leans towards gravity on every axis
+    diagonal = np.ones(3) - 2.0 * (down < 0.0)  # has a component along gravity on every axis
     paths.append(("gravity diagonal", rising, size * diagonal / np.sqrt(3.0), nothing))
     for force in FORCES:
         for name, axis in zip(_DIRECTIONS, _sides(), strict=True):
@@ -61,28 +62,31 @@ def _run(robot: Robot, share: Array, gravity: Array, force: Array) -> Run:
     )
 
 
-def sensitivity(robot: Robot, snapshots: Snapshots, size: float = 1e-6, seed: int = 0) -> Array:
-    """How far effectors are from the stored equilibria when the full-order run is perturbed: (s,) [m].
+def sensitivity(robot: Robot, snapshots: Snapshots) -> Array:
+    """Distances of the effectors from the stored equilibria when the full-order run is perturbed.
 
-    Pulls and gravity are scaled by 1 + `size`, and a random force of about `size` newtons pushes every
-    effector, another one at every equilibrium. Where the answer is large the robot buckles or snaps, and
-    no model of it can be held to one path. NaN where either run did not converge.
+    Pulls and gravity are scaled by 1 + `_PERTURBATION`, and a random force of about 1e-6 N acts on every
+    effector, a different one at every equilibrium. A large distance means that the robot buckles or snaps
+    there, so that its path is not unique and cannot be compared with that of a reduced model.
 
     Args:
         robot: the robot.
         snapshots: equilibria with full contact, runs one after the other.
-        size: of the perturbation.
-        seed: of the forces.
+
+    Returns:
+        (s,) [m]; NaN where either run did not converge.
     """
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(0)
     simulator = Simulator(robot, contact="full")
     apart = np.full(len(snapshots), np.nan)
     for i in range(len(snapshots)):
         if i == 0 or snapshots.run[i] != snapshots.run[i - 1]:
             simulator.reset()
-        force = snapshots.effector_force[:, i] + size * rng.standard_normal(robot.n_e)
-        simulator.robot = simulator.robot.loaded((1.0 + size) * snapshots.gravity[:, i], force)
-        pull = (1.0 + size) * snapshots.pull[:, i]
+        force = snapshots.effector_force[:, i] + _PERTURBATION * rng.standard_normal(robot.n_e)
+        simulator.robot = simulator.robot.loaded(
+            (1.0 + _PERTURBATION) * snapshots.gravity[:, i], force
+        )
+        pull = (1.0 + _PERTURBATION) * snapshots.pull[:, i]
         report = simulator.settle(pull, None, TOLERANCE, MAX_ITERATIONS)
         if report.converged and snapshots.converged[i]:
             moved = simulator.effector - snapshots.effector[:, i].reshape(-1, 3)  # (p, 3)

@@ -1,4 +1,4 @@
-"""Campaigns: the runs of a design made into snapshots, in parallel, resumable, with a bar."""
+"""Campaigns: snapshots of all runs of a design, computed in parallel, resumable, with a progress bar."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from pathlib import Path
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from tauten.model import Robot
-from tauten.reduction.campaign.chunk import Start, Task, visit
+from tauten.reduction.campaign.chunk import Chunk, Start, solve_chunk
 from tauten.reduction.campaign.designs import Design
 from tauten.reduction.campaign.executors import InProcess
 from tauten.reduction.campaign.snapshots import SUFFIX, Origin, SnapshotError, Snapshots, join
-from tauten.reduction.provenance import versions
+from tauten.reduction.provenance import package_versions
 
-CHUNK = 50  # equilibria a chunk: a few seconds of work are lost when a campaign is killed
+CHUNK = 50  # equilibria in a chunk: a killed campaign loses a few seconds of work
 
 
 def run_campaign(
@@ -26,17 +26,17 @@ def run_campaign(
     executor: Executor | None = None,
     show_progress: bool = True,
 ) -> Snapshots:
-    """Visit all equilibria of a design; what the folder already holds is not done again.
+    """Compute all equilibria of a design, except those that the folder already holds.
 
-    Runs are independent and go to the executor's workers; the equilibria of a run follow one
-    another. The result depends neither on the executor nor on interruptions. On Ctrl-C the chunks
-    under way are finished and saved before KeyboardInterrupt goes on.
+    Runs are independent and are distributed to the executor's workers; the equilibria of a run follow one
+    another. The result depends neither on the executor nor on interruptions. On Ctrl-C the chunks in
+    progress are finished and saved before KeyboardInterrupt is raised again.
 
     Args:
-        robot: whose contact forces are wanted.
-        design: what it is shown.
-        folder: where chunks are kept; one campaign a folder, made when missing.
-        executor: see `tauten.reduction.campaign.executors`; None works in this process.
+        robot: the robot.
+        design: runs of excitations.
+        folder: of the saved chunks; one campaign in each folder, made when missing.
+        executor: see `tauten.reduction.campaign.executors`; None computes in this process.
         show_progress: draw a bar on the terminal.
 
     Raises:
@@ -52,12 +52,12 @@ def run_campaign(
 
 @dataclass(frozen=True, slots=True)
 class _Ledger:
-    """What of a campaign is done.
+    """Progress of a campaign.
 
     Attributes:
         robot, design, folder: as in `run_campaign`.
         origin: of its snapshots.
-        parts: the chunks done of every run, from its start on.
+        parts: the finished chunks of every run, in order.
     """
 
     robot: Robot
@@ -68,9 +68,15 @@ class _Ledger:
 
     @classmethod
     def open(cls, robot: Robot, design: Design, folder: Path) -> _Ledger:
-        """Read what the folder holds."""
+        """Read the finished chunks from the folder.
+
+        Args:
+            robot: the robot.
+            design: runs of excitations.
+            folder: of the saved chunks.
+        """
         campaign = f"{design.description} [{design.digest()[:12]}]"
-        origin = Origin(robot.name, robot.digest, campaign, versions())
+        origin = Origin(robot.name, robot.digest, campaign, package_versions())
         ledger = cls(robot, design, folder, origin, tuple([] for _ in design.runs))
         for index, run in enumerate(design.runs):
             while ledger.count(index) < len(run) and ledger.path(index).exists():
@@ -79,11 +85,11 @@ class _Ledger:
 
     @property
     def size(self) -> int:
-        """Number of equilibria done."""
+        """Number of finished equilibria."""
         return sum(self.count(index) for index in range(len(self.parts)))
 
     def count(self, index: int) -> int:
-        """Number of equilibria done of a run."""
+        """Number of finished equilibria of a run."""
         return sum(len(part) for part in self.parts[index])
 
     def path(self, index: int) -> Path:
@@ -98,6 +104,14 @@ class _Ledger:
                 f"{path}: belongs to another campaign ({part.origin}), expected {self.origin}: "
                 "choose another folder"
             )
+        robot = self.robot
+        found = (len(part.lam), len(part.q), len(part.pull), len(part.effector))
+        expected = (robot.n_c, robot.n, robot.n_a, robot.n_e)
+        if found != expected or not 0 < len(part) <= CHUNK:
+            raise SnapshotError(
+                f"{path}: has {len(part)} columns with {found} rows of lam, q, pull and effector, "
+                f"expected 1 to {CHUNK} columns with {expected}"
+            )
         return part
 
     def keep(self, index: int, part: Snapshots) -> None:
@@ -105,23 +119,23 @@ class _Ledger:
         part.save(self.path(index))
         self.parts[index].append(part)
 
-    def next_task(self, index: int) -> Task | None:
+    def next_chunk(self, index: int) -> Chunk | None:
         """The next chunk of a run, or None when the run is complete."""
         run, first, parts = self.design.runs[index], self.count(index), self.parts[index]
         if first == len(run):
             return None
         start = Start(parts[-1].q[:, -1], parts[-1].tension[:, -1]) if parts else None
         piece = run.piece(first, first + CHUNK)
-        return Task(self.robot, self.origin, piece, index, start)
+        return Chunk(self.robot, self.origin, piece, index, start)
 
 
 def _work(ledger: _Ledger, executor: Executor, advance: Callable[[int], None]) -> None:
-    """Send out the next chunk of every run whenever the one before is back."""
+    """Submit the next chunk of a run as soon as the previous one is finished."""
     pending: dict[Future[Snapshots], int] = {}
 
     def send(index: int) -> None:
-        if (task := ledger.next_task(index)) is not None:
-            pending[executor.submit(visit, task)] = index
+        if (chunk := ledger.next_chunk(index)) is not None:
+            pending[executor.submit(solve_chunk, chunk)] = index
 
     def collect(future: Future[Snapshots]) -> int:
         index = pending.pop(future)

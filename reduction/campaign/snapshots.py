@@ -1,4 +1,4 @@
-"""Snapshots: contact forces of a robot in many situations, with what caused them."""
+"""Snapshots: contact forces of a robot at many equilibria, with the loads that cause them."""
 
 from __future__ import annotations
 
@@ -11,24 +11,27 @@ from typing import Any
 import numpy as np
 
 from tauten.model.numerics import Array, Bools, Ints
-from tauten.reduction.storage import DamagedFile, read, write
+from tauten.reduction.storage import DamagedFile, parsed, read, write
 
 SUFFIX = ".snapshots"
 _KIND = "tauten snapshots"
+# Kinds of data type and numbers of dimensions.
+_ARRAYS = {"run": ("i", 1), "converged": ("b", 1)}
+_MATRIX = ("f", 2)
 
 
 class SnapshotError(ValueError):
-    """Snapshots that cannot be used; the text says which, what was found and what fits."""
+    """Snapshots that cannot be used; the text names what was found and what is expected."""
 
 
 @dataclass(frozen=True, slots=True)
 class Origin:
-    """Where snapshots come from.
+    """Origin of snapshots.
 
     Attributes:
         robot: name of the robot.
         robot_digest: sha256 of its model.
-        campaign: one line that says what was done.
+        campaign: description of the design and its digest, one line.
         versions: (package, version) pairs.
     """
 
@@ -40,7 +43,7 @@ class Origin:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Snapshots:
-    """One column a situation.
+    """One column for each equilibrium.
 
     Attributes:
         lam: (n_c, s) contact forces of nearly least norm [N].
@@ -51,8 +54,8 @@ class Snapshots:
         effector_force: (n_e, s) outer forces on the effectors [N].
         run: (s,) which run of the campaign, ascending.
         converged: (s,) whether equilibrium and contact met their tolerances.
-        q: (n, s) configurations [m], or (0, s) when they were not asked for.
-        origin: where they come from.
+        q: (n, s) configurations [m], or (0, s) when they were not recorded.
+        origin: robot, campaign and versions.
     """
 
     lam: Array
@@ -67,10 +70,32 @@ class Snapshots:
     origin: Origin
 
     def __post_init__(self) -> None:
+        for name, array in self._arrays().items():
+            kind, dimensions = _ARRAYS.get(name, _MATRIX)
+            if array.ndim != dimensions or array.dtype.kind != kind:
+                raise SnapshotError(
+                    f"{name} has shape {array.shape} and data type {array.dtype}: expected "
+                    f"{dimensions} dimensions and kind {kind!r}"
+                )
+            # forces that are not finite are refused by the fit, which names their columns
+            if name != "lam" and not np.isfinite(array).all():
+                raise SnapshotError(f"{name} has entries that are not finite")
         counts = {name: array.shape[-1] for name, array in self._arrays().items()}
         if len(set(counts.values())) > 1:
             listing = ", ".join(f"{name} {count}" for name, count in counts.items())
             raise SnapshotError(f"snapshots with different numbers of columns: {listing}")
+        if len(self.gravity) != 3 or len(self.pull) != len(self.tension):
+            raise SnapshotError(
+                f"gravity has {len(self.gravity)} rows, pull {len(self.pull)}, tension "
+                f"{len(self.tension)}: expected 3 for gravity and as many pulls as tensions"
+            )
+        if len(self.effector) != len(self.effector_force) or len(self.effector) % 3:
+            raise SnapshotError(
+                f"effector has {len(self.effector)} rows, effector_force "
+                f"{len(self.effector_force)}: expected the same multiple of 3"
+            )
+        if (self.run < 0).any() or (np.diff(self.run) < 0).any():
+            raise SnapshotError("run has numbers that are negative or not ascending")
 
     def __len__(self) -> int:
         return int(self.lam.shape[1])
@@ -105,10 +130,10 @@ class Snapshots:
             SnapshotError: it is damaged or no snapshot file.
         """
         try:
-            header, arrays = read(Path(path), _KIND)
-            origin = header["origin"]
-            origin["versions"] = tuple((name, found) for name, found in origin["versions"])
-            return cls(origin=Origin(**origin), **arrays)
+            names = [field.name for field in fields(cls) if field.name != "origin"]
+            kinds = {name: _ARRAYS.get(name, _MATRIX)[0] for name in names}
+            header, arrays = read(Path(path), _KIND, kinds)
+            return cls(origin=parsed(Origin, header["origin"]), **arrays)
         except DamagedFile as error:
             raise SnapshotError(str(error)) from error
         except (SnapshotError, KeyError, TypeError, ValueError) as error:

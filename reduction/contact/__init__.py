@@ -1,4 +1,4 @@
-"""Bases of contact forces, λ_c = Ψ β, and how far they can be trusted."""
+"""Bases of contact forces, λ_c = Ψ β, and their errors."""
 
 from tauten.reduction.contact.basis import SUFFIX, BasisError, ContactBasis
 from tauten.reduction.contact.energy import energy_error, refine

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
@@ -11,14 +11,14 @@ from numpy.typing import NDArray
 from tauten.model import ContactRows, ReducedContacts, Robot
 from tauten.model.numerics import Array, Ints, kernel
 from tauten.reduction.provenance import Provenance
-from tauten.reduction.storage import DamagedFile, UnknownFile, located, read, write
+from tauten.reduction.storage import DamagedFile, UnknownFile, located, parsed, read, write
 
 SUFFIX = ".basis"
 _KIND = "tauten contact basis"
 
 
 class BasisError(ValueError):
-    """A basis that cannot be used; the text says which one, what was found and what fits."""
+    """A basis that cannot be used; the text names what was found and what is expected."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -27,7 +27,7 @@ class ContactBasis:
 
     Attributes:
         Psi: (n_c, k) modes, nonnegative, unit columns.
-        provenance: where it comes from.
+        provenance: its origin.
     """
 
     Psi: Array
@@ -39,9 +39,12 @@ class ContactBasis:
                 f"Psi has shape {self.Psi.shape}: expected (n_c, {self.provenance.k}), "
                 "k as in the provenance"
             )
+        if self.Psi.size == 0:
+            raise BasisError(f"Psi has shape {self.Psi.shape}: expected at least one mode")
         if not np.isfinite(self.Psi).all() or (self.Psi < 0.0).any():
             raise BasisError("Psi has negative or non-finite entries: contact modes are Ψ ≥ 0")
-        if np.abs(np.linalg.norm(self.Psi, axis=0) - 1.0).max(initial=0.0) > 1e-9:
+        long = self.Psi.max() > 2.0  # where squares could overflow
+        if long or np.abs(np.linalg.norm(self.Psi, axis=0) - 1.0).max() > 1e-9:
             raise BasisError("Psi has columns that are not of unit length: normalise them")
 
     @property
@@ -61,7 +64,7 @@ class ContactBasis:
         any is left out.
 
         Returns:
-            H (k', n) dense, so that Hᵀ is a Fortran-ordered right-hand side as it stands;
+            H (k', n) dense, so that Hᵀ is a Fortran-ordered right-hand side without a copy;
             delta (k',) [m]; modes (k',) columns of Ψ, ascending.
         """
         if isinstance(contacts.rows.H, np.ndarray):
@@ -82,14 +85,14 @@ class ContactBasis:
         return lam
 
     def untouched(self) -> Ints:
-        """Slots of the candidates that no mode touches: contact there needs extra columns."""
+        """Slots of the candidates without force in any mode: contact there needs extra columns."""
         return np.flatnonzero(~self.Psi.any(axis=1))
 
     def check_robot(self, robot: Robot) -> None:
         """Make sure that this basis was made for this robot.
 
         Raises:
-            BasisError: it was made for another robot, or for an earlier state of this one.
+            BasisError: it was made for another robot, or for an earlier version of this one.
         """
         made_for = self.provenance
         if made_for.robot_digest != robot.digest:
@@ -113,7 +116,7 @@ class ContactBasis:
         path = Path(path)
         if path.suffix != SUFFIX:
             raise BasisError(f"{path}: a contact basis file ends in {SUFFIX}")
-        write(path, _KIND, {"provenance": self.provenance.to_dict()}, {"Psi": self.Psi})
+        write(path, _KIND, {"provenance": asdict(self.provenance)}, {"Psi": self.Psi})
         return path
 
     @classmethod
@@ -121,7 +124,7 @@ class ContactBasis:
         """Read a .basis file, or the one shipped for a robot of that name.
 
         Raises:
-            BasisError: no such basis, or the file is damaged; says which and what was found.
+            BasisError: no such basis, or the file is damaged; names the file and what was found.
         """
         try:
             with located(name_or_path, SUFFIX, "contact basis") as file:
@@ -132,8 +135,8 @@ class ContactBasis:
 
 def _load(path: Path) -> ContactBasis:
     try:
-        header, arrays = read(path, _KIND)
-        provenance = Provenance.from_dict(header["provenance"])
+        header, arrays = read(path, _KIND, {"Psi": "f"})
+        provenance = parsed(Provenance, header["provenance"])
         return ContactBasis(np.ascontiguousarray(arrays["Psi"], dtype=float), provenance)
     except OSError as error:
         raise BasisError(f"{path}: no basis file there can be read ({error.strerror})") from error

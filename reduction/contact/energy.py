@@ -1,14 +1,14 @@
-"""Contact modes of least energy: a factorisation in the norm that the robot itself measures with.
+"""Contact modes of least energy: a factorisation in the energy norm of the robot.
 
-‖S − Ψ B‖ counts every newton alike, wherever it presses. The robot does not: forces that press on the same
-nodes are alike to it, forces on a soft flank move it more than those at a root. What reduced contact
-loses at an equilibrium is f(Ψ β) − f(λ), see (T4), and the best basis of k modes is
+‖S − Ψ B‖ weights all forces equally, wherever they act. Their effects differ: forces on the same nodes are
+equivalent, and forces on a soft part move the robot more than those near its base. Reduced contact loses the
+energy f(Ψ β) − f(λ) at an equilibrium, see (T4), and the best basis of k modes is
 
     min Σ_j w_j [ f_j(Ψ β_j) − f_j(λ_j) ]   over Ψ ≥ 0, β_j ≥ 0                        (T5)
 
-with w_j = 1 / |f_j(λ_j)|, so that weak contacts count as much as strong ones. In every β_j this is an LCP, in
-every column of Ψ a nonnegative quadratic program: the block coordinate descent of HALS, which never
-ascends, in the norm of W instead of the identity, with the gaps of what does not touch as a price.
+with w_j = 1 / |f_j(λ_j)|, which gives weak and strong contacts the same weight. In every β_j this is an LCP,
+in every column of Ψ a nonnegative quadratic program: the block coordinate descent of HALS, whose error never
+increases, in the norm of W instead of the identity and with the gaps as linear term.
 """
 
 from __future__ import annotations
@@ -20,30 +20,30 @@ import numpy as np
 from tauten.model.numerics import Array, Ints, kernel
 from tauten.reduction.contact.problems import ContactProblem
 
-TOLERANCE = 3e-3  # relative gain below which a sweep is the last
+TOLERANCE = 3e-3  # relative decrease at which the sweeps end
 MAX_SWEEPS = 40
 _PASSES = 20  # of coordinate descent over one column
-_FLOOR = 1e-3  # of the largest energy: the first touch shall not outweigh the rest
+_FLOOR = 1e-3  # smallest energy in a weight, relative to the largest: limits the weight of first contacts
 
 
 def refine(
     Psi: Array, problems: Sequence[ContactProblem], max_sweeps: int = MAX_SWEEPS
 ) -> tuple[Array, Array]:
-    """Descend from a basis to one that loses less energy (T5).
+    """Reduce the lost energy (T5) of a basis by block coordinate descent.
 
     Args:
         Psi: (n_c, k) modes to start from, nonnegative.
         problems: equilibria with contact.
-        max_sweeps: sweeps over all modes at most.
+        max_sweeps: largest number of sweeps over all modes.
 
     Returns:
-        Psi (n_c, k), unit columns; history (sweeps + 1,), √ of the lost share of the energy after every
-        sweep, the start first.
+        Psi (n_c, k), unit columns; history (sweeps + 1,), √ of the lost share of the energy at the start
+        and after every sweep.
 
     Source: block coordinate descent of Cichocki and Phan, IEICE Trans. Fundamentals E92-A, 2009, on
     the energy of Signorini's problem (Kikuchi and Oden, Contact Problems in Elasticity, 1988, chapter 2).
     """
-    # one order, so that sums round alike whatever order the snapshots came in
+    # a fixed order, so that the order of the snapshots does not change the rounding
     problems = sorted(problems, key=lambda problem: (problem.energy, problem.lam.tobytes()))
     weights = _weights(problems)
     Psi = Psi / np.linalg.norm(Psi, axis=0)  # (n_c, k)
@@ -56,7 +56,7 @@ def refine(
         better /= np.linalg.norm(better, axis=0)
         B = _coefficients(better, problems)
         lost = _lost(better, B, problems, weights)
-        if lost > history[-1]:  # a mode shrank to rounding in some problem, and its force with it
+        if lost > history[-1]:  # the force of a mode vanished in some problem
             break
         Psi = better
         history.append(lost)
@@ -66,7 +66,7 @@ def refine(
 
 
 def energy_error(Psi: Array, problems: Sequence[ContactProblem]) -> float:
-    """√ of the share of the energy (T5) that a basis Psi (n_c, k) loses: 0 exact, 1 no contact."""
+    """√ of the share of the energy (T5) lost by a basis Psi (n_c, k): 0 exact, 1 without contact forces."""
     return _lost(Psi, _coefficients(Psi, problems), problems, _weights(problems))
 
 
@@ -99,7 +99,7 @@ def _improve(
         _add(Q, slope, problem.W, gap, problem.slots, weight * B[mode, j], weight)
     column = Psi[:, mode].copy()
     _descend(column, slope, Q)
-    if column.any():  # a mode that nothing wants stays what it is
+    if column.any():  # a mode without any force would have no direction: keep the old one
         Psi[:, mode] = column
 
 
@@ -116,7 +116,7 @@ def _add(
 
 @kernel
 def _descend(x: Array, slope: Array, Q: Array) -> None:
-    """Coordinate descent on ½ dᵀ Q d + slopeᵀ d, x + d ≥ 0; x becomes x + d, slope is spoilt."""
+    """Coordinate descent on ½ dᵀ Q d + slopeᵀ d, x + d ≥ 0; x becomes x + d, slope is overwritten."""
     for _ in range(_PASSES):
         for i in range(len(x)):
             if Q[i, i] > 0.0:

@@ -1,4 +1,4 @@
-"""Modes from snapshots by any method, and how good they are on contact problems."""
+"""Modes from snapshots by any method, and their errors on contact problems."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ BASIS_METHODS: tuple[BasisMethod, ...] = ("energy", *METHODS)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Fit:
-    """Modes and what they were fitted to.
+    """Contact modes and the error of their factorisation.
 
     Attributes:
         Psi: (n_c, k) contact modes, unit columns.
         error: ‖S − Ψ B‖_F / ‖S‖_F of the factorisation; for "energy" that of its start.
-        asked: number of modes asked for; "als" may kill some.
+        requested: number of modes requested; "als" may drop some, which then have no force.
     """
 
     Psi: Array
     error: float
-    asked: int
+    requested: int
 
     @property
     def k(self) -> int:
@@ -49,7 +49,7 @@ def fit_each(
 
     Args:
         S: (n_c, s) weighted contact forces, see `factorise`.
-        problems: equilibria that "energy" descends on, see `refine`.
+        problems: equilibria for "energy", see `refine`.
         ks: numbers of modes.
         method: "energy": HALS, then descent in energy; or a method of `factorise`.
         seed: see `factorise`.
@@ -70,12 +70,12 @@ def fit_each(
 
 @dataclass(frozen=True, slots=True)
 class Quality:
-    """How good modes are on contact problems, all to first order.
+    """Errors of modes on contact problems, all to first order.
 
     Attributes:
-        energy: √ of the share of the energy that is lost: 0 exact, 1 no contact at all.
+        energy: √ of the lost share of the energy: 0 exact, 1 without contact forces.
         force: largest error of the sum of contact forces [N].
-        tip: largest displacement of an effector from its place [m].
+        tip: largest error of an effector position [m].
     """
 
     energy: float

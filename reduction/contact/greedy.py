@@ -13,9 +13,8 @@ from tauten.reduction.contact.nnmf import Factors
 def cone_projected_greedy(S: Array, k: int) -> Iterator[Factors]:
     """Cone-projected greedy: next column = the snapshot farthest from the cone of those chosen.
 
-    The cones are nested: neither the largest nor the mean distance rises with k, and the basis of
-    k columns is the first k columns of any longer one. Every mode is a force pattern that the
-    robot has shown.
+    The cones are nested: neither the largest nor the mean distance increases with k, and the basis of
+    k columns is the first k columns of any larger one. Every mode is a column of S.
 
     Args:
         S: (n_c, s) snapshots.
@@ -32,7 +31,7 @@ def cone_projected_greedy(S: Array, k: int) -> Iterator[Factors]:
     residual = S
     for _ in range(k):
         distance = np.linalg.norm(residual, axis=0)  # (s,)
-        distance[chosen] = -1.0  # zero but for rounding
+        distance[chosen] = -1.0  # zero except for rounding
         chosen.append(int(np.argmax(distance)))
         Psi: Array = S[:, chosen]
         B = coordinates(Psi, S)

@@ -1,4 +1,4 @@
-"""How many modes: error against k on snapshots that took no part in the factorisation."""
+"""Number of modes: error against k on snapshots held out of the factorisation."""
 
 from __future__ import annotations
 
@@ -14,22 +14,22 @@ from tauten.reduction.contact.positive_basis import checked
 from tauten.reduction.contact.problems import ContactProblem
 
 DEFAULT_KS = (1, 2, 3, 4, 5, 6, 8, 10, 12, 15, 20, 25, 30, 40)
-_SWEEPS = 12  # of the energy method: enough to compare
-_BLOCKS = 40  # pieces a single run is cut into, dealt to the folds in turn
+_SWEEPS = 12  # of the energy method: enough for a comparison of k
+_BLOCKS = 40  # blocks of a single run, assigned to the folds in turn
 
 
 class ChoiceError(ValueError):
-    """No k is good enough; the text says what the best one reaches."""
+    """No k is within the tolerance; the text names the error of the best one."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Curve:
-    """Error against the number of modes, every entry for one k; see `tauten.reduction.contact.fit.Quality`.
+    """Error against the number of modes, one entry for each k; see `Quality`.
 
     Attributes:
         k: (m,) numbers of modes, ascending.
         training: (m,) energy error on the problems the modes were fitted to.
-        held_out: (m,) energy error on problems each held out once.
+        held_out: (m,) energy error on held-out problems, each held out once.
         force: (m,) largest error of the sum of contact forces in a held-out problem [N].
         tip: (m,) largest effector error in a held-out problem, to first order [m].
     """
@@ -42,10 +42,10 @@ class Curve:
 
 
 def folds(snapshots: Snapshots, count: int = 4) -> Ints:
-    """Which fold holds out each snapshot: (s,), 0 … count − 1.
+    """The fold in which each snapshot is held out: (s,), 0 … count − 1.
 
-    Whole runs are held out together: neighbours within a run are nearly equal, and leaving out
-    one of them would test nothing. A single run is cut into blocks instead.
+    Whole runs are held out together: neighbours within a run are nearly equal, so holding out single
+    ones would not be a test. Where there are fewer runs than folds, runs are divided into blocks.
     """
     runs = np.unique(snapshots.run)
     if len(runs) >= count:
@@ -69,9 +69,9 @@ def cross_validate(
 
     Args:
         S: (n_c, s) weighted contact forces.
-        fold: (s,) which fold holds out each column.
+        fold: (s,) the fold in which each column is held out.
         problems: contact problems of some of the columns.
-        ks: numbers of modes to look at; those beyond the rank of any training set are left out.
+        ks: numbers of modes; those beyond the rank of any training set are omitted.
         method: see `fit_each`.
         seed: see `factorise`.
 
@@ -87,10 +87,10 @@ def cross_validate(
     training, held_out = [], []  # rows of Quality, a part each
     for part in parts:
         known = [problem for problem in problems if fold[problem.column] != part]
-        hidden = [problem for problem in problems if fold[problem.column] == part]
+        unseen = [problem for problem in problems if fold[problem.column] == part]
         fits = fit_each(S[:, fold != part], known, usable, method, seed, _SWEEPS)
         training.append([quality(fit.Psi, known) for fit in fits])
-        held_out.append([quality(fit.Psi, hidden) for fit in fits])
+        held_out.append([quality(fit.Psi, unseen) for fit in fits])
     return Curve(
         k=np.array(usable),
         training=_mean_energy(training),
@@ -110,7 +110,7 @@ def choose_k(curve: Curve, tolerance: float) -> int:
     """The smallest k whose held-out effector error is within the tolerance [m].
 
     Raises:
-        ChoiceError: none is; names the best.
+        ChoiceError: no k is; names the best one.
     """
     good = np.flatnonzero(curve.tip <= tolerance)
     if len(good) == 0:

@@ -14,25 +14,24 @@ from tauten.model.numerics import Array, kernel
 
 Factors = tuple[Array, Array, Array]
 
-# Below 1e-4 of relative gain an iteration buys less than the basis loses when a mode drops out of
-# range; 100 iterations bound the work of each k.
+# A relative decrease below 1e-4 is smaller than the error of a mode that is out of range; 100 iterations
+# limit the time for each k.
 TOLERANCE = 1e-4
 MAX_ITERATIONS = 100
-_SWEEPS = 10  # passes over one factor while the other one rests (Gillis and Glineur 2012)
+_SWEEPS = 10  # passes over one factor with the other one fixed (Gillis and Glineur 2012)
 
 
-def als(S: Array, k: int, seed: int, iterations: int = 2 * MAX_ITERATIONS) -> Factors:
+def als(S: Array, k: int, seed: int) -> Factors:
     """Alternating least squares, exactly Algorithm 1 of the paper.
 
-    Cutting the unconstrained least-squares solution at zero is no projection: the error may rise
-    from one iteration to the next and from one k to a larger one. Columns that the cut leaves
-    without any force are returned as they are, zero.
+    Setting the negative entries of the unconstrained least-squares solution to zero is no projection: the
+    error may increase from one iteration to the next and from one k to a larger one. Columns that become
+    zero are returned as zeros.
 
     Args:
         S: (n_c, s) snapshots.
         k: number of columns of Ψ.
         seed: of the random start.
-        iterations: limit; it ends before when the error moves by less than `TOLERANCE` of itself.
 
     Source: Goury, Carrez, Duriez, IEEE RA-L, Algorithm 1.
     """
@@ -40,8 +39,8 @@ def als(S: Array, k: int, seed: int, iterations: int = 2 * MAX_ITERATIONS) -> Fa
     Psi = rng.random((S.shape[0], k))  # (n_c, k)
     B = np.zeros((k, S.shape[1]))
     history: list[float] = []
-    for _ in range(iterations):
-        # lstsq is `solve` while the matrix is regular, and goes on when a column has died.
+    for _ in range(2 * MAX_ITERATIONS):
+        # lstsq equals `solve` for a regular matrix and also works with zero columns
         B = np.maximum(np.linalg.lstsq(Psi.T @ Psi, Psi.T @ S, rcond=None)[0], 0.0)  # (k, s)
         Psi = np.maximum(np.linalg.lstsq(B @ B.T, B @ S.T, rcond=None)[0].T, 0.0)  # (n_c, k)
         history.append(relative_error(S, Psi, B))
@@ -51,11 +50,11 @@ def als(S: Array, k: int, seed: int, iterations: int = 2 * MAX_ITERATIONS) -> Fa
 
 
 def hals(S: Array, k: int) -> Iterator[Factors]:
-    """HALS grown column by column; yields the factors for 1, 2, … k columns.
+    """HALS with one column added at a time; yields the factors for 1, 2, … k columns.
 
-    From k − 1 columns to k: append the leading nonnegative part of the residual, then descend from
-    there. HALS never ascends, so error(k) ≤ error(k − 1) by construction, and one run gives the
-    whole curve of error against k. No random start, so no seed.
+    From k − 1 columns to k: append the leading nonnegative part of the residual, then run HALS from
+    there. Its error never increases, so error(k) ≤ error(k − 1) by construction, and one run gives the
+    whole curve of error against k. There is no random start, so no seed.
 
     Args:
         S: (n_c, s) snapshots.
@@ -82,10 +81,15 @@ def hals_nndsvd(S: Array, k: int) -> Factors:
 
 
 def descend(S: Array, Psi: Array, B: Array) -> Factors:
-    """HALS: exact minimisation over one column or row after the other, from Ψ (n_c, k), B (k, s).
+    """HALS: exact minimisation over one column or row after the other.
+
+    Args:
+        S: (n_c, s) snapshots.
+        Psi: (n_c, k) start.
+        B: (k, s) start.
 
     Source: Gillis and Glineur, Neural Computation 24, 2012 (several passes over one factor before
-    the products with S, the dearest part, are made anew).
+    the products with S, the most expensive part, are computed again).
     """
     Psi, Bt = np.ascontiguousarray(Psi), np.ascontiguousarray(B.T)  # (n_c, k), (s, k)
     history: list[float] = []
@@ -112,7 +116,13 @@ def leading_part(u: Array, v: Array) -> tuple[Array, Array]:
 
 
 def relative_error(S: Array, Psi: Array, B: Array) -> float:
-    """‖S − Ψ B‖_F / ‖S‖_F."""
+    """‖S − Ψ B‖_F / ‖S‖_F.
+
+    Args:
+        S: (n_c, s) snapshots.
+        Psi: (n_c, k) modes.
+        B: (k, s) coefficients.
+    """
     return float(np.linalg.norm(S - Psi @ B) / np.linalg.norm(S))
 
 
@@ -142,9 +152,9 @@ def _minimise(X: Array, P: Array, G: Array) -> None:
 
 @kernel
 def _sweep(X: Array, slope: Array, G: Array) -> float:
-    """One pass over X (r, k), keeping slope (r, k) = X G − P; returns the squared length moved.
+    """One pass over X (r, k), updating slope (r, k) = X G − P; returns the squared length of the change.
 
-    A coordinate whose G_ll is zero (the other factor's column is dead) stays.
+    A coordinate with G_ll = 0 (a zero column of the other factor) is not changed.
     """
     r, k = X.shape
     moved = 0.0

@@ -1,4 +1,4 @@
-"""What a basis covers: the candidates that its modes touch, and those where contact would be missed."""
+"""Coverage of a basis: candidates with force in a mode, and those where contact would be missed."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ class PairCoverage:
     Attributes:
         pair: its name.
         slots: (m,) slots of its candidates.
-        untouched: (u,) those that no mode touches: contact there needs extra columns.
-        modes: (j,) modes that touch the pair.
+        untouched: (u,) those without force in any mode: contact there needs extra columns.
+        modes: (j,) modes with forces on the pair.
     """
 
     pair: str
@@ -29,7 +29,7 @@ class PairCoverage:
 
 
 def coverage(robot: Robot, basis: ContactBasis) -> tuple[PairCoverage, ...]:
-    """Coverage of every contact pair of the robot the basis was made for.
+    """Coverage of every contact pair of the robot that the basis was made for.
 
     Raises:
         BasisError: it was made for another robot.

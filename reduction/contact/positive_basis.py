@@ -1,4 +1,4 @@
-"""One interface to every way of making a positive basis from snapshots of contact forces."""
+"""One interface to all methods that make a positive basis from snapshots of contact forces."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Literal, TypeAlias, get_args
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from tauten.model.numerics import Array, Ints
 from tauten.reduction.contact.greedy import cone_projected_greedy
@@ -15,7 +16,7 @@ from tauten.reduction.contact.nnmf import Factors, als, hals, hals_nndsvd, relat
 Method: TypeAlias = Literal["hals", "hals-nndsvd", "als", "greedy"]
 METHODS: tuple[Method, ...] = get_args(Method)
 
-# A unilateral solver leaves forces of this share of the largest one on the wrong side of zero.
+# Negative forces up to this share of the largest one are rounding errors of the contact solver.
 _NEGATIVE = 1e-9
 
 
@@ -24,12 +25,12 @@ class PositiveFactorisation:
     """S ≈ Ψ B with Ψ ≥ 0, B ≥ 0 and unit columns of Ψ (17).
 
     Attributes:
-        Psi: (n_c, k) contact modes; "als" may have killed some, then k is less than asked for.
-        B: (k, s) forces of the modes in every snapshot [N].
+        Psi: (n_c, k) contact modes; "als" may drop some, then k is less than requested.
+        B: (k, s) coefficients of the modes in every snapshot [N].
         error: ‖S − Ψ B‖_F / ‖S‖_F.
         history: (iterations,) the same after every iteration; for "greedy" after every column, for
             "hals" those of the last column.
-        method: which way made it.
+        method: name of the method.
         seed: of the random start; only "als" uses it.
     """
 
@@ -49,19 +50,20 @@ class PositiveFactorisation:
 def factorise(S: Array, k: int, method: Method = "hals", seed: int = 0) -> PositiveFactorisation:
     """Positive basis of k unit columns for the snapshots S (17).
 
-    The order of the snapshots does not matter: they are sorted before the work and B is put back
-    into the given order after it, so a permuted S gives the same Ψ to the last bit. Snapshots
-    without contact and candidates that never touch take no part.
+    The order of the snapshots does not matter: they are sorted before the factorisation and B is put
+    back into the given order after it, so a permuted S gives the same Ψ to the last bit. Linear algebra
+    runs on one thread, so the number of threads does not matter either. Snapshots without contact and
+    candidates that never touch take no part.
 
     Args:
         S: (n_c, s) contact forces [N], one snapshot a column.
         k: number of modes, at most the rank of S.
-        method: "hals" (error never rises with k), "hals-nndsvd", "als" (the paper's Algorithm 1) or
+        method: "hals" (error never increases with k), "hals-nndsvd", "als" (the paper's Algorithm 1) or
             "greedy" (cone-projected greedy); sources in their docstrings.
         seed: of the random start of "als".
 
     Raises:
-        ValueError: NaN or negative forces (says in which columns), no contact in any snapshot, k
+        ValueError: NaN or negative forces (names the columns), no contact in any snapshot, k
             larger than the rank, unknown method.
     """
     return factorise_each(S, (k,), method, seed)[0]
@@ -70,7 +72,13 @@ def factorise(S: Array, k: int, method: Method = "hals", seed: int = 0) -> Posit
 def factorise_each(
     S: Array, ks: Sequence[int], method: Method = "hals", seed: int = 0
 ) -> tuple[PositiveFactorisation, ...]:
-    """The same for several k, ascending; "hals" and "greedy" make all of them in one run.
+    """As `factorise` for several k, ascending; "hals" and "greedy" compute all of them in one run.
+
+    Args:
+        S: (n_c, s) contact forces [N], one snapshot a column.
+        ks: numbers of modes, each at most the rank of S.
+        method: as in `factorise`.
+        seed: of the random start of "als".
 
     Raises:
         ValueError: as `factorise`.
@@ -78,13 +86,14 @@ def factorise_each(
     ks = sorted(set(ks))
     _check_method(method)
     S = checked(S)
-    rows = np.flatnonzero((S > 0.0).any(axis=1))  # candidates that touch
+    rows = np.flatnonzero((S > 0.0).any(axis=1))  # candidates in contact
     columns = np.flatnonzero((S > 0.0).any(axis=0))  # snapshots with contact
     columns = columns[np.lexsort(S[rows][:, columns])]
     core = np.ascontiguousarray(S[rows][:, columns])  # (n_c', s')
     _check_rank(core, ks)
-    factors = _factors(core, ks, method, seed)
-    return tuple(_unit_columns(S, rows, columns, found, method, seed) for found in factors)
+    with threadpool_limits(1):  # the order of sums depends on the number of threads
+        factors = _factors(core, ks, method, seed)
+        return tuple(_unit_columns(S, rows, columns, found, method, seed) for found in factors)
 
 
 def _factors(S: Array, ks: Sequence[int], method: Method, seed: int) -> Iterator[Factors]:
@@ -102,14 +111,14 @@ def _factors(S: Array, ks: Sequence[int], method: Method, seed: int) -> Iterator
 def _unit_columns(
     S: Array, rows: Ints, columns: Ints, found: Factors, method: Method, seed: int
 ) -> PositiveFactorisation:
-    """Factors of S[rows, columns], put back into their places with unit columns of Ψ."""
+    """Factors of S[rows, columns] as factors of S, with unit columns of Ψ."""
     Psi, B, history = found
     norms = np.linalg.norm(Psi, axis=0)  # (k,)
-    alive = norms > 0.0
-    full_Psi = np.zeros((S.shape[0], int(alive.sum())))
-    full_B = np.zeros((int(alive.sum()), S.shape[1]))
-    full_Psi[rows] = Psi[:, alive] / norms[alive]
-    full_B[:, columns] = B[alive] * norms[alive, None]
+    nonzero = norms > 0.0
+    full_Psi = np.zeros((S.shape[0], int(nonzero.sum())))
+    full_B = np.zeros((int(nonzero.sum()), S.shape[1]))
+    full_Psi[rows] = Psi[:, nonzero] / norms[nonzero]
+    full_B[:, columns] = B[nonzero] * norms[nonzero, None]
     return PositiveFactorisation(
         full_Psi, full_B, relative_error(S, full_Psi, full_B), history, method, seed
     )
@@ -121,10 +130,10 @@ def _check_method(method: str) -> None:
 
 
 def checked(S: Array) -> Array:
-    """Snapshots (n_c, s) as float64, rounding-sized negatives cut to zero.
+    """Snapshots (n_c, s) as float64, negative rounding errors set to zero.
 
     Raises:
-        ValueError: NaN or negative forces (says in which columns), or no contact in any snapshot.
+        ValueError: NaN or negative forces (names the columns), or no contact in any snapshot.
     """
     S = np.asarray(S, dtype=float)
     if S.ndim != 2:
@@ -163,6 +172,6 @@ def _check_rank(S: Array, ks: Sequence[int]) -> None:
 
 
 def _columns(index: Ints) -> str:
-    shown = ", ".join(str(i) for i in index[:5])
+    names = ", ".join(str(i) for i in index[:5])
     more = f" and {len(index) - 5} more" if len(index) > 5 else ""
-    return f"column{'s' if len(index) > 1 else ''} {shown}{more}"
+    return f"column{'s' if len(index) > 1 else ''} {names}{more}"

@@ -1,12 +1,12 @@
-"""The contact problems behind snapshots: what a basis would have made of each equilibrium.
+"""The contact problems of snapshots, with which the errors of a basis are computed.
 
 At an equilibrium with pulled lengths held, contact forces minimise
 
     f(λ) = ½ λᵀ W λ + δᵀ λ   over λ ≥ 0                                                (T4)
 
-and reduced contact minimises the same over λ = Ψ β, β ≥ 0. So f(Ψ β) − f(λ) ≥ 0 measures, in joules, what a
-basis loses there, and W_e (Ψ β − λ) how far it takes the effectors from where they belong, to first
-order. Neither needs the reduced equilibrium to be settled.
+and reduced contact minimises the same over λ = Ψ β, β ≥ 0. So f(Ψ β) − f(λ) ≥ 0 is the energy, in joules,
+that a basis loses there, and W_e (Ψ β − λ) the error of the effectors, to first order. Neither requires the
+reduced equilibrium.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from tauten.model import Robot, State, row_compliance
 from tauten.model.numerics import Array, Ints, solve_lcp
 from tauten.reduction.campaign import Snapshots
 
-COUNT = 100  # problems a basis is made from: more cost time and hardly change it
+COUNT = 100  # problems for a basis: more take longer and hardly change it
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -32,7 +32,7 @@ class ContactProblem:
         delta: (m,) gaps without contact forces [m].
         slots: (m,) slot in λ_c of each candidate.
         lam: (m,) contact forces [N].
-        energy: −f(λ), what contact takes out of the minimum [J].
+        energy: −f(λ), the decrease of the energy by contact forces [J].
         column: number of the snapshot.
     """
 
@@ -45,12 +45,12 @@ class ContactProblem:
     column: int
 
     def coefficients(self, Psi: Array) -> Array:
-        """The β (k,) [N] that reduced contact with modes Psi (n_c, k) answers with."""
+        """Coefficients β (k,) [N] of reduced contact with modes Psi (n_c, k)."""
         modes = Psi[self.slots]  # (m, k)
         return solve_lcp(modes.T @ self.W @ modes, modes.T @ self.delta).lam
 
     def loss(self, lam: Array) -> float:
-        """Energy that forces (m,) lose: f above its minimum [J]."""
+        """Energy lost with forces (m,): f above its minimum [J]."""
         return float(0.5 * lam @ self.W @ lam + self.delta @ lam) + self.energy
 
     def forces(self, Psi: Array) -> Array:
@@ -59,11 +59,11 @@ class ContactProblem:
         return lam
 
     def force_error(self, lam: Array) -> float:
-        """By how much the sum of forces (m,) is wrong [N]; single ones are not unique."""
+        """Error of the sum of forces (m,) [N]; single forces are not unique."""
         return float(abs((lam - self.lam).sum()))
 
     def tip_error(self, lam: Array) -> float:
-        """How far forces (m,) put an effector from its place, at most, to first order [m]."""
+        """Largest error of an effector position with forces (m,), to first order [m]."""
         apart = self.W_e @ (lam - self.lam)  # (n_e,)
         return float(np.linalg.norm(apart.reshape(-1, 3), axis=1).max(initial=0.0))
 
@@ -74,9 +74,9 @@ def contact_problems(
     """The problems of some snapshots with contact, evenly spread over all of them.
 
     Args:
-        robot: whose snapshots these are.
+        robot: the robot of the snapshots.
         snapshots: converged ones.
-        count: how many at most.
+        count: largest number of problems.
     """
     touching = np.flatnonzero(snapshots.lam.any(axis=0))
     chosen = touching[
@@ -100,7 +100,9 @@ def _problem(robot: Robot, snapshots: Snapshots, column: int) -> ContactProblem:
     )
     W, delta = all_rows.W, all_rows.delta_free.copy()
     delta[robot.n_e : robot.n_e + robot.n_a] -= snapshots.pull[:, column]
-    taut = robot.n_e + np.flatnonzero(tension > 0.0)  # cables that hold what they are wound to
+    taut = robot.n_e + np.flatnonzero(
+        tension > 0.0
+    )  # taut cables have their pulled lengths prescribed
     share = np.linalg.solve(W[np.ix_(taut, taut)], np.c_[W[taut], delta[taut]])  # (t, rows + 1)
     W, delta = W - W[:, taut] @ share[:, :-1], delta - W[:, taut] @ share[:, -1]
     contact = slice(robot.n_e + robot.n_a, None)

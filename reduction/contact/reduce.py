@@ -1,4 +1,4 @@
-"""From a robot and a design to a contact basis: what `tauten reduce` does."""
+"""From a robot and a design to a contact basis, as in `tauten reduce`."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Literal
 
+from threadpoolctl import threadpool_limits
+
 from tauten.model import Robot
 from tauten.reduction.campaign import Design, Snapshots, run_campaign
 from tauten.reduction.contact.basis import ContactBasis
@@ -16,22 +18,22 @@ from tauten.reduction.contact.mode_count import ChoiceError, Curve, choose_k, cr
 from tauten.reduction.contact.positive_basis import checked
 from tauten.reduction.contact.problems import contact_problems
 from tauten.reduction.contact.weighting import WEIGHTINGS, Weighting, snapshot_weights
-from tauten.reduction.provenance import CurvePoint, Provenance, versions
+from tauten.reduction.provenance import CurvePoint, Provenance, package_versions
 
-TOLERANCE = 1e-3  # of the robot's size: the effector error that "auto" accepts
+TOLERANCE = 1e-3  # effector error that "auto" allows, relative to the size of the robot
 
 
 @dataclass(frozen=True, slots=True)
 class ReduceSettings:
-    """How a basis is made from snapshots.
+    """Settings for making a basis from snapshots.
 
     Attributes:
         k: number of modes; "auto" for the smallest within `tolerance`.
         method: see `fit_each`.
-        weighting: how much each snapshot counts, see `snapshot_weights`.
-        tolerance: held-out effector error that "auto" accepts [m]; None for 1/1000 of the robot.
+        weighting: of the snapshots, see `snapshot_weights`.
+        tolerance: held-out effector error that "auto" allows [m]; None for 1/1000 of the robot.
         seed: of the factorisation.
-        curve: find the error against k even where k is given.
+        curve: compute the error against k even where k is given.
     """
 
     k: int | Literal["auto"] = "auto"
@@ -58,13 +60,13 @@ class ReduceSettings:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Reduction:
-    """What a reduction gives.
+    """Result of a reduction.
 
     Attributes:
         basis: the contact basis.
-        snapshots: what it was made from, the converged ones.
-        skipped: number of equilibria that did not converge and were left out.
-        curve: error against k, when k was to be chosen.
+        snapshots: the converged snapshots it was made from.
+        skipped: number of equilibria that did not converge and were omitted.
+        curve: error against k, if it was computed.
     """
 
     basis: ContactBasis
@@ -81,19 +83,19 @@ def reduce_robot(
     executor: Executor | None = None,
     show_progress: bool = True,
 ) -> Reduction:
-    """Run the campaign, or take what the folder holds of it, and make a basis from it.
+    """Run the campaign, or load its saved chunks from the folder, and make a basis from it.
 
     Args:
-        robot: what the basis is for.
-        design: what the robot is shown.
-        folder: where the campaign is kept.
-        settings: how the basis is made.
-        executor: see `tauten.reduction.campaign.executors`; None works in this process.
+        robot: the robot.
+        design: runs of excitations.
+        folder: of the saved campaign.
+        settings: number of modes, method, weighting.
+        executor: see `tauten.reduction.campaign.executors`; None computes in this process.
         show_progress: draw a bar on the terminal.
 
     Raises:
         SnapshotError: the folder holds another campaign, or a damaged file.
-        ChoiceError: no contact at all, k beyond the rank, no k within the tolerance.
+        ChoiceError: no contact, k beyond the rank, no k within the tolerance.
     """
     if robot.n_c == 0:
         raise ChoiceError(
@@ -111,23 +113,31 @@ def reduce_robot(
 def make_basis(
     robot: Robot, snapshots: Snapshots, settings: ReduceSettings
 ) -> tuple[ContactBasis, Curve | None]:
-    """A basis from snapshots, and the error against k if it was found.
+    """A basis from snapshots, and the error against k if it was computed.
+
+    All linear algebra runs on one thread, so that the same snapshots give the same basis to the last bit.
+
+    Args:
+        robot: the robot of the snapshots.
+        snapshots: converged equilibria [N, m].
+        settings: number of modes, method, weighting.
 
     Raises:
-        ValueError: as `factorise`: no contact at all, k beyond the rank.
+        ValueError: as `factorise`: no contact, k beyond the rank.
         ChoiceError: no k is within the tolerance.
     """
     weights = snapshot_weights(checked(snapshots.lam), settings.weighting)
     S, method, seed = snapshots.lam * weights, settings.method, settings.seed
-    problems = contact_problems(robot, snapshots)
-    curve, k = None, settings.k
-    if k == "auto" or settings.curve:
-        curve = cross_validate(S, folds(snapshots), problems, method=method, seed=seed)
-    if k == "auto":
-        assert curve is not None
-        k = choose_k(curve, settings.tolerance or TOLERANCE * robot.size)
-    (fit,) = fit_each(S, problems, (k,), method, seed)
-    found = quality(fit.Psi, problems)
+    with threadpool_limits(1):  # the order of sums depends on the number of threads
+        problems = contact_problems(robot, snapshots)
+        curve, k = None, settings.k
+        if k == "auto" or settings.curve:
+            curve = cross_validate(S, folds(snapshots), problems, method=method, seed=seed)
+        if k == "auto":
+            assert curve is not None
+            k = choose_k(curve, settings.tolerance or TOLERANCE * robot.size)
+        (fit,) = fit_each(S, problems, (k,), method, seed)
+        found = quality(fit.Psi, problems)
     return ContactBasis(fit.Psi, provenance(robot, snapshots, settings, fit, found, curve)), curve
 
 
@@ -139,7 +149,16 @@ def provenance(
     found: Quality,
     curve: Curve | None = None,
 ) -> Provenance:
-    """Where a basis made from these snapshots by this fit comes from."""
+    """Origin of a basis made from these snapshots by this fit.
+
+    Args:
+        robot: the robot of the snapshots.
+        snapshots: converged equilibria.
+        settings: number of modes, method, weighting.
+        fit: the modes.
+        found: their errors.
+        curve: error against k, if it was computed.
+    """
     points: list[CurvePoint] = []
     if curve is not None:
         columns = (curve.k, curve.training, curve.held_out, curve.force, curve.tip)
@@ -160,5 +179,5 @@ def provenance(
         tip_error=found.tip,
         curve=tuple(points),
         created=datetime.now(UTC).isoformat(timespec="seconds"),
-        versions=versions(),
+        versions=package_versions(),
     )

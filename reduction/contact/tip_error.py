@@ -15,12 +15,12 @@ from tauten.reduction.contact.basis import ContactBasis
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TipErrors:
-    """How far reduced contact takes the effectors from where pointwise contact takes them.
+    """Effector errors of reduced contact relative to pointwise contact.
 
     Attributes:
         error: (s,) largest distance of an effector [m]; NaN where either did not converge.
         converged: (s,) whether the reduced equilibrium did.
-        extra_columns: (s,) unit columns that enrichment had in play.
+        extra_columns: (s,) number of unit columns added by enrichment.
     """
 
     error: Array
@@ -36,21 +36,21 @@ def tip_errors(
     held: Literal["pull", "tension"] = "pull",
     max_iterations: int = MAX_ITERATIONS,
 ) -> TipErrors:
-    """Settle along the snapshots with reduced contact and compare effectors.
+    """Solve for the equilibria of the snapshots with reduced contact and compare effectors.
 
-    Every run starts from rest, so the error is that of following the whole path, not of one step.
+    Every run starts from rest, so the error is that of the whole path, not of one step.
 
     Args:
-        robot: whose snapshots these are.
+        robot: the robot of the snapshots.
         snapshots: equilibria with full contact, runs one after the other.
         basis: contact modes.
-        enrichment: when unit columns join; None leaves the basis as it is.
-        held: whether cables have the stored pulled lengths or the stored tensions. Tensions leave more
-            freedom to err.
-        max_iterations: of an equilibrium; more where snapshots are far apart.
+        enrichment: rules for adding unit columns; None adds none.
+        held: whether the stored pulled lengths or the stored tensions are prescribed. Errors are larger
+            with tensions.
+        max_iterations: of an equilibrium; more are needed where snapshots are far apart.
 
     Raises:
-        FactorisationError: the reduced model has blown up.
+        FactorisationError: the reduced model diverges.
     """
     simulator = Simulator(robot, contact=basis, enrichment=enrichment)
     error = np.full(len(snapshots), np.nan)

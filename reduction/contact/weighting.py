@@ -1,4 +1,4 @@
-"""How much each snapshot counts in a factorisation."""
+"""Weights of the snapshots in a factorisation."""
 
 from __future__ import annotations
 
@@ -11,18 +11,17 @@ from tauten.model.numerics import Array
 Weighting: TypeAlias = Literal["equal", "force"]
 WEIGHTINGS: tuple[Weighting, ...] = get_args(Weighting)
 
-# Snapshots with less than this share of the largest force count as if they had it: the first touch
-# of a single candidate shall not outweigh the rest.
+# Smallest norm in a weight, as a share of the largest norm: limits the weight of snapshots where only a
+# single candidate is in contact.
 _FLOOR = 1e-3
 
 
 def snapshot_weights(S: Array, weighting: Weighting) -> Array:
-    """Factors for the columns of S before they are factored: (s,).
+    """Factors for the columns of S before the factorisation: (s,).
 
-    "force" is the paper's: every newton counts the same, so the strongest contacts decide. "equal"
-    brings the columns to unit length: a cone does not know how long its generators are, the reduced
-    LCP finds the lengths by itself, and what has to be learned is the patterns of force, weak ones as
-    well as strong ones.
+    "force" is the paper's choice: factors 1, so the strongest contacts dominate the error. "equal" scales
+    the columns to unit length: a cone does not depend on the lengths of its generators, which the reduced
+    LCP computes, so weak and strong patterns of force have the same weight.
 
     Args:
         S: (n_c, s) contact forces [N].

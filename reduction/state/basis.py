@@ -1,29 +1,34 @@
-"""StateBasis: configurations as combinations of a few modes (14), and the elements that stand for all."""
+"""StateBasis: configurations as combinations of a few modes (14), and the sampled elements."""
 
 from __future__ import annotations
 
 import hashlib
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from tauten.model import Robot
 from tauten.model.numerics import Array, Ints
-from tauten.reduction.storage import DamagedFile, UnknownFile, located, read, write
+from tauten.model.tetra import Solid, TetRobot
+from tauten.reduction.storage import DamagedFile, UnknownFile, located, parsed, read, write
 
 SUFFIX = ".states"
 _KIND = "tauten state basis"
+_KINDS = {"Phi": "f", "elements": "i", "weights": "f"}
+_ORTHONORMAL = 1e-6  # largest entry of ΦᵀMΦ/m − I; rounding leaves 1e-14
+_VOLUME = (
+    2.0  # factor between the volume of the weighted elements and the body's; samples reach 1.02
+)
 
 
 class StateBasisError(ValueError):
-    """A state basis that cannot be used; the text says which one, what was found and what fits."""
+    """A state basis that cannot be used; the text names what was found and what is expected."""
 
 
 @dataclass(frozen=True, slots=True)
 class StateOrigin:
-    """Where a state basis and its sample of elements come from.
+    """Origin of a state basis and its sample of elements.
 
     Attributes:
         robot: name of the robot.
@@ -35,10 +40,10 @@ class StateOrigin:
         responses: how many of them are static responses instead of modes of motion.
         projection_error: root mean square of the motion left out, relative.
         sample: number of elements in the sample.
-        sample_tolerance: relative residual asked for when they were chosen.
+        sample_tolerance: relative residual allowed when they were chosen.
         sample_error: relative residual reached.
-        tip_mean, tip_max: distance of the tip from the full model's on held-out paths [m]; NaN unchecked.
-        seed: of what is random.
+        tip_mean, tip_max: distance of the tip from the full model's on held-out paths [m], or NaN.
+        seed: of the random directions.
         created: date and time, ISO 8601 in UTC.
         versions: (package, version) pairs, Python among them.
     """
@@ -60,27 +65,16 @@ class StateOrigin:
     created: str
     versions: tuple[tuple[str, str], ...]
 
-    @classmethod
-    def from_dict(cls, entries: dict[str, Any]) -> StateOrigin:
-        """From what `dataclasses.asdict` gave, through JSON.
-
-        Raises:
-            KeyError, TypeError, ValueError: an entry is missing or of another type.
-        """
-        values = {field.name: entries[field.name] for field in fields(cls)}
-        values["versions"] = tuple((str(name), str(found)) for name, found in values["versions"])
-        return cls(**values)
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class StateBasis:
-    """State modes of one robot, with the elements its forces are summed over.
+    """State modes of one robot, with the elements over which its forces are summed.
 
     Attributes:
         Phi: (n, r) modes, orthonormal in the mass (`tauten.reduction.state.modes`).
         elements: (s,) numbers of the sampled elements, ascending.
-        weights: (s,) how many elements each stands for, positive.
-        origin: where it comes from.
+        weights: (s,) factors of their forces, positive.
+        origin: robot, snapshots, errors and versions.
     """
 
     Phi: Array
@@ -93,12 +87,29 @@ class StateBasis:
             raise StateBasisError(
                 f"Phi has shape {self.Phi.shape}: expected (n, {self.origin.r}), r as in the origin"
             )
-        if not np.isfinite(self.Phi).all():
-            raise StateBasisError("Phi has entries that are not finite")
-        if self.elements.shape != self.weights.shape or not (self.weights > 0.0).all():
+        if self.Phi.size == 0 or not np.isfinite(self.Phi).all():
+            raise StateBasisError("Phi has no entries, or some that are not finite")
+        if self.elements.ndim != 1 or self.elements.shape != self.weights.shape:
             raise StateBasisError(
-                f"{len(self.elements)} elements and {len(self.weights)} weights: "
-                "expected one positive weight an element"
+                f"elements have shape {self.elements.shape}, weights {self.weights.shape}: "
+                "expected one weight for each element"
+            )
+        if not (np.isfinite(self.weights) & (self.weights > 0.0)).all():
+            raise StateBasisError("weights are not all positive and finite: expected w > 0")
+        if not len(self.elements) or self.elements[0] < 0 or (np.diff(self.elements) <= 0).any():
+            raise StateBasisError(
+                "elements are not ascending numbers from 0, each of them once: sort them"
+            )
+        if len(self.elements) != self.origin.sample:
+            raise StateBasisError(
+                f"there are {len(self.elements)} elements: expected {self.origin.sample}, "
+                "sample as in the origin"
+            )
+        mean, largest = self.origin.tip_mean, self.origin.tip_max
+        if not (np.isnan(mean) and np.isnan(largest)) and not 0.0 <= mean <= largest < np.inf:
+            raise StateBasisError(
+                f"tip_mean is {mean} m and tip_max {largest} m: expected 0 ≤ tip_mean ≤ tip_max, "
+                "or NaN for both where they were not measured"
             )
 
     @property
@@ -114,14 +125,14 @@ class StateBasis:
         return hasher.hexdigest()
 
     def with_tip_errors(self, mean: float, largest: float) -> StateBasis:
-        """The same with what it errs on held-out paths [m]."""
+        """The same basis with mean and largest tip error on held-out paths [m]."""
         return replace(self, origin=replace(self.origin, tip_mean=mean, tip_max=largest))
 
     def check_tip(self, allowed: float) -> None:
         """Make sure that its tip error on held-out paths is within what a robot file allows [m].
 
         Raises:
-            StateBasisError: it is larger, or was never measured.
+            StateBasisError: it is larger, or was not measured.
         """
         if not self.origin.tip_max <= allowed:
             raise StateBasisError(
@@ -132,17 +143,54 @@ class StateBasis:
             )
 
     def check_robot(self, robot: Robot) -> None:
-        """Make sure that this state basis was made for this robot.
+        """Make sure that this state basis was made for this robot and describes its body.
 
         Raises:
-            StateBasisError: it was made for another robot, or for an earlier state of this one.
+            StateBasisError: it was made for another robot, or for an earlier version of this one; its
+                modes are not orthonormal in the robot's mass, its weighted elements have
+                another volume than the body, its tip error is larger than the robot, or the robot is not
+                made of linear corotational tetrahedra.
         """
+        body = corotational_robot(robot)
         made_for = self.origin
         if made_for.robot_digest != robot.digest or len(self.Phi) != robot.n:
             raise StateBasisError(
                 f"this state basis was made for robot {made_for.robot!r} with model digest "
                 f"{made_for.robot_digest[:12]}, not for {robot.name!r} with {robot.digest[:12]}: "
                 f"make one with `tauten reduce {robot.name} --states`"
+            )
+        self._check_body(body)
+
+    def _check_body(self, robot: TetRobot) -> None:
+        """Compare modes, sample and tip error with the robot's body."""
+        again = f"make it again with `tauten reduce {robot.name} --states`"
+        if self.elements[-1] >= robot.n_elements:
+            raise StateBasisError(
+                f"this state basis samples element {self.elements[-1]}, robot {robot.name!r} has "
+                f"the elements 0 to {robot.n_elements - 1}: {again}"
+            )
+        weight = 3.0 * robot.mass / robot.mass.sum()  # (n,)
+        with np.errstate(over="ignore", invalid="ignore"):
+            gram = self.Phi.T @ (weight[:, None] * self.Phi)  # (r, r)
+        apart = float(np.abs(gram - np.eye(self.r)).max())
+        if not apart <= _ORTHONORMAL:
+            raise StateBasisError(
+                f"the modes of this state basis are not orthonormal in the mass of robot "
+                f"{robot.name!r}: ΦᵀMΦ/m − I has an entry of {apart:.2g}, allowed are "
+                f"{_ORTHONORMAL}: {again}"
+            )
+        volumes = robot.corotational.volumes
+        with np.errstate(over="ignore"):
+            share = float(self.weights @ volumes[self.elements] / volumes.sum())
+        if not 1.0 / _VOLUME <= share <= _VOLUME:
+            raise StateBasisError(
+                f"the weighted elements of this state basis have {share:.3g} times the volume of "
+                f"robot {robot.name!r}, allowed are {1.0 / _VOLUME} to {_VOLUME}: {again}"
+            )
+        if self.origin.tip_max > robot.size:
+            raise StateBasisError(
+                f"tip_max of this state basis is {self.origin.tip_max} m, more than the size of "
+                f"robot {robot.name!r}, {robot.size:.3g} m: {again}"
             )
 
     def save(self, path: str | Path) -> Path:
@@ -163,7 +211,7 @@ class StateBasis:
         """Read a .states file, or the one shipped for a robot of that name.
 
         Raises:
-            StateBasisError: no such file, or it is damaged; says which and what was found.
+            StateBasisError: no such file, or it is damaged; names the file and what was found.
         """
         try:
             with located(name_or_path, SUFFIX, "state basis") as file:
@@ -174,12 +222,12 @@ class StateBasis:
 
 def _load(path: Path) -> StateBasis:
     try:
-        header, arrays = read(path, _KIND)
+        header, arrays = read(path, _KIND, _KINDS)
         return StateBasis(
             Phi=np.ascontiguousarray(arrays["Phi"], dtype=float),
             elements=arrays["elements"].astype(np.int64),
             weights=arrays["weights"].astype(float),
-            origin=StateOrigin.from_dict(header["origin"]),
+            origin=parsed(StateOrigin, header["origin"]),
         )
     except OSError as error:
         raise StateBasisError(
@@ -189,3 +237,21 @@ def _load(path: Path) -> StateBasis:
         raise StateBasisError(str(error)) from error
     except (StateBasisError, KeyError, TypeError, ValueError) as error:
         raise StateBasisError(f"{path}: this state basis file is damaged ({error})") from error
+
+
+def corotational_robot(robot: Robot) -> TetRobot:
+    """The robot, when state reduction knows its elements.
+
+    Raises:
+        StateBasisError: it is not made of linear corotational tetrahedra of one material.
+    """
+    if not isinstance(robot, TetRobot):
+        raise StateBasisError(
+            f"robot {robot.name}: only robots made of tetrahedra have state bases"
+        )
+    if isinstance(robot.elements, Solid):
+        raise StateBasisError(
+            f"robot {robot.name}: only linear tetrahedra of one corotational material have state bases; "
+            'set mesh.element = "linear" and material.law = "corotational", or use the full model'
+        )
+    return robot

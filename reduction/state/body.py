@@ -14,7 +14,7 @@ from tauten.reduction.state.kernels import Body, Tendons
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ReducedPoints:
-    """MaterialPoints that move with the state: x = x₀ + map α.
+    """Points that move with the reduced state: x = x₀ + map α.
 
     Attributes:
         rest: (3 p,) positions in the rest state [m].
@@ -31,25 +31,50 @@ class ReducedPoints:
 
 
 def node_rows(robot: TetRobot, Phi: Array, nodes: Ints) -> Array:
-    """Rows of Φ of nodes (…,), zero where they are fixed: (…, 3, r)."""
+    """Rows of Φ that belong to nodes, zero where a node is fixed.
+
+    Args:
+        robot: the full model.
+        Phi: (n, r) state modes.
+        nodes: (…,) node numbers.
+
+    Returns:
+        (…, 3, r).
+    """
     first = robot.pattern.dof[nodes]
     rows = Phi[np.maximum(first, 0)[..., None] + np.arange(3)]
     return np.where((first >= 0)[..., None, None], rows, 0.0)
 
 
 def sampled_body(robot: TetRobot, Phi: Array, elements: Ints, weights: Array) -> Body:
-    """Elements (s,), each counting as many times as its weight (s,), in reduced coordinates."""
+    """Sampled elements in reduced coordinates.
+
+    Args:
+        robot: the full model.
+        Phi: (n, r) state modes.
+        elements: (s,) element numbers.
+        weights: (s,) factors of their forces.
+    """
     G = element_gradients(robot, Phi, elements)  # (9 s, r)
-    volume = weights * robot.elements.volumes[elements]  # (s,)
+    volume = weights * robot.corotational.volumes[elements]  # (s,)
     weighted = np.repeat(2.0 * robot.material.lame[1] * volume, 9)[:, None] * G  # (9 s, r)
     identity = np.tile(np.eye(3).ravel(), len(elements))  # (9 s,)
     return Body(G, volume, robot.material.lame, G.T @ weighted, identity @ weighted)
 
 
 def element_gradients(robot: TetRobot, Phi: Array, elements: Ints) -> Array:
-    """Changes of the deformation gradients F_ij with α: (9 s, r), row 9 e + 3 i + j."""
+    """Derivatives of the deformation gradients F_ij with respect to α.
+
+    Args:
+        robot: the full model.
+        Phi: (n, r) state modes.
+        elements: (s,) element numbers.
+
+    Returns:
+        (9 s, r) [1/m], row 9 e + 3 i + j.
+    """
     rows = node_rows(robot, Phi, robot.mesh.tets[elements])  # (s, 4, 3, r)
-    G = np.einsum("sair,saj->sijr", rows, robot.elements.gradients[elements], optimize=True)
+    G = np.einsum("sair,saj->sijr", rows, robot.corotational.gradients[elements], optimize=True)
     return np.ascontiguousarray(G.reshape(-1, Phi.shape[1]))
 
 
@@ -67,7 +92,7 @@ def reduced_tendons(robot: TetRobot, Phi: Array) -> Tendons:
 
 
 def contact_surface(robot: TetRobot, Phi: Array) -> tuple[ReducedPoints, ContactSet]:
-    """The vertices that contact needs, and the contacts on them alone."""
+    """The vertices that contacts refer to, and the contacts on these vertices only."""
     old = robot.contacts
     parts = [part.ravel() for pair in old.pairs for part in (pair.nodes, pair.triangles)]
     used = np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *parts]))  # (v,)
@@ -80,5 +105,5 @@ def contact_surface(robot: TetRobot, Phi: Array) -> tuple[ReducedPoints, Contact
         for pair in old.pairs
     ]
     rows = node_rows(robot, Phi, used).reshape(-1, Phi.shape[1])
-    carried = ReducedPoints(robot.mesh.nodes[used].ravel(), np.ascontiguousarray(rows))
-    return carried, ContactSet(pairs, len(used), old.alarm_distance)
+    surface = ReducedPoints(robot.mesh.nodes[used].ravel(), np.ascontiguousarray(rows))
+    return surface, ContactSet(pairs, len(used), old.alarm_distance)

@@ -1,17 +1,17 @@
-"""Which elements stand for all, and for how many each: energy-conserving sampling and weighting.
+"""Energy-conserving sampling and weighting: few elements whose weighted forces replace the sum over all.
 
-The reduced force is a sum over elements, Φᵀ f = Σ_e Φ_eᵀ f_e. A weighted sample of few elements gives the
-same sum on the states a robot takes:
+The reduced force is a sum over elements, Φᵀ f = Σ_e Φ_eᵀ f_e. A weighted sample of few elements gives nearly
+the same sum at the states of a campaign:
 
     min |w|₀   s.t.   ‖C w − C 1‖ ≤ τ ‖C 1‖,   w ≥ 0
 
-with a column of C for every element. Since all elements keep their own strain energy and only count w times,
-the sampled model has an energy, its tangent is symmetric, and it rotates rigidly without stress.
+with a column of C for every element. Each sampled element has its own strain energy, multiplied by w, so the
+sampled model has an energy, its tangent is symmetric, and rigid rotations cause no stress.
 (Farhat, Avery, Chapman, Cortial, Int. J. Numerical Methods in Engineering 98, 2014.)
 
-Rows of C are forces at training states, and changes of force about them in random directions, so that the
-sample's tangent is right too. They are multiplied with K^(−1/2), which makes the residual an energy: what
-counts is how far a missing force would move the body, and how hard that is.
+Rows of C are forces at training states, and changes of force in random directions about them, so that the
+tangent of the sample is accurate too. They are multiplied by K^(−1/2), so the squared residual is the elastic
+energy of the deformation that the missing force would cause.
 """
 
 from __future__ import annotations
@@ -28,17 +28,17 @@ from tauten.reduction.state.body import element_gradients
 
 STATES = 40  # training states taken of a campaign
 DIRECTIONS = 2  # random directions at each, for the tangent
-SHARE = 0.1  # of the state's own size is how far a direction counts
-STEP = 1e-3  # of that is the difference taken
+SHARE = 0.1  # length of a direction, relative to the norm of its state
+STEP = 1e-3  # step of the finite difference, relative to that length
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sample:
-    """Elements that stand for all.
+    """Sampled elements and their weights.
 
     Attributes:
         elements: (s,) their numbers, ascending.
-        weights: (s,) how many elements each stands for.
+        weights: (s,) factors of their forces.
         error: relative residual ‖C w − C 1‖ / ‖C 1‖.
     """
 
@@ -55,7 +55,7 @@ def sample_elements(
     Args:
         robot: the full model.
         Phi: (n, r) state modes.
-        alphas: (r, s) states of a campaign [m]; some of them, evenly spread, are trained on.
+        alphas: (r, s) states of a campaign [m]; some of them, evenly spread, are training states.
         tolerance: relative residual.
         seed: of the random directions.
     """
@@ -69,18 +69,28 @@ def sample_elements(
 
 
 def contributions(robot: TetRobot, Phi: Array, alphas: Array, seed: int) -> Array:
-    """The training matrix C: ((1 + directions) r s, e) [√J], a column an element."""
+    """The training matrix C, one column for each element.
+
+    Args:
+        robot: the full model.
+        Phi: (n, r) state modes.
+        alphas: (r, s) training states [m].
+        seed: of the random directions.
+
+    Returns:
+        ((1 + DIRECTIONS) r s, e) [√J].
+    """
     rng = np.random.default_rng(seed)
     every, r = np.arange(robot.n_elements), Phi.shape[1]
     G = element_gradients(robot, Phi, every)  # (9 e, r)
-    volume, lame = robot.elements.volumes, robot.material.lame
+    volume, lame = robot.corotational.volumes, robot.material.lame
     C = np.empty((alphas.shape[1] * (1 + DIRECTIONS) * r, len(every)))
     row = 0
     for alpha in np.ascontiguousarray(alphas.T):
         root = compliance_root(robot, Phi, alpha)  # (r, r)
         blocks = [element_forces(alpha, G, volume, lame)]
         for _ in range(DIRECTIONS):
-            step = root @ rng.normal(size=r)  # a direction as likely as its energy is low
+            step = root @ rng.normal(size=r)  # low-energy directions are likelier
             step *= STEP * SHARE * np.linalg.norm(alpha) / np.linalg.norm(step)
             forth = element_forces(alpha + step, G, volume, lame)
             back = element_forces(alpha - step, G, volume, lame)
@@ -92,7 +102,16 @@ def contributions(robot: TetRobot, Phi: Array, alphas: Array, seed: int) -> Arra
 
 
 def compliance_root(robot: TetRobot, Phi: Array, alpha: Array) -> Array:
-    """K^(−1/2) of the reduced tangent with rotations held: (r, r)."""
+    """K^(−1/2) of the reduced tangent with rotations held.
+
+    Args:
+        robot: the full model.
+        Phi: (n, r) state modes.
+        alpha: (r,) state [m].
+
+    Returns:
+        (r, r) [(m/N)^(1/2)].
+    """
     state = State(robot.rest().q + Phi @ alpha, np.zeros(robot.n))
     _, values = robot.forces(state)
     pattern = robot.pattern
@@ -108,7 +127,7 @@ def element_forces(alpha: Array, G: Array, volume: Array, lame: tuple[float, flo
 
     Args:
         alpha: (r,) state [m].
-        G: (9 e, r) changes of the deformation gradients.
+        G: (9 e, r) derivatives of the deformation gradients [1/m].
         volume: (e,) [m³].
         lame: (λ, μ) [Pa].
     """

@@ -1,4 +1,4 @@
-"""Kernels of a robot in reduced coordinates q = q₀ + Φ α: nothing here is as long as the mesh.
+"""Kernels of a robot in reduced coordinates q = q₀ + Φ α: no array here is as long as the mesh.
 
 **Elements.** The stress of a corotational tetrahedron (`tauten.model.tetra.elements`) is P = 2 μ F + c R with
 c = λ tr(S − I) − 2 μ, and F = I + G α is linear in α. So its force and its exact tangent are
@@ -6,8 +6,9 @@ c = λ tr(S − I) − 2 μ, and F = I + G α is linear in α. So its force and 
     f = −V Gᵀ(2 μ (I + G α)) − V c t                   t = Gᵀ R, the gradient of tr S
     K = V (2 μ Gᵀ G + λ t tᵀ + c aᵀ (tr(S) I − S)⁻¹ a)   a: axial vector of Rᵀ dF − (Rᵀ dF)ᵀ
 
-of which only t (r,) and a (3, r) change: the rest is summed once. With the rotation held c (tr(S) I − S)⁻¹
-is −μ I. Summed over a sample of elements with weights w (`tauten.reduction.state.ecsw`), V is w V.
+of which only t (r,) and a (3, r) change: all other terms are summed once. With the rotation held
+c (tr(S) I − S)⁻¹ is −μ I. Summed over a sample of elements with weights w (`tauten.reduction.state.ecsw`),
+V is w V.
 
 **Cables.** A segment's difference of stations is d = d₀ + D α; its tension adds λ Dᵀ (I − d dᵀ/ℓ²) D / ℓ.
 
@@ -28,7 +29,7 @@ Symmetric: TypeAlias = tuple[float, float, float, float, float, float]
 
 
 class Body(NamedTuple):
-    """Sampled elements; a tuple because kernels take it as it is.
+    """Sampled elements; a tuple because kernels accept it directly.
 
     Attributes:
         gradient: (9 s, r) G, row 9 e + 3 i + j the change of F_ij of element e.
@@ -46,7 +47,7 @@ class Body(NamedTuple):
 
 
 class Tendons(NamedTuple):
-    """Cable segments; a tuple because kernels take it as it is.
+    """Cable segments; a tuple because kernels accept it directly.
 
     Attributes:
         owner: (g,) cable of each segment.
@@ -61,8 +62,26 @@ class Tendons(NamedTuple):
     rest_length: Array
 
 
+class Dynamics(NamedTuple):
+    """Mass, damping and time step; a tuple because kernels accept it directly.
+
+    Attributes:
+        mass: (r, r) Φᵀ M Φ [kg].
+        h: time step [s].
+        static: whether inertia and damping are left out.
+        a: of the Rayleigh damping a M + b_K K [1/s].
+        b_K: of the Rayleigh damping [s].
+    """
+
+    mass: Array
+    h: float
+    static: bool
+    a: float
+    b_K: float
+
+
 class Work(NamedTuple):
-    """What the kernels write to, allocated once.
+    """Workspace of the kernels, allocated once.
 
     Attributes:
         F: (s, 3, 3) deformation gradients.
@@ -115,7 +134,7 @@ def assemble(
         alpha: (r,) [m].
         tension: (n_a,) [N], for the curvature of the cables.
         load: (r,) Φᵀ of gravity and outer forces [N].
-        exact: whether the tangent includes the turning of rotations.
+        exact: whether the tangent includes the change of rotations.
         body: the elements.
         tendons: the cables.
         work: overwritten.
@@ -137,7 +156,17 @@ def assemble(
 
 @kernel
 def turning(F: Array, R: Array, lame: tuple[float, float], exact: bool) -> tuple[float, Symmetric]:
-    """The stress coefficient c, and c (tr(S) I − S)⁻¹, or −μ I with rotations held."""
+    """The stress coefficient c, and c (tr(S) I − S)⁻¹, or −μ I with rotations held.
+
+    Args:
+        F: (3, 3) deformation gradient.
+        R: (3, 3) its rotation.
+        lame: (λ, μ) [Pa].
+        exact: whether the tangent includes the change of rotations.
+
+    Returns:
+        c [Pa]; the six entries of the symmetric matrix [Pa].
+    """
     lam, mu = lame
     S00 = R[0, 0] * F[0, 0] + R[1, 0] * F[1, 0] + R[2, 0] * F[2, 0]
     S11 = R[0, 1] * F[0, 1] + R[1, 1] * F[1, 1] + R[2, 1] * F[2, 1]
@@ -150,7 +179,7 @@ def turning(F: Array, R: Array, lame: tuple[float, float], exact: bool) -> tuple
     C00, C11, C22 = b * d - S12 * S12, a * d - S02 * S02, a * b - S01 * S01
     C01, C02, C12 = S01 * d + S02 * S12, S01 * S12 + b * S02, a * S12 + S01 * S02
     det = a * C00 - S01 * C01 - S02 * C02
-    # singular only for elements turned inside out: leave their tangent alone
+    # singular only for inverted elements, which keep the tangent with fixed rotations
     if not (exact and det > 1e-3):
         return c, (-mu, 0.0, 0.0, -mu, 0.0, -mu)
     w = c / det
@@ -159,7 +188,17 @@ def turning(F: Array, R: Array, lame: tuple[float, float], exact: bool) -> tuple
 
 @kernel
 def project(e: int, V: float, c: float, R: Array, Q: Symmetric, body: Body, work: Work) -> None:
-    """Rows t and a of element e and their images; its part of the force that is not linear in α."""
+    """Rows t and a of element e and their images; its part of the force that is not linear in α.
+
+    Args:
+        e: number of the element in the sample.
+        V: its weighted volume w V [m³].
+        c: stress coefficient of `turning` [Pa].
+        R: (3, 3) rotation of its deformation gradient.
+        Q: symmetric matrix of `turning` [Pa].
+        body: the elements.
+        work: Z, Y and force are written.
+    """
     G, Z, Y, force = body.gradient, work.Z, work.Y, work.force
     # scalars, because numba keeps them in registers where it would reload array entries
     R00, R01, R02, R10, R11, R12 = R[0, 0], R[0, 1], R[0, 2], R[1, 0], R[1, 1], R[1, 2]
@@ -186,7 +225,15 @@ def project(e: int, V: float, c: float, R: Array, Q: Symmetric, body: Body, work
 
 @kernel
 def add_curvature(alpha: Array, tension: Array, tendons: Tendons, first: int, work: Work) -> None:
-    """Rows D of the segments and their images, from row `first` of Z and Y on."""
+    """Rows D of the segments and their images, from row `first` of Z and Y on.
+
+    Args:
+        alpha: (r,) state [m].
+        tension: (n_a,) cable tensions [N].
+        tendons: the cables.
+        first: row of Z and Y to start at.
+        work: Z, Y and d are written.
+    """
     np.dot(tendons.map, alpha, work.d)
     D, Z, Y = tendons.map, work.Z, work.Y
     for s in range(tendons.owner.shape[0]):
@@ -226,8 +273,8 @@ def pulled_lengths(alpha: Array, tendons: Tendons) -> tuple[Array, Array]:
 
 @kernel
 def linearise(
-    alpha: Array, v: Array, tension: Array, load: Array, h: float, static: bool, a: float,
-    b_K: float, body: Body, tendons: Tendons, mass: Array, work: Work,
+    alpha: Array, v: Array, tension: Array, load: Array, dynamics: Dynamics,
+    body: Body, tendons: Tendons, work: Work,
 ) -> float:  # fmt: skip
     """Factors of A into work.L and v_free into work.v_free, as `tauten.model.system.make_system`.
 
@@ -236,21 +283,18 @@ def linearise(
         v: (r,) its rate [m/s].
         tension: as in `assemble`.
         load: as in `assemble`.
-        h: time step [s].
-        static: whether inertia and damping are left out.
-        a: of the Rayleigh damping a M + b_K K [1/s].
-        b_K: of the Rayleigh damping [s].
+        dynamics: mass, damping and time step.
         body: the elements.
         tendons: the cables.
-        mass: (r, r) Φᵀ M Φ [kg].
         work: overwritten.
 
     Returns:
         Norm of the forces out of balance [N]; NaN when A is not positive definite.
     """
+    h, a, b_K, mass = dynamics.h, dynamics.a, dynamics.b_K, dynamics.mass
     for exact in (True, False):  # buckling makes the exact tangent indefinite
         assemble(alpha, tension, load, exact, body, tendons, work)
-        if static:
+        if dynamics.static:
             work.A[:] = h * h * work.K
             work.v_free[:] = h * work.force
         else:
@@ -259,7 +303,7 @@ def linearise(
             work.v_free[:] = h * (work.force - a * Mv - (b_K + h) * Kv)
         if cholesky(work.A, work.L):
             solve_in_place(work.L, work.v_free)
-            if not static:
+            if not dynamics.static:
                 work.v_free[:] += v
             return float(np.sqrt(np.dot(work.force, work.force)))
     return np.nan
@@ -271,15 +315,15 @@ def contact_jacobian(normal: Array, vertices: Ints, coefficients: Array, surface
 
     Args:
         normal: (m, 3) directions.
-        vertices: (m, 6) vertices that carry each row.
+        vertices: (m, 6) vertices of each row.
         coefficients: (m, 6) their shares.
-        surface: (3 v, r) how the vertices move.
+        surface: (3 v, r) derivative of the vertices with respect to α.
     """
     m, r = normal.shape[0], surface.shape[1]
     H = np.zeros((m, r))
     for k in range(m):
         n0, n1, n2 = normal[k, 0], normal[k, 1], normal[k, 2]
-        # two at a time: the compiler makes vector instructions of short sums alone
+        # two at a time: the compiler makes vector instructions of short sums only
         for a in range(0, 6, 2):
             v, w = coefficients[k, a], coefficients[k, a + 1]
             f, s = 3 * vertices[k, a], 3 * vertices[k, a + 1]

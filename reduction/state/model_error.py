@@ -1,4 +1,4 @@
-"""How far a reduced model has taken the tip from where the full one would have it, asked at one state."""
+"""Tip error of a reduced model at one state: its distance from the full model after a few Newton steps."""
 
 from __future__ import annotations
 
@@ -11,30 +11,30 @@ from tauten.model import ContactSpace, Simulator, State, default_enrichment
 from tauten.model.numerics import Array, FactorisationError
 from tauten.reduction.state.robot import ReducedRobot
 
-STEPS = 3  # Newton steps towards equilibrium; the first finds what the basis cannot follow to first order
+STEPS = 3  # Newton steps towards equilibrium; the first one shows the error to first order
 
 
 class TipCheck:
-    """Compares a reduced model with the full one, each with a workspace of its own.
+    """Compares a reduced model with the full one, each with its own workspace.
 
     Both take a few Newton steps towards equilibrium from the same state under the same pulled lengths, the
-    full one with pointwise contact. Where the tips end apart, forces of the full model push in directions
-    that the state basis, the sampled elements or the contact modes do not have. Inertia and damping, which
-    are in neither, do not matter.
+    full one with pointwise contact. Where the tips differ, the full model has forces in directions
+    that the state basis, the sampled elements or the contact modes lack. Neither model has inertia or
+    damping here.
     """
 
     def __init__(
         self, robot: ReducedRobot, contact: Literal["none", "full"] | ContactSpace
     ) -> None:
-        """Compare this robot, with the contact that its controller knows."""
-        enrichment = default_enrichment(robot.config.contact.tolerance)
-        known = None if isinstance(contact, str) else enrichment
+        """Compare this robot, with the contact model of its controller."""
+        enrichment = default_enrichment(robot.tolerance)
+        chosen = None if isinstance(contact, str) else enrichment
         self._robot = robot
-        self._reduced = Simulator(robot, contact, known)
+        self._reduced = Simulator(robot, contact, chosen)
         self._full = Simulator(robot.full, "none" if contact == "none" else "full")
 
     def __call__(self, state: State, tension: Array, pull: Array) -> float:
-        """Largest distance of an effector between the two models [m]; +inf where either breaks down.
+        """Largest distance of an effector between the two models [m]; +inf where a factorisation fails.
 
         Args:
             state: of the reduced model.
@@ -53,7 +53,6 @@ class TipCheck:
     def _settled(self, simulator: Simulator, state: State, tension: Array, pull: Array) -> Array:
         """Effectors (p, 3) after a few steps towards equilibrium [m]."""
         simulator.reset()
-        simulator.state = state
-        simulator.forces = replace(simulator.forces, tension=tension)
+        simulator.start_from(state, replace(simulator.forces, tension=tension))
         simulator.settle(pull=pull, max_iterations=STEPS)
         return simulator.effector

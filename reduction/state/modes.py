@@ -1,8 +1,8 @@
-"""State bases: the directions a robot has been seen to move in, and those that forces push it in.
+"""State bases: directions of motion in a campaign, and directions in which forces move the robot.
 
 q = q₀ + Φ α (14). Columns are orthonormal in the mass, Φᵀ M Φ = m I with m the body's mass, so α is in
-metres and |α| is the root mean square displacement of the body. Fixed nodes have no rows in Φ: whatever α,
-they stay.
+metres and |α| is the root mean square displacement of the body. Fixed nodes have no rows in Φ,
+so they do not move.
 """
 
 from __future__ import annotations
@@ -34,18 +34,18 @@ class Pod:
 
     @property
     def error(self) -> float:
-        """Root mean square of what r modes leave out, relative to all."""
+        """Root mean square of the motion outside the r modes, relative to all motion."""
         total = float(np.linalg.norm(self.strength))
         return float(np.linalg.norm(self.strength[self.Phi.shape[1] :])) / total
 
 
 def pod(deviations: Array, mass: Array, r: int) -> Pod:
-    """The r directions that leave out least of the deviations, in the norm of the mass.
+    """The r directions with the smallest projection error of the deviations, in the norm of the mass.
 
     Args:
         deviations: (n, s) q − q₀ [m].
         mass: (n,) lumped mass, every node three times [kg].
-        r: number of modes; fewer come back when the deviations have a smaller rank.
+        r: number of modes; fewer are returned when the deviations have a smaller rank.
 
     Source: Sirovich, Quarterly of Applied Mathematics 45, 1987; weighted as in Volkwein, Model Reduction
     using Proper Orthogonal Decomposition, 2013.
@@ -58,20 +58,29 @@ def pod(deviations: Array, mass: Array, r: int) -> Pod:
 
 
 def enriched(Phi: Array, vectors: Array, mass: Array) -> Array:
-    """Φ with what the vectors (n, m) have beyond it: (n, r + m'), m' ≤ m the rank of that.
+    """Φ and orthonormal columns for the parts of some vectors outside its span.
 
-    Gram-Schmidt twice (Giraud, Langou, Rozložník, Computers and Mathematics with Applications 50, 2005).
+    Args:
+        Phi: (n, r) modes, orthonormal in the mass.
+        vectors: (n, m) directions to add.
+        mass: (n,) lumped mass, every node three times [kg].
+
+    Returns:
+        (n, r + m') with m' ≤ m, the rank of those parts.
+
+    Source: Gram-Schmidt twice (Giraud, Langou, Rozložník, Computers and Mathematics with Applications
+    50, 2005).
     """
     weight = 3.0 * mass / mass.sum()  # (n,)
     columns = [Phi[:, j] for j in range(Phi.shape[1])]
     for vector in vectors.T:
-        before, rest = np.sqrt(vector @ (weight * vector)), vector
+        before, remainder = np.sqrt(vector @ (weight * vector)), vector
         for _ in range(2):
             basis = np.stack(columns, axis=1) if columns else np.zeros((len(mass), 0))
-            rest = rest - basis @ (basis.T @ (weight * rest))
-        norm = np.sqrt(rest @ (weight * rest))
+            remainder = remainder - basis @ (basis.T @ (weight * remainder))
+        norm = np.sqrt(remainder @ (weight * remainder))
         if norm > 1e-6 * before:
-            columns.append(rest / norm)
+            columns.append(remainder / norm)
     return np.stack(columns, axis=1)
 
 
@@ -81,7 +90,7 @@ def responses(robot: TetRobot, space: ContactSpace, state: State, tension: Array
     Args:
         robot: the full model; its workspace is used.
         space: contact modes; those without a candidate in range have no response.
-        state: where.
+        state: where the system is linearised.
         tension: (n_a,) cable tensions there [N].
     """
     system = robot.linearise(state, tension, replace(robot.integration, static=True))
@@ -92,7 +101,16 @@ def responses(robot: TetRobot, space: ContactSpace, state: State, tension: Array
 
 
 def campaign_responses(robot: TetRobot, space: ContactSpace, snapshots: Snapshots) -> Array:
-    """Responses at a few states spread over a campaign, strongest direction first: (n, m)."""
+    """Responses at a few states spread over a campaign, strongest direction first.
+
+    Args:
+        robot: the full model; its workspace is used.
+        space: contact modes.
+        snapshots: equilibria with configurations.
+
+    Returns:
+        (n, m), orthonormal in the mass.
+    """
     chosen = np.linspace(0, len(snapshots) - 1, RESPONSE_STATES).round().astype(int)
     parts = []
     for i in chosen:

@@ -1,4 +1,4 @@
-"""From a campaign's snapshots to a state basis and its sample of elements, checked on paths held out."""
+"""From a campaign's snapshots to a state basis and its sample of elements, compared with held-out paths."""
 
 from __future__ import annotations
 
@@ -7,21 +7,27 @@ from datetime import UTC, datetime
 from typing import Literal
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from tauten.model import Robot, default_enrichment
 from tauten.model.numerics import Array, Bools
 from tauten.model.tetra import TetRobot
 from tauten.reduction.campaign import Snapshots
 from tauten.reduction.contact import ContactBasis, TipErrors, tip_errors
-from tauten.reduction.provenance import versions
-from tauten.reduction.state.basis import StateBasis, StateBasisError, StateOrigin
+from tauten.reduction.provenance import package_versions
+from tauten.reduction.state.basis import (
+    StateBasis,
+    StateBasisError,
+    StateOrigin,
+    corotational_robot,
+)
 from tauten.reduction.state.ecsw import Sample, sample_elements
 from tauten.reduction.state.modes import Pod, campaign_responses, enriched, pod
 from tauten.reduction.state.robot import reduced_robot
 
-HELD_OUT = 5  # every fifth run, or snapshot of a single run, takes no part in the training
-MOST_MODES = 100  # looked at when r is chosen
-CHECKS = 200  # held-out equilibria followed at most
+HELD_OUT = 5  # every fifth run, or snapshot of few runs, is held out of the training
+MOST_MODES = 100  # largest r
+CHECKS = 200  # largest number of held-out equilibria compared
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,11 +35,11 @@ class StateSettings:
     """How a state basis is made.
 
     Attributes:
-        r: modes of motion; "auto" for the fewest that leave out no more than `motion`.
-        motion: root mean square of the motion that "auto" may leave out, relative.
+        r: modes of motion; "auto" for the fewest with a projection error within `motion`.
+        motion: relative root mean square projection error that "auto" allows.
         responses: static responses added to them, strongest direction first.
         sample: relative residual of the sampled elements, see `tauten.reduction.state.ecsw`.
-        seed: of what is random.
+        seed: of the random directions.
     """
 
     r: int | Literal["auto"] = "auto"
@@ -55,27 +61,35 @@ class StateSettings:
 def reduce_states(
     robot: Robot, snapshots: Snapshots, basis: ContactBasis, settings: StateSettings
 ) -> StateBasis:
-    """A state basis, its sample of elements, and its tip errors on what was held out.
+    """A state basis, its sample of elements, and its tip errors on equilibria that were held out.
+
+    All linear algebra runs on one thread, so that the same snapshots give the same basis to the last bit.
 
     Args:
         robot: the full model.
         snapshots: a campaign's converged equilibria, with their configurations.
-        basis: contact modes that the reduced model will be used with.
-        settings: how.
+        basis: contact modes of the controller that will use the reduced model.
+        settings: numbers of modes and tolerances.
 
     Raises:
         StateBasisError: a robot that is not made of tetrahedra, snapshots without configurations, or
             a reduced model that does not find its equilibria.
     """
-    if not isinstance(robot, TetRobot):
-        raise StateBasisError(
-            f"robot {robot.name}: only robots made of tetrahedra have state bases"
-        )
+    robot = corotational_robot(robot)
     if len(snapshots.q) != robot.n or len(snapshots) < HELD_OUT:
         raise StateBasisError(
             f"{len(snapshots)} snapshots with {len(snapshots.q)} coordinates: "
             f"expected at least {HELD_OUT} with {robot.n}"
         )
+    with threadpool_limits(1):  # the order of sums depends on the number of threads
+        # a fork, because a factorisation must keep the number of threads it was analysed with
+        return _reduced(robot.fork(), snapshots, basis, settings)
+
+
+def _reduced(
+    robot: TetRobot, snapshots: Snapshots, basis: ContactBasis, settings: StateSettings
+) -> StateBasis:
+    """As `reduce_states`, arguments checked."""
     held_out = held_out_snapshots(snapshots)
     training = snapshots.select(~held_out)
     deviations = training.q - robot.rest().q[:, None]  # (n, s)
@@ -102,7 +116,17 @@ def origin_of(
     sample: Sample,
     settings: StateSettings,
 ) -> StateOrigin:
-    """Where a state basis of these modes, responses and elements comes from; tip errors unknown."""
+    """Origin of a state basis, its tip errors not measured.
+
+    Args:
+        robot: the full model.
+        training: the snapshots of the training.
+        snapshots_digest: of all snapshots.
+        modes: modes of motion.
+        responses: number of static responses.
+        sample: sampled elements.
+        settings: tolerances and seed.
+    """
     return StateOrigin(
         robot=robot.name,
         robot_digest=robot.digest,
@@ -119,12 +143,12 @@ def origin_of(
         tip_max=float("nan"),
         seed=settings.seed,
         created=datetime.now(UTC).isoformat(timespec="seconds"),
-        versions=versions(),
+        versions=package_versions(),
     )
 
 
 def held_out_snapshots(snapshots: Snapshots) -> Bools:
-    """Which snapshots take no part in the training: (s,) bool; whole runs where there are enough."""
+    """Which snapshots are held out of the training: (s,) bool; whole runs where there are enough."""
     runs = np.unique(snapshots.run)
     if len(runs) >= HELD_OUT:
         held: Bools = np.searchsorted(runs, snapshots.run) % HELD_OUT == HELD_OUT - 1
@@ -134,7 +158,7 @@ def held_out_snapshots(snapshots: Snapshots) -> Bools:
 
 
 def chosen_modes(found: Pod, settings: StateSettings) -> Pod:
-    """The first r modes, or as many as leave out little enough."""
+    """The first r modes, or for "auto" the fewest within the allowed projection error."""
     r = settings.r
     if r == "auto":
         left_out = np.sqrt(
@@ -148,8 +172,15 @@ def chosen_modes(found: Pod, settings: StateSettings) -> Pod:
 def check_errors(
     robot: TetRobot, states: StateBasis, basis: ContactBasis, held_out: Snapshots
 ) -> TipErrors:
-    """Tips of the reduced model, as a controller uses it, against stored full-order equilibria."""
-    tolerance = robot.config.contact.tolerance
+    """Tip errors of the reduced model, with the enrichment of a controller, at full-order equilibria.
+
+    Args:
+        robot: the full model.
+        states: state basis and sample.
+        basis: contact modes.
+        held_out: equilibria of the full model.
+    """
+    tolerance = robot.tolerance
     enrichment = default_enrichment(tolerance)
     return tip_errors(reduced_robot(robot, states), held_out, basis, enrichment)
 
@@ -159,8 +190,14 @@ def checked(
 ) -> StateBasis:
     """The basis with its tip errors on held-out equilibria.
 
+    Args:
+        robot: the full model.
+        states: state basis without tip errors.
+        basis: contact modes.
+        held_out: equilibria of the full model.
+
     Raises:
-        StateBasisError: half of them or more are not found by the reduced model.
+        StateBasisError: the reduced model does not converge at half of them or more.
     """
     stride = -(-len(held_out) // CHECKS)
     errors = check_errors(
@@ -169,8 +206,8 @@ def checked(
     found: Array = errors.error[np.isfinite(errors.error)]
     if 2 * len(found) <= len(errors.error):
         raise StateBasisError(
-            f"the model of {states.r} state modes and {len(states.elements)} elements settles in only "
-            f"{len(found)} of {len(errors.error)} held-out equilibria: take more modes, or a smaller "
+            f"the model of {states.r} state modes and {len(states.elements)} elements converges at only "
+            f"{len(found)} of {len(errors.error)} held-out equilibria: use more modes, or a smaller "
             "residual of the sample"
         )
     return states.with_tip_errors(float(found.mean()), float(found.max()))

@@ -1,4 +1,4 @@
-"""A robot in reduced coordinates: the interface of the full one, nothing in a step as long as its mesh.
+"""A robot in reduced coordinates: the interface of the full one, no array of a step as long as its mesh.
 
 q = q₀ + Φ α (14). State.q is α, State.v its rate. Forces and tangent are sums over a sample of elements,
 directly in α (`tauten.reduction.state.kernels`); contact vertices, cable stations and effectors move
@@ -25,9 +25,8 @@ from tauten.model import (
 )
 from tauten.model.contact import ContactSet
 from tauten.model.numerics import Array, DenseFactors, FactorisationError, Ints
-from tauten.model.schema import RobotConfig
 from tauten.model.tetra import TetRobot
-from tauten.reduction.state.basis import StateBasis, StateBasisError
+from tauten.reduction.state.basis import StateBasis, corotational_robot
 from tauten.reduction.state.body import (
     ReducedPoints,
     contact_surface,
@@ -36,6 +35,7 @@ from tauten.reduction.state.body import (
 )
 from tauten.reduction.state.kernels import (
     Body,
+    Dynamics,
     Tendons,
     Work,
     assemble,
@@ -51,14 +51,14 @@ class ReducedRobot:
     """A `Robot` of r unknowns, made by `reduced_robot`.
 
     Attributes:
-        full: the robot it stands for.
+        full: the robot it replaces.
         states: state basis and sample of elements.
         integration: time step and scheme.
         body: sampled elements.
         tendons: cable segments.
         mass: (r, r) Φᵀ M Φ [kg].
         load: (r,) Φᵀ of gravity and outer forces [N].
-        effectors: the points that reach targets.
+        effectors: effector points.
         surface: vertices of candidates and target triangles.
         contacts: candidates and triangles on the vertices of `surface`.
         work: workspace of the kernels.
@@ -77,11 +77,6 @@ class ReducedRobot:
     work: Work
 
     @property
-    def config(self) -> RobotConfig:
-        """The robot file."""
-        return self.full.config
-
-    @property
     def name(self) -> str:
         """Name in keys and messages."""
         return self.full.name
@@ -95,6 +90,16 @@ class ReducedRobot:
     def digest(self) -> str:
         """Digest of the full robot: contact bases fit both."""
         return self.full.digest
+
+    @property
+    def gravity(self) -> Array:
+        """Gravity that acts on it: (3,) [m/s²]."""
+        return self.full.gravity
+
+    @property
+    def tolerance(self) -> float:
+        """Depth of penetration from which a unit column is added for a contact candidate [m]."""
+        return self.full.tolerance
 
     @property
     def h(self) -> float:
@@ -138,12 +143,12 @@ class ReducedRobot:
 
     @property
     def linear_solver(self) -> str:
-        """Name of what solves its linear systems."""
+        """Name of the solver of its linear systems."""
         return DenseFactors.name
 
     @property
     def limits(self) -> Limits:
-        """What the winches can do."""
+        """Limits of the winches."""
         return self.full.limits
 
     @property
@@ -158,7 +163,7 @@ class ReducedRobot:
 
     @property
     def triangles(self) -> Ints:
-        """Surface of the full robot as triples of `points`: (t, 3)."""
+        """Surface of the full robot, indices into `points`: (t, 3)."""
         return self.full.triangles
 
     @property
@@ -195,7 +200,7 @@ class ReducedRobot:
         return self.effectors.at(state.q)
 
     def points(self, state: State) -> Array:
-        """Positions of what `triangles` joins: all nodes (n_nodes, 3) [m]; as long as the mesh."""
+        """Positions of all nodes, which `triangles` refers to: (n_nodes, 3) [m]; as long as the mesh."""
         return self.full.points(self.lifted(state))
 
     def candidates(self, state: State) -> Array:
@@ -229,7 +234,7 @@ class ReducedRobot:
         Args:
             state: where the step starts.
             tension: (n_a,) last tensions, for the curvature they add to A [N].
-            integration: another scheme than the robot's own.
+            integration: replaces the robot's own scheme.
 
         Raises:
             FactorisationError: A is not positive definite (a state that has blown up).
@@ -237,8 +242,10 @@ class ReducedRobot:
         scheme, work = integration or self.integration, self.work
         residual = linearise(
             state.q, state.v, np.zeros(self.n_a) if tension is None else tension, self.load,
-            scheme.h, scheme.static, scheme.rayleigh_mass, scheme.rayleigh_stiffness,
-            self.body, self.tendons, self.mass, work,
+            Dynamics(
+                self.mass, scheme.h, scheme.static, scheme.rayleigh_mass, scheme.rayleigh_stiffness
+            ),
+            self.body, self.tendons, work,
         )  # fmt: skip
         if not np.isfinite(residual):
             raise FactorisationError("the reduced model's matrix is not positive definite")
@@ -246,7 +253,7 @@ class ReducedRobot:
         return System(scheme.h, v, work.v_free.copy(), residual, DenseFactors(work.L))
 
     def rows(self, state: State, contacts: bool = True) -> RobotRows:
-        """Rows of effectors, cables and, unless told otherwise, contacts at this state."""
+        """Rows of effectors, cables and, where `contacts` is true, contacts at this state."""
         return RobotRows(
             effectors=Rows(self.effectors.map, self.effectors.at(state.q).ravel()),
             actuators=Rows(*pulled_lengths(state.q, self.tendons)),
@@ -254,7 +261,13 @@ class ReducedRobot:
         )
 
     def advance(self, state: State, system: System, dv: Array) -> State:
-        """The state one step later: v + dv and α + h (v + dv), at standstill when quasi-static."""
+        """The state one step later: v + dv and α + h (v + dv).
+
+        Args:
+            state: before the step.
+            system: of this step; its v is zero when quasi-static.
+            dv: (r,) change of the velocity [m/s].
+        """
         v = system.v + dv
         return State(state.q + system.h * v, v)
 
@@ -268,16 +281,13 @@ class ReducedRobot:
 
 
 def reduced_robot(robot: Robot, states: StateBasis) -> ReducedRobot:
-    """The robot seen through a state basis.
+    """The robot in the coordinates of a state basis.
 
     Raises:
         StateBasisError: the basis was made for another robot, or this one is not made of tetrahedra.
     """
     states.check_robot(robot)
-    if not isinstance(robot, TetRobot):
-        raise StateBasisError(
-            f"robot {robot.name}: only robots made of tetrahedra have state bases"
-        )
+    robot = corotational_robot(robot)
     Phi = states.Phi
     body, tendons = (
         sampled_body(robot, Phi, states.elements, states.weights),

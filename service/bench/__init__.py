@@ -1,26 +1,32 @@
 """Benchmarks."""
 
-from tauten.service.bench.arm_accuracy import KINDS, PostureError, draw_errors, posture_error
-from tauten.service.bench.arm_postures import bent_tensions, random_postures, settled
+from tauten.service.bench.arm_accuracy import KINDS, PostureError, posture_error
+from tauten.service.bench.arm_postures import arm_in_equilibrium, bent_tensions, random_postures
 from tauten.service.bench.arm_speed import Speed, gauss_seidel_step, measure_speed
 from tauten.service.bench.closed_loop import (
-    Bench,
-    BenchSettings,
+    CaseRuns,
     ClosedLoopBench,
+    ClosedLoopRunner,
+    ClosedLoopSettings,
     bench_closed_loop,
     planned,
 )
 from tauten.service.bench.closed_loop_cases import CASES, Case, make_cases
-from tauten.service.bench.closed_loop_figures import draw_case
 from tauten.service.bench.closed_loop_run import Outcome, Trace, follow, judge, settling
-from tauten.service.bench.comparison import CompareError, Comparison, compare, equilibrium
-from tauten.service.bench.contact_basis import Inputs, bench_contact_basis
+from tauten.service.bench.comparison import (
+    CompareError,
+    Comparison,
+    Equilibrium,
+    compare_equilibria,
+    equilibrium,
+)
+from tauten.service.bench.contact_basis import ContactBasisInputs, bench_contact_basis
 from tauten.service.bench.contact_basis_results import (
     ContactBasisBench,
     HeldOutError,
     TrainingError,
 )
-from tauten.service.bench.manipulator import ArmBench, parse_ks
+from tauten.service.bench.manipulator import ArmBench, ArmBenchSettings, bench_manipulator, parse_ks
 from tauten.service.bench.node import (
     Deadlines,
     NodeBench,
@@ -31,7 +37,7 @@ from tauten.service.bench.node import (
 )
 from tauten.service.bench.reduced import (
     MeshCase,
-    PathError,
+    PathAccuracy,
     ReducedBench,
     ReducedCase,
     bench_reduced,
@@ -41,24 +47,27 @@ from tauten.service.bench.steps import ControlBench, StepBench, bench_control, b
 
 __all__ = [
     "ArmBench",
-    "Bench",
-    "BenchSettings",
+    "ArmBenchSettings",
     "CASES",
     "Case",
+    "CaseRuns",
     "ClosedLoopBench",
+    "ClosedLoopRunner",
+    "ClosedLoopSettings",
     "CompareError",
     "Comparison",
     "ContactBasisBench",
+    "ContactBasisInputs",
     "ControlBench",
     "Deadlines",
+    "Equilibrium",
     "HeldOutError",
-    "Inputs",
     "KINDS",
     "MeshCase",
     "NodeBench",
     "NodeBenchSettings",
     "Outcome",
-    "PathError",
+    "PathAccuracy",
     "PostureError",
     "ReducedBench",
     "ReducedCase",
@@ -69,17 +78,17 @@ __all__ = [
     "Trace",
     "TrainingError",
     "WHOLE",
+    "arm_in_equilibrium",
     "bench_closed_loop",
     "bench_contact_basis",
     "bench_control",
+    "bench_manipulator",
     "bench_node",
     "bench_reduced",
     "bench_steps",
     "bent_tensions",
-    "compare",
+    "compare_equilibria",
     "deadlines",
-    "draw_case",
-    "draw_errors",
     "equilibrium",
     "follow",
     "gauss_seidel_step",
@@ -91,6 +100,5 @@ __all__ = [
     "planned",
     "posture_error",
     "random_postures",
-    "settled",
     "settling",
 ]

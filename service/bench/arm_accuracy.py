@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from tauten.model import Robot, default_enrichment
 from tauten.reduction import ContactBasis
@@ -29,8 +27,6 @@ KINDS: tuple[tuple[BasisMethod, Weighting, bool], ...] = (
     ("energy", "equal", False),
     ("energy", "equal", True),
 )
-
-LABELS = {"als": "ALS", "energy": "least energy"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,8 +101,16 @@ def _bases(
 def posture_error(
     robot: Robot, basis: ContactBasis, runs: Snapshots, name: str, certified: bool
 ) -> PostureError:
-    """Error of one basis on runs that end in postures; cables keep their tensions."""
-    tolerance = robot.config.contact.tolerance
+    """Error of one basis on runs that end in postures, under the same tensions.
+
+    Args:
+        robot: the arm.
+        basis: of contact forces.
+        runs: equilibria with pointwise contact.
+        name: of the set of postures.
+        certified: whether unit columns are added where gaps are deeper than the tolerance.
+    """
+    tolerance = robot.tolerance
     enrichment = default_enrichment(tolerance) if certified else None
     result = tip_errors(robot, runs, basis, enrichment, "tension", _MAX_ITERATIONS)
     last = np.append(np.diff(runs.run) != 0, True)
@@ -122,29 +126,3 @@ def posture_error(
         extra_columns=int(result.extra_columns.max(initial=0)),
         unsettled=int(np.isnan(result.error).sum()),
     )
-
-
-def draw_errors(errors: Sequence[PostureError], path: Path) -> None:
-    """Mean and largest error over k, a panel a set of postures."""
-    names = list(dict.fromkeys(error.postures for error in errors))
-    figure = Figure(figsize=(5.2 * len(names), 4.2), layout="constrained")
-    panels = figure.subplots(1, len(names), sharey=True, squeeze=False)[0]
-    for axes, name in zip(panels, names, strict=True):
-        for (method, _, certified), colour in zip(KINDS, ("C3", "C0", "C2"), strict=True):
-            points = [
-                error
-                for error in errors
-                if (error.postures, error.method, error.certified) == (name, method, certified)
-            ]
-            label = LABELS[method] + (", certified" if certified else "")
-            k = [point.k for point in points]
-            axes.plot(k, [p.mean_mm for p in points], "o-", color=colour, ms=4, label=label)
-            axes.plot(k, [p.max_mm for p in points], "^--", color=colour, ms=4, lw=0.8)
-        axes.axhline(30.0, color="0.5", lw=0.8, ls=":")
-        axes.set(title=f"{name} postures", xlabel="modes k", yscale="log")
-        axes.grid(alpha=0.3, which="both", lw=0.4)
-    panels[0].set_ylabel("tip error [mm]: mean (line), largest (dashes)")
-    panels[0].annotate("paper, k = 23", (0.98, 30.0), xycoords=("axes fraction", "data"),
-                       ha="right", va="bottom", fontsize=8, color="0.4")  # fmt: skip
-    panels[-1].legend(fontsize=8)
-    figure.savefig(path, dpi=150)

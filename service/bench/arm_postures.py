@@ -1,4 +1,4 @@
-"""Postures of the manipulator that its benchmark looks at."""
+"""Postures of the manipulator's benchmark."""
 
 from __future__ import annotations
 
@@ -19,8 +19,13 @@ def bent_tensions() -> Array:
     return bending_tensions(ArmShape(), np.zeros(3), np.full(3, BENT))
 
 
-def settled(robot: Robot, tension: Array, contact: str = "full") -> Simulator:
-    """A simulator in equilibrium under tensions (n_a,), reached in steps.
+def arm_in_equilibrium(robot: Robot, tension: Array, contact: str = "full") -> Simulator:
+    """A simulator in equilibrium under tensions, reached in steps.
+
+    Args:
+        robot: the arm.
+        tension: (n_a,) [N].
+        contact: "full" or "none".
 
     Raises:
         RuntimeError: there is none.
@@ -43,7 +48,7 @@ def random_postures(robot: Robot, count: int, steps: int, seed: int) -> Design:
         seed: of the random numbers.
     """
     rng, shape, runs = np.random.default_rng(seed), ArmShape(), []
-    gravity = np.tile(np.array(robot.config.gravity)[:, None], steps)
+    gravity = np.tile(robot.gravity[:, None], steps)
     for _ in range(count):
         angles, forces = rng.uniform(0.0, 2.0 * np.pi, 3), rng.uniform(_WEAK, _STRONG, 3)
         final = np.minimum(bending_tensions(shape, angles, forces), robot.limits.tension_max)

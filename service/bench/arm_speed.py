@@ -10,11 +10,11 @@ from typing import Literal
 
 import numpy as np
 
-from tauten.controller import Controller
+from tauten.controller import Controller, load_controller_settings
 from tauten.model import Enrichment, Forces, Robot, Simulator, default_enrichment, row_compliance
 from tauten.model.numerics import Array, solve_pgs
 from tauten.reduction import ContactBasis
-from tauten.service.bench.arm_postures import settled
+from tauten.service.bench.arm_postures import arm_in_equilibrium
 from tauten.service.bench.stages import StepTimes, time_controller
 
 _SWEEPS, _TOLERANCE = 1000, 1e-6  # of Gauss-Seidel; 1 µm is coarse, for the reference's benefit
@@ -57,9 +57,16 @@ class Speed:
 
 
 def measure_speed(robot: Robot, basis: ContactBasis, tension: Array, posture: str) -> Speed:
-    """Times of steps of all kinds around the equilibrium under tensions (n_a,) [N]."""
-    there = settled(robot, tension)
-    enrichment = default_enrichment(robot.config.contact.tolerance)
+    """Times of steps of all kinds around an equilibrium.
+
+    Args:
+        robot: the arm.
+        basis: its contact basis.
+        tension: (n_a,) of the equilibrium [N].
+        posture: its name.
+    """
+    there = arm_in_equilibrium(robot, tension)
+    enrichment = default_enrichment(robot.tolerance)
     sweeps: list[int] = []
     good: list[bool] = []
     start, wobbling = there.lam_c, wobble(tension)
@@ -88,7 +95,13 @@ def measure_speed(robot: Robot, basis: ContactBasis, tension: Array, posture: st
 
 
 def times(work: Callable[[], object], count: int, warm_up: int = 10) -> Array:
-    """How long a piece of work takes, again and again: (count,) [ms]."""
+    """Times of repeated calls: (count,) [ms].
+
+    Args:
+        work: to call.
+        count: calls to measure.
+        warm_up: calls before them.
+    """
     for _ in range(warm_up):
         work()
     found = np.empty(count)
@@ -106,8 +119,7 @@ def _forward(
     tension: Array,
 ) -> Callable[[], object]:
     simulator = Simulator(there.robot, contact, enrichment)
-    simulator.state = there.state
-    simulator.forces = replace(simulator.forces, tension=tension)
+    simulator.start_from(there.state, replace(simulator.forces, tension=tension))
     wobbling = wobble(tension)
     return lambda: simulator.step(tension=next(wobbling))
 
@@ -124,7 +136,9 @@ def _control(there: Simulator, contact: Literal["full"] | ContactBasis) -> Calla
 
 
 def _controller(there: Simulator, contact: Literal["full"] | ContactBasis) -> Controller:
-    controller = Controller(there.robot, contact)
+    controller = Controller(
+        there.robot, contact, settings=load_controller_settings(there.robot.name)
+    )
     none = np.zeros(0, dtype=np.int64)
     forces = Forces(there.tension, np.zeros(controller.space.k), none, np.zeros(0))
     controller.start_from(there.state, forces, there.pull)
@@ -132,8 +146,14 @@ def _controller(there: Simulator, contact: Literal["full"] | ContactBasis) -> Co
 
 
 def stage_times(robot: Robot, basis: ContactBasis, tension: Array) -> StepTimes:
-    """Where the time of control steps goes that hold the tip at the equilibrium of tensions (n_a,) [N]."""
-    there = settled(robot, tension)
+    """Times of the stages of control steps that hold the tip at an equilibrium.
+
+    Args:
+        robot: the arm.
+        basis: its contact basis.
+        tension: (n_a,) of the equilibrium [N].
+    """
+    there = arm_in_equilibrium(robot, tension)
     targets = np.repeat(there.effector[None], _STEPS, axis=0)  # (s, p, 3)
     return time_controller(_controller(there, basis), f"reduced, k = {basis.k}", targets)
 

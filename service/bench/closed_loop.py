@@ -1,8 +1,8 @@
-"""The closed-loop benchmark: which runs there are, and what is kept of them.
+"""The closed-loop benchmark: its runs and its results.
 
 Five cases with three models of contact, each in open and closed loop, against a full-order robot as
 modelled; then the step again with a robot a fifth softer and stiffer, whose winches pull the tensions
-they are told: with pulled lengths the shape hardly depends on the stiffness.
+commanded: with pulled lengths the shape hardly depends on the stiffness.
 """
 
 from __future__ import annotations
@@ -12,12 +12,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from tauten.controller import Controller
+from tauten.controller import Controller, controller_settings
 from tauten.model import ContactSpace, Robot, Simulator, load_robot
+from tauten.model.schema import read_toml
 from tauten.service.bench.closed_loop_cases import Case, equilibria, make_cases
-from tauten.service.bench.closed_loop_figures import draw_case
 from tauten.service.bench.closed_loop_run import Drive, Outcome, Trace, follow, judge
 from tauten.service.process import HostInfo, StopFlag, host_info, one_blas_thread
+from tauten.service.settings import service_settings
 
 CONTACTS = ("reduced", "full", "none")
 MISMATCHES = (0.8, 1.2)
@@ -29,12 +30,11 @@ _WARM_UP = 12  # ticks
 
 
 @dataclass(frozen=True, slots=True)
-class BenchSettings:
-    """What to run: seconds of each case, seed of the random walk, folder for figures or None."""
+class ClosedLoopSettings:
+    """What to run: seconds of each case, seed of the random walk."""
 
     seconds: float
     seed: int
-    figures: Path | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +48,7 @@ class ClosedLoopBench:
         seconds: of each case.
         seed: of the random walk.
         outcomes: one a run.
-        complete: whether it was left to end.
+        complete: whether all runs were done.
     """
 
     machine: HostInfo
@@ -71,6 +71,21 @@ class Group:
     controllers: tuple[tuple[str, bool], ...]
 
 
+@dataclass(frozen=True, slots=True)
+class CaseRuns:
+    """All runs of a case with one plant, for a figure.
+
+    Attributes:
+        name: of the group of runs.
+        case: its targets.
+        runs: numbers and course of each run.
+    """
+
+    name: str
+    case: Case
+    runs: tuple[tuple[Outcome, Trace], ...]
+
+
 def planned(cases: list[Case]) -> Iterator[Group]:
     """All runs."""
     both = tuple((contact, closed) for contact in CONTACTS for closed in (False, True))
@@ -85,11 +100,11 @@ def bench_closed_loop(
     robot: Robot,
     path: Path,
     basis: ContactSpace,
-    settings: BenchSettings,
+    settings: ClosedLoopSettings,
     stop: StopFlag,
     progress: Progress,
-) -> ClosedLoopBench:
-    """Run all of it, or until asked to stop.
+) -> tuple[ClosedLoopBench, tuple[CaseRuns, ...]]:
+    """Run all cases, or as many as are done when `stop` is raised.
 
     Args:
         robot: the model.
@@ -99,16 +114,19 @@ def bench_closed_loop(
         stop: raised to end early.
         progress: called with the share of the work that has just been done, and what comes next.
 
+    Returns:
+        The numbers, and the runs they come from.
+
     Raises:
         PathError: the robot finds no equilibrium to take targets from.
     """
-    done: list[Outcome] = []
+    done: list[CaseRuns] = []
     with one_blas_thread():
         share = _CASES_SHARE / equilibria(robot.n_a)
         cases = make_cases(
             robot, settings.seconds, settings.seed, lambda: progress(share, "targets in reach")
         )
-        bench = Bench(robot, path, basis)
+        bench = ClosedLoopRunner(robot, path, basis)
         groups = list(planned(cases))
         share = (1.0 - _CASES_SHARE) / sum(len(group.controllers) for group in groups)
         for group in groups:
@@ -119,19 +137,22 @@ def bench_closed_loop(
                 progress(0.0, f"{group.name}, {contact} contact")
                 found.append(bench.run(group, contact, closed))
                 progress(share, group.name)
-            done += [outcome for outcome, _ in found]
-            if settings.figures is not None and found:
-                settings.figures.mkdir(parents=True, exist_ok=True)
-                figure = settings.figures / f"{group.name}.png"
-                draw_case(group.name, group.case, found, robot.h, figure)
-    rate = 1.0 / robot.h
-    seconds, seed = settings.seconds, settings.seed
-    whole = not stop.requested
-    return ClosedLoopBench(host_info(), robot.name, rate, seconds, seed, tuple(done), whole)
+            if found:
+                done.append(CaseRuns(group.name, group.case, tuple(found)))
+    result = ClosedLoopBench(
+        machine=host_info(),
+        robot=robot.name,
+        rate_hz=1.0 / robot.h,
+        seconds=settings.seconds,
+        seed=settings.seed,
+        outcomes=tuple(outcome for one in done for outcome, _ in one.runs),
+        complete=not stop.requested,
+    )
+    return result, tuple(done)
 
 
-class Bench:
-    """Controllers and plants, made once and set back to rest for each run."""
+class ClosedLoopRunner:
+    """Controllers and plants, made once and returned to rest before each run."""
 
     def __init__(self, robot: Robot, path: Path, basis: ContactSpace) -> None:
         """Make the controllers.
@@ -141,21 +162,32 @@ class Bench:
             path: its file, for plants.
             basis: its contact basis.
         """
+        contents = read_toml(path)
+        settings = controller_settings(contents, path)
+        self._service = service_settings(contents, path)
         contacts: dict[str, Contact] = {"reduced": basis, "full": "full", "none": "none"}
-        self._controllers = {name: Controller(robot, kind) for name, kind in contacts.items()}
+        self._controllers = {
+            name: Controller(robot, kind, settings=settings) for name, kind in contacts.items()
+        }
         self._path, self._rate = path, 1.0 / robot.h
         self._plants: dict[float, Simulator] = {}
         self._warm: set[str] = set()
 
     def run(self, group: Group, contact: str, closed: bool) -> tuple[Outcome, Trace]:
-        """One run, from rest."""
+        """One run, from rest.
+
+        Args:
+            group: case and plant.
+            contact: what the controller knows of contact, "reduced", "full" or "none".
+            closed: whether measurements correct the targets.
+        """
         controller, plant = self._controllers[contact], self._plant(group.young_scale)
         case = group.case
         if contact not in self._warm:
             short = Case(case.name, case.targets[-_WARM_UP:], 0)
-            follow(controller, plant, short, closed, group.drive)
+            follow(controller, plant, short, closed, group.drive, self._service)
             self._warm.add(contact)
-        trace = follow(controller, plant, case, closed, group.drive)
+        trace = follow(controller, plant, case, closed, group.drive, self._service)
         h, scale = controller.robot.h, group.young_scale
         return judge(case, trace, h, contact, closed, scale, group.drive), trace
 

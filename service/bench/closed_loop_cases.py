@@ -47,7 +47,7 @@ class Reachable:
     """Where a robot's effectors rest at given pulls."""
 
     def __init__(self, robot: Robot, progress: Callable[[], None]) -> None:
-        """Settle a robot with one cable on a grid of pulls; others are settled when asked.
+        """Settle a robot with one cable on a grid of pulls; others are settled when a path needs it.
 
         Args:
             robot: the robot.
@@ -129,6 +129,11 @@ def shares_of(name: str, n_a: int, seed: int) -> Callable[[Array], Array]:
     """A case's shares of the largest pulls (m, n_a) at phases (m,) from 0 to 1.
 
     Cable i lags by i / n_a of a turn, so that opposite cables are not pulled together.
+
+    Args:
+        name: one of `CASES`.
+        n_a: number of cables.
+        seed: of the random walk.
     """
     lag = 2.0 * np.pi * np.arange(n_a) / n_a  # (n_a,)
 

@@ -19,6 +19,7 @@ from tauten.model.numerics import Array, Bools, FactorisationError
 from tauten.service.bench.closed_loop_cases import Case
 from tauten.service.node import LARGEST, ControlLoop, Feedback, Signals
 from tauten.service.replay import Spread, spread
+from tauten.service.settings import ServiceSettings
 
 Drive = Literal["pull", "tension"]
 _BAND = 0.02  # of a step, within which it counts as settled
@@ -94,31 +95,45 @@ class Outcome:
 
 
 def follow(
-    controller: Controller, plant: Simulator, case: Case, closed: bool, drive: Drive
+    controller: Controller,
+    plant: Simulator,
+    case: Case,
+    closed: bool,
+    drive: Drive,
+    settings: ServiceSettings | None = None,
 ) -> Trace:
-    """Follow a case's targets from rest, with controller and plant already warm."""
+    """Follow a case's targets from rest, with controller and plant already warm.
+
+    Args:
+        controller: decides.
+        plant: moves.
+        case: targets, one a period.
+        closed: whether measurements correct the targets.
+        drive: what the plant's winches obey, pulled lengths or tensions.
+        settings: gain of the closed loop, and what the loop needs; default: as `ControlLoop`.
+    """
     controller.reset()
     plant.reset()
-    robot, loop = controller.robot, ControlLoop(controller)
+    robot, loop = controller.robot, ControlLoop(controller, settings=settings)
     loop.prepare()
-    gain = robot.config.service.feedback_gain
-    feedback = Feedback(len(case.targets[0]), gain, LARGEST * robot.size)
+    settings = settings or ServiceSettings()
+    feedback = Feedback(len(case.targets[0]), settings.feedback_gain, LARGEST * robot.size)
     rows = []
     for target in case.targets:
         begin = perf_counter()
         action = loop.tick(target + feedback.correction, Signals(target=True))
         decide = perf_counter() - begin
-        command = action.pull if drive == "pull" else action.tension
-        _step(plant, command, drive)
+        sent = action.actuation
+        _step(plant, sent.pull if drive == "pull" else sent.tension, drive)
         begin = perf_counter()
         loop.prepare()
         step = decide + perf_counter() - begin
         where = plant.effector  # (p, 3)
         error = np.linalg.norm(where - target, axis=1).max()
-        usable = action.status is not None and action.status.usable
+        usable = action.decided and sent.status.usable
         touching = bool((plant.lam_c > 0.0).any())
         times = (decide, step)
-        rows.append((where[0], error, action.pull, action.tension, *times, touching, not usable))
+        rows.append((where[0], error, sent.pull, sent.tension, *times, touching, not usable))
         if closed:
             feedback.observe(controller.effector, where, robot.h)
     effector, errors, pull, tension, decided, stepped, touched, unusable = zip(*rows, strict=True)
@@ -147,7 +162,17 @@ def _step(plant: Simulator, command: Array, drive: Drive) -> None:
 def judge(
     case: Case, trace: Trace, h: float, contact: str, closed: bool, young_scale: float, drive: Drive
 ) -> Outcome:
-    """Numbers of a run."""
+    """Numbers of a run.
+
+    Args:
+        case: its targets.
+        trace: the run, tick by tick.
+        h: control period [s].
+        contact: what the controller knows of contact.
+        closed: whether measurements corrected the targets.
+        young_scale: the plant's Young's modulus over the model's.
+        drive: what the plant's winches obeyed.
+    """
     speed = np.diff(trace.pull, axis=0) / h  # (s - 1, n_a) m/s
     end = max(int(_END * len(trace.error)), 1)
     return Outcome(
@@ -177,7 +202,13 @@ def rms(values: Array) -> float:
 
 
 def settling(case: Case, trace: Trace, h: float) -> float | None:
-    """Seconds from a step until the error stays within 2 % of it; None: it does not, or no step."""
+    """Seconds from a step until the error stays within 2 % of it; None: it does not, or no step.
+
+    Args:
+        case: its targets.
+        trace: the run, tick by tick.
+        h: control period [s].
+    """
     if case.from_tick == 0:
         return None
     size = np.linalg.norm(case.targets[-1] - case.targets[0], axis=1).max()

@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from tauten.model import Robot, Simulator, State
 from tauten.model.numerics import Array
-from tauten.service.plots import Side, draw_body, draw_forces, frame
 
 _STEPS = 20  # on the way to the command, so that folds are entered as a slow pull enters them
 
@@ -90,8 +87,14 @@ def equilibrium(
     )
 
 
-def compare(robot: Robot, touching: Equilibrium, passing: Equilibrium) -> Comparison:
-    """Numbers of a comparison: equilibria with and without contact."""
+def compare_equilibria(robot: Robot, touching: Equilibrium, passing: Equilibrium) -> Comparison:
+    """Numbers of a comparison.
+
+    Args:
+        robot: the robot.
+        touching: its equilibrium with contact.
+        passing: its equilibrium without contact.
+    """
     gaps = robot.rows(passing.state).contacts.rows.delta
     apart = np.linalg.norm(touching.effector - passing.effector, axis=1)
     return Comparison(
@@ -103,31 +106,3 @@ def compare(robot: Robot, touching: Equilibrium, passing: Equilibrium) -> Compar
         contact_force_n=float(touching.lam_c.sum()),
         deepest_overlap_mm=1e3 * max(0.0, -float(gaps.min(initial=0.0))),
     )
-
-
-def draw(robot: Robot, touching: Equilibrium, passing: Equilibrium, side: Side, path: Path) -> None:
-    """At rest, without contact, with contact: three bodies on one scale."""
-    rest = robot.rest()
-    states = (rest, passing.state, touching.state)
-    points = [robot.points(state) for state in states]
-    everything = np.concatenate(points)
-    figure = Figure(figsize=(13.0, 6.4), layout="constrained")
-    panels = figure.subplots(1, 3, sharey=True)
-    apart = 1e3 * np.linalg.norm(touching.effector - passing.effector, axis=1).max()
-    titles = ("at rest", "without contact", f"with contact, effector {apart:.1f} mm away")
-    for axes, body, title in zip(panels, points, titles, strict=True):
-        draw_body(axes, body, robot.triangles, side)
-        frame(axes, everything, side)
-        axes.set_title(title)
-    largest = float(touching.lam_c.max(initial=0.0))
-    if largest > 0.0:
-        forces = draw_forces(
-            panels[2], robot.candidates(touching.state), touching.lam_c, side, largest
-        )
-        figure.colorbar(forces, ax=panels[2], label="contact force [N]", shrink=0.7)
-    for equilibrium, axes, colour in ((passing, panels[1], "k"), (touching, panels[2], "k")):
-        tips = 1e3 * equilibrium.effector
-        axes.plot(tips[:, side.right], tips[:, side.up], "o", ms=5, mfc="none", mec=colour)
-    ghost = 1e3 * passing.effector
-    panels[2].plot(ghost[:, side.right], ghost[:, side.up], "x", ms=6, color="0.4")
-    figure.savefig(path, dpi=150)

@@ -1,4 +1,4 @@
-"""`tauten bench contact-basis`: what contact bases are worth, on and off the path they were made from."""
+"""`tauten bench contact-basis`: errors of contact bases on and off their training path."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from tauten.controller import Controller, advance, decide, forces_of, predicted_gaps, prepare
+from tauten.controller import Controller, ControllerSettings, advance, decide, prepare
 from tauten.model import Enrichment, Robot, default_enrichment, worst_rows
 from tauten.model.numerics import (
     Array,
@@ -62,7 +62,7 @@ Progress = Callable[[float, str], None]
 
 
 @dataclass(frozen=True, slots=True)
-class Inputs:
+class ContactBasisInputs:
     """What is measured.
 
     Attributes:
@@ -73,6 +73,7 @@ class Inputs:
         equilibria: of the training path, to settle for each basis.
         steps: of a held-out path.
         ks: numbers of modes.
+        controller: settings of the controller whose certificate is timed; None: defaults.
     """
 
     robot: Robot
@@ -82,21 +83,24 @@ class Inputs:
     equilibria: int
     steps: int
     ks: tuple[int, ...] = KS
+    controller: ControllerSettings | None = None
 
 
-def bench_contact_basis(inputs: Inputs, stop: StopFlag, progress: Progress) -> ContactBasisBench:
-    """Measure; when asked to stop, what is done so far.
+def bench_contact_basis(
+    inputs: ContactBasisInputs, stop: StopFlag, progress: Progress
+) -> ContactBasisBench:
+    """Measure; when `stop` is raised, the results so far.
 
     Args:
         inputs: what is measured.
-        stop: looked at between one basis or path and the next.
+        stop: read after each basis and path.
         progress: called with the share of the work just done and what comes next.
     """
     robot = inputs.robot
     progress(0.0, "certificate, LCP")
     with one_blas_thread():
         problems = contact_problems(robot, inputs.snapshots)
-        certificate = certificate_cost(robot, inputs.basis)
+        certificate = certificate_cost(robot, inputs.basis, inputs.controller)
         lcp = lcp_costs(problems[:: max(1, len(problems) // 8)])
         smoothness = smoothness_of(problems)
         progress(0.1, "bases on the training path")
@@ -109,7 +113,7 @@ def bench_contact_basis(inputs: Inputs, stop: StopFlag, progress: Progress) -> C
         machine=host_info(),
         robot=robot.name,
         size_mm=1e3 * robot.size,
-        tolerance_mm=1e3 * robot.config.contact.tolerance,
+        tolerance_mm=1e3 * robot.tolerance,
         basis=f"{origin.method}, k = {origin.k}",
         campaign=inputs.snapshots.origin.campaign,
         complete=not stop.requested,
@@ -122,7 +126,7 @@ def bench_contact_basis(inputs: Inputs, stop: StopFlag, progress: Progress) -> C
 
 
 def _until(results: Iterable[R], stop: StopFlag, done: Callable[[], None]) -> tuple[R, ...]:
-    """The results up to the moment when somebody asks to stop."""
+    """The results until `stop` is raised."""
     found: list[R] = []
     remaining = iter(results)
     while not stop.requested and (result := next(remaining, None)) is not None:
@@ -132,7 +136,7 @@ def _until(results: Iterable[R], stop: StopFlag, done: Callable[[], None]) -> tu
 
 
 def training_errors(
-    inputs: Inputs, problems: tuple[ContactProblem, ...]
+    inputs: ContactBasisInputs, problems: tuple[ContactProblem, ...]
 ) -> Iterator[TrainingError]:
     """Every method with every k, on some equilibria of the path the modes were made from."""
     robot, snapshots = inputs.robot, inputs.snapshots
@@ -148,22 +152,22 @@ def training_errors(
             force = fit.error
             if method == "energy":
                 force = float(np.linalg.norm(distances(fit.Psi, S)) / np.linalg.norm(S))
-            errors = _settled(robot, some, basis, None)
-            yield TrainingError(method, weighting, fit.asked, force, found.energy, *errors[:3])
+            errors = _tip_errors(robot, some, basis, None)
+            yield TrainingError(method, weighting, fit.requested, force, found.energy, *errors[:3])
 
 
-def held_out_errors(inputs: Inputs) -> Iterator[HeldOutError]:
+def held_out_errors(inputs: ContactBasisInputs) -> Iterator[HeldOutError]:
     """The basis on paths with other gravity, with forces on the effectors, and released."""
     robot = inputs.robot
     design, names = held_out_design(robot, inputs.steps)
-    usual = default_enrichment(robot.config.contact.tolerance)
+    usual = default_enrichment(robot.tolerance)
     for index, name in enumerate(names):
         folder = inputs.folder / f"held-out-{inputs.steps}" / f"{index:02d}"
         alone = Design(f"{design.description}, {name}", (design.runs[index],))
         path = run_campaign(robot, alone, folder, show_progress=False)
         apart = float(np.nanmax(sensitivity(robot, path), initial=0.0))
         for enrichment in (None, usual):
-            largest, mean, unsettled, extra = _settled(robot, path, inputs.basis, enrichment)
+            largest, mean, unsettled, extra = _tip_errors(robot, path, inputs.basis, enrichment)
             yield HeldOutError(
                 path=name,
                 enriched=enrichment is not None,
@@ -177,13 +181,13 @@ def held_out_errors(inputs: Inputs) -> Iterator[HeldOutError]:
             )
 
 
-def _settled(
+def _tip_errors(
     robot: Robot, path: Snapshots, basis: ContactBasis, enrichment: Enrichment | None
 ) -> tuple[float | None, float | None, int, int]:
     """Largest and mean effector error [mm], equilibria that did not settle, most extra columns."""
     try:
         found = tip_errors(robot, path, basis, enrichment)
-    except FactorisationError:  # blown up: nothing of this path can be had
+    except FactorisationError:  # diverged: the path has no result
         return None, None, len(path), 0
     errors = 1e3 * found.error[~np.isnan(found.error)]
     unsettled = int((~found.converged).sum())
@@ -193,9 +197,18 @@ def _settled(
     return float(errors.max()), float(errors.mean()), unsettled, extra
 
 
-def certificate_cost(robot: Robot, basis: ContactBasis, seconds: float = 4.0) -> CertificateCost:
-    """Follow what the cables reach and take the time of the certificate where nothing is violated."""
-    controller = Controller(robot, basis)
+def certificate_cost(
+    robot: Robot, basis: ContactBasis, control: ControllerSettings | None, seconds: float = 4.0
+) -> CertificateCost:
+    """Follow what the cables reach and measure the time of the certificate where no gap is too deep.
+
+    Args:
+        robot: the robot.
+        basis: its contact basis.
+        control: settings of the controller; None: defaults.
+        seconds: duration of the path.
+    """
+    controller = Controller(robot, basis, settings=control)
     path = make_path("reach", robot, PathSettings(period=seconds, fraction=0.9))
     settings = controller.settings
     robot, state, forces, pull = (
@@ -208,17 +221,17 @@ def certificate_cost(robot: Robot, basis: ContactBasis, seconds: float = 4.0) ->
     for time in np.arange(0.0, seconds, robot.h):
         start = perf_counter()
         prepared = prepare(robot, basis, state, forces, settings.enrichment)
-        decision = decide(robot, prepared, path.at(time), pull, forces, settings)
-        state = advance(robot, decision)
+        predicted = decide(robot, prepared, path.at(time).ravel(), pull, settings).predicted
+        state = advance(robot, predicted)
         end = perf_counter()
-        if len(decision.prepared.extra) == 0 and time > 0.2:  # the first ones warm up
-            contacts = decision.prepared.rows.contacts
-            gaps = predicted_gaps(decision.prepared, decision.dv)
-            worst_rows(contacts, gaps, settings.enrichment, contacts.slots[:0])
+        step = predicted.step
+        if len(step.extra) == 0 and time > 0.2:  # the first ones warm up
+            gaps = step.rows.contacts.rows.after(step.system.h, step.system.v + predicted.dv)
+            worst_rows(step.rows.contacts, gaps, settings.enrichment, step.extra)
             steps.append(1e3 * (end - start))
             checks.append(1e3 * (perf_counter() - end))
-        forces = forces_of(robot, basis, decision)
-        pull = decision.delta[robot.n_e : robot.n_e + robot.n_a]
+        forces = step.split(predicted.lam, basis.k)
+        pull = predicted.delta[robot.n_e : robot.n_e + robot.n_a]
     return CertificateCost(len(steps), spread(checks), spread(steps))
 
 

@@ -12,17 +12,11 @@ import numpy as np
 from tauten.model import Robot, load_robot
 from tauten.reduction import ContactBasis
 from tauten.reduction.campaign import Ranges, Snapshots, plackett_burman, run_campaign
-from tauten.service.bench.arm_accuracy import (
-    PostureError,
-    draw_errors,
-    errors_over_k,
-    posture_error,
-)
+from tauten.service.bench.arm_accuracy import PostureError, errors_over_k, posture_error
 from tauten.service.bench.arm_postures import bent_tensions, random_postures
 from tauten.service.bench.arm_speed import Speed, measure_speed, stage_times
-from tauten.service.bench.comparison import Comparison, compare, draw, equilibrium
+from tauten.service.bench.comparison import Comparison, Equilibrium, compare_equilibria, equilibrium
 from tauten.service.bench.stages import StepTimes
-from tauten.service.plots import Side
 from tauten.service.process import HostInfo, host_info, one_blas_thread
 
 ROBOTS = ("manipulator_1290", "manipulator")
@@ -30,7 +24,7 @@ STEPS = 120  # of a run of the campaign
 _ON_THE_WAY = 6  # equilibria on the way to a posture that errors are measured at
 _HELD_OUT, _SEED = 20, 1
 
-Progress = Callable[[float], None]
+ShareDone = Callable[[float], None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,26 +53,36 @@ class ArmBench:
 
 
 @dataclass(frozen=True, slots=True)
+class BentArm:
+    """The bent arm with and without contact, for the figure."""
+
+    robot: Robot
+    touching: Equilibrium
+    passing: Equilibrium
+
+
+@dataclass(frozen=True, slots=True)
 class ArmBenchSettings:
-    """What to measure and where to put pictures and snapshots.
+    """What to measure and where to put snapshots.
 
     Attributes:
         snapshots: folder that keeps campaigns; what it holds is not done again.
-        figures: folder of the pictures.
         ks: numbers of modes of Fig. 12.
     """
 
     snapshots: Path
-    figures: Path
     ks: tuple[int, ...]
 
 
-def bench_manipulator(settings: ArmBenchSettings, progress: Progress) -> ArmBench:
+def bench_manipulator(settings: ArmBenchSettings, progress: ShareDone) -> tuple[ArmBench, BentArm]:
     """Measure everything; campaigns come first and take longest.
 
     Args:
         settings: what and where.
         progress: called with the share of the work that has just been done.
+
+    Returns:
+        The numbers, and the bent arm whose contact they describe.
     """
     robot, shipped = load_robot("manipulator"), ContactBasis.load("manipulator")
     with one_blas_thread():
@@ -91,27 +95,26 @@ def bench_manipulator(settings: ArmBenchSettings, progress: Progress) -> ArmBenc
             show_progress=False,
         )
         postures = {"training": thinned(campaign), "held-out": held_out}
-        speed = table()
+        speed = speeds()
         stages = stage_times(robot, shipped, bent_tensions())
         progress(0.2)
-        settings.figures.mkdir(parents=True, exist_ok=True)
-        contact = contact_figure(robot, settings.figures / "manipulator-contact.png")
+        bent = bent_arm(robot)
         converged = campaign.select(campaign.converged)
         errors = errors_over_k(
             robot, shipped, converged, postures, settings.ks, lambda share: progress(0.6 * share)
         )
-        draw_errors(errors, settings.figures / "manipulator-errors.png")
         own = [posture_error(robot, shipped, runs, name, True) for name, runs in postures.items()]
-    return ArmBench(
+    result = ArmBench(
         machine=host_info(),
         speed=speed,
         stages=stages,
-        contact=contact,
+        contact=compare_equilibria(robot, bent.touching, bent.passing),
         campaign=campaign.origin.campaign,
         snapshots=len(converged),
         shipped=tuple(own),
         errors=errors,
     )
+    return result, bent
 
 
 def campaign_of(robot: Robot, folder: Path) -> Snapshots:
@@ -129,7 +132,7 @@ def thinned(campaign: Snapshots) -> Snapshots:
     return campaign.select(np.arange(every - 1, len(campaign), every))
 
 
-def table() -> tuple[Speed, ...]:
+def speeds() -> tuple[Speed, ...]:
     """Table II: both numbers of candidates, straight and bent."""
     found = []
     for name in ROBOTS:
@@ -140,13 +143,12 @@ def table() -> tuple[Speed, ...]:
     return tuple(found)
 
 
-def contact_figure(robot: Robot, path: Path) -> Comparison:
+def bent_arm(robot: Robot) -> BentArm:
     """Fig. 11: the bent arm with and without contact."""
     tension = bent_tensions()
     passing = equilibrium(robot, "none", None, tension)
     touching = equilibrium(robot, "full", None, tension)
-    draw(robot, touching, passing, Side(0, 2), path)
-    return compare(robot, touching, passing)
+    return BentArm(robot, touching, passing)
 
 
 def parse_ks(text: str) -> tuple[int, ...]:

@@ -1,4 +1,4 @@
-"""`tauten bench node`: a served robot as it runs, tick by tick, and what the machine alone would miss."""
+"""`tauten bench node`: ticks of a served robot, and deadlines that an idle loop misses on this machine."""
 
 from __future__ import annotations
 
@@ -66,9 +66,9 @@ class Deadlines:
     """Deadlines of a loop.
 
     Attributes:
-        ticks: that it did.
-        missed: of them, not done when the next one was due.
-        skipped: that it never began, because the one before took too long.
+        ticks: number of ticks.
+        missed: ticks that were not finished when the next one was due.
+        skipped: ticks that were not started, because the one before took too long.
     """
 
     ticks: int
@@ -77,7 +77,7 @@ class Deadlines:
 
     @property
     def share(self) -> float:
-        """Missed ones of all ticks."""
+        """Missed deadlines over ticks."""
         return self.missed / max(self.ticks, 1)
 
 
@@ -92,13 +92,13 @@ class NodeBench:
         rate_hz: of the node.
         seconds: of targets.
         target_rate_hz: targets a second.
-        unseen: ticks whose messages the network lost.
+        unseen: ticks whose messages were lost in the network.
         deadlines: of the node.
         idle: of a loop at this rate in which every tick takes the node's median time and does nothing:
             what it misses is the machine's doing.
         decide_ms: time of `decide`.
         step_ms: time of `decide`, `advance` and `prepare`.
-        overhead_ms: all else that a tick does.
+        overhead_ms: work of a tick outside the control step.
         lateness_ms: of the beginning of a tick.
         latency_ms: from a target's header to its actuation.
     """
@@ -133,7 +133,7 @@ def bench_node(
         robot: name or file, for the processes.
         settings: how.
         stop: raised to end early.
-        say: told what is happening.
+        say: called with a sentence before each part of the work.
 
     Returns:
         The numbers; None when stopped before there were any.
@@ -141,7 +141,7 @@ def bench_node(
     Raises:
         DemoError: a process failed, or no target was followed.
     """
-    rate = setup.robot.config.controller.rate
+    rate = setup.robot.integration.rate
     say(f"{rate:g} Hz: starting the node, kernels are compiled the first time")
     ticks = _served(setup.robot.name, rate, robot, settings, stop, say)
     first = next((i for i, tick in enumerate(ticks) if tick.mode is Mode.RUN), len(ticks))
@@ -160,7 +160,7 @@ def bench_node(
 def _numbers(
     setup: Setup, settings: NodeBenchSettings, ticks: Sequence[Tick], stop: StopFlag
 ) -> NodeBench:
-    rate = setup.robot.config.controller.rate
+    rate = setup.robot.integration.rate
     followed = [tick for tick in ticks if tick.status]
     pairs = [pair for pair in pairwise(ticks) if pair[1].index == pair[0].index + 1]
     overhead = [value for pair in pairs for value in overheads(pair, 1.0 / rate)]
@@ -184,19 +184,26 @@ def _numbers(
 
 
 def deadlines(ticks: Sequence[Tick]) -> Deadlines:
-    """Deadlines that ticks say were missed; the first one speaks of a tick before."""
-    told = ticks[1:]
+    """Missed deadlines that ticks report; the first one reports about a tick before them."""
+    later = ticks[1:]
     return Deadlines(
-        len(told), sum(tick.slack < 0.0 for tick in told), sum(tick.skipped for tick in told)
+        len(later), sum(tick.slack < 0.0 for tick in later), sum(tick.skipped for tick in later)
     )
 
 
 def idle_loop(
     period: float, work: float, seconds: float, realtime: RealtimeSettings, stop: StopFlag
 ) -> Deadlines:
-    """Deadlines of a loop that is busy with nothing for some time of every period [s].
+    """Deadlines of a loop that computes nothing useful for some time of every period.
 
-    It has a thread of its own, because priority and processors are a thread's.
+    It runs in its own thread, because priority and processors belong to a thread.
+
+    Args:
+        period: of the loop [s].
+        work: time of each tick [s].
+        seconds: duration.
+        realtime: priority and processors.
+        stop: raised to end early.
     """
 
     def loop() -> Deadlines:
@@ -229,13 +236,13 @@ def _served(
     common = ["--port", str(port)]
     with ExitStack() as stack:
         folder = Path(mkdtemp(prefix="tauten-bench-"))
-        # what the processes said stays where an error points at it
+        # an error message names the files of output: they are kept then
         stack.push(lambda error, *_: None if error else shutil.rmtree(folder))
         node = stack.enter_context(child("serve", [robot, *settings.options, *common], folder))
         session = open_session(network, Role.OTHER, name)
         stack.callback(session.close)
-        room = int(2 * rate * (settings.seconds + _SETTLE)) + 1
-        source = session.declare_subscriber(keys.tick, zenoh.handlers.RingChannel(room))
+        capacity = int(2 * rate * (settings.seconds + _SETTLE)) + 1
+        source = session.declare_subscriber(keys.tick, zenoh.handlers.RingChannel(capacity))
         _await(lambda: is_alive(session, keys.token), (node,), _START, stop)
         say(f"{rate:g} Hz: following targets for {settings.seconds:g} s")
         sending = ["reach", "--robot", robot, "--rate", repr(settings.target_rate)]

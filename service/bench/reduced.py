@@ -23,11 +23,11 @@ Progress = Callable[[float, str], None]
 
 RAMP_STEPS = 200  # equilibria of the training campaign
 FINE_STEPS = 100  # on refined meshes
-FOREIGN = Ranges(pull=(0.5, 1.0), tilt=np.radians(20.0), force=0.02)  # loads nobody trained for
+FOREIGN = Ranges(pull=(0.5, 1.0), tilt=np.radians(20.0), force=0.02)  # loads outside the training
 FOREIGN_RUNS, FOREIGN_STEPS = 6, 20
 FOLLOWED = 40  # equilibria of the training path at which tips are compared
 FAST = 1000.0  # rate of the last column [Hz]
-CASES = (
+STATE_SETTINGS = (
     *(StateSettings(r=r, responses=0) for r in (5, 10, 15, 20, 30, 40, 60)),
     *(StateSettings(r=r, responses=10) for r in (5, 10, 20, 30)),
     *(StateSettings(r=10, responses=10, sample=sample) for sample in (1e-1, 3e-2, 3e-3)),
@@ -35,7 +35,7 @@ CASES = (
 
 
 @dataclass(frozen=True, slots=True)
-class PathError:
+class PathAccuracy:
     """Reduced against full model along a path of equilibria, contact as a controller sees it.
 
     Attributes:
@@ -60,11 +60,11 @@ class ReducedCase:
     Attributes:
         modes: modes of motion.
         responses: static responses among the unknowns beside them.
-        sample: relative residual asked of the sample.
+        sample: allowed relative residual of the sample.
         elements: in the sample.
         motion_left_out: of the training states, relative.
         training: along the training path, at states that took no part in it.
-        foreign: under loads that nobody trained for.
+        foreign: under loads that are not in the training campaign.
         times: of control steps along the reach path.
     """
 
@@ -73,8 +73,8 @@ class ReducedCase:
     sample: float
     elements: int
     motion_left_out: float
-    training: PathError
-    foreign: PathError
+    training: PathAccuracy
+    foreign: PathAccuracy
     times: StepTimes
 
 
@@ -96,7 +96,7 @@ class MeshCase:
     sizes: Sizes
     modes: int
     elements: int
-    training: PathError
+    training: PathAccuracy
     full: StepTimes
     reduced: StepTimes
     fast: StepTimes
@@ -134,19 +134,19 @@ def bench_reduced(
         seconds: of the path along what the cables reach.
         progress: called with the share of the work done and what comes next.
     """
-    step = 1.0 / (len(CASES) + 2.0 * (refinements + 1) + 2.0)
+    step = 1.0 / (len(STATE_SETTINGS) + 2.0 * (refinements + 1) + 2.0)
     meshes = []
     with one_blas_thread():
         robot = tet_robot(robot_file, None, 0)
         progress(step, "campaign of the training path")
-        training = converged(robot, folder / "ramp", RAMP_STEPS)
+        training = ramp_snapshots(robot, folder / "ramp", RAMP_STEPS)
         progress(step, "campaign of foreign loads")
         design = latin_hypercube(robot, FOREIGN, FOREIGN_RUNS, seed=0, steps=FOREIGN_STEPS)
         foreign = run_campaign(robot, design, folder / "foreign", show_progress=False)
         foreign = foreign.select(foreign.converged)
-        targets = reach(robot, seconds)
+        targets = reach_targets(robot, seconds)
         cases = []
-        for settings in CASES:
+        for settings in STATE_SETTINGS:
             about = (
                 f"{settings.r} modes, {settings.responses} responses, sample {settings.sample:g}"
             )
@@ -170,6 +170,11 @@ def bench_reduced(
 def tet_robot(robot_file: str, rate: float | None, refinements: int) -> TetRobot:
     """The full robot.
 
+    Args:
+        robot_file: name or path.
+        rate: control rate [Hz]; None: the file's.
+        refinements: of its mesh.
+
     Raises:
         ValueError: it is not made of tetrahedra.
     """
@@ -179,14 +184,20 @@ def tet_robot(robot_file: str, rate: float | None, refinements: int) -> TetRobot
     return robot
 
 
-def converged(robot: Robot, folder: Path, steps: int) -> Snapshots:
-    """Equilibria of the ramp of the cables."""
+def ramp_snapshots(robot: Robot, folder: Path, steps: int) -> Snapshots:
+    """Equilibria of the ramp of the cables.
+
+    Args:
+        robot: the robot.
+        folder: of the campaign; results in it are used again.
+        steps: of the ramp.
+    """
     design = ramp(robot, float(robot.limits.pull_max.min()) / steps)
     found = run_campaign(robot, design, folder, show_progress=False)
     return found.select(found.converged)
 
 
-def reach(robot: Robot, seconds: float) -> Array:
+def reach_targets(robot: Robot, seconds: float) -> Array:
     """Targets there and back along what the cables reach: (s, 3) [m]."""
     path = make_path("reach", robot, PathSettings(period=seconds, fraction=0.9))
     return np.array([path.at(t) for t in np.arange(0.0, seconds, robot.h)])
@@ -200,7 +211,16 @@ def run_case(
     settings: StateSettings,
     targets: Array,
 ) -> ReducedCase:
-    """Make a state basis and measure it."""
+    """Compute a state basis and measure it.
+
+    Args:
+        robot: the full robot.
+        basis: its contact basis.
+        training: snapshots to compute the basis from.
+        foreign: snapshots under other loads.
+        settings: of the basis.
+        targets: (s, 3) to follow while steps are timed [m].
+    """
     states = reduce_states(robot, training, basis, settings)
     reduced, origin = reduced_robot(robot, states), states.origin
     return ReducedCase(
@@ -209,8 +229,8 @@ def run_case(
         sample=settings.sample,
         elements=origin.sample,
         motion_left_out=origin.projection_error,
-        training=follow(reduced, basis, unseen(training)),
-        foreign=follow(reduced, basis, foreign),
+        training=path_accuracy(reduced, basis, unseen(training)),
+        foreign=path_accuracy(reduced, basis, foreign),
         times=time_steps(reduced, basis, f"reduced, k = {basis.k}", targets),
     )
 
@@ -218,37 +238,53 @@ def run_case(
 def run_mesh(
     robot_file: str, basis: ContactBasis, folder: Path, refinements: int, seconds: float
 ) -> MeshCase:
-    """The automatic choice on one mesh."""
+    """The automatic choice on one mesh.
+
+    Args:
+        robot_file: name or path.
+        basis: contact basis of the robot's own mesh.
+        folder: of the campaigns.
+        refinements: of the mesh.
+        seconds: duration of the path to follow.
+    """
     robot = tet_robot(robot_file, None, refinements)
     steps = FINE_STEPS if refinements else RAMP_STEPS
-    training = converged(robot, folder / (f"ramp{refinements}" if refinements else "ramp"), steps)
+    training = ramp_snapshots(
+        robot, folder / (f"ramp{refinements}" if refinements else "ramp"), steps
+    )
     if refinements:
         basis, _ = make_basis(robot, training, ReduceSettings(k=basis.k))
     states = reduce_states(robot, training, basis, StateSettings())
     reduced, name = reduced_robot(robot, states), f"reduced, k = {basis.k}"
-    targets = reach(robot, seconds)
+    targets = reach_targets(robot, seconds)
     quick = reduced_robot(tet_robot(robot_file, FAST, refinements), states)
     return MeshCase(
         sizes=sizes_of(robot, basis.k),
         modes=states.r,
         elements=len(states.elements),
-        training=follow(reduced, basis, unseen(training)),
+        training=path_accuracy(reduced, basis, unseen(training)),
         full=time_steps(robot, basis, name, targets),
         reduced=time_steps(reduced, basis, name, targets),
-        fast=time_steps(quick, basis, name, reach(quick, seconds)),
+        fast=time_steps(quick, basis, name, reach_targets(quick, seconds)),
         fast_hz=FAST,
     )
 
 
 def unseen(training: Snapshots) -> Snapshots:
-    """States of the training path that took no part in the training, not more than `FOLLOWED`."""
+    """States of the training path that took no part in the training, at most `FOLLOWED` of them."""
     held_out = training.select(held_out_snapshots(training))
     return held_out.select(np.arange(0, len(held_out), -(-len(held_out) // FOLLOWED)))
 
 
-def follow(robot: Robot, basis: ContactBasis, snapshots: Snapshots) -> PathError:
-    """Settle along stored equilibria of the full model and compare tips."""
-    enrichment = default_enrichment(robot.config.contact.tolerance)
+def path_accuracy(robot: Robot, basis: ContactBasis, snapshots: Snapshots) -> PathAccuracy:
+    """Settle along stored equilibria of the full model and compare effectors.
+
+    Args:
+        robot: the reduced robot.
+        basis: its contact basis.
+        snapshots: equilibria of the full robot.
+    """
+    enrichment = default_enrichment(robot.tolerance)
     simulator = Simulator(robot, basis, enrichment)
     apart, deepest, lost = [], np.inf, 0
     for i in range(len(snapshots)):
@@ -263,7 +299,7 @@ def follow(robot: Robot, basis: ContactBasis, snapshots: Snapshots) -> PathError
         off = simulator.effector - snapshots.effector[:, i].reshape(-1, 3)  # (p, 3)
         apart.append(1e3 * float(np.linalg.norm(off, axis=1).max()))
         deepest = min(deepest, 1e3 * report.deepest_gap)
-    return PathError(
+    return PathAccuracy(
         equilibria=len(apart),
         lost=lost,
         mean_mm=float(np.mean(apart)) if apart else None,

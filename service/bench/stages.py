@@ -1,4 +1,4 @@
-"""Where the time of a control step goes, stage by stage, along a path of targets."""
+"""Times of the stages of a control step along a path of targets."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from typing import Literal, TypeVar
 
 import numpy as np
 
-from tauten.controller import Controller, Response, inverse_problem, prepare, warm_piece
-from tauten.controller.qpcc import Start, solve_qpcc
+from tauten.controller import Controller, ControllerSettings, decide, prepare
+from tauten.controller.qpcc import solve_qpcc
 from tauten.model import ContactSpace, Robot, row_compliance
 from tauten.model.numerics import Array
 from tauten.service.replay import Spread, spread
@@ -29,7 +29,7 @@ class StepTimes:
     """Times of control steps along a path.
 
     Attributes:
-        contact: what the controller knew of contact.
+        contact: contact model of the controller.
         steps: number of steps measured.
         stages_ms: of each stage, measured beside the step on the same state.
         whole_ms: of prepare, decide, advance and all three together.
@@ -37,7 +37,7 @@ class StepTimes:
         in_range: median number of candidates within the alarm distance.
         tip_error_mm: distance of the model's tip from the target.
         deepest_gap_mm: deepest predicted penetration, as a gap; None without any candidate in range.
-        statuses: how often each status came.
+        statuses: number of decisions by status.
     """
 
     contact: str
@@ -74,16 +74,33 @@ def time_steps(
     contact: Literal["none", "full"] | ContactSpace,
     name: str,
     targets: Array,
+    settings: ControllerSettings | None = None,
     warm_up: int = 20,
 ) -> StepTimes:
-    """Follow targets (s, p, 3) [m] with a controller at rest and measure every step after the warm-up."""
-    return time_controller(Controller(robot, contact), name, targets, warm_up)
+    """Follow targets with a controller at rest and measure every step after the warm-up.
+
+    Args:
+        robot: what to control.
+        contact: "none", "full" or a basis.
+        name: of `contact`, for tables.
+        targets: (s, p, 3) [m], one a step.
+        settings: of the controller; default: those of a file that does not set any.
+        warm_up: first steps, which are not measured.
+    """
+    return time_controller(Controller(robot, contact, settings=settings), name, targets, warm_up)
 
 
 def time_controller(
     controller: Controller, name: str, targets: Array, warm_up: int = 20
 ) -> StepTimes:
-    """Follow targets (s, p, 3) [m] from where a controller is; `name` says what it knows of contact."""
+    """Follow targets from the state of a controller and measure every step after the warm-up.
+
+    Args:
+        controller: decides.
+        name: of its contact model, for tables.
+        targets: (s, p, 3) [m], one a step.
+        warm_up: first steps, which are not measured.
+    """
     watch = _Watch()
     errors, gaps, rows, in_range = [], [np.inf], [], []
     statuses: Counter[str] = Counter()
@@ -118,7 +135,12 @@ def time_controller(
 def _time_stages(controller: Controller, watch: _Watch, target: Array) -> int:
     """Run the stages of a step one by one on the controller's state; its number of contact rows.
 
-    The controller's own step comes afterwards and overwrites the factorisation used here.
+    The controller's own step follows and overwrites the factorisation used here.
+
+    Args:
+        controller: its robot, state and settings.
+        watch: where the times are added.
+        target: (n_e,) [m].
     """
     robot, state, forces = controller.robot, controller.state, controller.forces
     space, settings = controller.space, controller.settings
@@ -127,16 +149,15 @@ def _time_stages(controller: Controller, watch: _Watch, target: Array) -> int:
     robot.linearise(state, forces.tension)
     factors = 1e3 * (perf_counter() - start) - watch.times["assembly"][-1]
     watch.times.setdefault("factorisation", []).append(factors)
-    rows = watch.time("detection", lambda: robot.rows(state, contacts=controller.sees_contact))
+    contacts = space.k > 0 or settings.enrichment.rounds > 0
+    rows = watch.time("detection", lambda: robot.rows(state, contacts=contacts))
     watch.time("reduction", lambda: space.reduce(rows.contacts))
     prepared = prepare(robot, space, state, forces, settings.enrichment)
-    H, delta = prepared.response.H, prepared.response.delta_free
-    watch.time("compliance", lambda: row_compliance(prepared.system, H, delta))
-    sizes = robot.n_e, robot.n_a, len(prepared.response) - robot.n_e - robot.n_a
-    response = Response(prepared.response.W, prepared.response.delta_free, *sizes)
-    guess = Start(forces.tension, warm_piece(prepared, forces))
-    problem = inverse_problem(
-        response, target, robot.limits, controller.pull, robot.h, settings.epsilon, guess.piece
-    )
-    watch.time("qpcc", lambda: solve_qpcc(problem, guess, settings.qpcc))
-    return sizes[2]
+    step = prepared.step
+    H, delta = step.compliance.H, step.compliance.delta_free
+    watch.time("compliance", lambda: row_compliance(step.system, H, delta))
+    decision = decide(robot, prepared, target, controller.pull, settings)
+    problem, warm = decision.problem, decision.start
+    assert problem is not None
+    watch.time("qpcc", lambda: solve_qpcc(problem, warm, settings.qpcc))
+    return step.n_contacts

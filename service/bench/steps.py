@@ -1,4 +1,4 @@
-"""`tauten bench finger` and `tauten bench steps`: how long steps take, and how far reduction errs."""
+"""`tauten bench finger` and `tauten bench steps`: times of steps, and errors of the reduction."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from time import perf_counter
 
 import numpy as np
 
+from tauten.controller import ControllerSettings
 from tauten.model import Enrichment, Robot, Simulator, default_enrichment, load_robot
 from tauten.model.numerics import Array, Bools
 from tauten.reduction import ContactBasis
@@ -16,7 +17,7 @@ from tauten.service.plant import PathSettings, make_path
 from tauten.service.process import HostInfo, host_info, one_blas_thread
 from tauten.service.replay import Spread, spread
 
-Progress = Callable[[float], None]
+ShareDone = Callable[[float], None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,13 +100,19 @@ def sizes_of(robot: Robot, modes: int = 0) -> Sizes:
 
 
 def bench_control(
-    robot: Robot, basis: ContactBasis, seconds: float, pulls: int, progress: Progress
+    robot: Robot,
+    basis: ContactBasis,
+    settings: ControllerSettings,
+    seconds: float,
+    pulls: int,
+    progress: ShareDone,
 ) -> ControlBench:
     """Time control steps with contact none, full and reduced; compare reduced with pointwise tips.
 
     Args:
         robot: what to control.
         basis: its contact basis.
+        settings: of the controllers.
         seconds: of the path along what the cables reach, there and back.
         pulls: equilibria at which tips are compared.
         progress: called with the share of the work that has just been done.
@@ -116,15 +123,15 @@ def bench_control(
     with one_blas_thread():
         control = []
         for contact, name in kinds:
-            control.append(time_steps(robot, contact, name, targets))  # type: ignore[arg-type]
+            control.append(time_steps(robot, contact, name, targets, settings))  # type: ignore[arg-type]
             progress(1.0 / 6.0)
         full = tip_curve(robot, "full", None, pulls)
         progress(1.0 / 6.0)
-        tolerance = robot.config.contact.tolerance
+        tolerance = robot.tolerance
         enrichments = (None, default_enrichment(tolerance))
         errors = []
         for enrichment in enrichments:
-            errors.append(compare(full, tip_curve(robot, basis, enrichment, pulls), enrichment))
+            errors.append(tip_error(full, tip_curve(robot, basis, enrichment, pulls), enrichment))
             progress(1.0 / 6.0)
     return ControlBench(
         machine=host_info(),
@@ -138,15 +145,24 @@ def bench_control(
 
 
 @dataclass(frozen=True, slots=True)
-class _Curve:
+class _TipCurve:
     tips: Array  # (s, 3) [m]
     converged: Bools  # (s,)
     deepest: float
     extra: int
 
 
-def tip_curve(robot: Robot, contact: object, enrichment: Enrichment | None, pulls: int) -> _Curve:
-    """Equilibria with every cable pulled alike from rest to its largest pull."""
+def tip_curve(
+    robot: Robot, contact: object, enrichment: Enrichment | None, pulls: int
+) -> _TipCurve:
+    """Equilibria with every cable pulled in proportion from rest to its largest pull.
+
+    Args:
+        robot: the robot.
+        contact: "none", "full" or a contact basis.
+        enrichment: of the basis; None without.
+        pulls: number of equilibria.
+    """
     simulator = Simulator(robot, contact, enrichment)  # type: ignore[arg-type]
     tips, converged, deepest, extra = [], [], np.inf, 0
     for share in np.linspace(0.0, 1.0, pulls):
@@ -155,11 +171,17 @@ def tip_curve(robot: Robot, contact: object, enrichment: Enrichment | None, pull
         converged.append(report.converged)
         deepest = min(deepest, report.deepest_gap)
         extra = max(extra, report.extra_columns)
-    return _Curve(np.array(tips), np.array(converged), deepest, extra)
+    return _TipCurve(np.array(tips), np.array(converged), deepest, extra)
 
 
-def compare(full: _Curve, reduced: _Curve, enrichment: Enrichment | None) -> TipError:
-    """Distances between the tips of two curves where both settled."""
+def tip_error(full: _TipCurve, reduced: _TipCurve, enrichment: Enrichment | None) -> TipError:
+    """Distances between the tips of two curves where both settled.
+
+    Args:
+        full: with pointwise contact.
+        reduced: with a contact basis.
+        enrichment: of the basis; None without.
+    """
     both = full.converged & reduced.converged
     distance = 1e3 * np.linalg.norm(full.tips - reduced.tips, axis=1)[both]
     return TipError(
@@ -174,11 +196,18 @@ def compare(full: _Curve, reduced: _Curve, enrichment: Enrichment | None) -> Tip
 
 
 def bench_steps(
-    robot_file: str, refinements: int, factorisation: str, steps: int, progress: Progress
+    robot_file: str, refinements: int, factorisation: str, steps: int, progress: ShareDone
 ) -> StepBench:
     """Time forward and inverse steps without contact on a mesh and its uniform refinements.
 
-    The pull grows from nothing to half its limit, as in a peer's scene.
+    The pull grows from zero to half its limit.
+
+    Args:
+        robot_file: name or path.
+        refinements: of the mesh.
+        factorisation: back end, or "auto".
+        steps: to measure on each mesh.
+        progress: called with the share of the work that has just been done.
     """
     meshes = []
     for count in range(refinements + 1):
@@ -197,7 +226,13 @@ def bench_steps(
 
 
 def time_forward(robot: Robot, steps: int, warm_up: int = 5) -> Spread:
-    """Times of simulator steps while the cables are pulled to half their limit [ms]."""
+    """Times of simulator steps while the cables are pulled to half their limit [ms].
+
+    Args:
+        robot: the robot.
+        steps: to measure.
+        warm_up: steps before them.
+    """
     simulator, times = Simulator(robot, contact="none"), []
     for share in np.linspace(0.0, 0.5, steps + warm_up):
         start = perf_counter()
@@ -207,10 +242,16 @@ def time_forward(robot: Robot, steps: int, warm_up: int = 5) -> Spread:
 
 
 def time_inverse(robot: Robot, steps: int, warm_up: int = 5) -> Spread:
-    """Times of control steps that follow the tip of a forward simulation [ms]."""
+    """Times of control steps that follow the tip of a forward simulation [ms].
+
+    Args:
+        robot: the robot.
+        steps: to measure.
+        warm_up: steps before them.
+    """
     simulator, targets = Simulator(robot, contact="none"), []
     for share in np.linspace(0.0, 0.5, steps + warm_up):
         simulator.step(pull=share * robot.limits.pull_max)
         targets.append(simulator.effector.ravel())
-    times = time_steps(robot, "none", "none", np.array(targets).reshape(-1, 3), warm_up)
+    times = time_steps(robot, "none", "none", np.array(targets).reshape(-1, 3), warm_up=warm_up)
     return times.whole_ms["step"]

@@ -1,6 +1,6 @@
 """The `tauten` command.
 
-Rooms are imported inside the commands, so that `tauten --help` does not wait for them.
+Packages are imported inside the commands, so that `tauten --help` does not wait for them.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from tauten.service.cli.bench import bench
+from tauten.service.cli.bench_elements import elements
 from tauten.service.cli.bench_node import node
 from tauten.service.cli.closed_loop import closed_loop
 from tauten.service.cli.compare import compare
@@ -30,6 +31,7 @@ from tauten.service.cli.options import (
 )
 from tauten.service.cli.reduction import inspect, reduce
 from tauten.service.cli.runs import demo, replay
+from tauten.service.cli.solve import solve
 from tauten.service.process import set_up_logging
 
 if TYPE_CHECKING:
@@ -46,10 +48,11 @@ app = typer.Typer(
 @app.callback()
 def options(
     log_level: Annotated[
-        Literal["debug", "info", "warning", "error"], typer.Option(help="What goes to stderr.")
+        Literal["debug", "info", "warning", "error"],
+        typer.Option(help="Least level of messages on stderr."),
     ] = "info",
     log_format: Annotated[
-        Literal["text", "json"], typer.Option(help="Lines to read, or one JSON object a line.")
+        Literal["text", "json"], typer.Option(help="Plain lines, or one JSON object on each line.")
     ] = "text",
 ) -> None:
     """Set up logging before any command."""
@@ -65,14 +68,16 @@ def serve(
     record: Annotated[Path | None, typer.Option(help="MCAP file to record the run to.")] = None,
     closed_loop: ClosedLoop = False,
     wait: Annotated[
-        bool, typer.Option("--wait", help="Stay idle until an operator's enable.")
+        bool, typer.Option("--wait", help="Remain idle until an operator sends enable.")
     ] = False,
     event: Annotated[
         bool,
-        typer.Option("--event", help="A tick comes with its target, up to half a period late."),
+        typer.Option(
+            "--event", help="Start a tick when its target arrives, at most half a period late."
+        ),
     ] = False,
     priority: Annotated[
-        int | None, typer.Option(min=1, max=99, help="Of the loop under SCHED_FIFO.")
+        int | None, typer.Option(min=1, max=99, help="Priority of the loop under SCHED_FIFO.")
     ] = None,
     cpus: Annotated[
         list[int] | None, typer.Option(min=0, help="Processor of the loop; may be repeated.")
@@ -80,7 +85,7 @@ def serve(
     port: Port = None,
     zenoh_config: ZenohConfig = None,
 ) -> None:
-    """Serve a robot: targets in, actuation out. Ctrl-C releases the cables in a ramp."""
+    """Serve a robot: targets in, actuation out. Ctrl-C releases the cables in a ramp, twice: faster."""
     from tauten.service.node import ServeSettings
     from tauten.service.node import serve as run
     from tauten.service.process import RealtimeSettings, stop_on_signals
@@ -91,26 +96,23 @@ def serve(
         RealtimeSettings(priority, tuple(cpus or ())), event,
     )  # fmt: skip
     with stop_on_signals() as stop:
-        run(
-            load_setup(robot, rate, basis, model, accept_error),
-            _network(port, zenoh_config),
-            settings,
-            stop,
-        )
+        with stop.interruptible():
+            setup = load_setup(robot, rate, basis, model, accept_error)
+        run(setup, _network(port, zenoh_config), settings, stop)
 
 
 def plant(
     robot: RobotName,
     rate: Rate = None,
     measure: Annotated[
-        bool, typer.Option("--measure", help="Publish the effectors as measurements, too.")
+        bool, typer.Option("--measure", help="Publish the effectors also as measurements.")
     ] = False,
     young_scale: YoungScale = 1.0,
     drive: DriveOption = "pull",
     port: Port = None,
     zenoh_config: ZenohConfig = None,
 ) -> None:
-    """Simulate a robot, full-order with pointwise contact; it obeys actuation."""
+    """Simulate a robot that follows the actuation: full-order model, pointwise contact."""
     from tauten.model import load_robot
     from tauten.service.plant import PlantSettings, simulate
     from tauten.service.process import stop_on_signals
@@ -128,28 +130,30 @@ def stream(
         str,
         typer.Argument(
             help="circle, line, figure-eight, step, reach (where the cables can take the effector), "
-            "or a CSV file with columns x, y, z [m] and maybe t [s]."
+            "or a CSV file with columns x, y, z [m] and optionally t [s]."
         ),
     ],
     robot: Annotated[str, typer.Option(help="The robot that is served.")] = "finger",
     effector: Annotated[str | None, typer.Option(help="Default: the first.")] = None,
     rate: Annotated[float, typer.Option(min=0.01, help="Targets a second.")] = 50.0,
-    duration: Annotated[float | None, typer.Option(min=0.0, help="Seconds.")] = None,
-    size: Annotated[
-        float | None, typer.Option(help="Of a shape [m]; default: a tenth of the robot.")
+    duration: Annotated[
+        float | None, typer.Option(min=0.0, help="Duration [s]; default: until Ctrl-C.")
     ] = None,
-    period: Annotated[float, typer.Option(min=0.01, help="Seconds of one pass.")] = 10.0,
-    plane: Annotated[Literal["xy", "xz", "yz"], typer.Option(help="A shape lies in it.")] = "xz",
+    size: Annotated[
+        float | None, typer.Option(help="Size of a shape [m]; default: a tenth of the robot.")
+    ] = None,
+    period: Annotated[float, typer.Option(min=0.01, help="Duration of one pass [s].")] = 10.0,
+    plane: Annotated[Literal["xy", "xz", "yz"], typer.Option(help="Plane of a shape.")] = "xz",
     fraction: Annotated[
-        float, typer.Option(min=0.0, max=1.0, help="Of the largest pull, for reach.")
+        float, typer.Option(min=0.0, max=1.0, help="Share of the largest pull, for reach.")
     ] = 0.8,
     repeat: Annotated[bool, typer.Option(help="Start a CSV again at its end.")] = False,
-    await_plant: Annotated[bool, typer.Option(help="Wait for a plant, too.")] = False,
+    await_plant: Annotated[bool, typer.Option(help="Wait also for a plant.")] = False,
     json: Annotated[bool, typer.Option(help="Send JSON rather than CDR.")] = False,
     port: Port = None,
     zenoh_config: ZenohConfig = None,
 ) -> None:
-    """Stream targets to a robot's node, as soon as it is there."""
+    """Stream targets to a robot's node, as soon as the node is alive."""
     from tauten.model import load_robot
     from tauten.service.plant import PathError, PathSettings, StreamSettings, make_path
     from tauten.service.plant import stream as run
@@ -168,13 +172,14 @@ def stream(
 
 
 _COMMANDS = (
-    *(serve, plant, stream, demo, replay),
+    *(serve, plant, stream, demo, replay, solve),
     *(command, record, metrics, alive, doctor),
     *(reduce, inspect, compare),
 )
 for _command in _COMMANDS:
     app.command()(_command)
 bench.command("closed-loop")(closed_loop)
+bench.command("elements")(elements)
 bench.command("node")(node)
 app.add_typer(bench, name="bench")
 
@@ -210,10 +215,10 @@ def _setup_errors() -> tuple[type[Exception], ...]:
     from tauten.service.tables import PageError
     from tauten.service.wire import NetworkError
 
-    room_errors = (RobotFileError, MeshError, BasisError, StateBasisError)
+    robot_errors = (RobotFileError, MeshError, BasisError, StateBasisError)
     reduction_errors = (ChoiceError, DesignError, ClusterError, SnapshotError)
     return (
-        *room_errors,
+        *robot_errors,
         *reduction_errors,
         CompareError,
         DemoError,

@@ -1,4 +1,4 @@
-"""`tauten bench`: benchmarks of the rooms, each with a table and, on request, JSON."""
+"""`tauten bench`: benchmarks, each with a table and optionally a JSON file."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from tauten.service.bench import ControlBench, StepBench
     from tauten.service.replay import Spread
 
-bench = typer.Typer(help="Measure; run on an otherwise idle machine.", no_args_is_help=True)
+bench = typer.Typer(help="Benchmarks; run them on an otherwise idle machine.", no_args_is_help=True)
 
 R = TypeVar("R")
 Json = Annotated[Path | None, typer.Option("--json", help="Write the numbers to this file.")]
@@ -29,17 +29,17 @@ Json = Annotated[Path | None, typer.Option("--json", help="Write the numbers to 
 @bench.command()
 def finger(
     json_file: Json = None,
-    robot: Annotated[str, typer.Option(help="Another robot to do the same with.")] = "finger",
+    robot: Annotated[str, typer.Option(help="Robot to measure.")] = "finger",
     basis: Annotated[
-        str | None, typer.Option(help="Another contact basis than the robot file's.")
+        str | None, typer.Option(help="Contact basis to use instead of the robot file's.")
     ] = None,
-    seconds: Annotated[float, typer.Option(min=1.0, help="Length of the path followed.")] = 12.0,
-    pulls: Annotated[int, typer.Option(min=2, help="Equilibria compared.")] = 201,
+    seconds: Annotated[float, typer.Option(min=1.0, help="Duration of the path.")] = 12.0,
+    pulls: Annotated[int, typer.Option(min=2, help="Number of equilibria to compare.")] = 201,
     model: Annotated[
-        Literal["full", "reduced"], typer.Option(help="Contact alone reduced, or the state, too.")
+        Literal["full", "reduced"], typer.Option(help="Reduce contact only, or contact and state.")
     ] = "full",
     refinements: Annotated[
-        int, typer.Option(min=0, max=2, help="Of the mesh, for the reduced model.")
+        int, typer.Option(min=0, max=2, help="Refinements of the mesh, for the reduced model.")
     ] = 0,
     snapshots: Annotated[
         Path | None,
@@ -66,7 +66,9 @@ def finger(
         return
     result = _with_bar(
         f"control steps of {robot}",
-        lambda progress: bench_control(setup.robot, modes, seconds, pulls, progress),
+        lambda progress: bench_control(
+            setup.robot, modes, setup.controller, seconds, pulls, progress
+        ),
     )
     _show_control(result)
     _write(result, json_file)
@@ -77,22 +79,27 @@ def manipulator(
     json_file: Json = None,
     markdown: Annotated[Path | None, typer.Option(help="Page to put the tables into.")] = None,
     snapshots: Annotated[
-        Path, typer.Option(help="Folder that keeps campaigns; what it holds is not done again.")
+        Path, typer.Option(help="Folder of the campaigns; results in it are used again.")
     ] = Path("manipulator-bench"),
     figures: Annotated[Path, typer.Option(help="Folder of the pictures.")] = Path("figures"),
-    modes: Annotated[str, typer.Option(help="Numbers of modes whose error is measured.")] = (
+    modes: Annotated[str, typer.Option(help="Numbers of modes to measure the error at.")] = (
         "5,10,15,23,30,40,60"
     ),
 ) -> None:
-    """Steps per second straight and bent, full and reduced; what contact does; error over modes."""
-    from tauten.service.bench import manipulator as arm
+    """Steps per second straight and bent, full and reduced; effect of contact; error over modes."""
+    from tauten.service.bench import ArmBenchSettings, bench_manipulator, parse_ks
+    from tauten.service.plots import Side, draw_comparison, draw_posture_errors
     from tauten.service.tables import arm_tables, sentences, write_arm_tables
 
     try:
-        settings = arm.ArmBenchSettings(snapshots, figures, arm.parse_ks(modes))
+        settings = ArmBenchSettings(snapshots, parse_ks(modes))
     except ValueError as error:
         raise typer.BadParameter(str(error)) from error
-    result = _with_bar("manipulator", lambda progress: arm.bench_manipulator(settings, progress))
+    result, bent = _with_bar("manipulator", lambda progress: bench_manipulator(settings, progress))
+    figures.mkdir(parents=True, exist_ok=True)
+    picture = figures / "manipulator-contact.png"
+    draw_comparison(bent.robot, bent.touching, bent.passing, Side(), picture)
+    draw_posture_errors(result.errors, figures / "manipulator-errors.png")
     console = Console(width=200)
     for table in arm_tables(result):
         console.print(table.rich())
@@ -108,7 +115,7 @@ def steps(
     robot: Annotated[str, typer.Argument(help="A robot file.")],
     refinements: Annotated[int, typer.Option(min=0, max=3, help="Uniform refinements.")] = 0,
     factorisation: Annotated[str, typer.Option(help="auto, pardiso, cholmod, superlu.")] = "auto",
-    count: Annotated[int, typer.Option("--steps", min=5, help="Steps measured.")] = 100,
+    count: Annotated[int, typer.Option("--steps", min=5, help="Number of steps to measure.")] = 100,
     json_file: Json = None,
 ) -> None:
     """Forward and inverse steps without contact, on a mesh and its refinements."""
@@ -127,21 +134,24 @@ def qpcc(
     json_file: Json = None,
     markdown: Annotated[Path | None, typer.Option(help="Page to put the tables into.")] = None,
     recorded: Annotated[Path | None, typer.Option(help="Folder of recorded problems.")] = None,
+    published: Annotated[
+        Path | None, typer.Option(help="Folder of published problems, with a problems.csv.")
+    ] = None,
 ) -> None:
-    """Times of QPCCs by size, start and QP library; how near the optimum their solutions are."""
+    """Times of QPCCs by size, start and QP library; distance of their solutions from the optimum."""
     from tauten.service.bench.qpcc import bench_qpcc
     from tauten.service.tables import qpcc_tables, write_qpcc_tables
 
     shipped = Path(__file__).resolve().parents[2] / "tests" / "reference" / "qpcc"
     folder: Path | None = recorded or shipped
     if recorded is None and not shipped.is_dir():
-        folder = None  # an installed package comes without
+        folder = None  # an installed package does not contain them
     if folder is not None and not list(folder.glob("*.npz")):
         raise typer.BadParameter(f"{folder} has no recorded problems, files that end in .npz")
     with Progress(console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task("problems", total=1.0)
         result = bench_qpcc(
-            folder, lambda share, what: bar.update(task, advance=share, description=what)
+            folder, published, lambda share, what: bar.update(task, advance=share, description=what)
         )
     for table in qpcc_tables(result):
         Console().print(table.rich())
@@ -159,18 +169,20 @@ def contact_basis(
     snapshots: Annotated[
         Path | None, typer.Option(help="Folder of campaigns; default: ROBOT-snapshots.")
     ] = None,
-    equilibria: Annotated[int, typer.Option(min=2, help="Settled on the training path.")] = 20,
-    steps: Annotated[int, typer.Option(min=2, help="Of a held-out path.")] = 16,
+    equilibria: Annotated[
+        int, typer.Option(min=2, help="Number of equilibria on the training path.")
+    ] = 20,
+    steps: Annotated[int, typer.Option(min=2, help="Number of steps of a held-out path.")] = 16,
 ) -> None:
-    """Errors of contact bases on and off their training path; certificate, LCP. Ctrl-C keeps what is done."""
+    """Errors of contact bases on and off their training path; certificate, LCP. Ctrl-C keeps results."""
     from tauten.reduction.campaign import ramp, run_campaign
-    from tauten.service.bench import contact_basis as bench_contact_basis
+    from tauten.service.bench import ContactBasisInputs, bench_contact_basis
+    from tauten.service.plots import draw_contact_basis
     from tauten.service.process import stop_on_signals
     from tauten.service.setup import load_setup
     from tauten.service.tables import (
         certificate,
         contact_basis_tables,
-        draw_contact_basis,
         write_contact_basis_tables,
     )
 
@@ -179,12 +191,18 @@ def contact_basis(
         raise typer.BadParameter(f"{robot} has no contact basis: tauten reduce {robot} makes one")
     folder = snapshots or Path(f"{setup.robot.name}-snapshots")
     found = run_campaign(setup.robot, ramp(setup.robot), folder)
-    inputs = bench_contact_basis.Inputs(
-        setup.robot, setup.contact, found.select(found.converged), folder, equilibria, steps
+    inputs = ContactBasisInputs(
+        setup.robot,
+        setup.contact,
+        found.select(found.converged),
+        folder,
+        equilibria,
+        steps,
+        controller=setup.controller,
     )
     with stop_on_signals() as stop, Progress(console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task("", total=1.0)
-        result = bench_contact_basis.bench_contact_basis(
+        result = bench_contact_basis(
             inputs, stop, lambda share, what: bar.update(task, advance=share, description=what)
         )
     for table in contact_basis_tables(result):

@@ -1,4 +1,4 @@
-"""`tauten bench node`: a served robot's ticks, and what the machine alone would miss."""
+"""`tauten bench node`: ticks of a served robot, and deadlines that an idle loop misses on this machine."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def node(
         list[float] | None,
         typer.Option(min=0.1, help="Control rate [Hz], or several; default: the robot file's."),
     ] = None,
-    seconds: Annotated[float, typer.Option(min=2.0, help="Of targets.")] = 60.0,
+    seconds: Annotated[float, typer.Option(min=2.0, help="Duration of the targets.")] = 60.0,
     targets: Annotated[float, typer.Option(min=0.1, help="Targets a second.")] = 50.0,
     priority: Annotated[
         int | None, typer.Option(min=1, max=99, help="As for `tauten serve`.")
@@ -36,7 +36,7 @@ def node(
 ) -> None:
     """Serve a robot, stream targets, and show deadlines, step, overhead and latency of its ticks.
 
-    Ctrl-C keeps what is done.
+    Ctrl-C keeps finished results.
     """
     from tauten.service.bench import NodeBenchSettings, bench_node
     from tauten.service.process import RealtimeSettings, stop_on_signals
@@ -55,8 +55,8 @@ def node(
     results = []
     with stop_on_signals() as stop, Console(stderr=True).status(robot) as status:
         for one in rates:
-            asked = () if one is None else ("--rate", repr(one))
-            settings = NodeBenchSettings(seconds, targets, (*options, *asked), realtime)
+            chosen = () if one is None else ("--rate", repr(one))
+            settings = NodeBenchSettings(seconds, targets, (*options, *chosen), realtime)
             setup = load_setup(robot, rate=one, model=model)
             if stop.requested or not (
                 found := bench_node(setup, robot, settings, stop, status.update)
@@ -69,7 +69,7 @@ def node(
 
 
 def _keep(results: list[NodeBench], json_file: Path | None, markdown: Path | None) -> None:
-    """What has been measured so far, into files."""
+    """Write the results so far into files."""
     from tauten.service.tables import write_node_tables
 
     if json_file is not None:

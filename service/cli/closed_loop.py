@@ -20,11 +20,12 @@ def closed_loop(
     json_file: Json = None,
     figures: Annotated[Path | None, typer.Option(help="Folder for a figure of each case.")] = None,
     markdown: Annotated[Path | None, typer.Option(help="Page to put the tables into.")] = None,
-    seconds: Annotated[float, typer.Option(min=1.0, help="Of each case.")] = 4.0,
-    seed: Annotated[int, typer.Option(help="Of the random walk.")] = 0,
+    seconds: Annotated[float, typer.Option(min=1.0, help="Duration of each case.")] = 4.0,
+    seed: Annotated[int, typer.Option(help="Seed of the random walk.")] = 0,
 ) -> None:
-    """Controllers with reduced, full, no contact against the full-order robot; Ctrl-C keeps what is done."""
-    from tauten.service.bench import BenchSettings, bench_closed_loop
+    """Controllers with reduced, full and no contact on the full-order robot; Ctrl-C keeps finished runs."""
+    from tauten.service.bench import ClosedLoopSettings, bench_closed_loop
+    from tauten.service.plots import draw_case
     from tauten.service.process import stop_on_signals
     from tauten.service.setup import load_setup
     from tauten.service.tables import closed_loop_tables, write_closed_loop_tables
@@ -32,7 +33,7 @@ def closed_loop(
     setup = load_setup(robot)
     if isinstance(setup.contact, str):
         raise typer.BadParameter(f"{robot} has no contact basis: tauten reduce {robot} makes one")
-    settings = BenchSettings(seconds, seed, figures)
+    settings = ClosedLoopSettings(seconds, seed)
     with (
         stop_on_signals() as stop,
         Progress(console=Console(stderr=True), transient=True) as bar,
@@ -42,12 +43,18 @@ def closed_loop(
         def progress(share: float, what: str) -> None:
             bar.update(task, advance=share, description=what)
 
-        result = bench_closed_loop(setup.robot, setup.path, setup.contact, settings, stop, progress)
+        result, runs = bench_closed_loop(
+            setup.robot, setup.path, setup.contact, settings, stop, progress
+        )
     for table in closed_loop_tables(result):
         Console().print(table.rich())
     if not result.complete:
-        Console().print("ended early: what is shown is what was done")
+        Console().print("stopped early: the tables have the runs that were done")
     if json_file is not None:
         write_text(json_file, json.dumps(asdict(result), indent=2) + "\n")
+    if figures is not None:
+        figures.mkdir(parents=True, exist_ok=True)
+        for one in runs:
+            draw_case(one, setup.robot.h, figures / f"{one.name}.png")
     if markdown is not None:
         write_closed_loop_tables(result, markdown)

@@ -1,4 +1,4 @@
-"""`tauten compare`: what contact does to a robot, as a figure and numbers."""
+"""`tauten compare`: the effect of contact on a robot, as a figure and numbers."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def compare(
     robot: Annotated[str, typer.Argument(help="A shipped robot's name, or a robot file.")],
     pull: Annotated[
         list[float] | None,
-        typer.Option(help="Pulled length of each cable [m], once a cable; default: the largest."),
+        typer.Option(help="Pulled length [m], one option for each cable; default: the largest."),
     ] = None,
     tension: Annotated[
         list[float] | None, typer.Option(help="Tension of each cable instead [N].")
@@ -32,10 +32,10 @@ def compare(
         Path | None, typer.Option("--json", help="Write the numbers to this file.")
     ] = None,
 ) -> None:
-    """The same command with and without contact: picture, and distance of the tips."""
+    """Apply the same command with and without contact: figure, and distance of the effectors."""
     from tauten.model import load_robot
-    from tauten.service.bench import comparison
-    from tauten.service.plots import Side
+    from tauten.service.bench import compare_equilibria, equilibrium
+    from tauten.service.plots import Side, draw_comparison
 
     if len(set(axes)) != 2 or not set(axes) <= set("xyz"):
         raise typer.BadParameter(f"--axes is {axes!r}, allowed are two different ones of x, y, z")
@@ -47,12 +47,11 @@ def compare(
         None if not tension else _each(loaded, tension, "--tension", loaded.limits.tension_max)
     )
     chosen = (pulls, None) if tensions is None else (None, tensions)
-    passing = comparison.equilibrium(loaded, "none", *chosen)
-    touching = comparison.equilibrium(loaded, "full", *chosen)
-    found = comparison.compare(loaded, touching, passing)
-    comparison.draw(
-        loaded, touching, passing, Side("xyz".index(axes[0]), "xyz".index(axes[1])), figure
-    )
+    passing = equilibrium(loaded, "none", *chosen)
+    touching = equilibrium(loaded, "full", *chosen)
+    found = compare_equilibria(loaded, touching, passing)
+    side = Side("xyz".index(axes[0]), "xyz".index(axes[1]))
+    draw_comparison(loaded, touching, passing, side, figure)
     if json_file is not None:
         write_text(json_file, json.dumps(asdict(found), indent=2) + "\n")
     Console().print(

@@ -1,4 +1,4 @@
-"""`tauten command`, `metrics` and `doctor`: for whoever keeps a node running."""
+"""`tauten command`, `metrics`, `record`, `alive` and `doctor`: for the operator of a node."""
 
 from __future__ import annotations
 
@@ -16,11 +16,13 @@ ServedName = Annotated[str, typer.Argument(help="Name of the robot that is serve
 
 def command(
     robot: ServedName,
-    word: Annotated[Literal["enable", "hold", "stop", "reset"], typer.Argument(help="What to do.")],
+    word: Annotated[
+        Literal["enable", "hold", "stop", "reset"], typer.Argument(help="The command.")
+    ],
     port: Port = None,
     zenoh_config: ZenohConfig = None,
 ) -> None:
-    """Tell a robot's node to hold, to follow again, to let the cables go, or to be idle after that."""
+    """Command a robot's node to hold, to follow again, to release the cables, or to reset after that."""
     from tauten.service.operate import send_command
     from tauten.service.wire import Network, OperatorCommand
 
@@ -60,7 +62,7 @@ def record(
     port: Port = None,
     zenoh_config: ZenohConfig = None,
 ) -> None:
-    """Record all that a robot's processes say until Ctrl-C; `serve --record` is what replays."""
+    """Record all messages of a robot's processes until Ctrl-C; replay needs `serve --record` instead."""
     from tauten.service.operate import record_robot
     from tauten.service.process import stop_on_signals
     from tauten.service.wire import Network
@@ -72,25 +74,27 @@ def record(
 
 def alive(
     robot: ServedName,
-    plant: Annotated[bool, typer.Option("--plant", help="Its plant rather than its node.")] = False,
+    plant: Annotated[
+        bool, typer.Option("--plant", help="Check the plant instead of the node.")
+    ] = False,
     port: Port = None,
     zenoh_config: ZenohConfig = None,
 ) -> None:
-    """Say whether a robot's node is there: exit 0 or 1, for health checks."""
+    """Check whether a robot's node is alive: exit code 0 or 1, for health checks."""
     from tauten.service.operate import is_there
     from tauten.service.wire import Keys, Network
 
     keys = Keys(robot)
     found = is_there(robot, Network(port, zenoh_config), keys.plant_token if plant else keys.token)
-    typer.echo(f"{robot}: {'alive' if found else 'not there'}")
+    typer.echo(f"{robot}: {'alive' if found else 'not alive'}")
     raise typer.Exit(0 if found else 1)
 
 
 def doctor(
     robot: Annotated[str, typer.Argument(help="A shipped robot's name, or a file.")] = "finger",
-    seconds: Annotated[float, typer.Option(min=0.5, help="That the loop is run.")] = 3.0,
+    seconds: Annotated[float, typer.Option(min=0.5, help="Duration of the loop.")] = 3.0,
 ) -> None:
-    """Say what a node finds on this machine: libraries, clock, network, and the rate it holds."""
+    """Examine this machine: libraries, clock, network, and the rate at which a node can run."""
     from tauten.service.operate import examine
     from tauten.service.setup import load_setup
 

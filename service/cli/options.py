@@ -17,10 +17,13 @@ Basis = Annotated[
 ]
 Model = Annotated[
     Literal["full", "reduced"] | None,
-    typer.Option(help="The full model, or that of a state basis; default: the robot file's."),
+    typer.Option(
+        help="Full model, or the reduced model of a state basis; default: the robot file's."
+    ),
 ]
 AcceptError = Annotated[
-    bool, typer.Option("--accept-error", help="Take a state basis that errs more than allowed.")
+    bool,
+    typer.Option("--accept-error", help="Accept a state basis whose error is larger than allowed."),
 ]
 Port = Annotated[
     int | None,
@@ -33,12 +36,15 @@ ZenohConfig = Annotated[
     ),
 ]
 ClosedLoop = Annotated[
-    bool, typer.Option("--closed-loop", help="Measurements correct the targets.")
+    bool, typer.Option("--closed-loop", help="Correct the targets by measurements.")
 ]
 YoungScale = Annotated[
     float,
-    typer.Option(min=0.01, max=100.0, help="The plant's Young's modulus over the file's."),
+    typer.Option(
+        min=0.01, max=100.0, help="Ratio of the plant's Young's modulus to the robot file's."
+    ),
 ]
 DriveOption = Annotated[
-    Literal["pull", "tension"], typer.Option("--drive", help="What the plant's winches obey.")
+    Literal["pull", "tension"],
+    typer.Option("--drive", help="Command that the plant's winches follow."),
 ]

@@ -1,4 +1,4 @@
-"""`tauten reduce` and `tauten inspect`: contact bases made and looked at."""
+"""`tauten reduce` and `tauten inspect`: compute a contact basis, and show one."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ import typer
 from rich.console import Console
 
 from tauten.service.cli.states import (
-    AcceptError,
+    KeepInaccurate,
     Responses,
-    Sample,
+    SampleResidual,
     StateModes,
     States,
     save_states,
@@ -36,9 +36,9 @@ def reduce(
     design: Annotated[
         str, typer.Option(help="ramp, plackett-burman, latin-hypercube, or a CSV of loads.")
     ] = "ramp",
-    step: Annotated[float, typer.Option(help="Of the ramp [m].")] = 5e-5,
-    steps: Annotated[int, typer.Option(min=1, help="Of a run, in the other designs.")] = 100,
-    runs: Annotated[int, typer.Option(help="Of the Latin hypercube.")] = 20,
+    step: Annotated[float, typer.Option(help="Step of the ramp [m].")] = 5e-5,
+    steps: Annotated[int, typer.Option(min=1, help="Steps of a run, in the other designs.")] = 100,
+    runs: Annotated[int, typer.Option(help="Runs of the Latin hypercube.")] = 20,
     pull: Annotated[
         tuple[float, float],
         typer.Option(
@@ -51,24 +51,29 @@ def reduce(
             help="Hold tensions instead: least and largest final one, as a share of a cable's largest."
         ),
     ] = None,
-    tilt: Annotated[float, typer.Option(help="Of gravity, at most, in the designs [deg].")] = 0.0,
-    force: Annotated[float, typer.Option(help="On the effectors, a component [N].")] = 0.0,
+    tilt: Annotated[
+        float, typer.Option(help="Largest tilt of gravity in the designs [deg].")
+    ] = 0.0,
+    force: Annotated[
+        float, typer.Option(help="Largest component of forces on the effectors [N].")
+    ] = 0.0,
     k: Annotated[str, typer.Option(help='Number of modes, or "auto".')] = "auto",
     tolerance: Annotated[
         float | None,
         typer.Option(help='Effector error that "auto" accepts [m]; default: 1/1000 of the robot.'),
     ] = None,
     method: Annotated[str, typer.Option(help="energy, hals, hals-nndsvd, als, greedy.")] = "energy",
-    weighting: Annotated[str, typer.Option(help="Of snapshots: equal or force.")] = "equal",
-    seed: Annotated[int, typer.Option(help="Of what is random.")] = 0,
+    weighting: Annotated[str, typer.Option(help="Weights of snapshots: equal or force.")] = "equal",
+    seed: Annotated[int, typer.Option(help="Seed of random numbers.")] = 0,
     curve: Annotated[
         Path | None, typer.Option(help="Draw the error against k into this picture.")
     ] = None,
     snapshots: Annotated[
-        Path | None, typer.Option(help="Folder that keeps the campaign; default: ROBOT-snapshots.")
+        Path | None, typer.Option(help="Folder of the campaign; default: ROBOT-snapshots.")
     ] = None,
     workers: Annotated[
-        int | None, typer.Option(min=1, help="Processes; default: one a processor.")
+        int | None,
+        typer.Option(min=1, help="Number of processes; default: one for each processor."),
     ] = None,
     scheduler: Annotated[
         str | None, typer.Option(help="Dask scheduler, tcp://host:port, instead of processes.")
@@ -76,19 +81,20 @@ def reduce(
     states: States = False,
     state_modes: StateModes = "auto",
     responses: Responses = 10,
-    sample: Sample = 1e-2,
-    accept_error: AcceptError = False,
+    sample: SampleResidual = 1e-2,
+    accept_error: KeepInaccurate = False,
 ) -> None:
-    """Show a robot its loads and make a contact basis of the contact forces.
+    """Apply loads to a robot and compute a contact basis from the contact forces.
 
-    With --states also a state basis of the configurations, and the elements that stand for all.
+    With --states also a state basis from the configurations, and a sample of elements.
 
-    What is done is kept in the folder of snapshots: the same command goes on after Ctrl-C.
+    Finished parts are kept in the folder of snapshots: the same command continues after Ctrl-C.
     """
     from tauten.model import load_robot
     from tauten.reduction.campaign import Ranges
     from tauten.reduction.contact import ReduceSettings
     from tauten.service.plots import draw_curve
+    from tauten.service.settings import load_model_settings
 
     settings = ReduceSettings(
         k=_modes(k),
@@ -100,6 +106,7 @@ def reduce(
     )
     chosen = state_settings(state_modes, responses, sample, seed)
     loaded = load_robot(robot)
+    allowed = None if accept_error else load_model_settings(robot).max_tip_error
     target = _basis_path(out or Path(f"{loaded.name}.basis"))
     ranges = Ranges(pull=pull, tilt=math.radians(tilt), force=force, tension=tension)
     plan = _design(design, loaded, step, ranges, runs, steps, seed)
@@ -117,7 +124,7 @@ def reduce(
     )
     if states:
         path = saved.with_suffix(".states")
-        save_states(loaded, made.snapshots, made.basis, chosen, path, accept_error)
+        save_states(loaded, made.snapshots, made.basis, chosen, path, allowed)
 
 
 def inspect(
@@ -135,9 +142,9 @@ def inspect(
         Path | None, typer.Option(help="Draw the error against k into this picture.")
     ] = None,
 ) -> None:
-    """Say what a contact basis is, where it comes from, and where it would miss contact.
+    """Show the provenance of a contact basis and the candidates that it does not cover.
 
-    Of a .states file: what the state basis is, where it comes from, and what it errs.
+    Of a .states file: provenance and errors of the state basis.
     """
     if basis.endswith(".states"):
         show_states(basis)
@@ -169,7 +176,7 @@ def _modes(k: str) -> int | Literal["auto"]:
 
 
 def _basis_path(path: Path) -> Path:
-    """Where the basis goes, checked before a campaign of minutes or hours."""
+    """The file of the basis, checked before a campaign of minutes or hours."""
     from tauten.reduction.contact import SUFFIX, BasisError
 
     if path.suffix != SUFFIX:
@@ -180,16 +187,22 @@ def _basis_path(path: Path) -> Path:
 def _design(
     name: str, robot: Robot, step: float, ranges: Ranges, runs: int, steps: int, seed: int
 ) -> Design:
-    from tauten.reduction.campaign import designs, from_csv
+    from tauten.reduction.campaign import (
+        DesignError,
+        from_csv,
+        latin_hypercube,
+        plackett_burman,
+        ramp,
+    )
 
     if name == "ramp":
-        return designs.ramp(robot, step)
+        return ramp(robot, step)
     if name == "plackett-burman":
-        return designs.plackett_burman(robot, ranges, steps)
+        return plackett_burman(robot, ranges, steps)
     if name == "latin-hypercube":
-        return designs.latin_hypercube(robot, ranges, runs, seed, steps)
+        return latin_hypercube(robot, ranges, runs, seed, steps)
     if not name.endswith(".csv"):
-        raise designs.DesignError(
+        raise DesignError(
             f"no design {name!r}: allowed are ramp, plackett-burman, latin-hypercube and files "
             "that end in .csv"
         )
@@ -199,7 +212,7 @@ def _design(
 def _executor(
     scheduler: str | None, workers: int | None, runs: int
 ) -> AbstractContextManager[Executor]:
-    """A Dask cluster or processes, not more than there are runs."""
+    """A Dask cluster, or at most one process for each run."""
     from tauten.reduction.campaign import dask_cluster, processes
 
     if scheduler is not None:
@@ -210,13 +223,14 @@ def _executor(
 def _reduced(
     robot: Robot, design: Design, folder: Path, settings: ReduceSettings, executor: Executor
 ) -> Reduction:
-    """The reduction; Ctrl-C says what is kept and exits as a shell would."""
+    """The reduction; after Ctrl-C a message names the folder, and the exit code is that of a shell."""
     from tauten.reduction.contact import reduce_robot
 
     try:
         return reduce_robot(robot, design, folder, settings, executor)
     except KeyboardInterrupt:
         typer.echo(
-            f"stopped: {folder} keeps what is done, the same command goes on from there", err=True
+            f"stopped: {folder} keeps the finished part, the same command continues from there",
+            err=True,
         )
         raise typer.Exit(130) from None

@@ -1,4 +1,4 @@
-"""`tauten demo` and `tauten replay`: whole runs, made and made again."""
+"""`tauten demo` and `tauten replay`: a run, and the controller again on a recorded run."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from tauten.service.cli.options import Basis, ClosedLoop, DriveOption, Model, Yo
 def demo(
     robot: Annotated[str, typer.Argument(help="A shipped robot's name, or a file.")] = "finger",
     out: Annotated[Path | None, typer.Option(help="Folder for log, report and figure.")] = None,
-    seconds: Annotated[float, typer.Option(min=1.0, help="Of targets.")] = 20.0,
+    seconds: Annotated[float, typer.Option(min=1.0, help="Duration of the targets.")] = 20.0,
     path: Annotated[str, typer.Option(help="As for `tauten stream`.")] = "reach",
-    period: Annotated[float, typer.Option(min=0.1, help="Seconds of one pass.")] = 10.0,
+    period: Annotated[float, typer.Option(min=0.1, help="Duration of one pass [s].")] = 10.0,
     fraction: Annotated[
-        float, typer.Option(min=0.0, max=1.0, help="Of the largest pull, for reach.")
+        float, typer.Option(min=0.0, max=1.0, help="Share of the largest pull, for reach.")
     ] = 0.8,
     basis: Basis = None,
     model: Model = None,
@@ -28,8 +28,9 @@ def demo(
     young_scale: YoungScale = 1.0,
     drive: DriveOption = "pull",
 ) -> None:
-    """Run node, plant and stream as processes; leave a log, a report and a figure."""
-    from tauten.service.plant import DemoSettings, run_demo
+    """Run node, plant and stream as processes; write a log, a report and a figure."""
+    from tauten.service.plant import FIGURE, DemoSettings, run_demo
+    from tauten.service.plots import draw_run
     from tauten.service.process import stop_on_signals
     from tauten.service.replay import table_rows
 
@@ -49,7 +50,9 @@ def demo(
         drive,
     )
     with stop_on_signals() as stop, console.status("starting") as status:
-        report = run_demo(settings, stop, status.update)
+        done = run_demo(settings, stop, status.update)
+    draw_run(done.run, done.cables, folder / FIGURE)
+    report = done.report
     table = Table("", f"{report.robot}, {report.duration_s:.1f} s", title="tauten demo")
     for row in table_rows(report):
         table.add_row(*row)
@@ -60,24 +63,46 @@ def demo(
 def replay(
     log: Annotated[Path, typer.Argument(help="MCAP file of `serve --record` or `demo`.")],
     tolerance: Annotated[
-        float, typer.Option(min=0.0, help="Accepted difference, of each cable's range.")
+        float, typer.Option(min=0.0, help="Accepted difference, as a share of each cable's range.")
     ] = 1e-4,
     against: Annotated[
-        str | None, typer.Option(help="Another robot than the recorded one: name or file.")
+        str | None, typer.Option(help="Robot to use instead of the recorded one: name or file.")
     ] = None,
     model: Annotated[
         Literal["full", "reduced"] | None,
-        typer.Option(help="Another model than the recorded one."),
+        typer.Option(help="Model to use instead of the recorded one."),
     ] = None,
     report: Annotated[
         Path | None, typer.Option(help="Folder for the differences: JSON, CSV, figure.")
     ] = None,
+    recorded_paths: Annotated[
+        bool,
+        typer.Option(
+            "--recorded-paths",
+            help="Open the robot file and the basis at the paths that the log names, not only files "
+            "beside the log. For logs that you trust.",
+        ),
+    ] = False,
+    problem: Annotated[
+        Path | None,
+        typer.Option(
+            help="Only write the inverse problem of --tick to this file, for tauten solve."
+        ),
+    ] = None,
+    tick: Annotated[int, typer.Option(min=0, help="Number of the tick, for --problem.")] = 0,
 ) -> None:
-    """Run the controller on a log's targets; exit 0 when it decides the same, else 1."""
-    from tauten.service.replay import replay as run
-    from tauten.service.replay import write_report
+    """Run the controller on a log's targets.
 
-    result = run(log, tolerance, against, model)
+    Exit code 0: it decides the same; 1: it decides differently; 2: the log cannot be replayed.
+    """
+    from tauten.service.plots import draw_replay
+    from tauten.service.replay import replay as run
+    from tauten.service.replay import write_problem, write_report
+
+    if problem is not None:
+        write_problem(log, tick, problem, recorded_paths)
+        return
+    result = run(log, tolerance, against, model, recorded_paths)
     table = Table("cable", "pull differs by [mm]", "tension differs by [N]", title=str(log))
     for name, pull, tension in zip(result.cables, result.pull, result.tension, strict=True):
         table.add_row(name, f"{1e3 * pull:.3g}", f"{tension:.3g}")
@@ -93,4 +118,5 @@ def replay(
         console.print(f"note: {note}")
     if report is not None:
         write_report(result, str(log), report)
+        draw_replay(result, str(log), report / "replay.png")
     raise typer.Exit(0 if result.same else 1)

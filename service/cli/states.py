@@ -17,25 +17,35 @@ if TYPE_CHECKING:
     from tauten.reduction.state import StateSettings
 
 States = Annotated[
-    bool, typer.Option("--states", help="Make a state basis, too, beside the contact basis.")
+    bool, typer.Option("--states", help="Compute also a state basis, beside the contact basis.")
 ]
 StateModes = Annotated[str, typer.Option(help='Number of state modes, or "auto".')]
 Responses = Annotated[
-    int, typer.Option(min=0, help="Static responses to cables, contacts and effectors beside them.")
+    int,
+    typer.Option(
+        min=0, help="Number of static responses to cables, contacts and effectors beside them."
+    ),
 ]
-Sample = Annotated[
+SampleResidual = Annotated[
     float, typer.Option(help="Relative residual of the forces summed over sampled elements.")
 ]
-AcceptError = Annotated[
-    bool, typer.Option("--accept-error", help="Keep a state basis that errs more than allowed.")
+KeepInaccurate = Annotated[
+    bool,
+    typer.Option("--accept-error", help="Keep a state basis whose error is larger than allowed."),
 ]
 
 
 def state_settings(modes: str, responses: int, sample: float, seed: int) -> StateSettings:
     """Settings from the command line.
 
+    Args:
+        modes: number of state modes, or "auto".
+        responses: number of static responses.
+        sample: relative residual of the sampled forces.
+        seed: of random numbers.
+
     Raises:
-        StateBasisError: not allowed.
+        StateBasisError: a value is not allowed.
     """
     from tauten.reduction.state import StateBasisError, StateSettings
 
@@ -51,18 +61,34 @@ def save_states(
     basis: ContactBasis,
     settings: StateSettings,
     path: Path,
-    accept_error: bool,
+    max_tip_error: float | None,
 ) -> None:
-    """Make the state basis, compare it with the full model on held-out paths, and keep it.
+    """Compute the state basis, compare it with the full model on held-out paths, and save it.
+
+    Args:
+        robot: the full robot.
+        snapshots: of its campaign.
+        basis: its contact basis.
+        settings: of the state basis.
+        path: of the new file.
+        accept_error: save it also when its error is larger than the robot file allows.
+
+    Args:
+        robot: the full model.
+        snapshots: of the campaign.
+        basis: contact basis of the same campaign.
+        settings: how.
+        path: where it is saved.
+        max_tip_error: error of the tip that is allowed [m]; None: any.
 
     Raises:
-        StateBasisError: it errs more than the robot file allows, and that is not accepted.
+        StateBasisError: the error is larger than the robot file allows, and not accepted.
     """
     from tauten.reduction.state import reduce_states
 
     states = reduce_states(robot, snapshots, basis, settings)
-    if not accept_error:
-        states.check_tip(robot.config.model.max_tip_error)
+    if max_tip_error is not None:
+        states.check_tip(max_tip_error)
     origin, saved = states.origin, states.save(path)
     typer.echo(
         f"{saved}: {origin.r} state modes ({origin.responses} of them responses) of "

@@ -1,8 +1,8 @@
 """The log of a run: an MCAP file that Foxglove opens, written by a thread beside the loop.
 
-The loop only hands over bytes, without a lock and without waking anybody up: the thread looks for them a
-few times a second. Chunks are small and flushed as soon as they are full, so that a crash costs the
-last moment alone; a full disk stops the log, never the loop.
+The loop appends bytes to a queue, without a lock and without a notification: the thread reads the queue
+twenty times a second. Chunks are small and flushed as soon as they are full, so that a crash loses
+only the last moment; a full disk stops the log, never the loop.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ log = logging.getLogger(__name__)
 
 METADATA = "tauten"
 _CHUNK = 16_384  # bytes, about half a second of a 50 Hz run
-_WAITING = 10_000  # messages a slow disk may be behind
-_PAUSE = 0.05  # seconds between two looks at what there is to write
+_WAITING = 10_000  # messages in the queue at most
+_PAUSE = 0.05  # s between two reads of the queue
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,8 +61,8 @@ class LogRecorder:
         """Create the file.
 
         Args:
-            path: of the new file; its folder is made.
-            metadata: what the run was, written first.
+            path: of the new file; its folder is created.
+            metadata: facts about the run, written first.
 
         Raises:
             OSError: the file cannot be created.
@@ -71,7 +71,12 @@ class LogRecorder:
         self.dropped = 0
         self.fault = ""
         self._file: BufferedWriter = path.open("wb")
-        self._writer = Writer(self._file, chunk_size=_CHUNK, compression=CompressionType.LZ4)
+        self._writer = Writer(
+            self._file,
+            chunk_size=_CHUNK,
+            compression=CompressionType.LZ4,
+            enable_data_crcs=True,  # covers the metadata, which stand outside the chunks
+        )
         try:
             self._writer.start(profile="ros2", library="tauten")
             self._writer.add_metadata(METADATA, metadata)
@@ -87,7 +92,7 @@ class LogRecorder:
         self._thread.start()
 
     def write(self, entry: Entry) -> None:
-        """Hand a message over; never waits."""
+        """Queue a message; never waits."""
         if self.fault or len(self._waiting) >= _WAITING:
             self.dropped += 1
         else:

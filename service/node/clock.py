@@ -19,8 +19,8 @@ class Beat:
     Attributes:
         index: periods since the start, skipped ones included.
         lateness: seconds between the scheduled time of this beat and its real one.
-        slack: seconds that were left of the period when its work was done, and what was done ahead of the
-            next beat; negative: a deadline was missed by that much.
+        slack: seconds that were left of the period after its work and the work done ahead of the next beat;
+            negative: a deadline was missed by that much.
         skipped: periods lost before this beat.
     """
 
@@ -34,7 +34,7 @@ class Clock:
     """Beats on a fixed grid of time.
 
     `wait` returns at the next point of the grid. Work that overruns its period makes the next
-    beat late; where whole periods are lost they are skipped, so that the grid stays where it is and
+    beat late; where whole periods are lost they are skipped, so that the grid does not move and
     nothing queues up.
 
     Attributes:
@@ -56,7 +56,7 @@ class Clock:
             period: seconds between beats.
             now: monotonic time [s]; replaced in tests.
             sleep: waits for some seconds; replaced in tests.
-            awake: whether the last 1.2 ms before a beat are not slept through, but watched.
+            awake: whether the last 1.2 ms before a beat are spent reading the time instead of sleeping.
         """
         self.period = period
         self.missed = 0
@@ -73,7 +73,7 @@ class Clock:
         return self._start + (self._index + 1) * self.period - self._now()
 
     def delay(self, seconds: float) -> None:
-        """Move the grid: the next beat is due a period after a beat that waited so long."""
+        """Move the grid by some seconds: the next beat is due a period after one that waited for them."""
         self._start += seconds
 
     def wait(
@@ -82,9 +82,9 @@ class Clock:
         """Sleep until the next beat.
 
         Args:
-            before: work of the period that ends, done 1.2 ms ahead of the beat; by a clock that is awake
-                0.15 ms ahead where there is less time; not at all where there is none.
-            idle: done after it where there are 1.2 ms; no work, only something to do while awake.
+            before: work of the period that ends, done 1.2 ms before the beat; by a clock that is awake
+                0.15 ms before where there is less time; not at all where there is none.
+            idle: done after `before` where there are 1.2 ms; not counted as work.
         """
         slack = self.remaining
         if before is not None and slack > _AHEAD:
@@ -109,12 +109,12 @@ class Clock:
         return Beat(self._index, lateness, slack, skipped)
 
     def _watch(self, left: float) -> None:
-        """Stay awake until so many seconds are left."""
+        """Read the time until only some seconds are left."""
         while self.remaining > left:
             pass
 
     def _timed(self, work: Callable[[], None]) -> float:
-        """Do it; the seconds it took."""
+        """Seconds that some work takes."""
         begin = self._now()
         work()
         return self._now() - begin
@@ -123,8 +123,8 @@ class Clock:
 def punctual_clock(period: float) -> Clock:
     """A clock whose beats are not late by the time it takes to wake a thread up.
 
-    It is awake for the last 1.2 ms: a processor that slept is woken up late, and slow until its caches
-    are full again. Not under a real-time priority: there threads are woken up soon, and Linux stops one that
+    It does not sleep for the last 1.2 ms: a processor that sleeps wakes up late, and is slow until its caches
+    are full again. Under a real-time priority it does: there threads wake up soon, and Linux stops one that
     takes more than 95 % of a second.
     """
     return Clock(period, awake=not has_realtime_priority())

@@ -1,4 +1,4 @@
-"""The robot's description, answered as JSON to whoever asks on its key."""
+"""The robot's description as JSON, the answer to a question on its key."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from tauten.service.wire import HEALTH, JOINTS, POINT, TEXT, TICK, Keys
 
 
 def description(setup: Setup) -> dict[str, Any]:
-    """Everything a client needs to know; lengths in m, forces in N."""
+    """All that a client needs; lengths in m, forces in N."""
     robot, keys = setup.robot, Keys(setup.robot.name)
     limits = robot.limits
     cables = [
@@ -40,8 +40,8 @@ def description(setup: Setup) -> dict[str, Any]:
     return {
         "robot": robot.name,
         "frame": robot.frame,
-        "rate": robot.config.controller.rate,
-        "target_timeout": robot.config.service.target_timeout,
+        "rate": robot.integration.rate,
+        "target_timeout": setup.service.target_timeout,
         "size": robot.size,
         "cables": cables,
         "effectors": effectors,

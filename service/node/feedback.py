@@ -1,17 +1,24 @@
 """Closed loop: the measured effectors correct the target by integral action on top of the model.
 
-With target x_t, measurement x_m, the model's effector x_e and the goal x_g = x_t + c asked of the model, the
+With target x_t, measurement x_m, the model's effector x_e and the goal x_g = x_t + c of the model, the
 correction c obeys
 
     dc/dt = g ((x_t − x_m) + (x_e − x_g)) = g (x_e − x_m − c).
 
 The first term integrates the tracking error. The second is the anti-windup by back-calculation (Åström
-and Hägglund, PID Controllers, 1995, section 3.5): what the model cannot reach, because a limit or a
-contact is in the way, is taken back. So c never grows beyond the distance of model and robot,
-whatever the target, and in equilibrium x_m = x_t where the model reaches its goal.
+and Hägglund, PID Controllers, 1995, section 3.5): what the model cannot reach, because of a limit or a
+contact, is taken back. So c never grows beyond the distance of model and robot, whatever the target, and in
+equilibrium x_m = x_t where the model reaches its goal.
+
+A measurement that is d seconds old is compared with the model of d seconds ago. Where the delay is not the
+stated one the loop acts as an integrator with a delay, which is stable for g d < π / 2 (the phase of
+g exp(−s d) / s reaches −180° where its magnitude is one); `stable_gain` keeps half of that.
 """
 
 from __future__ import annotations
+
+from collections import deque
+from math import pi
 
 import numpy as np
 
@@ -19,6 +26,21 @@ from tauten.model.numerics import Array
 
 # A model that is farther off than this part of the robot's size is wrong, not inexact.
 LARGEST = 0.25
+_MARGIN = 0.5  # part of the largest stable gain that is used
+_LONGEST = 8192  # positions of the model kept at most
+
+
+def stable_gain(gain: float, delay: float) -> float:
+    """The gain [1/s] that is used where measurements are late.
+
+    Args:
+        gain: g [1/s] that the robot file gives.
+        delay: d of the measurements [s].
+
+    Returns:
+        The gain, at most half of π / (2 d), where an integrator with that delay becomes unstable.
+    """
+    return gain if delay <= 0.0 else min(gain, _MARGIN * pi / (2.0 * delay))
 
 
 class Feedback:
@@ -26,36 +48,68 @@ class Feedback:
 
     Attributes:
         correction: (p, 3) added to the targets [m].
+        gain: g that is used [1/s].
+        largest: no correction is longer [m].
     """
 
-    def __init__(self, effectors: int, gain: float, largest: float) -> None:
+    def __init__(self, effectors: int, gain: float, largest: float, delay: float = 0.0) -> None:
         """Start without correction.
 
         Args:
             effectors: their number p.
             gain: g [1/s].
             largest: no correction is longer [m].
+            delay: of the measurements [s]; see `stable_gain`.
         """
-        self._gain = gain
-        self._largest = largest
+        self.gain = stable_gain(gain, delay)
+        self.largest = largest
         self.correction: Array = np.zeros((effectors, 3))
 
+    @property
+    def length(self) -> float:
+        """Length of the longest correction of an effector [m]."""
+        return float(np.sqrt(np.max(np.sum(self.correction**2, axis=1))))
+
     def observe(self, model: Array, measured: Array, seconds: float) -> None:
-        """Take a measurement in.
+        """Correct by a measurement.
 
         Args:
-            model: (p, 3) the model's effectors [m].
-            measured: (p, 3) where they really are [m].
+            model: (p, 3) the model's effectors when the measurement was made [m].
+            measured: (p, 3) the measured effectors [m].
             seconds: since the measurement before.
         """
         if not np.isfinite(model).all():
             return
         # exact for constant x_e - x_m, so that no gain and no pause makes it overshoot
-        share = 1.0 - np.exp(-self._gain * seconds)
+        share = 1.0 - np.exp(-self.gain * seconds)
         correction = self.correction + share * (model - measured - self.correction)  # (p, 3)
         length = np.linalg.norm(correction, axis=1, keepdims=True)  # (p, 1)
-        self.correction = correction * np.minimum(1.0, self._largest / np.maximum(length, 1e-300))
+        self.correction = correction * np.minimum(1.0, self.largest / np.maximum(length, 1e-300))
 
     def reset(self) -> None:
         """No correction."""
         self.correction = np.zeros_like(self.correction)
+
+
+class ModelHistory:
+    """The model's effectors of the last moments, for measurements that are late."""
+
+    def __init__(self) -> None:
+        """Start without positions."""
+        self._past: deque[tuple[float, Array]] = deque(maxlen=_LONGEST)
+
+    def add(self, now: float, effectors: Array) -> None:
+        """Keep the model's effectors.
+
+        Args:
+            now: monotonic time [s].
+            effectors: (p, 3) [m].
+        """
+        self._past.append((now, effectors.copy()))
+
+    def at(self, wanted: float) -> Array:
+        """The effectors (p, 3) [m] at a time [s]; positions from before that time are forgotten."""
+        past = self._past
+        while len(past) > 1 and past[1][0] <= wanted:
+            past.popleft()
+        return past[0][1]

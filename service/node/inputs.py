@@ -1,12 +1,13 @@
-"""What a node listens to: targets, commands, measurements; and what of it goes into the log.
+"""Messages that arrive at a node: targets, commands, measurements, and a plant's messages for its log.
 
-Rings live in Zenoh: nothing runs Python code when a message arrives, the loop takes it at its tick.
+They wait in rings of Zenoh outside the interpreter: no Python code runs when one arrives, and the loop reads
+them at its tick.
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 import zenoh
@@ -14,124 +15,192 @@ import zenoh
 from tauten.model import Robot
 from tauten.model.numerics import Array
 from tauten.service.log import Entry, LogRecorder
-from tauten.service.node.feedback import LARGEST, Feedback
+from tauten.service.node.feedback import LARGEST, Feedback, ModelHistory
+from tauten.service.node.plausibility import MeasurementCheck
+from tauten.service.settings import ServiceSettings
 from tauten.service.wire import (
+    CDR,
     COMMAND_RING,
+    FLOAT,
+    HEALTH,
+    JOINTS,
     JSON,
     POINT,
     POSITION_RING,
     TEXT,
-    Commands,
+    Cause,
+    CommandSubscriber,
     Diagnostic,
-    Goal,
     Keys,
+    Level,
     OperatorCommand,
     PositionSubscriber,
     Received,
     Rejection,
     RejectionReason,
-    Source,
+    payload_format,
     reach_of,
 )
 
+_PLANT_RING = 256
+_AT_CAP = 0.99  # part of the largest correction from which on health warns
 
-class NodeInputs:
-    """Collects what arrives for a node.
+
+@dataclass(frozen=True, slots=True)
+class Goal:
+    """Positions to follow.
 
     Attributes:
-        feedback: correction of a closed loop; None in an open one.
+        positions: (p, 3) of the effectors [m].
+        correction: (p, 3) added to them in a closed loop [m]; None in an open one.
+        stamp: time in the header of the target that arrived last [ns since the epoch].
     """
 
+    positions: Array
+    correction: Array | None
+    stamp: int
+
+    @property
+    def corrected(self) -> Array:
+        """(p, 3) goal of the model [m]."""
+        return self.positions if self.correction is None else self.positions + self.correction
+
+
+class NodeInputs:
+    """Reads what arrives for a node."""
+
     def __init__(
-        self, session: zenoh.Session, robot: Robot, closed_loop: bool, recorder: LogRecorder | None
+        self,
+        session: zenoh.Session,
+        robot: Robot,
+        settings: ServiceSettings,
+        closed_loop: bool,
+        recorder: LogRecorder | None,
     ) -> None:
         """Declare the subscribers.
 
         Args:
             session: open Zenoh session.
-            robot: whose they are.
+            robot: that is served.
+            settings: timeouts, gain and delay.
             closed_loop: whether measurements correct the targets.
             recorder: of the log; None: none is kept.
         """
-        keys, names, settings = Keys(robot.name), robot.effector_names, robot.config.service
+        keys, names = Keys(robot.name), robot.effector_names
         rest, reach = robot.effector(robot.rest()), reach_of(robot.size)
 
-        def ring(key: str, size: int = POSITION_RING) -> Source:
-            return session.declare_subscriber(key, zenoh.handlers.RingChannel(size))
-
-        def inbox(keys: tuple[str, ...], timeout: float) -> PositionSubscriber:
-            return PositionSubscriber(
-                [ring(key) for key in keys], robot.frame, rest, reach, timeout
-            )
+        def positions(of_effectors: tuple[str, ...], timeout: float) -> PositionSubscriber:
+            rings = [
+                session.declare_subscriber(key, zenoh.handlers.RingChannel(POSITION_RING))
+                for key in of_effectors
+            ]
+            return PositionSubscriber(rings, robot.frame, rest, reach, timeout)
 
         self._recorder = recorder
-        self._looked = False  # for targets of the tick that is due
         self._target_keys, self._measured_keys = keys.targets(names), keys.measurements(names)
         self._command_key = keys.command
-        self._targets = inbox(self._target_keys, settings.target_timeout)
-        self._commands = Commands(ring(keys.command, COMMAND_RING))
-        self.feedback: Feedback | None = None
-        self._measurements: PositionSubscriber | None = None
+        self._targets = positions(self._target_keys, settings.target_timeout)
+        self._commands = CommandSubscriber(
+            session.declare_subscriber(keys.command, zenoh.handlers.RingChannel(COMMAND_RING))
+        )
+        self._loop: MeasuredLoop | None = None
         if closed_loop:
-            self.feedback = Feedback(len(rest), settings.feedback_gain, LARGEST * robot.size)
-            self._measurements = inbox(self._measured_keys, settings.measurement_timeout)
-            self._longest = settings.measurement_timeout
-            self._measured_at = -np.inf
+            timeout = settings.measurement_timeout + settings.measurement_delay
+            self._loop = MeasuredLoop(robot, settings, positions(self._measured_keys, timeout))
+        self._plant = None
+        if recorder is not None:
+            self._plant = session.declare_subscriber(
+                keys.plant, zenoh.handlers.RingChannel(_PLANT_RING)
+            )
+            self._plant_kinds = {
+                keys.plant_state: JOINTS,
+                keys.plant_gap: FLOAT,
+                keys.plant_health: HEALTH,
+                **dict.fromkeys(keys.plant_effectors(names), POINT),
+            }
 
-    def arrived(self, now: float, tick: int) -> bool:
-        """Look for targets before the tick that is due; whether one has come for it."""
-        self._record(self._targets.drain(now, self._looked), self._target_keys, tick)
-        self._looked = True
+    def read_targets(self, tick: int) -> bool:
+        """Read the targets that have arrived; whether any has since `take_fresh`."""
+        accepted = self._targets.read(time.monotonic(), time.time())
+        self._record(accepted, self._target_keys, tick)
         return self._targets.fresh
 
-    def drain(self, now: float, tick: int) -> None:
-        """Take targets and measurements in; those that are accepted go into the log as they came."""
-        self._record(self._targets.drain(now, self._looked), self._target_keys, tick)
-        self._looked = False
-        if self._measurements is not None:
-            self._record(self._measurements.drain(now), self._measured_keys, tick)
+    def take_fresh(self) -> bool:
+        """Whether a target has arrived since the last call."""
+        return self._targets.take_fresh()
 
-    def obey(self, command: Callable[[OperatorCommand], bool], tick: int) -> None:
-        """Pass the operator's commands on; one that is not possible now counts as refused."""
-        for word, payload, json in self._commands.drain():
-            self._write(self._command_key, TEXT, payload, json, 0, tick)
-            if command(word):
-                self._commands.tally.accepted += 1
-                if word is OperatorCommand.RESET and self.feedback is not None:
-                    self.feedback.reset()
-            else:
-                self._commands.tally.refuse(
-                    Rejection(RejectionReason.NOT_NOW, f"{word} is not possible now")
-                )
-
-    def goal(self, now: float, effectors: Array) -> Goal | None:
-        """What is wanted; None when no target is young enough."""
-        return self._targets.goal(now, effectors)
-
-    def observe(self, now: float, effectors: Array) -> bool:
-        """Correct by what was measured; False when a measurement that is needed is missing.
+    def goal(self, effectors: Array) -> Goal | None:
+        """The positions to follow; None when no target is young enough.
 
         Args:
-            now: monotonic time [s].
-            effectors: (p, 3) of the model [m].
+            effectors: (p, 3) of the model [m]; goal of an effector without any target.
         """
-        if self._measurements is None or self.feedback is None:
-            return True
-        measured = self._measurements.complete(now)
-        if measured is None:
-            return False
-        if self._measurements.fresh:
-            seconds = min(now - self._measured_at, self._longest)
-            self.feedback.observe(effectors, measured, seconds)
-            self._measured_at = now
-        return True
+        positions = self._targets.latest(time.monotonic(), effectors)
+        if positions is None:
+            return None
+        correction = None if self._loop is None else self._loop.feedback.correction
+        return Goal(positions, correction, self._targets.stamp)
+
+    def read_commands(self, tick: int) -> list[OperatorCommand]:
+        """Read the operator's commands, oldest first; `count` each when it has been carried out."""
+        found = self._commands.read()
+        for item in found:
+            self._write(self._command_key, TEXT, item.payload, item.json, 0, tick)
+        return [item.command for item in found]
+
+    def count(self, command: OperatorCommand, possible: bool) -> None:
+        """Count a command that was carried out, or that was not possible.
+
+        Args:
+            command: of the operator.
+            possible: whether the node was able to carry it out.
+        """
+        if not possible:
+            detail = f"{command} is not possible now"
+            self._commands.counts.refuse(Rejection(RejectionReason.NOT_NOW, detail))
+            return
+        self._commands.counts.accepted += 1
+        if self._loop is not None:
+            self._loop.after_command(command)
+
+    def read_measurements(self, effectors: Array, following: bool, tick: int) -> Cause:
+        """Read the measurements that have arrived and correct by them.
+
+        Args:
+            effectors: (p, 3) of the model [m].
+            following: whether the model follows the robot; in a stop it does not.
+            tick: its number.
+
+        Returns:
+            `Cause.NONE`, or why the node cannot follow in a closed loop.
+        """
+        if self._loop is None:
+            return Cause.NONE
+        now = time.monotonic()
+        accepted = self._loop.subscriber.read(now, time.time())
+        self._record(accepted, self._measured_keys, tick)
+        return self._loop.correct(now, effectors) if following else Cause.NONE
+
+    def record_plant(self, tick: int) -> None:
+        """Write a plant's messages into the log; other messages on its keys are left out."""
+        if self._plant is None:
+            return
+        for _ in range(_PLANT_RING):
+            sample = self._plant.try_recv()
+            if sample is None:
+                return
+            key, payload = str(sample.key_expr), bytes(sample.payload)
+            kind = self._plant_kinds.get(key)
+            if kind is not None and payload_format(payload, str(sample.encoding), kind) == CDR:
+                self._write(key, kind, payload, False, 0, tick)
 
     def diagnostics(self) -> list[Diagnostic]:
-        """Counts by what became of the messages."""
-        found = [self._targets.tally.diagnostic("targets")]
-        found.append(self._commands.tally.diagnostic("commands"))
-        if self._measurements is not None:
-            found.append(self._measurements.tally.diagnostic("measurements"))
+        """Counts of messages, and the state of a closed loop."""
+        found = [self._targets.counts.diagnostic("targets")]
+        found.append(self._commands.counts.diagnostic("commands"))
+        if self._loop is not None:
+            found.append(self._loop.subscriber.counts.diagnostic("measurements"))
+            found.append(self._loop.diagnostic())
         return found
 
     def _record(self, accepted: list[Received], keys: tuple[str, ...], tick: int) -> None:
@@ -141,5 +210,86 @@ class NodeInputs:
 
     def _write(self, key: str, kind: str, payload: bytes, json: bool, made: int, tick: int) -> None:
         if self._recorder is not None:
-            seen = time.time_ns()
-            self._recorder.write(Entry(key, kind, payload, json, seen, made or seen, tick))
+            read = time.time_ns()
+            self._recorder.write(Entry(key, kind, payload, json, read, made or read, tick))
+
+
+class MeasuredLoop:
+    """Measurements of a closed loop: checked against the model, then turned into a correction.
+
+    Attributes:
+        subscriber: of the measurements.
+        feedback: the correction.
+    """
+
+    def __init__(
+        self, robot: Robot, settings: ServiceSettings, subscriber: PositionSubscriber
+    ) -> None:
+        """Start without a measurement.
+
+        Args:
+            robot: that is measured.
+            settings: timeout, gain and delay of the measurements.
+            subscriber: of its measurements.
+        """
+        largest = LARGEST * robot.size
+        self.subscriber = subscriber
+        self.feedback = Feedback(
+            len(robot.effector_names), settings.feedback_gain, largest, settings.measurement_delay
+        )
+        self._delay = settings.measurement_delay
+        self._timeout = settings.measurement_timeout
+        self._check = MeasurementCheck(robot.size, largest)
+        self._history = ModelHistory()
+        self._reason = ""  # why the last measurement was not plausible
+        self._plausible = -np.inf  # monotonic time of the last plausible measurement [s]
+
+    def correct(self, now: float, effectors: Array) -> Cause:
+        """Correct by a measurement that has arrived.
+
+        Args:
+            now: monotonic time [s].
+            effectors: (p, 3) of the model [m].
+
+        Returns:
+            Why the node cannot follow, or `Cause.NONE`.
+        """
+        self._history.add(now, effectors)
+        measured = self.subscriber.complete(now)
+        if measured is None:
+            return Cause.UNMEASURED
+        if self.subscriber.take_fresh():
+            age = max(self.subscriber.oldest(now), self._delay)
+            model, seconds = self._history.at(now - age), now - self._plausible
+            self._reason = self._check.reason(model, measured, seconds)
+            if self._reason:
+                rejection = Rejection(RejectionReason.NOT_PLAUSIBLE, self._reason)
+                self.subscriber.counts.refuse(rejection)
+            else:
+                self.feedback.observe(model, measured, min(seconds, self._timeout))
+                self._plausible = now
+        lasting = bool(self._reason) and now - self._plausible > self._timeout
+        return Cause.IMPLAUSIBLE if self._check.fault or lasting else Cause.NONE
+
+    def after_command(self, command: OperatorCommand) -> None:
+        """Start again after a reset, and after an enable where measurements were not plausible."""
+        fault = bool(self._check.fault) and command is OperatorCommand.ENABLE
+        if fault or command is OperatorCommand.RESET:
+            self.feedback.reset()
+            self._check.reset()
+            self._reason = ""
+
+    def diagnostic(self) -> Diagnostic:
+        """Correction, its limit, and the age of the measurements."""
+        feedback, age = self.feedback, self.subscriber.oldest(time.monotonic())
+        at_cap = feedback.length >= _AT_CAP * feedback.largest
+        message = self._reason or ("the correction is at its limit" if at_cap else "plausible")
+        values = {
+            "correction_mm": f"{1e3 * feedback.length:.4g}",
+            "largest_correction_mm": f"{1e3 * feedback.largest:.4g}",
+            "age_s": f"{age:.3g}",
+            "delay_s": f"{self._delay:g}",
+            "gain": f"{feedback.gain:.4g}",
+        }
+        level = Level.WARN if self._reason or at_cap else Level.OK
+        return Diagnostic("feedback", level, message, values)

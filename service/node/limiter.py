@@ -3,43 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
+from tauten.controller import Actuation
 from tauten.model import Limits
 from tauten.model.numerics import Array, kernel
 
-# Changes below this fraction of a cable's range are rounding of a solver, not worth a report.
+# Changes below this fraction of a cable's range are rounding of a solver and not reported.
 ROUNDING = 1e-6
-
-
-@dataclass(frozen=True, slots=True)
-class LimitedActuation:
-    """Values that may leave.
-
-    Attributes:
-        pull: (n_a,) pulled lengths [m].
-        tension: (n_a,) tensions [N].
-        clamped: whether a limit changed them by more than rounding.
-    """
-
-    pull: Array
-    tension: Array
-    clamped: bool
 
 
 class ActuationLimiter:
     """Clamps pulled lengths and tensions to a robot's limits; the rate is per control period.
 
-    The winches are taken to be at rest, pull 0, when the guard is made.
+    It has no memory: the controller keeps what left last.
 
     Attributes:
-        last: what left last.
+        rest_pull: (n_a,) pulled lengths of slack cables, 0 as far as the limits allow [m].
+        rest_tension: (n_a,) least tensions [N].
     """
 
     def __init__(self, limits: Limits, h: float) -> None:
-        """ActuationLimiter a robot.
+        """Limit actuations of one robot.
 
         Args:
             limits: of its cables.
@@ -50,71 +36,67 @@ class ActuationLimiter:
         self._step = limits.rate * h  # (n_a,) m
         self._rounding_pull = ROUNDING * (limits.pull_max - limits.pull_min)
         self._rounding_tension = ROUNDING * limits.tension_max
-        self.last = self.rest()
-
-    def rest(self) -> LimitedActuation:
-        """Nothing pulled: pull 0 and the least tension, as far as the limits allow."""
         zero = np.zeros(len(self._step))
-        limits = self._limits
-        return LimitedActuation(
-            np.clip(zero, limits.pull_min, limits.pull_max),
-            np.clip(zero, limits.tension_min, limits.tension_max),
-            False,
-        )
+        self.rest_pull: Array = np.clip(zero, limits.pull_min, limits.pull_max)
+        self.rest_tension: Array = np.clip(zero, limits.tension_min, limits.tension_max)
 
-    def __call__(self, pull: Array, tension: Array) -> LimitedActuation:
+    def limit(self, wanted: Actuation, last: Actuation) -> Actuation:
         """Clamp what is about to leave.
 
         Args:
-            pull: (n_a,) pulled lengths [m].
-            tension: (n_a,) tensions [N].
+            wanted: what was decided.
+            last: what left in the period before.
 
         Returns:
-            The clamped values; those that left last when any value is not finite or the
+            `wanted` with clamped values; with the values of `last` when any value is not finite or the
             shapes are wrong.
         """
-        shape, last = self._step.shape, self.last
-        pull, tension = np.asarray(pull, dtype=float), np.asarray(tension, dtype=float)
+        shape, limits = self._step.shape, self._limits
+        pull = np.asarray(wanted.pull, dtype=float)
+        tension = np.asarray(wanted.tension, dtype=float)
         if not (pull.shape == shape == tension.shape and _finite(pull) and _finite(tension)):
-            self.last = LimitedActuation(last.pull, last.tension, True)
-            return self.last
-        limits = self._limits
+            return wanted.with_values(last.pull, last.tension, clamped=True)
         lower, upper = _reachable(last.pull, self._step, limits.pull_min, limits.pull_max)
-        safe_pull, turned = _clamped(pull, lower, upper, self._rounding_pull)
-        safe_tension, eased = _clamped(
+        safe_pull, pull_clamped = _clamped(pull, lower, upper, self._rounding_pull)
+        safe_tension, tension_clamped = _clamped(
             tension, limits.tension_min, limits.tension_max, self._rounding_tension
         )
-        self.last = LimitedActuation(safe_pull, safe_tension, turned or eased)
-        return self.last
+        return wanted.with_values(safe_pull, safe_tension, pull_clamped or tension_clamped)
 
-    def release(self, release_time: float) -> Iterator[LimitedActuation]:
-        """Values that let the cables go, period by period, in a straight ramp from those that left last.
+    def at_rest(self, actuation: Actuation) -> bool:
+        """Whether the cables are slack."""
+        slack = (actuation.pull == self.rest_pull) & (actuation.tension == self.rest_tension)
+        return bool(slack.all())
+
+    def release(self, start: Actuation, release_time: float) -> Iterator[Actuation]:
+        """Actuations that slacken the cables, one a period, in a straight ramp from `start`; then rest.
 
         Args:
-            release_time: seconds it takes at least; longer where the rate asks for it.
+            start: what left last.
+            release_time: length of the ramp at least [s]; longer where the rate needs it.
         """
-        start, rest = self.last, self.rest()
-        way = np.abs(start.pull - rest.pull)  # (n_a,) m
-        slowest = float((way / self._step).max(initial=0.0))
+        pull, tension = start.pull - self.rest_pull, start.tension - self.rest_tension  # (n_a,)
+        slowest = float((np.abs(pull) / self._step).max(initial=0.0))
         steps = max(int(np.ceil(release_time / self._h)), int(np.ceil(slowest)), 1)
-        for step in range(1, steps + 1):
+        for step in range(1, steps):
             left = 1.0 - step / steps
-            yield self(
-                rest.pull + left * (start.pull - rest.pull),
-                rest.tension + left * (start.tension - rest.tension),
+            yield start.with_values(
+                self.rest_pull + left * pull, self.rest_tension + left * tension, clamped=False
             )
+        while True:  # again: rounding may leave the last step of the ramp short of rest
+            yield start.with_values(self.rest_pull, self.rest_tension, clamped=False)
 
 
 @kernel
 def _finite(values: Array) -> bool:
-    """Whether all numbers (n_a,) are."""
+    """Whether all numbers (n_a,) are finite."""
     # not np.isfinite: where sums may be reordered LLVM takes its x - x for zero
     return bool(np.sum((values > -np.inf) & (values < np.inf)) == values.shape[0])
 
 
 @kernel
 def _reachable(last: Array, step: Array, least: Array, most: Array) -> tuple[Array, Array]:
-    """Pulled lengths a winch can be at one period later: lower and upper (n_a,) [m]."""
+    """Pulled lengths a winch can reach one period later: lower and upper (n_a,) [m]."""
     return np.maximum(least, last - step), np.minimum(most, last + step)
 
 

@@ -1,15 +1,13 @@
-"""Metrics: the node's health as Prometheus text, answered on a key to whoever asks.
+"""Metrics: the node's health as Prometheus text.
 
-The loop itself answers, in the time left after a tick, so that no other thread runs Python code beside
-it. `tauten metrics` asks, and serves the answer over HTTP for Prometheus to scrape.
+`tauten metrics` requests it over Zenoh, and serves it over HTTP for Prometheus to scrape.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
-import zenoh
 from prometheus_client import generate_latest
 from prometheus_client.core import (
     GaugeMetricFamily,
@@ -19,37 +17,12 @@ from prometheus_client.core import (
 )
 from prometheus_client.registry import Collector, CollectorRegistry
 
-from tauten.service.node.histogram import Histogram
-from tauten.service.wire import Diagnostic, Keys
-
-_WAITING = 4  # questions; more are answered by nobody
-_ENCODING = "text/plain"
-
-
-class MetricsAnswer:
-    """Answers questions about a node's metrics."""
-
-    def __init__(self, session: zenoh.Session, robot: str) -> None:
-        """Declare the queryable."""
-        self._robot = robot
-        self._key = Keys(robot).metrics
-        self._questions = session.declare_queryable(self._key, zenoh.handlers.FifoChannel(_WAITING))
-
-    def reply(
-        self, diagnostics: Callable[[], list[Diagnostic]], times: dict[str, Histogram]
-    ) -> None:
-        """Answer what has been asked since the last call; costs nothing when nothing was."""
-        for _ in range(_WAITING):
-            query = self._questions.try_recv()
-            if query is None:
-                return
-            with query:
-                text = prometheus_text(self._robot, diagnostics(), times)
-                query.reply(self._key, text, encoding=_ENCODING)
+from tauten.service.node.statistics import Histogram
+from tauten.service.wire import Diagnostic
 
 
 class _Collected(Collector):
-    """One look at a node, in the form prometheus_client asks for."""
+    """The metrics of one moment, in the form that prometheus_client needs."""
 
     def __init__(
         self, robot: str, diagnostics: list[Diagnostic], times: dict[str, Histogram]
@@ -91,7 +64,13 @@ class _Collected(Collector):
 def prometheus_text(
     robot: str, diagnostics: list[Diagnostic], times: dict[str, Histogram]
 ) -> bytes:
-    """Prometheus's text format: all numbers and facts of the node's health, and its histograms."""
+    """All numbers and facts of the node's health, and its histograms, in the text format of Prometheus.
+
+    Args:
+        robot: name, a label of every metric.
+        diagnostics: health of the node.
+        times: histograms by name.
+    """
     registry = CollectorRegistry(auto_describe=False)
     registry.register(_Collected(robot, diagnostics, times))
     return generate_latest(registry)

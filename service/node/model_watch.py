@@ -1,59 +1,71 @@
-"""A reduced model watched by the full one, in a process of its own: is it still where it was trained?
+"""A reduced model compared with the full one in a separate process, and replaced by it where they differ.
 
-The loop only sends a state now and then and looks whether an answer is back; the process runs where
-nothing else wants to, and ends with the loop.
+The loop only sends a state at intervals and reads the result when there is one; the process uses processor
+time that nothing else needs, and ends with the loop. Where the results say that the reduced model has left
+the states it was trained with, the full one takes over, at its own rate.
 """
 
 from __future__ import annotations
 
+import logging
 import os
 import time
 from contextlib import suppress
+from dataclasses import dataclass
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Literal
 
 from tauten.controller import Controller
-from tauten.model import ContactSpace
+from tauten.model import ContactSpace, load_robot
 from tauten.reduction.state import ReducedRobot, TipCheck
+from tauten.service.node.loop import ControlLoop
 from tauten.service.process import one_blas_thread
+from tauten.service.settings import ModelSettings
+from tauten.service.setup import Setup, warm_up
 from tauten.service.wire import Diagnostic, Level
 
+log = logging.getLogger(__name__)
+
 _NICE = 10  # where the idle class is not permitted
-_GLANCE = 0.02  # s between looks for an answer: a look is a system call
+_GLANCE = 0.02  # s between reads of the pipe: each is a system call
 _PROCESSOR = 36  # field of /proc/…/stat after the name
-_SILENT = 60.0  # s without an answer that health speaks of
-_IN_A_ROW = 3  # answers beyond the bound before the full model is called for
+_SILENT = 60.0  # s without a result after which health warns
+_IN_A_ROW = 3  # results beyond the bound before the full model takes over
 
 
 class ModelWatch:
-    """Asks the full model at intervals how far it would move the tip.
+    """Compares a reduced model with the full one at intervals: the distance of their tips.
 
     Attributes:
-        error: the last answer [m]; None before the first.
-        largest: of all answers [m].
-        exceeded: answers in a row that were beyond the bound.
+        error: the last result [m]; None before the first.
+        largest: of all results [m].
+        exceeded: results in a row that were beyond the bound.
         fallen_back: whether the full model has taken over.
     """
 
     def __init__(
-        self, robot: ReducedRobot, contact: Literal["none", "full"] | ContactSpace
+        self,
+        robot: ReducedRobot,
+        contact: Literal["none", "full"] | ContactSpace,
+        settings: ModelSettings,
     ) -> None:
         """Start the process.
 
         Args:
-            robot: the reduced model; its robot file says how often to ask and what is allowed.
-            contact: what its controller knows of contact.
+            robot: the reduced model.
+            contact: contact that its controller takes into account.
+            settings: interval between comparisons and bound of the error.
         """
-        self._settings = robot.config.model
+        self._settings = settings
         self._pipe, far = get_context("spawn").Pipe()
         self._process = get_context("spawn").Process(
-            target=answer, args=(far,), daemon=True, name="tauten model watch"
+            target=compare, args=(far,), daemon=True, name="tauten model watch"
         )
         self._process.start()
         far.close()
-        self._asked = False
+        self._pending = False
         self._next = self._due = self._heard = time.monotonic()
         # by the pipe, not as an argument: sending to a process that dies while it starts must not block
         with suppress(OSError):
@@ -69,24 +81,28 @@ class ModelWatch:
         return self._settings.fall_back and not self.fallen_back and self.exceeded >= _IN_A_ROW
 
     def look(self, controller: Controller) -> None:
-        """Take the answer if it is back; ask again when it is time. Never blocks, never raises."""
+        """Read the result if there is one; send a state when it is time. Never blocks, never raises."""
         now = time.monotonic()
         if self.fallen_back or now < self._next:
             return
         self._next = now + _GLANCE
         try:
-            if self._asked and self._pipe.poll():
+            if self._pending and self._pipe.poll():
                 self._take(float(self._pipe.recv()))
-            if not self._asked and now >= self._due:
+            if not self._pending and now >= self._due:
                 self._pipe.send((controller.state, controller.tension, controller.pull))
-                self._asked, self._due = True, now + self._settings.check_period
+                self._pending, self._due = True, now + self._settings.check_period
         except (OSError, EOFError):  # the process is gone
-            self.error, self._asked, self._next = None, False, float("inf")
+            self.error, self._pending, self._next = None, False, float("inf")
 
     def _take(self, error: float) -> None:
-        self._asked, self.error, self._heard = False, error, time.monotonic()
+        self._pending, self.error, self._heard = False, error, time.monotonic()
         self.largest = max(self.largest, error)
         self.exceeded = self.exceeded + 1 if error > self._settings.max_tip_error else 0
+
+    def mark_fallen_back(self) -> None:
+        """The full model has taken over: nothing is compared any more."""
+        self.fallen_back = True
 
     def diagnostic(self) -> Diagnostic:
         """As health."""
@@ -103,16 +119,22 @@ class ModelWatch:
             return Diagnostic("model", Level.WARN, text, values)
         if self.error is None:
             alive = self._process.is_alive()
-            text = "reduced, not compared yet" if alive else "reduced, nothing compares it any more"
+            text = (
+                "reduced, not compared yet"
+                if alive
+                else "reduced, the process that compares it has ended"
+            )
             return Diagnostic("model", Level.OK if alive else Level.WARN, text, values)
         values["error_mm"] = f"{1e3 * self.error:.3g}"
         if self.exceeded:
             text = (
-                f"reduced, outside of what it was trained for: the full model has the tip "
+                f"reduced, outside of the states it was trained with: the full model has the tip "
                 f"{1e3 * self.error:.3g} mm elsewhere, allowed are {allowed:.3g} mm"
             )
             return Diagnostic("model", Level.WARN, text, values)
-        return Diagnostic("model", Level.OK, "reduced, where it was trained", values)
+        return Diagnostic(
+            "model", Level.OK, "reduced, within the states it was trained with", values
+        )
 
     def close(self) -> None:
         """End the process."""
@@ -123,23 +145,69 @@ class ModelWatch:
             self._process.join()
 
 
-def answer(pipe: Connection) -> None:
-    """What the process does: tip errors of the states it is sent, until the pipe is closed."""
+@dataclass(frozen=True, slots=True, eq=False)
+class FallBack:
+    """A reduced model, its comparison with the full one, and the controller that replaces it.
+
+    Attributes:
+        watch: compares it with the full model.
+        reduced: the reduced model.
+        full: a warm controller of the full model; None: never replaced.
+    """
+
+    watch: ModelWatch
+    reduced: ReducedRobot
+    full: Controller | None
+
+    @property
+    def wanted(self) -> bool:
+        """Whether the full model should take over now."""
+        return self.full is not None and self.watch.wants_full
+
+    def switch(self, loop: ControlLoop) -> float:
+        """Continue with the full model from the state of the reduced one; returns its period [s]."""
+        full, reduced = self.full, loop.controller
+        assert full is not None
+        full.take_over(reduced, self.reduced.lifted(reduced.state))
+        loop.take_over(full)
+        full.prepare()
+        self.watch.mark_fallen_back()
+        log.warning(
+            "the reduced model has left the states it was trained with: the full one takes over at %g Hz",
+            1.0 / full.robot.h,
+        )
+        return full.robot.h
+
+
+def make_fall_back(setup: Setup) -> FallBack | None:
+    """The comparison of a setup's reduced model; None with the full one."""
+    robot = setup.robot
+    if not isinstance(robot, ReducedRobot):
+        return None
+    settings, full = setup.model, None
+    if settings.fall_back:
+        slower = load_robot(setup.path, rate=settings.fall_back_rate)
+        full = warm_up(Controller(slower, setup.contact, settings=setup.controller))
+    return FallBack(ModelWatch(robot, setup.contact, settings), robot, full)
+
+
+def compare(pipe: Connection) -> None:
+    """The separate process: tip errors of the states that arrive, until the pipe is closed."""
     with one_blas_thread(), suppress(EOFError, OSError, KeyboardInterrupt):
-        models = pipe.recv()  # who sends them waits
+        models = pipe.recv()  # the sender waits
         _give_way()
         check, allowed = TipCheck(*models), os.sched_getaffinity(0)
         while True:
-            asked = pipe.recv()
+            state = pipe.recv()
             _leave_processor(os.getppid(), allowed)
-            pipe.send(check(*asked))
+            pipe.send(check(*state))
 
 
 def _give_way() -> None:
-    """Run only where nothing else wants to.
+    """Run only where nothing else is ready to run.
 
     A processor that runs an idle-class process counts as free: threads that wake up go there, and not to
-    the one the loop is on.
+    the processor of the loop.
     """
     try:
         os.sched_setscheduler(0, os.SCHED_IDLE, os.sched_param(0))
@@ -148,9 +216,13 @@ def _give_way() -> None:
 
 
 def _leave_processor(process: int, allowed: set[int]) -> None:
-    """Run on other allowed processors than the one where this process's main thread was seen last.
+    """Run on other allowed processors than the one where another process's main thread ran last.
 
-    Beside the loop even an idle-class process is now and then given a slice, of several ticks' length.
+    On the loop's processor even an idle-class process gets a time slice at times, several ticks long.
+
+    Args:
+        process: number of the process.
+        allowed: processors that may be used.
     """
     with suppress(OSError):
         status = Path(f"/proc/{process}/stat").read_text()

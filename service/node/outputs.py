@@ -1,7 +1,7 @@
-"""What a node publishes each tick, and writes into its log.
+"""Messages that leave a node each tick, and their copies in its log.
 
-Actuation always leaves. Where the model is and what the tick was are put into messages only when somebody
-listens or a log is kept: at a kilohertz their encoding is a twentieth of the period.
+Actuation always leaves. The model's effectors and the tick are encoded only when there is a subscriber or a
+log: at a kilohertz their encoding is a twentieth of the period.
 """
 
 from __future__ import annotations
@@ -29,14 +29,14 @@ from tauten.service.wire import (
 
 
 class NodeOutputs:
-    """A node's outlets."""
+    """Publishes what a node sends."""
 
     def __init__(self, session: zenoh.Session, robot: Robot, recorder: LogRecorder | None) -> None:
         """Declare the publishers.
 
         Args:
             session: open Zenoh session.
-            robot: whose they are.
+            robot: that is served.
             recorder: of the log; None: none is kept.
         """
         keys = Keys(robot.name)
@@ -50,34 +50,48 @@ class NodeOutputs:
         self._tick = Publisher(session, keys.tick, TICK, urgent=False)
         self._health = Publisher(session, keys.health, HEALTH, urgent=False)
 
-    def act(self, action: Action, stamp: int, tick: int) -> None:
-        """Actuation first, then where the model's effectors will be."""
-        robot = self._robot
+    def actuate(self, action: Action, stamp: int, tick: int) -> None:
+        """Publish actuation, then the model's effectors after the tick.
+
+        Args:
+            action: of the tick.
+            stamp: time [ns since the epoch].
+            tick: its number.
+        """
+        robot, actuation = self._robot, action.actuation
         joints = Joints(
             stamp, robot.frame, robot.cable_names,
-            tuple(action.pull.tolist()), tuple(action.tension.tolist()),
+            tuple(actuation.pull.tolist()), tuple(actuation.tension.tolist()),
         )  # fmt: skip
         self._send(self._actuation, encode_joints(joints), stamp, tick)
         if action.mode is Mode.STOP:  # the model does not follow a release
             return
-        for outlet, position in zip(self._effectors, action.effector, strict=True):
-            if self._wanted(outlet):
+        for publisher, position in zip(self._effectors, actuation.effector, strict=True):
+            if self._is_used(publisher):
                 x, y, z = position.tolist()
-                self._send(outlet, encode_point(Point(stamp, robot.frame, (x, y, z))), stamp, tick)
+                payload = encode_point(Point(stamp, robot.frame, (x, y, z)))
+                self._send(publisher, payload, stamp, tick)
 
     def tick(self, tick: Tick) -> None:
-        """What the tick was."""
-        if self._wanted(self._tick):
+        """Publish a tick."""
+        if self._is_used(self._tick):
             self._send(self._tick, encode_tick(tick), tick.stamp, tick.index)
 
     def health(self, payload: bytes, stamp: int, tick: int) -> None:
-        """How the node is, encoded."""
+        """Publish encoded health.
+
+        Args:
+            payload: the message.
+            stamp: time [ns since the epoch].
+            tick: number of the tick.
+        """
         self._send(self._health, payload, stamp, tick)
 
-    def _wanted(self, outlet: Publisher) -> bool:
-        return self._recorder is not None or outlet.heard
+    def _is_used(self, publisher: Publisher) -> bool:
+        return self._recorder is not None or publisher.has_subscribers
 
-    def _send(self, outlet: Publisher, payload: bytes, stamp: int, tick: int) -> None:
-        outlet.put(payload)
+    def _send(self, publisher: Publisher, payload: bytes, stamp: int, tick: int) -> None:
+        publisher.put(payload)
         if self._recorder is not None:
-            self._recorder.write(Entry(outlet.key, outlet.kind, payload, False, stamp, stamp, tick))
+            entry = Entry(publisher.key, publisher.kind, payload, False, stamp, stamp, tick)
+            self._recorder.write(entry)

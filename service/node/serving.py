@@ -1,4 +1,4 @@
-"""`tauten serve`: everything around a node's loop, set up in order and taken down in reverse."""
+"""`tauten serve`: all that a node's loop needs, set up in order and taken down in reverse."""
 
 from __future__ import annotations
 
@@ -12,23 +12,21 @@ from pathlib import Path
 import zenoh
 
 from tauten.service.log import LogRecorder
-from tauten.service.node.description import description_json
-from tauten.service.node.fall_back import make_fall_back
 from tauten.service.node.loop import ControlLoop
+from tauten.service.node.model_watch import make_fall_back
 from tauten.service.node.node import Node
 from tauten.service.process import (
     ORDINARY,
     RealtimeSettings,
     StopFlag,
     apply_realtime,
-    collector_at_hand,
+    manual_garbage_collection,
     one_blas_thread,
-    short_turns,
+    short_switch_interval,
 )
 from tauten.service.rate_check import check_rate, step_seconds
 from tauten.service.setup import Setup, warm_controller
 from tauten.service.wire import (
-    JSON,
     Keys,
     Network,
     NetworkError,
@@ -50,9 +48,9 @@ class ServeSettings:
     Attributes:
         record: MCAP file to record to; None: none.
         closed_loop: whether measurements correct the targets.
-        wait: whether the node stays idle until an operator enables it.
-        rate_asked: whether somebody asked for the rate; where the robot file did, one that the machine
-            cannot hold is only warned of.
+        wait: whether the node is idle until an operator enables it.
+        rate_asked: whether the rate was given on the command line: then one that the computer cannot hold
+            is an error; for the robot file's rate it is a warning.
         realtime: priority and processors of the loop.
         event: whether a tick waits for its target, see `Node.run`.
     """
@@ -66,28 +64,29 @@ class ServeSettings:
 
 
 def serve(setup: Setup, network: Network, settings: ServeSettings, stop: StopFlag) -> None:
-    """Serve a robot until asked to stop.
+    """Serve a robot until a request to stop.
 
     Args:
         setup: the robot.
-        network: where to meet.
-        settings: how.
-        stop: raised to stop.
+        network: ports or configuration.
+        settings: of the node.
+        stop: ends the node, before the loop runs at once.
 
     Raises:
         NetworkError: no session, or another node serves this robot already.
-        RateError: the machine cannot hold the rate that was asked for.
-        RealtimeError: priority or processors are not to be had.
+        RateError: the computer cannot hold the rate given on the command line.
+        RealtimeError: priority or processors are not permitted.
         OSError: the log cannot be created.
     """
-    keys, rate = Keys(setup.robot.name), setup.robot.config.controller.rate
+    keys, rate = Keys(setup.robot.name), setup.robot.integration.rate
     with ExitStack() as stack:
         stack.enter_context(one_blas_thread())
         log.info("getting ready; kernels are compiled the first time, which takes a minute or two")
-        controller = warm_controller(setup)
-        check_rate(rate, step_seconds(controller), settings.rate_asked)
-        loop = ControlLoop(controller, enabled=not settings.wait)
-        typestore()
+        with stop.interruptible():
+            controller = warm_controller(setup)
+            check_rate(rate, step_seconds(controller), settings.rate_asked)
+            loop = ControlLoop(controller, enabled=not settings.wait, settings=setup.service)
+            typestore()
         session = open_session(network, Role.NODE, setup.robot.name)
         stack.callback(session.close)
         stack.enter_context(claimed(session, keys))
@@ -99,9 +98,9 @@ def serve(setup: Setup, network: Network, settings: ServeSettings, stop: StopFla
         if fall_back is not None:
             stack.callback(fall_back.watch.close)
         node = Node(setup, loop, session, recorder, settings.closed_loop, fall_back)
-        stack.enter_context(answered(session, keys, description_json(setup)))
-        stack.enter_context(collector_at_hand())
-        stack.enter_context(short_turns())
+        stack.enter_context(alive(session, keys))
+        stack.enter_context(manual_garbage_collection())
+        stack.enter_context(short_switch_interval())
         apply_realtime(settings.realtime)
         log.info("serving %s at %g Hz", setup.robot.name, rate)
         node.run(stop, settings.event)
@@ -111,8 +110,12 @@ def serve(setup: Setup, network: Network, settings: ServeSettings, stop: StopFla
 def claimed(session: zenoh.Session, keys: Keys) -> Iterator[None]:
     """Make sure that no other node drives the same cables.
 
-    A claim is a liveliness token under the session's own id. Of nodes that claim a robot at the same
-    time, all see each other and the one with the smallest id goes on.
+    A claim is a liveliness token with the session's own id. Of nodes that claim a robot at the same
+    time, the one with the smallest id continues.
+
+    Args:
+        session: open Zenoh session.
+        keys: of the robot.
 
     Raises:
         NetworkError: another node serves the robot, or is about to.
@@ -132,16 +135,10 @@ def claimed(session: zenoh.Session, keys: Keys) -> Iterator[None]:
 
 
 @contextmanager
-def answered(session: zenoh.Session, keys: Keys, description: bytes) -> Iterator[None]:
-    """Declare the liveliness token and answer questions about the robot."""
-
-    def answer(query: zenoh.Query) -> None:
-        query.reply(keys.description, description, encoding=JSON)
-
-    queryable = session.declare_queryable(keys.description, answer)
+def alive(session: zenoh.Session, keys: Keys) -> Iterator[None]:
+    """Declare the liveliness token that says that the robot is served."""
     token = session.liveliness().declare_token(keys.token)
     try:
         yield
     finally:
         token.undeclare()  # type: ignore[no-untyped-call]
-        queryable.undeclare()  # type: ignore[no-untyped-call]

@@ -1,7 +1,7 @@
-"""The node's state machine: IDLE → RUN → HOLD → STOP, as pure functions of what a tick has seen.
+"""The node's state machine: IDLE → RUN → HOLD → STOP, as pure functions of the inputs of a tick.
 
-docs/node.md draws it. Nothing here knows of time, network or cables: `commanded` takes an operator's
-command, `transition` what the tick has seen, `judged` how its decision ended.
+Its diagram is in docs/node.md. Time, network and cables are not part of it: `commanded` is for an operator's
+command, `transition` for the inputs of a tick, `judged` for the result of its decision.
 """
 
 from __future__ import annotations
@@ -13,27 +13,27 @@ from tauten.service.wire import Cause, Mode, OperatorCommand
 
 @dataclass(frozen=True, slots=True)
 class Signals:
-    """What a tick has seen.
+    """Inputs of a tick.
 
     Attributes:
-        target: whether a target young enough is there.
+        target: whether there is a target that is young enough.
         in_time: whether the tick before met its deadline.
-        measured: whether every measurement that is needed is young enough.
-        shutdown: whether the process was asked to end.
+        measurement: why the measurements of a closed loop cannot be used; `NONE` where they can.
+        shutdown: whether the process is requested to end.
     """
 
     target: bool
     in_time: bool = True
-    measured: bool = True
+    measurement: Cause = Cause.NONE
     shutdown: bool = False
 
 
 @dataclass(frozen=True, slots=True)
 class NodeState:
-    """NodeState of the node.
+    """State of the node.
 
     Attributes:
-        mode: what it is doing.
+        mode: of the node.
         cause: why it does not follow; `NONE` while it does.
         enabled: whether the operator lets it follow.
         late: deadlines missed in a row; while `tripped`, how many more must be met than missed.
@@ -52,7 +52,7 @@ def commanded(state: NodeState, command: OperatorCommand, released: bool) -> Nod
 
     Args:
         state: before.
-        command: the operator's.
+        command: of the operator.
         released: whether the cables are slack after a stop.
     """
     if command is OperatorCommand.STOP:
@@ -65,13 +65,13 @@ def commanded(state: NodeState, command: OperatorCommand, released: bool) -> Nod
 
 
 def transition(state: NodeState, seen: Signals, late_limit: int) -> NodeState:
-    """The state in which a tick acts: RUN asks for a decision, all others for none.
+    """The state in which a tick acts: only RUN needs a decision.
 
     Args:
         state: before.
-        seen: by the tick.
-        late_limit: deadlines missed in a row that trip the node; it is free again once as many more have
-            been met than missed.
+        seen: inputs of the tick.
+        late_limit: deadlines missed in a row after which the node holds; until as many more have been met
+            than missed.
     """
     if seen.shutdown:
         return replace(state, mode=Mode.STOP, cause=Cause.SHUTDOWN)
@@ -107,11 +107,11 @@ def _counted(state: NodeState, in_time: bool, limit: int) -> NodeState:
 
 
 def _obstacle(state: NodeState, seen: Signals) -> Cause:
-    """What keeps the node from following, the most serious first."""
+    """Why the node cannot follow, the most serious cause first."""
     if not state.enabled:
         return Cause.OPERATOR
     if state.tripped:
         return Cause.LATE
-    if not seen.measured:
-        return Cause.UNMEASURED
+    if seen.measurement is not Cause.NONE:
+        return seen.measurement
     return Cause.NONE if seen.target else Cause.NO_TARGET

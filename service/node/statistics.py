@@ -1,30 +1,75 @@
-"""The node's own measurements, and how they read as health."""
+"""Statistics of the loop in fixed memory, for health and for Prometheus."""
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections import Counter
+from math import isnan
 
 from tauten.service.log import LogRecorder
 from tauten.service.node.clock import Clock
-from tauten.service.node.histogram import Histogram
+from tauten.service.node.limiter import ROUNDING
+from tauten.service.node.loop import Action
 from tauten.service.wire import Cause, Diagnostic, Level, Mode, Tick, Window
 
+# Upper bounds of the buckets [s]; a last one is for longer times.
+BOUNDS = (1e-4, 2e-4, 5e-4, 1e-3, 2e-3, 5e-3, 1e-2, 2e-2, 5e-2, 0.1, 0.2, 0.5)
 _MS = 1e3
 
 
+class Histogram:
+    """Counts times by bucket.
+
+    Attributes:
+        counts: values in each bucket, the last for those beyond all bounds.
+        total: sum of the values [s].
+    """
+
+    def __init__(self) -> None:
+        self.counts = [0] * (len(BOUNDS) + 1)
+        self.total = 0.0
+
+    def add(self, value: float) -> None:
+        """Count a value [s]; NaN is left out."""
+        if not isnan(value):
+            self.counts[bisect_left(BOUNDS, value)] += 1
+            self.total += value
+
+    def text(self) -> str:
+        """Upper bound in ms and count of each bucket that is not empty, such as "0.5:12 1:3 more:1"."""
+        names = [*(f"{1e3 * bound:g}" for bound in BOUNDS), "more"]
+        pairs = zip(names, self.counts, strict=True)
+        return " ".join(f"{name}:{count}" for name, count in pairs if count)
+
+    def cumulative(self) -> list[tuple[str, float]]:
+        """Upper bound [s] and number of values up to it, the form of Prometheus."""
+        found, below = [], 0
+        for bound, count in zip([*(f"{b:g}" for b in BOUNDS), "+Inf"], self.counts, strict=True):
+            below += count
+            found.append((bound, float(below)))
+        return found
+
+
 class LoopStatistics:
-    """Counts ticks and remembers how long they took.
+    """Counts ticks and keeps how long they took.
 
     Attributes:
         times: histograms of "latency", target to actuation, and "jitter", how late ticks begin.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, cables: tuple[str, ...]) -> None:
+        """Start without ticks.
+
+        Args:
+            cables: names of the robot's cables.
+        """
         self.times = {"latency": Histogram(), "jitter": Histogram()}
+        self._cables = cables
         self._ticks = 0
         self._modes: Counter[str] = Counter()
         self._statuses: Counter[str] = Counter()
         self._clamped = 0
+        self._action: Action | None = None
         self._mode = Mode.IDLE
         self._cause = Cause.NO_TARGET
         self._deepest = 0.0
@@ -33,9 +78,15 @@ class LoopStatistics:
         self._decide = Window()
         self._step = Window()
 
-    def add(self, tick: Tick) -> None:
-        """Count a tick."""
+    def add(self, tick: Tick, action: Action) -> None:
+        """Count a tick.
+
+        Args:
+            tick: as it is published.
+            action: that left in it.
+        """
         self._ticks += 1
+        self._action = action
         self._mode, self._cause = tick.mode, tick.cause
         self.times["latency"].add(tick.latency)
         self.times["jitter"].add(tick.lateness)
@@ -64,7 +115,7 @@ class LoopStatistics:
             recorder: of the log, if there is one.
             fixed: facts that do not change, such as the factorisation's name.
         """
-        found = [self._loop(clock), self._decisions(), *arrived]
+        found = [self._loop(clock), self._decisions(), self._tensions(), *arrived]
         if recorder is not None:
             found.append(_log(recorder))
         return [*found, Diagnostic("system", Level.OK, "", fixed)]
@@ -96,8 +147,22 @@ class LoopStatistics:
         values |= {f"status_{name}": str(count) for name, count in self._statuses.items()}
         values["deepest_penetration_mm"] = f"{_MS * max(-self._deepest, 0.0):.4g}"
         level = Level.WARN if bad or self._clamped else Level.OK
-        doing = f"{self._mode} ({self._cause})" if self._cause else self._mode.value
-        return Diagnostic("decisions", level, f"{doing}, {bad} not OK", values)
+        mode = f"{self._mode} ({self._cause})" if self._cause else self._mode.value
+        return Diagnostic("decisions", level, f"{mode}, {bad} not OK", values)
+
+    def _tensions(self) -> Diagnostic:
+        """Tensions of the last tick that left, and those of the model where the limiter has changed them."""
+        action = self._action
+        if action is None:
+            return Diagnostic("tensions", Level.OK, "", {})
+        left, model = action.actuation.tension.tolist(), action.wanted.tension.tolist()
+        values, changed = {}, []
+        for name, sent, wanted in zip(self._cables, left, model, strict=True):
+            values[f"{name}_n"], values[f"{name}_model_n"] = f"{sent:.4g}", f"{wanted:.4g}"
+            if abs(wanted - sent) > ROUNDING * max(abs(sent), abs(wanted), 1.0):
+                changed.append(f"{name}: {sent:.3g} N have left, the model has {wanted:.3g} N")
+        level = Level.WARN if changed else Level.OK
+        return Diagnostic("tensions", level, "; ".join(changed) or "as in the model", values)
 
 
 def _log(recorder: LogRecorder) -> Diagnostic:

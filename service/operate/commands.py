@@ -29,13 +29,20 @@ from tauten.service.wire import (
 
 log = logging.getLogger(__name__)
 
-_PATIENCE = 5.0  # s until a node must be there
-_EFFECT = 0.3  # s from a command to ticks that show it
+_PATIENCE = 5.0  # s until a node must be alive
+_EFFECT = 0.3  # s from a command to ticks after it
 _CONTENT = "text/plain; version=0.0.4; charset=utf-8"
 
 
 def is_there(robot: str, network: Network, token: str, patience: float = 2.0) -> bool:
-    """Whether a liveliness token shows up within some seconds."""
+    """Whether a liveliness token appears.
+
+    Args:
+        robot: name.
+        network: of the robot.
+        token: of its node or plant.
+        patience: time to wait for it [s].
+    """
     session = open_session(network, Role.OTHER, robot)
     try:
         end = time.monotonic() + patience
@@ -50,10 +57,10 @@ def is_there(robot: str, network: Network, token: str, patience: float = 2.0) ->
 
 @contextmanager
 def node_of(robot: str, network: Network) -> Iterator[zenoh.Session]:
-    """A session with the robot's node in sight.
+    """A session, once the robot's node is alive.
 
     Raises:
-        NetworkError: there is none.
+        NetworkError: no node is alive.
     """
     session, token = open_session(network, Role.OTHER, robot), Keys(robot).token
     try:
@@ -68,7 +75,12 @@ def node_of(robot: str, network: Network) -> Iterator[zenoh.Session]:
 
 
 def send_command(robot: str, network: Network, command: OperatorCommand) -> Tick:
-    """Send an operator's command; returns a tick of the node from after it.
+    """Send an operator's command; returns a tick of the node after it.
+
+    Args:
+        robot: name.
+        network: of the robot.
+        command: what the node is to do.
 
     Raises:
         NetworkError: no node, or one that does not tick.
@@ -76,7 +88,15 @@ def send_command(robot: str, network: Network, command: OperatorCommand) -> Tick
     keys = Keys(robot)
     with node_of(robot, network) as session:
         ticks = session.declare_subscriber(keys.tick, zenoh.handlers.RingChannel(1))
-        session.put(keys.command, encode_command(command), encoding=f"{CDR};{TEXT}")
+        session.put(
+            keys.command,
+            encode_command(command),
+            encoding=f"{CDR};{TEXT}",
+            # ahead of whatever else the session sends, and never dropped
+            congestion_control=zenoh.CongestionControl.BLOCK,
+            priority=zenoh.Priority.REAL_TIME,
+            express=True,
+        )
         time.sleep(_EFFECT)
         end = time.monotonic() + _PATIENCE
         while time.monotonic() < end:
@@ -98,7 +118,13 @@ def ask_metrics(session: zenoh.Session, robot: str) -> bytes | None:
 
 
 def serve_metrics(session: zenoh.Session, robot: str, port: int, stop: StopFlag) -> None:
-    """Answer HTTP on loopback with the node's metrics until asked to stop.
+    """Serve the node's metrics over HTTP on loopback until `stop` is raised.
+
+    Args:
+        session: to the robot's node.
+        robot: name.
+        port: TCP port.
+        stop: raised to stop.
 
     Raises:
         OSError: the port is taken.

@@ -1,4 +1,4 @@
-"""`tauten doctor`: what a node finds on this machine, measured."""
+"""`tauten doctor`: measures how well this machine can run a node."""
 
 from __future__ import annotations
 
@@ -6,11 +6,17 @@ import time
 from dataclasses import dataclass
 
 import numpy as np
+import zenoh
 from threadpoolctl import threadpool_info
 
 from tauten.service.node import ControlLoop, Signals, punctual_clock
 from tauten.service.plant import free_ports
-from tauten.service.process import collector_at_hand, host_info, one_blas_thread, realtime_permitted
+from tauten.service.process import (
+    host_info,
+    manual_garbage_collection,
+    one_blas_thread,
+    realtime_permitted,
+)
 from tauten.service.rate_check import rate_for, step_seconds
 from tauten.service.setup import Setup, warm_controller
 from tauten.service.wire import Network, Role, open_session
@@ -23,7 +29,7 @@ _FAST = frozenset({"pardiso", "cholmod"})
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """One line of the examination: what, what was found, and advice where it is not well."""
+    """One line of the examination: subject, result, and advice where the result is not good."""
 
     what: str
     found: str
@@ -31,11 +37,11 @@ class Finding:
 
 
 def examine(setup: Setup, seconds: float) -> list[Finding]:
-    """Look at machine, libraries, clock, network, and run the loop without cables.
+    """Examine machine, libraries, clock and network, and run the loop without cables.
 
     Args:
         setup: the robot whose loop is run.
-        seconds: that it runs.
+        seconds: duration of the loop.
     """
     facts = host_info()
     found = [
@@ -95,7 +101,7 @@ def _network() -> Finding:
     sessions = [open_session(Network(port), role, "doctor") for role in (Role.NODE, Role.OTHER)]
     here, there = sessions
     echo = there.declare_publisher("tauten/doctor/back", express=True)
-    back = here.declare_subscriber("tauten/doctor/back")
+    back = here.declare_subscriber("tauten/doctor/back", zenoh.handlers.RingChannel(1))
     replier = there.declare_subscriber("tauten/doctor/there", lambda sample: echo.put(b"x"))
     sender = here.declare_publisher("tauten/doctor/there", express=True)
     times: list[float] = []
@@ -118,11 +124,12 @@ def _rate(setup: Setup, seconds: float) -> list[Finding]:
     robot, controller = setup.robot, warm_controller(setup)
     step = step_seconds(controller)
     rate, best = 1.0 / robot.h, rate_for(step)
-    loop, goal = ControlLoop(controller), controller.effector
-    begin, late = time.monotonic(), []
-    with collector_at_hand():
+    loop, goal = ControlLoop(controller, settings=setup.service), controller.effector
+    late: list[float] = []
+    begin = time.monotonic()
+    with manual_garbage_collection():
         clock = punctual_clock(robot.h)
-        while time.monotonic() - begin < seconds:
+        while not late or time.monotonic() - begin < seconds:
             late.append(clock.wait().lateness)
             loop.tick(goal, Signals(target=True))
             loop.prepare()
@@ -132,7 +139,7 @@ def _rate(setup: Setup, seconds: float) -> list[Finding]:
     return [
         Finding("robot", f"{robot.name}, {robot.n} unknowns, basis {setup.basis_name}"),
         Finding("control step", f"{1e3 * step:.2f} ms, allows {best:g} Hz"),
-        Finding("rate, asked / achieved", f"{rate:g} / {achieved:.1f} Hz", advice),
+        Finding("rate, requested / achieved", f"{rate:g} / {achieved:.1f} Hz", advice),
         Finding("deadlines missed / ticks", f"{clock.missed} / {len(late)}"),
         Finding("tick jitter p99", f"{p99:.2f} ms"),
     ]

@@ -1,7 +1,7 @@
-"""A recorder beside a robot's processes: all that goes over their keys, into a log.
+"""A recorder outside the robot's processes: writes all messages on their keys into a log.
 
-What only the node knows, it records itself (`serve --record`): the robot's file, and every tick even where
-the network loses some. Such a log is what replays; this one is for who watches.
+The node can record itself (`serve --record`). Its log has the robot file, and every tick also where the
+network loses some. Replay such a log; a log of this recorder is for observation.
 """
 
 from __future__ import annotations
@@ -56,12 +56,12 @@ def kinds_of(keys: Keys, effectors: tuple[str, ...]) -> dict[str, str]:
 
 
 def record_robot(robot: str, path: Path, network: Network, stop: StopFlag) -> int:
-    """Record a robot until asked to stop; returns how many messages.
+    """Record a robot until `stop` is raised; returns the number of messages.
 
     Args:
         robot: name.
         path: of the new MCAP file.
-        network: where to meet.
+        network: of the robot.
         stop: raised to stop.
 
     Raises:
@@ -89,7 +89,7 @@ def _drain(
     kinds: dict[str, str],
     recorder: LogRecorder,
 ) -> int:
-    """Write what has arrived; what is not a message of its key is left out."""
+    """Write the messages that have arrived, except those that are not of the type of their key."""
     count = 0
     for _ in range(_RING):
         sample = source.try_recv()

@@ -5,16 +5,13 @@ from tauten.service.plant.demo import (
     LOG,
     REPORT,
     TARGETS,
-    Child,
-    DemoError,
     DemoSettings,
-    child,
-    free_ports,
     run_demo,
     save_path,
 )
 from tauten.service.plant.paths import SHAPES, PathError, PathSettings, Plane, directions, make_path
 from tauten.service.plant.plant import PlantSettings, simulate
+from tauten.service.plant.processes import Child, DemoError, child, free_ports
 from tauten.service.plant.streaming import StreamSettings, stream
 
 __all__ = [

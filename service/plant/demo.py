@@ -4,35 +4,24 @@ from __future__ import annotations
 
 import contextlib
 import csv
-import os
 import signal
-import socket
 import subprocess
-import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import IO
 
 from tauten.service.plant.paths import PathSettings, TargetPath, make_path
 from tauten.service.plant.plant import Drive
-from tauten.service.plots import draw_run
+from tauten.service.plant.processes import STOP_TIME, Child, DemoError, child, free_ports
 from tauten.service.process import StopFlag
-from tauten.service.replay import Report, make_report, read_run
+from tauten.service.replay import Report, Run, make_report, read_run
 from tauten.service.setup import Order, load_setup
 from tauten.service.wire import Keys, Network, Role, is_alive, open_session
 
 LOG, REPORT, FIGURE, TARGETS = "log.mcap", "report.json", "figure.png", "targets.csv"
 
 _START = 300.0  # s; kernels are compiled when a robot runs for the first time
-_YIELD = 10  # niceness of plant and stream
-_STOP = 20.0  # s, the release of the cables included
-_PORTS = range(28_000, 32_000, 2)
-
-
-class DemoError(RuntimeError):
-    """A process of the demo that did not do its part; the text says which and where to look."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +30,7 @@ class DemoSettings:
 
     Attributes:
         robot: name or file.
-        folder: where log, report and figure go.
+        folder: of log, report and targets.
         seconds: of targets.
         path: of the targets, as for `tauten stream`.
         period: of one pass [s].
@@ -66,34 +55,22 @@ class DemoSettings:
     drive: Drive = "pull"
 
 
-@dataclass(slots=True)
-class Child:
-    """A process of the demo."""
+@dataclass(frozen=True, slots=True)
+class DemoResult:
+    """What the demo did: its run, the numbers of it, names of the cables."""
 
-    name: str
-    process: subprocess.Popen[bytes]
-    output: Path
-
-    def check(self) -> None:
-        """Make sure that it has not ended in error.
-
-        Raises:
-            DemoError: it has.
-        """
-        code = self.process.poll()
-        if code not in (None, 0):
-            lines = self.output.read_text(encoding="utf-8", errors="replace").strip().splitlines()
-            last = lines[-1].removeprefix("tauten: ") if lines else "no output"
-            raise DemoError(f"tauten {self.name} ended with {code}: {last} (see {self.output})")
+    run: Run
+    report: Report
+    cables: tuple[str, ...]
 
 
-def run_demo(settings: DemoSettings, stop: StopFlag, say: Callable[[str], None]) -> Report:
-    """Run the demo and leave a folder.
+def run_demo(settings: DemoSettings, stop: StopFlag, say: Callable[[str], None]) -> DemoResult:
+    """Run the demo; leaves targets, log and report in a folder.
 
     Args:
         settings: what to do.
         stop: raised to end early; what has been recorded is still reported.
-        say: told what is happening.
+        say: called with a sentence before each part of the work.
 
     Raises:
         DemoError: a process failed.
@@ -121,7 +98,7 @@ def run_demo(settings: DemoSettings, stop: StopFlag, say: Callable[[str], None])
             serving.append("--closed-loop")
             behaving.append("--measure")
         sending = [str(targets), "--robot", settings.robot, "--repeat", "--await-plant", *common]
-        sending += ["--rate", repr(robot.config.controller.rate)]
+        sending += ["--rate", repr(robot.integration.rate)]
         sending += ["--duration", repr(settings.seconds)]
         node = stack.enter_context(child("serve", serving, folder))
         plant = stack.enter_context(child("plant", [settings.robot, *behaving, *common], folder))
@@ -133,15 +110,14 @@ def run_demo(settings: DemoSettings, stop: StopFlag, say: Callable[[str], None])
         _end(node)
         _end(plant)
     say("reading the log")
-    return _report(folder, robot.cable_names)
+    return _result(folder, robot.cable_names)
 
 
-def _report(folder: Path, cables: tuple[str, ...]) -> Report:
+def _result(folder: Path, cables: tuple[str, ...]) -> DemoResult:
     run = read_run(folder / LOG)
     report = make_report(run)
     report.save(folder / REPORT)
-    draw_run(run, cables, folder / FIGURE)
-    return report
+    return DemoResult(run, report, cables)
 
 
 def save_path(path: TargetPath, file: Path) -> None:
@@ -151,60 +127,6 @@ def save_path(path: TargetPath, file: Path) -> None:
         writer.writerow(["t", "x", "y", "z"])
         for time_, (x, y, z) in zip(path.times.tolist(), path.points.tolist(), strict=True):
             writer.writerow([repr(value) for value in (time_, x, y, z)])
-
-
-def free_ports() -> int:
-    """The first of two TCP ports of loopback that nobody uses.
-
-    Raises:
-        DemoError: there are none.
-    """
-    start = os.getpid() % len(_PORTS)
-    ports: list[int] = [*_PORTS[start:], *_PORTS[:start]]
-    for port in ports:
-        if _is_free(port) and _is_free(port + 1):
-            return port
-    raise DemoError(f"no two free TCP ports from {_PORTS.start} to {_PORTS.stop} on loopback")
-
-
-def _is_free(port: int) -> bool:
-    with socket.socket() as probe:
-        try:
-            probe.bind(("127.0.0.1", port))
-        except OSError:
-            return False
-        return True
-
-
-@contextlib.contextmanager
-def child(command: str, arguments: list[str], folder: Path) -> Iterator[Child]:
-    """A `tauten` command as a process; asked to end, then made to, when the block is left."""
-    output = folder / f"{command}.txt"
-    with output.open("wb") as sink:
-        process = _start(command, arguments, sink)
-        if command != "serve":
-            # a real robot does not take the node's processor; here it shares it, and yields
-            os.setpriority(os.PRIO_PROCESS, process.pid, _YIELD)
-        found = Child(command, process, output)
-        try:
-            yield found
-        finally:
-            if process.poll() is None:
-                process.send_signal(signal.SIGINT)
-                try:
-                    process.wait(_STOP)
-                except subprocess.TimeoutExpired:
-                    process.kill()
-                    process.wait()
-
-
-def _start(command: str, arguments: list[str], sink: IO[bytes]) -> subprocess.Popen[bytes]:
-    return subprocess.Popen(
-        [sys.executable, "-m", "tauten.service", command, *arguments],
-        stdin=subprocess.DEVNULL,
-        stdout=sink,
-        stderr=subprocess.STDOUT,
-    )
 
 
 def _wait_alive(keys: Keys, network: Network, children: tuple[Child, ...], stop: StopFlag) -> None:
@@ -233,11 +155,11 @@ def _wait_end(sender: Child, others: tuple[Child, ...], stop: StopFlag) -> None:
 
 
 def _end(one: Child) -> None:
-    """Ask a process to end as Ctrl-C does, and wait until it has."""
+    """End a process as Ctrl-C does, and wait for it."""
     if one.process.poll() is None:
         one.process.send_signal(signal.SIGINT)
     try:
-        one.process.wait(_STOP)
+        one.process.wait(STOP_TIME)
     except subprocess.TimeoutExpired as error:
-        raise DemoError(f"tauten {one.name} did not end within {_STOP:g} s") from error
+        raise DemoError(f"tauten {one.name} did not end within {STOP_TIME:g} s") from error
     one.check()

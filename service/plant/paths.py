@@ -59,7 +59,7 @@ class TargetPath:
     Attributes:
         times: (m,) ascending from 0 [s].
         points: (m, 3) [m].
-        repeats: whether it starts again at the end; else the last point stays.
+        repeats: whether it starts again at the end; otherwise the last point is held.
     """
 
     times: Array
@@ -80,6 +80,11 @@ class TargetPath:
 
 def make_path(name: str, robot: Robot, settings: PathSettings) -> TargetPath:
     """A path by name: a shape, "reach", or a CSV file.
+
+    Args:
+        name: of the shape, "reach", or the CSV file.
+        robot: that is to follow it.
+        settings: of the path.
 
     Raises:
         PathError: no such path, or one that cannot be made.
@@ -216,7 +221,9 @@ def csv_path(path: Path, rate: float, repeats: bool) -> TargetPath:
     rows = list(csv.reader(lines, skipinitialspace=True))
     names = [name.strip() for name in rows[0]] if rows else []
     if not {"x", "y", "z"} <= set(names) or len(set(names)) != len(names):
-        raise PathError(f"{path}: line 1: found {names}, expected column names x, y, z and maybe t")
+        raise PathError(
+            f"{path}: line 1: found {names}, expected column names x, y, z and optionally t"
+        )
     values = [_numbers(path, line, row, names) for line, row in enumerate(rows[1:], 2) if row]
     if not values:
         raise PathError(f"{path}: no points")

@@ -1,4 +1,4 @@
-"""A simulated robot in its own process: full-order, pointwise contact; it obeys and reports."""
+"""A simulated robot in its own process: full-order, pointwise contact, driven by actuation."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ import zenoh
 from tauten.model import Robot, Simulator
 from tauten.model.numerics import Array, FactorisationError
 from tauten.service.node import Clock
-from tauten.service.process import StopFlag, collector_at_hand, one_blas_thread
+from tauten.service.process import StopFlag, manual_garbage_collection, one_blas_thread
 from tauten.service.wire import (
     FLOAT,
     HEALTH,
@@ -49,11 +49,11 @@ Drive = Literal["pull", "tension"]
 
 @dataclass(frozen=True, slots=True)
 class PlantSettings:
-    """How a plant behaves.
+    """Settings of a plant.
 
     Attributes:
         measure: whether it also publishes its effectors as measurements, as a camera would.
-        drive: whether its winches obey pulled lengths or tensions.
+        drive: whether its winches use pulled lengths or tensions.
     """
 
     measure: bool = False
@@ -73,15 +73,15 @@ class Plant:
         """Declare subscriber and publishers.
 
         Args:
-            robot: what is simulated.
+            robot: that is simulated.
             simulator: at rest and warm.
             session: open Zenoh session.
-            settings: how it behaves.
+            settings: of the plant.
         """
         keys = Keys(robot.name)
         self._robot = robot
         self._simulator = simulator
-        # the latest actuation is all that counts
+        # only the latest actuation is used
         self._source = session.declare_subscriber(keys.actuation, zenoh.handlers.RingChannel(1))
         self._state = Publisher(session, keys.plant_state, JOINTS)
         names = robot.effector_names
@@ -91,35 +91,35 @@ class Plant:
         self._health = Publisher(session, keys.plant_health, HEALTH, urgent=False)
         self._drive = settings.drive
         self._command: Array = np.zeros(robot.n_a)
-        self._tally = MessageCounts()
+        self._counts = MessageCounts()
         self._step = Window()
         self._unconverged = 0
         self._resets = 0
         self._next_health = 0.0
 
     def run(self, stop: StopFlag) -> None:
-        """Step until asked to stop; steps that are late are skipped, not queued."""
+        """Step until a request to stop; steps that are late are skipped, not queued."""
         clock = Clock(self._robot.h)
         while not stop.requested:
             clock.wait()
-            self._obey()
+            self._read_actuation()
             begin = time.perf_counter()
             self._advance()
             self._step.add(time.perf_counter() - begin)
             self._publish()
             self._housekeeping(clock)
 
-    def _obey(self) -> None:
-        """Take the latest actuation, if it is one."""
+    def _read_actuation(self) -> None:
+        """Use the latest actuation, if it is valid."""
         sample = self._source.try_recv()
         if sample is None:
             return
         names = self._robot.cable_names
         joints = decode_joints(bytes(sample.payload), str(sample.encoding), names)
         if isinstance(joints, Rejection):
-            self._tally.refuse(joints)
+            self._counts.refuse(joints)
             return
-        self._tally.accepted += 1
+        self._counts.accepted += 1
         found = joints.pull if self._drive == "pull" else joints.tension
         self._command = np.array(found)  # (n_a,)
 
@@ -138,9 +138,9 @@ class Plant:
     def _publish(self) -> None:
         robot, simulator, stamp = self._robot, self._simulator, time.time_ns()
         points = [Point(stamp, robot.frame, (x, y, z)) for x, y, z in simulator.effector.tolist()]
-        for outlets in self._effectors:
-            for outlet, point in zip(outlets, points, strict=True):
-                outlet.put(encode_point(point))
+        for publishers in self._effectors:
+            for publisher, point in zip(publishers, points, strict=True):
+                publisher.put(encode_point(point))
         pull, tension = tuple(simulator.pull.tolist()), tuple(simulator.tension.tolist())
         joints = Joints(stamp, robot.frame, robot.cable_names, pull, tension)
         self._state.put(encode_joints(joints))
@@ -162,7 +162,7 @@ class Plant:
             ", ".join(f"{count} {name}" for name, count in counts.items()),
             {key: str(count) for key, count in counts.items()} | self._step.entries("step_ms", 1e3),
         )
-        diagnostics = [loop, self._tally.diagnostic("actuation")]
+        diagnostics = [loop, self._counts.diagnostic("actuation")]
         self._health.put(encode_health(time.time_ns(), self._robot.name, diagnostics))
         gc.collect()
 
@@ -178,26 +178,27 @@ def warm_simulator(robot: Robot) -> Simulator:
 
 
 def simulate(robot: Robot, network: Network, settings: PlantSettings, stop: StopFlag) -> None:
-    """Be a robot until asked to stop.
+    """Simulate a robot until a request to stop.
 
     Args:
-        robot: which.
-        network: where to meet.
-        settings: how it behaves.
-        stop: raised to stop.
+        robot: that is simulated.
+        network: ports or configuration.
+        settings: of the plant.
+        stop: ends the plant, before its loop runs at once.
 
     Raises:
         NetworkError: no session.
     """
     with ExitStack() as stack:
         stack.enter_context(one_blas_thread())
-        simulator = warm_simulator(robot)
-        typestore()
+        with stop.interruptible():
+            simulator = warm_simulator(robot)
+            typestore()
         session = open_session(network, Role.PLANT, robot.name)
         stack.callback(session.close)
         plant = Plant(robot, simulator, session, settings)
         token = session.liveliness().declare_token(Keys(robot.name).plant_token)
         stack.callback(token.undeclare)
-        stack.enter_context(collector_at_hand())
+        stack.enter_context(manual_garbage_collection())
         log.info("simulating %s at %g Hz", robot.name, 1.0 / robot.h)
         plant.run(stop)

@@ -28,19 +28,19 @@ from tauten.service.wire import (
 
 log = logging.getLogger(__name__)
 
-_ASK_AGAIN = 0.2  # s
+_RETRY = 0.2  # s
 
 
 @dataclass(frozen=True, slots=True)
 class StreamSettings:
-    """How targets are sent.
+    """Settings of a stream of targets.
 
     Attributes:
         rate: targets a second.
-        duration: seconds; None: until the path ends, or until asked to stop.
+        duration: seconds; None: until the path ends, or a request to stop.
         json: as JSON rather than CDR.
         effector: number of the effector they are for.
-        await_plant: whether to wait for a plant, too.
+        await_plant: whether to wait for a plant as well.
     """
 
     rate: float
@@ -53,7 +53,14 @@ class StreamSettings:
 def stream(
     robot: Robot, path: TargetPath, settings: StreamSettings, network: Network, stop: StopFlag
 ) -> int:
-    """Send targets, once the robot's node is there; returns how many.
+    """Send targets, once the robot's node is alive; returns how many.
+
+    Args:
+        robot: that is served.
+        path: of the targets.
+        settings: of the stream.
+        network: ports or configuration.
+        stop: ends the stream.
 
     Raises:
         NetworkError: no session.
@@ -94,7 +101,13 @@ def _send(
 
 
 def wait_for(session: zenoh.Session, token: str, stop: StopFlag) -> bool:
-    """Wait until a liveliness token is there; False when asked to stop before."""
+    """Wait until a liveliness token is declared; False after a request to stop.
+
+    Args:
+        session: open Zenoh session.
+        token: its key.
+        stop: ends the wait.
+    """
     waiting = False
     while not stop.requested:
         if is_alive(session, token):
@@ -102,5 +115,5 @@ def wait_for(session: zenoh.Session, token: str, stop: StopFlag) -> bool:
         if not waiting:
             log.info("waiting for %s", token)
         waiting = True
-        time.sleep(_ASK_AGAIN)
+        time.sleep(_RETRY)
     return False

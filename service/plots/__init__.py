@@ -1,17 +1,23 @@
 """Figures."""
 
-from tauten.service.plots.body import Side, draw_body, draw_forces, frame
+from tauten.service.plots.body import Side
+from tauten.service.plots.closed_loop import draw_case
+from tauten.service.plots.comparison import draw_comparison
+from tauten.service.plots.contact_basis import draw_contact_basis
 from tauten.service.plots.contact_modes import draw_modes
 from tauten.service.plots.error_curve import draw_curve
-from tauten.service.plots.run import draw_run, widest_plane
+from tauten.service.plots.posture_errors import draw_posture_errors
+from tauten.service.plots.replay import draw_replay
+from tauten.service.plots.run import draw_run
 
 __all__ = [
     "Side",
-    "draw_body",
+    "draw_case",
+    "draw_comparison",
+    "draw_contact_basis",
     "draw_curve",
-    "draw_forces",
     "draw_modes",
+    "draw_posture_errors",
+    "draw_replay",
     "draw_run",
-    "frame",
-    "widest_plane",
 ]

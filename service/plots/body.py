@@ -83,12 +83,19 @@ def draw_forces(
 
 
 def frame(axes: Axes, points: Array, side: Side, margin: float = 0.04) -> None:
-    """Equal scales and limits that hold points (P, 3) [m]."""
+    """Set equal scales, and limits around points.
+
+    Args:
+        axes: to set up; in millimetres.
+        points: (P, 3) to show [m].
+        side: from which they are seen.
+        margin: around the points, as a share of their extent.
+    """
     shown = _MM * points[:, [side.right, side.up]]
     low, high = shown.min(axis=0), shown.max(axis=0)
-    room = margin * float((high - low).max())
-    axes.set_xlim(low[0] - room, high[0] + room)
-    axes.set_ylim(low[1] - room, high[1] + room)
+    space = margin * float((high - low).max())
+    axes.set_xlim(low[0] - space, high[0] + space)
+    axes.set_ylim(low[1] - space, high[1] + space)
     axes.set_aspect("equal")
     axes.set_xlabel(f"{'xyz'[side.right]} [mm]")
     axes.set_ylabel(f"{'xyz'[side.up]} [mm]")

@@ -12,13 +12,19 @@ from tauten.model.numerics import Array
 from tauten.service.replay import Run, distance_to_goal
 
 _TARGET, _MODEL, _PLANT, _LIMIT = "#222222", "#0072b2", "#d55e00", "#999999"
-_CABLES = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
+CABLE_COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
 _MM = 1e3
 _LEAD = 0.5  # s shown before the first goal
 
 
 def draw_run(run: Run, cables: tuple[str, ...], path: Path) -> None:
-    """Draw a run into a file; its suffix decides the format."""
+    """Draw a run.
+
+    Args:
+        run: the run.
+        cables: names of the cables.
+        path: of the figure; its suffix decides the format.
+    """
     figure = Figure(figsize=(13.0, 8.0), layout="constrained")
     paths_box, time_box = figure.subfigures(1, 2, width_ratios=(1.0, 1.25), squeeze=False)[0]
     draw_paths(run, paths_box.subplots())
@@ -33,7 +39,7 @@ def draw_run(run: Run, cables: tuple[str, ...], path: Path) -> None:
     for axis in axes:
         axis.grid(alpha=0.3)
     time_box.align_ylabels(axes)
-    figure.suptitle(f"{run.metadata['robot']}: {len(run.ticks)} ticks at {run.metadata['rate']} Hz")
+    figure.suptitle(f"{run.robot}: {len(run.ticks)} ticks at {run.rate:g} Hz")
     figure.savefig(path, dpi=150)
 
 
@@ -42,7 +48,7 @@ def draw_paths(run: Run, axes: Axes) -> None:
     following = run.following
     goal = run.goal[following]
     model = run.model.value
-    i, j = widest_plane(np.concatenate([goal, model]))
+    i, j = widest_plane(np.concatenate([goal, model])) if len(goal) + len(model) else (0, 2)
     lines = ((goal, "target", _TARGET, 3.5, 0.35), (run.plant.value, "plant", _PLANT, 1.8, 0.9))
     for points, name, color, width, alpha in (*lines, (model, "model", _MODEL, 1.2, 1.0)):
         if len(points):
@@ -50,7 +56,8 @@ def draw_paths(run: Run, axes: Axes) -> None:
                 _MM * points[:, i], _MM * points[:, j],
                 color=color, lw=width, alpha=alpha, label=name,
             )  # fmt: skip
-    axes.plot(_MM * model[0, i], _MM * model[0, j], "o", color=_MODEL, ms=6, label="start")
+    if len(model):
+        axes.plot(_MM * model[0, i], _MM * model[0, j], "o", color=_MODEL, ms=6, label="start")
     axes.set_aspect("equal", adjustable="datalim")
     axes.set_xlabel(f"{'xyz'[i]} [mm]")
     axes.set_ylabel(f"{'xyz'[j]} [mm]")
@@ -67,18 +74,30 @@ def widest_plane(points: Array) -> tuple[int, int]:
 
 
 def draw_pull(run: Run, cables: tuple[str, ...], axes: Axes) -> None:
-    """Pulled lengths commanded."""
+    """Draw the commanded pulled lengths.
+
+    Args:
+        run: the run.
+        cables: names of the cables.
+        axes: to draw into.
+    """
     for index, name in enumerate(cables):
-        color = _CABLES[index % len(_CABLES)]
+        color = CABLE_COLOURS[index % len(CABLE_COLOURS)]
         axes.plot(run.pull.time, _MM * run.pull.value[:, index], color=color, label=name)
     axes.set_ylabel("pull [mm]")
     axes.legend(loc="upper right", ncols=4, fontsize="small")
 
 
 def draw_tension(run: Run, cables: tuple[str, ...], axes: Axes) -> None:
-    """Tensions commanded."""
+    """Draw the commanded tensions.
+
+    Args:
+        run: the run.
+        cables: names of the cables.
+        axes: to draw into.
+    """
     for index in range(len(cables)):
-        color = _CABLES[index % len(_CABLES)]
+        color = CABLE_COLOURS[index % len(CABLE_COLOURS)]
         axes.plot(run.tension.time, run.tension.value[:, index], color=color)
     axes.set_ylabel("tension [N]")
 
@@ -103,7 +122,7 @@ def draw_step_time(run: Run, axes: Axes) -> None:
     axes.plot(
         times, [_MM * tick.decide for _, tick in decided], ".", ms=2.5, color=_PLANT, label="decide"
     )
-    axes.axhline(_MM / float(run.metadata["rate"]), color=_LIMIT, ls="--", label="period")
+    axes.axhline(_MM / run.rate, color=_LIMIT, ls="--", label="period")
     axes.set_ylabel("step time [ms]")
     axes.set_ylim(bottom=0.0)
     axes.legend(loc="upper right", ncols=3, fontsize="small", markerscale=4)

@@ -1,6 +1,6 @@
 """The process around the service: signals, logs, files, host facts, real-time priority."""
 
-from tauten.service.process.atomic_write import write_text
+from tauten.reduction import write_text
 from tauten.service.process.host import HostInfo, host_info
 from tauten.service.process.logs import JsonLines, set_up_logging
 from tauten.service.process.realtime import (
@@ -11,7 +11,12 @@ from tauten.service.process.realtime import (
     has_realtime_priority,
     realtime_permitted,
 )
-from tauten.service.process.runtime import collector_at_hand, one_blas_thread, short_turns, versions
+from tauten.service.process.runtime import (
+    manual_garbage_collection,
+    one_blas_thread,
+    short_switch_interval,
+    versions,
+)
 from tauten.service.process.stopping import StopFlag, stop_on_signals
 
 __all__ = [
@@ -22,13 +27,13 @@ __all__ = [
     "RealtimeSettings",
     "StopFlag",
     "apply_realtime",
-    "collector_at_hand",
     "has_realtime_priority",
     "host_info",
+    "manual_garbage_collection",
     "one_blas_thread",
     "realtime_permitted",
     "set_up_logging",
-    "short_turns",
+    "short_switch_interval",
     "stop_on_signals",
     "versions",
     "write_text",

@@ -1,4 +1,4 @@
-"""What host_info a measurement was made on."""
+"""The computer that a measurement was made on."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ class HostInfo:
         python: version.
         factorisations: installed back ends, fastest first.
         versions: of the packages that numbers depend on.
-        load: mean number of processes that wanted to run in the last minute; a benchmark with others
-            running beside it measures them too.
+        load: mean number of processes ready to run in the last minute; other programs that run at the
+            same time make a benchmark slower.
     """
 
     processor: str
@@ -36,7 +36,7 @@ class HostInfo:
 
 
 def host_info() -> HostInfo:
-    """Facts about this host_info."""
+    """Facts about this computer."""
     return HostInfo(
         processor=_processor(),
         cores=len(os.sched_getaffinity(0)),

@@ -1,4 +1,4 @@
-"""What goes to stderr: lines to read, or one JSON object a line for machines."""
+"""Log messages on stderr: lines of text, or one JSON object for each line."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ LogFormat = Literal["text", "json"]
 
 
 class JsonLines(logging.Formatter):
-    """One object a line: time (UTC, ISO 8601), level, logger, message, and the traceback if any."""
+    """One object for each line: time (UTC, ISO 8601), level, logger, message, and the traceback if any."""
 
     def format(self, record: logging.LogRecord) -> str:
         """A record as a line."""
@@ -31,7 +31,7 @@ def set_up_logging(level: str, form: LogFormat) -> None:
 
     Args:
         level: "debug" to "error".
-        form: lines to read, or JSON.
+        form: lines of text, or JSON.
     """
     handler = logging.StreamHandler()
     if form == "json":

@@ -1,6 +1,6 @@
-"""A place of its own for the loop's thread: real-time priority and processors, where the system permits.
+"""Real-time priority and processors of the loop's thread, where the system permits them.
 
-Both are asked for once the other threads run: they keep the ordinary policy and all processors.
+Both are set once the other threads run: these keep the ordinary policy and all processors.
 """
 
 from __future__ import annotations
@@ -10,12 +10,12 @@ from dataclasses import dataclass
 
 
 class RealtimeError(RuntimeError):
-    """Priority or processors that the system does not give; the text says how to get them."""
+    """Priority or processors that the system does not permit; the text says how to get them."""
 
 
 @dataclass(frozen=True, slots=True)
 class RealtimeSettings:
-    """What the loop's thread asks for.
+    """Scheduling of the loop's thread.
 
     Attributes:
         priority: of SCHED_FIFO, 1 to 99; None: the ordinary scheduler.
@@ -30,7 +30,7 @@ ORDINARY = RealtimeSettings()
 
 
 def apply_realtime(settings: RealtimeSettings) -> None:
-    """Set priority and processors of the thread that calls.
+    """Set priority and processors of the calling thread.
 
     Raises:
         RealtimeError: not permitted, or no such processor.
@@ -53,13 +53,13 @@ def apply_realtime(settings: RealtimeSettings) -> None:
 
 
 def has_realtime_priority() -> bool:
-    """Whether the thread that calls runs under SCHED_FIFO or SCHED_RR."""
+    """Whether the calling thread runs under SCHED_FIFO or SCHED_RR."""
     policy = os.sched_getscheduler(0) & ~os.SCHED_RESET_ON_FORK
     return policy in (os.SCHED_FIFO, os.SCHED_RR)
 
 
 def realtime_permitted() -> bool:
-    """Whether SCHED_FIFO can be had; leaves everything as it is."""
+    """Whether SCHED_FIFO is permitted; the policy is the same afterwards."""
     before, param = os.sched_getscheduler(0), os.sched_getparam(0)
     try:
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(1))

@@ -6,9 +6,10 @@ import gc
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
-from importlib.metadata import PackageNotFoundError, version
 
 from threadpoolctl import threadpool_limits
+
+from tauten.reduction import package_version
 
 _PACKAGES = (
     "tauten",
@@ -28,20 +29,20 @@ _PACKAGES = (
 
 @contextmanager
 def one_blas_thread() -> Iterator[None]:
-    """Linear algebra on one thread, for problems too small to share.
+    """Linear algebra on one thread, for problems too small for several.
 
-    Enter it with the robot loaded and before a controller or simulator is made: the libraries must be
-    there to be told, and PARDISO breaks when the number of threads changes after its analysis.
+    Enter it with the robot loaded and before a controller or simulator is made: only libraries that are
+    loaded can be limited, and PARDISO breaks when the number of threads changes after its analysis.
     """
     with threadpool_limits(limits=1):
         yield
 
 
 @contextmanager
-def short_turns() -> Iterator[None]:
-    """Other threads, the recorder's and the network's, hold the interpreter for 0.1 ms at most, not for 5.
+def short_switch_interval() -> Iterator[None]:
+    """Other threads, such as the recorder's, hold the interpreter for 0.1 ms at most instead of 5 ms.
 
-    A control step lets go of the interpreter in every kernel; whoever takes it then gives it back that soon.
+    A control step releases the interpreter in every kernel; a thread that takes it then returns it that soon.
     """
     before = sys.getswitchinterval()
     sys.setswitchinterval(1e-4)
@@ -52,11 +53,10 @@ def short_turns() -> Iterator[None]:
 
 
 @contextmanager
-def collector_at_hand() -> Iterator[None]:
-    """The garbage collector under a loop's control.
+def manual_garbage_collection() -> Iterator[None]:
+    """Garbage is collected only when a loop calls `gc.collect`.
 
-    What exists at the start is taken out of the collector's sight; the loop calls `gc.collect` when
-    it has time to spare.
+    Objects that exist at the start are left out of every collection.
     """
     gc.collect()
     gc.freeze()
@@ -70,10 +70,4 @@ def collector_at_hand() -> Iterator[None]:
 
 def versions() -> dict[str, str]:
     """Versions of the packages that numbers depend on, of those that are installed."""
-    found = {}
-    for name in _PACKAGES:
-        try:
-            found[name] = version(name)
-        except PackageNotFoundError:
-            found[name] = "not installed"
-    return found
+    return {name: package_version(name) for name in _PACKAGES}

@@ -1,35 +1,93 @@
-"""Ctrl-C and SIGTERM as a flag that a loop looks at, so that every exit is an orderly one."""
+r"""Signals that end a process, as a flag that a loop reads, so that every end is an orderly one.
+
+| signal | from |
+|---|---|
+| SIGINT | Ctrl-C, the service manager |
+| SIGTERM | the system or a container that shuts down |
+| SIGHUP | a terminal that is closed; ignored where the process was started with `nohup` |
+| SIGQUIT | Ctrl-\ |
+"""
 
 from __future__ import annotations
 
 import signal
-from collections.abc import Iterator
-from contextlib import contextmanager
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from types import FrameType
+
+_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
+_AGAIN = 0.3  # s; a second request sooner than that is the same one, sent to process and group
+
+
+class Interrupted(BaseException):
+    """A request to stop during a set-up that nothing depends on yet."""
 
 
 class StopFlag:
-    """Whether somebody has asked to stop."""
+    """Whether the process is requested to stop.
 
-    def __init__(self) -> None:
+    Attributes:
+        requested: whether it is.
+        urgent: whether there was a second request: then the shortest way to stop is taken.
+    """
+
+    def __init__(self, now: Callable[[], float] = time.monotonic) -> None:
+        """Start without a request.
+
+        Args:
+            now: monotonic time [s].
+        """
         self.requested = False
+        self.urgent = False
+        self._now = now
+        self._first = 0.0
+        self._interruptible = False
 
     def request(self) -> None:
-        """Ask to stop."""
-        self.requested = True
+        """Request the end; a second time: the shortest way to it.
+
+        Raises:
+            Interrupted: the process is within `interruptible`.
+        """
+        now = self._now()
+        if not self.requested:
+            self.requested, self._first = True, now
+        elif now - self._first >= _AGAIN:
+            self.urgent = True
+        if self._interruptible:
+            raise Interrupted
+
+    @contextmanager
+    def interruptible(self) -> Iterator[None]:
+        """A part of the program that a request ends at once; `stop_on_signals` ends with it.
+
+        Raises:
+            Interrupted: a request, also one from before.
+        """
+        if self.requested:
+            raise Interrupted
+        self._interruptible = True
+        try:
+            yield
+        finally:
+            self._interruptible = False
 
 
 @contextmanager
 def stop_on_signals() -> Iterator[StopFlag]:
-    """A flag that SIGINT and SIGTERM raise; the old handlers come back afterwards."""
+    """A flag that the signals above raise; the old handlers are restored afterwards."""
     flag = StopFlag()
 
     def handler(_signal: int, _frame: FrameType | None) -> None:
         flag.request()
 
-    old = {number: signal.signal(number, handler) for number in (signal.SIGINT, signal.SIGTERM)}
+    ignored = signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
+    numbers = [number for number in _SIGNALS if not (ignored and number is signal.SIGHUP)]
+    old = {number: signal.signal(number, handler) for number in numbers}
     try:
-        yield flag
+        with suppress(Interrupted):
+            yield flag
     finally:
         for number, before in old.items():
             signal.signal(number, before)

@@ -1,7 +1,7 @@
 """A run read back from its log, reported, and replayed."""
 
 from tauten.service.replay.replay_report import TICKS, VERDICT, write_report
-from tauten.service.replay.replaying import replay
+from tauten.service.replay.replaying import Replay, replay, write_problem
 from tauten.service.replay.report import (
     Report,
     Spread,
@@ -14,6 +14,7 @@ from tauten.service.replay.report import (
 from tauten.service.replay.run import Run, read_run
 
 __all__ = [
+    "Replay",
     "Report",
     "Run",
     "Spread",
@@ -26,5 +27,6 @@ __all__ = [
     "replay",
     "spread",
     "table_rows",
+    "write_problem",
     "write_report",
 ]

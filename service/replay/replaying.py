@@ -1,22 +1,25 @@
-"""Replay: the controller again, headless, on the goals of a log; does it still decide the same?
+"""Replay: run the controller again on the goals of a log and compare its actuation.
 
-Time is the log's ticks, not the clock: each tick carries the goal its decision used, so the result
-does not depend on the machine's speed.
+Time is counted in the log's ticks, without a clock: each tick contains the goal of its decision, so the
+result does not depend on the speed of the machine.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from math import isfinite
 from pathlib import Path
 from time import perf_counter
 
 import numpy as np
 
+from tauten.controller.qpcc import write_qpcc
 from tauten.model.numerics import Array
 from tauten.service.log import LogError, LogReader
 from tauten.service.node import Action, ControlLoop
 from tauten.service.process import one_blas_thread
+from tauten.service.replay.recorded_setup import recorded_setup
 from tauten.service.setup import Order, Setup, load_setup, warm_controller
 from tauten.service.wire import CDR, Joints, Keys, Mode, Rejection, Tick, decode_joints, decode_tick
 
@@ -40,19 +43,19 @@ class Courses:
 
 @dataclass(frozen=True, slots=True)
 class Replay:
-    """How far a replay is from its log.
+    """The difference between a replay and its log.
 
     Attributes:
         cables: names.
-        courses: all of it.
-        seconds: that the replay took.
+        courses: every tick.
+        seconds: duration of the replay.
         pull: (n_a,) largest difference of pulled lengths [m].
         tension: (n_a,) largest difference of tensions [N].
         fraction: largest difference as a fraction of the cable's range.
-        worst_tick: where that was.
+        worst_tick: tick of that difference.
         statuses: ticks whose decision ended with another status.
         tolerance: fraction that is accepted.
-        notes: what else has changed since the log was made.
+        notes: other changes since the log was made.
     """
 
     cables: tuple[str, ...]
@@ -68,12 +71,12 @@ class Replay:
 
     @property
     def ticks(self) -> int:
-        """How many were compared."""
+        """Number of ticks that were compared."""
         return len(self.courses.time)
 
     @property
     def speed(self) -> float:
-        """How much faster than the run the replay was."""
+        """Duration of the run over the duration of the replay."""
         return float(self.courses.time[-1]) / self.seconds
 
     @property
@@ -83,7 +86,11 @@ class Replay:
 
 
 def replay(
-    path: Path, tolerance: float, against: str | None = None, model: Order | None = None
+    path: Path,
+    tolerance: float,
+    against: str | None = None,
+    model: Order | None = None,
+    recorded_paths: bool = False,
 ) -> Replay:
     """Run the controller on a log.
 
@@ -92,32 +99,67 @@ def replay(
         tolerance: accepted difference as a fraction of each cable's range of pull and tension.
         against: robot to use instead of the recorded one, a name or a file.
         model: model to use instead of the recorded one.
+        recorded_paths: open the robot file and the basis at the paths that the log names, also where
+            these are not beside the log.
 
     Raises:
-        LogError: no log, or none that fits the robot.
-        RobotFileError, MeshError, BasisError: the robot cannot be used.
+        LogError: no log, a damaged one, or none that fits the robot.
+        RobotFileError, MeshError, BasisError, StateBasisError: the robot cannot be used.
     """
     reader = LogReader(path)
     metadata = reader.read_metadata()
-    try:
-        rate, basis = float(metadata["rate"]), metadata["basis"]
-        name = against or recorded_robot(metadata)
-    except (KeyError, ValueError) as error:
-        raise LogError(f"{path}: its metadata lack {error}") from error
-    recorded: Order = "reduced" if metadata.get("model") == "reduced" else "full"
-    setup = load_setup(name, rate, None if against else basis, model or recorded, accept_error=True)
+    recorded = recorded_setup(path, metadata)
+    if against is None:
+        name, basis = recorded.robot_file(recorded_paths), recorded.contact_basis(recorded_paths)
+    else:
+        name, basis = against, None
+    setup = load_setup(name, recorded.rate, basis, model or recorded.order, accept_error=True)
     with one_blas_thread():
-        return _compare(reader, setup, metadata, tolerance)
+        return _compare(reader, setup, recorded.robot, tolerance)
 
 
-def recorded_robot(metadata: dict[str, str]) -> str:
-    """The robot of a log: its file where that still is, else the shipped one of that name."""
-    path = Path(metadata["robot_path"])
-    return str(path) if path.is_file() else metadata["robot"]
+def write_problem(path: Path, index: int, file: Path, recorded_paths: bool = False) -> None:
+    """Write the inverse problem of a recorded tick to a file for `tauten solve`.
+
+    Args:
+        path: MCAP file of the run.
+        index: number of the tick.
+        file: where to write the problem and its start.
+        recorded_paths: see `replay`.
+
+    Raises:
+        LogError: no log, a damaged one, none that fits the robot, or nothing was decided in this tick.
+        RobotFileError, MeshError, BasisError, StateBasisError: the robot cannot be used.
+        OSError: the file cannot be written.
+    """
+    reader = LogReader(path)
+    recorded = recorded_setup(path, reader.read_metadata())
+    setup = load_setup(
+        recorded.robot_file(recorded_paths),
+        recorded.rate,
+        recorded.contact_basis(recorded_paths),
+        recorded.order,
+        accept_error=True,
+    )
+    with one_blas_thread():
+        loop = replay_loop(setup)
+        for tick, _, _ in actions(recorded_ticks(reader, setup, recorded.robot), loop):
+            decision = loop.controller.last_decision
+            if tick.index != index or not tick.goal or decision is None:
+                continue
+            if decision.problem is not None:
+                write_qpcc(file, decision.problem, decision.start)
+                return
+    raise LogError(f"{path}: tick {index} is not in the log, or no decision was made in it")
 
 
 def recorded_ticks(reader: LogReader, setup: Setup, robot: str) -> Iterator[tuple[Tick, Joints]]:
-    """Ticks of a log with the actuation that left in each.
+    """Ticks of a log, each with its actuation.
+
+    Args:
+        reader: of the log.
+        setup: the robot that replays it.
+        robot: name in the log's keys.
 
     Raises:
         LogError: a message that does not fit the robot.
@@ -134,34 +176,52 @@ def recorded_ticks(reader: LogReader, setup: Setup, robot: str) -> Iterator[tupl
             tick = decode_tick(message.payload)
             if isinstance(tick, Rejection):
                 raise LogError(f"{reader.path}: a damaged tick: {tick.detail}")
-            if tick.goal and len(tick.goal) != len(setup.robot.effector_names):
-                raise LogError(f"{reader.path}: goals for {len(tick.goal)} effectors")
+            _check_positions(tick, len(setup.robot.effector_names), reader.path)
             if tick.index != count:
                 raise LogError(f"{reader.path}: ticks {count} to {tick.index - 1} are missing")
             count += 1
             yield tick, actuation
 
 
+def _check_positions(tick: Tick, effectors: int, path: Path) -> None:
+    """Goals and corrections of a tick: none, or one for each effector, finite."""
+    for what, positions in (("goals", tick.goal), ("corrections", tick.correction)):
+        if positions and len(positions) != effectors:
+            raise LogError(
+                f"{path}: tick {tick.index}: {what} for {len(positions)} effectors, the robot has {effectors}"
+            )
+        if not all(isfinite(value) for position in positions for value in position):
+            raise LogError(f"{path}: tick {tick.index}: {what} that are not finite")
+    if tick.correction and not tick.goal:
+        raise LogError(f"{path}: tick {tick.index}: a correction without a goal")
+
+
+def replay_loop(setup: Setup) -> ControlLoop:
+    """A loop at rest, with every kernel compiled."""
+    return ControlLoop(warm_controller(setup), settings=setup.service)
+
+
 def actions(
-    ticks: Iterator[tuple[Tick, Joints]], setup: Setup
+    ticks: Iterator[tuple[Tick, Joints]], loop: ControlLoop
 ) -> Iterator[tuple[Tick, Joints, Action]]:
-    """What the loop does now at each recorded tick."""
-    loop = ControlLoop(warm_controller(setup))
+    """Actions of a loop at the recorded ticks."""
     for tick, actuation in ticks:
         if loop.state.mode is Mode.STOP and tick.mode is not Mode.STOP:
-            loop.rest()  # what a reset did
-        # a decision that could not be used was one all the same
+            loop.rest()  # the operator's reset
+        # also where the decision could not be used
         mode = Mode.RUN if tick.goal else tick.mode
-        loop.state = replace(loop.state, mode=mode, cause=tick.cause)
+        loop.set_mode(mode, tick.cause)
         goal = np.array(tick.goal) if tick.goal else None
-        action = loop.act(goal if not tick.correction else goal + np.array(tick.correction))
+        if goal is not None and tick.correction:
+            goal = goal + np.array(tick.correction)
+        action = loop.act(goal)
         loop.prepare()
         yield tick, actuation, action
 
 
-def _compare(reader: LogReader, setup: Setup, metadata: dict[str, str], tolerance: float) -> Replay:
+def _compare(reader: LogReader, setup: Setup, robot: str, tolerance: float) -> Replay:
     begin = perf_counter()
-    courses = _courses(recorded_ticks(reader, setup, metadata["robot"]), setup)
+    courses = _courses(recorded_ticks(reader, setup, robot), setup)
     if len(courses.time) == 0:
         raise LogError(f"{reader.path}: no tick to replay")
     seconds = perf_counter() - begin
@@ -181,7 +241,7 @@ def _compare(reader: LogReader, setup: Setup, metadata: dict[str, str], toleranc
         worst_tick=int(shares.argmax()),
         statuses=sum(before != now for before, now in courses.status),
         tolerance=tolerance,
-        notes=tuple(_changes(reader, setup, metadata)),
+        notes=tuple(_changes(reader, setup)),
     )
 
 
@@ -189,10 +249,10 @@ def _courses(recorded: Iterator[tuple[Tick, Joints]], setup: Setup) -> Courses:
     stamps, status = [], []
     pull: list[tuple[Array, Array]] = []
     tension: list[tuple[Array, Array]] = []
-    for tick, actuation, action in actions(recorded, setup):
+    for tick, actuation, action in actions(recorded, replay_loop(setup)):
         stamps.append(tick.stamp)
-        pull.append((np.array(actuation.pull), action.pull))
-        tension.append((np.array(actuation.tension), action.tension))
+        pull.append((np.array(actuation.pull), action.actuation.pull))
+        tension.append((np.array(actuation.tension), action.actuation.tension))
         status.append((tick.status, "" if action.status is None else action.status.name))
     time: Array = 1e-9 * (np.array(stamps) - stamps[0] if stamps else np.zeros(0))
     shape = (len(stamps), 2, setup.robot.n_a)
@@ -204,10 +264,10 @@ def _courses(recorded: Iterator[tuple[Tick, Joints]], setup: Setup) -> Courses:
     )
 
 
-def _changes(reader: LogReader, setup: Setup, metadata: dict[str, str]) -> Iterator[str]:
+def _changes(reader: LogReader, setup: Setup) -> Iterator[str]:
     if not reader.complete:
         yield "the log was cut short"
     now = setup.metadata()
     for key in ("robot_digest", "robot_file", "basis_digest", "states_digest", "factorisation"):
-        if metadata.get(key, "") != now[key]:
+        if reader.metadata.get(key, "") != now[key]:
             yield f"{key.replace('_', ' ')} has changed"

@@ -9,6 +9,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from tauten.model.numerics import Array
 from tauten.service.process import HostInfo, host_info, write_text
@@ -35,37 +36,37 @@ class TrackingError:
 
 @dataclass(frozen=True, slots=True)
 class Report:
-    """What a run was, from the first to the last tick that followed a goal.
+    """Numbers of a run, from the first to the last tick that followed a goal.
 
     Attributes:
         robot: name.
-        duration_s: seconds between these.
-        ticks: their number.
+        duration_s: seconds between these two ticks.
+        ticks: number of ticks from the first to the last of them.
         following: ticks that followed a goal.
-        rate_hz: ticks a second that were asked for.
-        achieved_hz: ticks a second that were.
+        rate_hz: configured control rate.
+        achieved_hz: measured rate of ticks.
         step_ms: decide, advance and prepare together.
         decide_ms: the decision alone.
-        overhead_ms: everything else that a tick does.
+        overhead_ms: work of a tick outside the control step.
         lateness_ms: how late ticks began.
-        latency_ms: from a target's header to the actuation that answers it.
-        missed: deadlines missed.
-        skipped: ticks lost.
-        model_error: of the model's effector, against the goal of its tick.
-        plant_error: of the plant's effector, against the goal that held then.
-        model_plant_error: between the two.
-        model_penetration_mm: deepest predicted.
+        latency_ms: from the time in a target's header to its actuation.
+        missed: number of missed deadlines.
+        skipped: number of ticks that were skipped.
+        model_error: distance of the model's effector from the goal of its tick.
+        plant_error: distance of the plant's effector from the goal at that time.
+        model_plant_error: distance between these two effectors.
+        model_penetration_mm: deepest penetration that the model predicted.
         plant_penetration_mm: deepest in the plant; None without plant.
-        peak_pull_mm: one a cable.
-        peak_tension_n: one a cable.
+        peak_pull_mm: largest pulled length of each cable.
+        peak_tension_n: largest tension of each cable.
         modes: ticks by mode, of the whole run.
         statuses: decisions by status.
-        clamped: ticks at which the guard changed the actuation.
-        extra_columns: most contacts that joined the basis at a tick.
+        clamped: ticks at which the actuation limiter changed the actuation.
+        extra_columns: largest number of contacts that were added to the basis in a tick.
         health: last health of the node.
         complete: whether the log was finished.
-        metadata: what the node wrote about the run, its robot file left out.
-        machine: that the report was made on, with its load.
+        metadata: facts that the node wrote about the run, without the robot file.
+        machine: on which the report was made, with its load.
     """
 
     robot: str
@@ -107,18 +108,17 @@ def make_report(run: Run) -> Report:
     ticks, time = run.ticks[run.active], run.time[run.active]
     decided = [tick for tick in ticks if tick.status]
     duration = float(time[-1] - time[0])
-    gaps = np.array([tick.deepest_gap for tick in decided])
-    gap = run.plant_gap.value
+    gap = finite(run.plant_gap.value)
     return Report(
-        robot=run.metadata["robot"],
+        robot=run.robot,
         duration_s=duration,
         ticks=len(ticks),
         following=int(run.following.sum()),
-        rate_hz=float(run.metadata["rate"]),
+        rate_hz=run.rate,
         achieved_hz=(len(ticks) - 1) / duration if duration > 0.0 else 0.0,
         step_ms=spread([1e3 * tick.step for tick in decided]),
         decide_ms=spread([1e3 * tick.decide for tick in decided]),
-        overhead_ms=spread(overheads(ticks, 1.0 / float(run.metadata["rate"]))),
+        overhead_ms=spread(overheads(ticks, 1.0 / run.rate)),
         lateness_ms=spread([1e3 * tick.lateness for tick in ticks]),
         latency_ms=spread([1e3 * tick.latency for tick in ticks]),
         missed=sum(tick.slack < 0.0 for tick in ticks),
@@ -126,8 +126,8 @@ def make_report(run: Run) -> Report:
         model_error=error(distance_to_goal(run, run.model)),
         plant_error=error(distance_to_goal(run, run.plant)),
         model_plant_error=error(model_against_plant(run)),
-        model_penetration_mm=1e3 * max(-float(gaps.min(initial=np.inf)), 0.0),
-        plant_penetration_mm=1e3 * max(-float(gap.min()), 0.0) if gap.size else None,
+        model_penetration_mm=penetration(finite([tick.deepest_gap for tick in decided])),
+        plant_penetration_mm=penetration(gap) if gap.size else None,
         peak_pull_mm=(1e3 * run.pull.value.max(axis=0)).tolist(),
         peak_tension_n=run.tension.value.max(axis=0).tolist(),
         modes=dict(Counter(tick.mode.value for tick in run.ticks)),
@@ -142,20 +142,19 @@ def make_report(run: Run) -> Report:
 
 
 def overheads(ticks: tuple[Tick, ...], period: float) -> list[float]:
-    """Work of each tick beside the control step [ms], from when it began and what it left over.
+    """Work of each tick outside the control step [ms], from its lateness and the slack after it.
 
     Args:
-        ticks: one after another.
-        period: seconds.
+        ticks: successive ticks.
+        period: of the ticks [s].
     """
     pairs = itertools.pairwise(ticks)
     return [1e3 * (period - tick.lateness - after.slack - tick.step) for tick, after in pairs]
 
 
 def spread(values: list[float]) -> Spread:
-    """Percentiles of values; NaN are left out."""
-    found = np.array(values, dtype=float)
-    found = found[~np.isnan(found)]
+    """Percentiles of the finite ones of some values."""
+    found = finite(values)
     if found.size == 0:
         return Spread(None, None, None)
     return Spread(
@@ -164,15 +163,27 @@ def spread(values: list[float]) -> Spread:
 
 
 def error(distance: Array) -> TrackingError:
-    """RMS and maximum of distances [m], NaN left out."""
-    found = distance[~np.isnan(distance)]
+    """RMS and maximum of the finite ones of some distances [m]."""
+    found = finite(distance)
     if found.size == 0:
         return TrackingError(None, None)
     return TrackingError(1e3 * float(np.sqrt(np.mean(found**2))), 1e3 * float(found.max()))
 
 
+def penetration(gaps: Array) -> float:
+    """Deepest penetration of gaps [m] in millimetres."""
+    return 1e3 * max(-float(gaps.min(initial=0.0)), 0.0)
+
+
+def finite(values: ArrayLike) -> Array:
+    """The finite ones of some values, flat."""
+    every = np.asarray(values, dtype=float).ravel()
+    found: Array = every[np.isfinite(every)]
+    return found
+
+
 def distance_to_goal(run: Run, series: Series) -> Array:
-    """Distance of each point of a series from the goal that held then, NaN where none did: (m,)."""
+    """Distance of each point of a series from the goal at that time, NaN without a goal: (m,) [m]."""
     goal = np.where(run.following[:, None], run.goal, np.nan)
     distance: Array = np.linalg.norm(series.value - held(run.time, goal, series.time), axis=1)
     return distance
@@ -187,7 +198,16 @@ def model_against_plant(run: Run) -> Array:
 
 
 def held(times: Array, values: Array, at: Array) -> Array:
-    """The value (m, d) that held at each time; NaN before the first: (len(at), d)."""
+    """Values at some times, each constant until the next one; NaN before the first.
+
+    Args:
+        times: (m,) ascending [s].
+        values: (m, d) at these times.
+        at: (k,) times to evaluate at [s].
+
+    Returns:
+        (k, d) values.
+    """
     index = np.searchsorted(times, at, side="right") - 1
     if len(times) == 0:
         return np.full((len(at), values.shape[1]), np.nan)
@@ -195,7 +215,7 @@ def held(times: Array, values: Array, at: Array) -> Array:
 
 
 def table_rows(report: Report) -> list[tuple[str, str]]:
-    """The report's lines for a terminal: what, and how much with its unit."""
+    """Names and values with units, for a terminal."""
 
     def ms(value: Spread) -> str:
         return " / ".join(_text(v, "{:.2f}") for v in (value.p50, value.p99, value.max)) + " ms"
@@ -204,7 +224,7 @@ def table_rows(report: Report) -> list[tuple[str, str]]:
         return f"{_text(value.rms_mm, '{:.2f}')} / {_text(value.max_mm, '{:.2f}')} mm"
 
     return [
-        ("rate, asked / achieved", f"{report.rate_hz:.1f} / {report.achieved_hz:.2f} Hz"),
+        ("rate, requested / achieved", f"{report.rate_hz:.1f} / {report.achieved_hz:.2f} Hz"),
         ("step p50 / p99 / max", ms(report.step_ms)),
         ("decide p50 / p99 / max", ms(report.decide_ms)),
         ("node overhead p50 / p99 / max", ms(report.overhead_ms)),

@@ -9,6 +9,7 @@ import numpy as np
 
 from tauten.model.numerics import Array
 from tauten.service.log import LogError, Logged, LogReader
+from tauten.service.replay.recorded_setup import recorded_setup
 from tauten.service.wire import (
     CDR,
     FLOAT,
@@ -40,19 +41,23 @@ class Run:
     """A run.
 
     Attributes:
-        metadata: what the node wrote about it.
-        ticks: one record a tick.
+        robot: name.
+        rate: control rate [Hz].
+        metadata: all that the node wrote about it.
+        ticks: the record of each tick.
         time: (m,) of the ticks [s].
-        goal: (m, 3) of the first effector, NaN where there was none [m].
+        goal: (m, 3) of the first effector, NaN without a goal [m].
         model: first effector in the model [m].
-        pull: pulled lengths commanded, a column a cable [m].
-        tension: tensions commanded, a column a cable [N].
+        pull: commanded pulled lengths, one column for each cable [m].
+        tension: commanded tensions, one column for each cable [N].
         plant: first effector in the plant [m]; empty without plant.
         plant_gap: smallest gap in the plant [m]; empty without plant.
         health: last health of the node, by name.
         complete: whether the log was finished.
     """
 
+    robot: str
+    rate: float
     metadata: dict[str, str]
     ticks: tuple[Tick, ...]
     time: Array
@@ -81,22 +86,28 @@ def read_run(path: Path) -> Run:
     """Read a log.
 
     Raises:
-        LogError: no log, or one without a tick.
+        LogError: no log, a damaged one, or one without ticks or actuations.
     """
     reader = LogReader(path)
     by_key: dict[str, list[Logged]] = {}
     for message in reader.messages():
         by_key.setdefault(message.key, []).append(message)
-    keys = Keys(reader.metadata["robot"])
+    recorded = recorded_setup(path, reader.metadata)
+    keys = Keys(recorded.robot)
     decoded = [decode_tick(message.payload) for message in by_key.get(keys.tick, [])]
     ticks = tuple(tick for tick in decoded if isinstance(tick, Tick))
     if not ticks:
         raise LogError(f"{path}: no tick in it")
     start = ticks[0].stamp
     joints = [joint_values(message.payload) for message in by_key.get(keys.actuation, [])]
+    sizes = {(len(pull), len(tension)) for _, pull, tension in joints}
+    if len(sizes) != 1 or len(set(*sizes)) != 1 or (0, 0) in sizes:
+        raise LogError(f"{path}: no actuation in it, or actuations of different numbers of cables")
     gaps = by_key.get(keys.plant_gap, [])
     health = [decode_health(message.payload) for message in by_key.get(keys.health, [])]
     return Run(
+        robot=recorded.robot,
+        rate=recorded.rate,
         metadata=reader.metadata,
         ticks=ticks,
         time=np.array([1e-9 * (tick.stamp - start) for tick in ticks]),
@@ -115,11 +126,13 @@ def joint_values(payload: bytes) -> tuple[int, list[float], list[float]]:
     """Stamp [ns], pulls [m] and tensions [N] of a recorded JointState.
 
     Raises:
-        LogError: it is none.
+        LogError: the payload is damaged.
     """
     message = from_cdr(JOINTS, payload)
     if isinstance(message, Rejection):
         raise LogError(f"a damaged actuation: {message.detail}")
+    if not np.isfinite([*message.position, *message.effort]).all():
+        raise LogError("a damaged actuation: a pull or tension is not finite")
     return nanoseconds(message.header.stamp), list(message.position), list(message.effort)
 
 

@@ -6,13 +6,15 @@ from tauten.service.tables.closed_loop import closed_loop_tables, write_closed_l
 from tauten.service.tables.contact_basis import (
     CONTACT_BASIS_BEGIN,
     CONTACT_BASIS_END,
+    by_method,
     certificate,
     contact_basis_tables,
+    pairs_of,
     write_contact_basis_tables,
 )
-from tauten.service.tables.contact_basis_figure import draw_contact_basis
+from tauten.service.tables.elements import element_tables, write_element_tables
 from tauten.service.tables.node import NODE_BEGIN, NODE_END, node_table, write_node_tables
-from tauten.service.tables.numbers import PageError, milliseconds
+from tauten.service.tables.numbers import Numbers, PageError, milliseconds
 from tauten.service.tables.qpcc import qpcc_tables, write_qpcc_tables
 from tauten.service.tables.reduced import reduced_tables, write_reduced_tables
 
@@ -23,17 +25,20 @@ __all__ = [
     "CONTACT_BASIS_END",
     "NODE_BEGIN",
     "NODE_END",
+    "Numbers",
     "PageError",
     "arm_tables",
     "basis_tables",
+    "by_method",
     "certificate",
     "closed_loop_tables",
     "contact_basis_tables",
-    "draw_contact_basis",
+    "element_tables",
     "found_robot",
     "kept_curve",
     "milliseconds",
     "node_table",
+    "pairs_of",
     "qpcc_tables",
     "ranges",
     "reduced_tables",
@@ -41,6 +46,7 @@ __all__ = [
     "write_arm_tables",
     "write_closed_loop_tables",
     "write_contact_basis_tables",
+    "write_element_tables",
     "write_node_tables",
     "write_qpcc_tables",
     "write_reduced_tables",

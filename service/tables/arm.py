@@ -12,7 +12,7 @@ ARM_BEGIN, ARM_END = "<!-- tauten bench manipulator -->", "<!-- end -->"
 
 def arm_tables(result: ArmBench) -> tuple[Numbers, ...]:
     """All tables."""
-    return speed_table(result.speed), stages_table(result.stages), errors_table(result)
+    return speed_table(result.speed), arm_stages_table(result.stages), arm_errors_table(result)
 
 
 def speed_table(speed: tuple[Speed, ...]) -> Numbers:
@@ -38,7 +38,7 @@ def speed_table(speed: tuple[Speed, ...]) -> Numbers:
     return Numbers("Steps per second", columns, rows)
 
 
-def stages_table(times: StepTimes) -> Numbers:
+def arm_stages_table(times: StepTimes) -> Numbers:
     """Where the time of a control step goes."""
     spreads = {**times.stages_ms, **times.whole_ms}
     title = (
@@ -49,7 +49,7 @@ def stages_table(times: StepTimes) -> Numbers:
     return Numbers(title, ("", *names), (("", *(milliseconds(spreads[name]) for name in names)),))
 
 
-def errors_table(result: ArmBench) -> Numbers:
+def arm_errors_table(result: ArmBench) -> Numbers:
     """Fig. 12, the shipped basis first."""
     columns = (
         "postures", "basis", "k", "certified", "mean [mm]", "largest [mm]", "largest on the way [mm]",

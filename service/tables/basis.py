@@ -1,8 +1,9 @@
-"""What `tauten inspect` says about a contact basis: provenance, coverage, error curve."""
+"""Tables of `tauten inspect` about a contact basis: provenance, coverage, error curve."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import asdict
 
 import numpy as np
 from rich.table import Table
@@ -58,7 +59,13 @@ def kept_curve(basis: ContactBasis, name: str) -> Curve:
 
 
 def basis_tables(basis: ContactBasis, name: str, robot: Robot | None) -> list[Table]:
-    """Provenance, coverage, and the error curve if there is one."""
+    """Provenance, coverage, and the error curve if there is one.
+
+    Args:
+        basis: the basis.
+        name: of its file, for the title.
+        robot: that it was made for; None when unknown.
+    """
     result = [_provenance(basis, name), _coverage(basis, robot)]
     if basis.provenance.curve:
         result.append(_errors(basis.provenance.curve, basis.k))
@@ -67,7 +74,7 @@ def basis_tables(basis: ContactBasis, name: str, robot: Robot | None) -> list[Ta
 
 def _provenance(basis: ContactBasis, name: str) -> Table:
     table = Table("", name, title="contact basis")
-    for entry, value in basis.provenance.to_dict().items():
+    for entry, value in asdict(basis.provenance).items():
         if entry == "curve":  # has a table of its own
             continue
         if isinstance(value, list | tuple):

@@ -16,10 +16,10 @@ def closed_loop_tables(result: ClosedLoopBench) -> tuple[Numbers, Numbers]:
     for one in result.outcomes:
         plant = "" if one.young_scale == 1.0 else f" E x {one.young_scale:g}"
         pairs.setdefault((one.case + plant, one.contact), []).append(one)
-    return errors_table(pairs), costs_table(pairs)
+    return closed_loop_errors_table(pairs), closed_loop_costs_table(pairs)
 
 
-def errors_table(pairs: dict[tuple[str, str], list[Outcome]]) -> Numbers:
+def closed_loop_errors_table(pairs: dict[tuple[str, str], list[Outcome]]) -> Numbers:
     """How far the robot is from its target."""
     rows = []
     for (case, contact), pair in pairs.items():
@@ -39,7 +39,7 @@ def errors_table(pairs: dict[tuple[str, str], list[Outcome]]) -> Numbers:
     return Numbers(title, columns, tuple(rows))
 
 
-def costs_table(pairs: dict[tuple[str, str], list[Outcome]]) -> Numbers:
+def closed_loop_costs_table(pairs: dict[tuple[str, str], list[Outcome]]) -> Numbers:
     """Tension, chatter and times, in closed loop."""
     rows = []
     for (case, contact), pair in pairs.items():

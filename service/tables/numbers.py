@@ -22,7 +22,7 @@ class Numbers:
     """A table.
 
     Attributes:
-        title: what it is about.
+        title: what it is about; "" for none.
         columns: their names; the first is text, the others numbers.
         rows: cells.
     """
@@ -44,7 +44,8 @@ class Numbers:
         """For the docs."""
         rule = [":--", *["--:"] * (len(self.columns) - 1)]
         lines = [" | ".join(row) for row in (self.columns, rule, *self.rows)]
-        return f"**{self.title}**\n\n" + "\n".join(f"| {line} |" for line in lines) + "\n"
+        title = f"**{self.title}**\n\n" if self.title else ""
+        return title + "\n".join(f"| {line} |" for line in lines) + "\n"
 
 
 def milliseconds(spread: Spread) -> str:
@@ -60,7 +61,14 @@ def measured_on(machine: HostInfo) -> str:
 
 
 def put_tables(path: Path, begin: str, end: str, about: str, tables: Iterable[Numbers]) -> None:
-    """Put a line and tables between two marks of a page.
+    """Write a line and tables between two marks of a page.
+
+    Args:
+        path: the page, a Markdown file.
+        begin: mark before the tables.
+        end: mark after them.
+        about: the line above the tables.
+        tables: in their order.
 
     Raises:
         PageError: the page has no such marks.
@@ -70,7 +78,13 @@ def put_tables(path: Path, begin: str, end: str, about: str, tables: Iterable[Nu
 
 
 def put_between(path: Path, begin: str, end: str, body: str) -> None:
-    """Replace what is between two marks of a page.
+    """Replace the text between two marks of a page.
+
+    Args:
+        path: the page.
+        begin: mark before the text.
+        end: mark after it.
+        body: the new text.
 
     Raises:
         PageError: the page has no such marks.
@@ -79,5 +93,5 @@ def put_between(path: Path, begin: str, end: str, body: str) -> None:
     head, found, rest = path.read_text(encoding="utf-8").partition(begin)
     _, closed, tail = rest.partition(end)
     if not (found and closed):
-        raise PageError(f"{path}: no place for the tables, which go between {begin} and {end}")
+        raise PageError(f"{path}: has no marks {begin} and {end} for the tables")
     write_text(path, f"{head}{begin}\n{body}{end}{tail}")

@@ -9,7 +9,6 @@ from tauten.service.bench.qpcc import QpccBench, Quality, SolveTimes
 from tauten.service.tables.numbers import Numbers, measured_on, milliseconds, put_tables
 
 QPCC_BEGIN, QPCC_END = "<!-- tauten bench qpcc -->", "<!-- end -->"
-COMPARED = ((1, 5), (3, 10), (9, 23), (9, 40))  # cables and modes at which libraries are compared
 
 
 def qpcc_tables(result: QpccBench) -> tuple[Numbers, ...]:
@@ -24,26 +23,31 @@ def qpcc_tables(result: QpccBench) -> tuple[Numbers, ...]:
 
 
 def sizes_table(times: Iterable[SolveTimes], solver: str) -> Numbers:
-    """Times and pivots of the default library by size."""
+    """Times and QPs of the default library by size."""
     rows: dict[tuple[int, int], list[str]] = {}
+    starts: dict[str, None] = {}
     for one in times:
+        starts[one.start] = None
         row = rows.setdefault((one.n_a, one.k), [f"{one.n_a} x {one.k}"])
         row += [milliseconds(one.ms), f"{one.pivots.p50:.0f} / {one.pivots.max:.0f}"]
-    columns = ("cables x modes", "cold [ms]", "pivots", "warm [ms]", "pivots")
-    title = f"Time (median / 99 %) and pivots (median / most) with {solver}"
-    return Numbers(title, columns, tuple(map(tuple, rows.values())))
+    columns = [name for start in starts for name in (f"{start} [ms]", "QPs")]
+    title = f"Time (median / 99 %) and QPs (median / most) with {solver}"
+    return Numbers(title, ("cables x modes", *columns), tuple(map(tuple, rows.values())))
 
 
 def libraries_table(times: tuple[SolveTimes, ...]) -> Numbers:
-    """Times of all libraries at some sizes."""
-    rows: dict[str, list[str]] = {}
-    columns: dict[str, None] = {}
+    """Times of all libraries at the sizes where they are compared, and how often they end OK."""
+    rows: dict[str, dict[str, str]] = {}
+    sizes = {(one.n_a, one.k) for one in times if one.solver != times[0].solver}
     for one in times:
-        if (one.n_a, one.k) in COMPARED:
-            columns[f"{one.n_a} x {one.k} {one.start}"] = None
-            rows.setdefault(one.solver, [one.solver]).append(f"{one.ms.p50:.2f}")
-    title = "QP libraries, median in ms"
-    return Numbers(title, ("library", *columns), tuple(map(tuple, rows.values())))
+        if (one.n_a, one.k) in sizes and one.start != "cold":
+            ok = one.statuses.get("OK", 0) / one.problems
+            column = f"{one.n_a} x {one.k} {one.start}"
+            rows.setdefault(one.solver, {})[column] = f"{one.ms.p50:.2f}, {100.0 * ok:.0f} %"
+    columns = list(dict.fromkeys(column for row in rows.values() for column in row))
+    body = [(solver, *(row.get(column, "-") for column in columns)) for solver, row in rows.items()]
+    title = "QP libraries: median in ms, share of problems that end OK"
+    return Numbers(title, ("library", *columns), tuple(body))
 
 
 def gaps_table(quality: Iterable[Quality]) -> Numbers:
@@ -52,12 +56,11 @@ def gaps_table(quality: Iterable[Quality]) -> Numbers:
     for one in quality:
         for gaps in one.gaps:
             worst = "not solved" if gaps.worst is None else f"{100.0 * gaps.worst:.3g} %"
-            proved = f"{100.0 * gaps.proved:.1f} %" if gaps.start == "second phase" else "-"
             problems = str(one.problems - one.empty)
             exact, percent = f"{100.0 * gaps.exact:.1f} %", f"{100.0 * gaps.percent:.1f} %"
-            rows.append((one.name, gaps.start, problems, exact, percent, worst, proved))
-    columns = ("problems", "start", "number", "within 1e-6", "within 1 %", "worst", "proved")
-    return Numbers("Objectives above the global optimum", columns, tuple(rows))
+            rows.append((one.name, gaps.start, problems, exact, percent, worst))
+    columns = ("problems", "start", "number", "within 1e-6", "within 1 %", "worst")
+    return Numbers("Objectives above the best known", columns, tuple(rows))
 
 
 def residuals_table(quality: Iterable[Quality]) -> Numbers:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from tauten.service.bench import STAGES, WHOLE, MeshCase, PathError, ReducedBench, ReducedCase
+from tauten.service.bench import STAGES, WHOLE, MeshCase, PathAccuracy, ReducedBench, ReducedCase
 from tauten.service.replay import Spread
 from tauten.service.tables.numbers import Numbers, measured_on, milliseconds, put_tables
 
@@ -13,7 +13,7 @@ REDUCED_BEGIN, REDUCED_END = "<!-- tauten bench finger --model reduced -->", "<!
 
 def reduced_tables(result: ReducedBench) -> tuple[Numbers, ...]:
     """All tables."""
-    return cases_table(result), meshes_table(result.meshes), stages_table(result.meshes)
+    return cases_table(result), meshes_table(result.meshes), mesh_stages_table(result.meshes)
 
 
 def cases_table(result: ReducedBench) -> Numbers:
@@ -57,7 +57,7 @@ def meshes_table(meshes: tuple[MeshCase, ...]) -> Numbers:
     return Numbers("Whole inverse steps, contacts active, median / 99 %", columns, rows)
 
 
-def stages_table(meshes: tuple[MeshCase, ...]) -> Numbers:
+def mesh_stages_table(meshes: tuple[MeshCase, ...]) -> Numbers:
     """Where the time of a step goes."""
     columns: list[str] = ["stage"]
     for mesh in meshes:
@@ -73,7 +73,7 @@ def stages_table(meshes: tuple[MeshCase, ...]) -> Numbers:
     return Numbers("Stages of a step, median / 99 % in ms", tuple(columns), tuple(rows))
 
 
-def tip(error: PathError) -> str:
+def tip(error: PathAccuracy) -> str:
     """Mean and largest distance of the tips, and how many equilibria were not found."""
     if error.mean_mm is None or error.max_mm is None:
         return "none found"
@@ -81,7 +81,7 @@ def tip(error: PathError) -> str:
     return f"{error.mean_mm:.3f} / {error.max_mm:.3f}{lost}"
 
 
-def depth(error: PathError) -> str:
+def depth(error: PathAccuracy) -> str:
     """Deepest penetration."""
     return f"{max(0.0, -error.deepest_gap_mm):.3f}"
 

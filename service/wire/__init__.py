@@ -1,6 +1,6 @@
-"""What goes over the network: keys, messages, sessions, modes, rejection reasons."""
+"""The network: keys, messages, sessions, modes, rejection reasons."""
 
-from tauten.service.wire.commands import COMMAND_RING, Commands, encode_command
+from tauten.service.wire.commands import COMMAND_RING, CommandSubscriber, encode_command
 from tauten.service.wire.health import (
     Diagnostic,
     Level,
@@ -47,8 +47,8 @@ from tauten.service.wire.network import (
     read_config,
 )
 from tauten.service.wire.position_subscriber import (
+    CLOCKS_AGREE,
     POSITION_RING,
-    Goal,
     PositionSubscriber,
     Received,
     Source,
@@ -59,12 +59,12 @@ from tauten.service.wire.tick import Positions, Tick, decode_tick, encode_tick
 
 __all__ = [
     "CDR",
+    "CLOCKS_AGREE",
     "COMMAND_RING",
     "Cause",
-    "Commands",
+    "CommandSubscriber",
     "Diagnostic",
     "FLOAT",
-    "Goal",
     "HEALTH",
     "JOINTS",
     "JSON",

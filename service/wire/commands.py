@@ -1,8 +1,9 @@
-"""Commands of an operator: one word a message, in CDR or JSON."""
+"""Commands of an operator: one word in each message, in CDR or JSON."""
 
 from __future__ import annotations
 
 import json
+from dataclasses import dataclass
 
 from tauten.service.wire.health import MessageCounts
 from tauten.service.wire.messages import (
@@ -21,32 +22,49 @@ from tauten.service.wire.position_subscriber import Source, payload_of
 COMMAND_RING = 16
 
 
-class Commands:
+@dataclass(frozen=True, slots=True)
+class ReceivedCommand:
+    """A command that was decoded.
+
+    Attributes:
+        command: of the operator.
+        payload: the message as it came.
+        json: whether the message is JSON rather than CDR.
+    """
+
+    command: OperatorCommand
+    payload: bytes
+    json: bool
+
+
+class CommandSubscriber:
     """Collects commands.
 
     Attributes:
-        tally: counts by what became of them.
+        counts: messages by what became of them; accepted ones are counted once they have been carried out.
     """
 
     def __init__(self, source: Source) -> None:
-        self.tally = MessageCounts()
+        """Read from a ring of samples."""
+        self.counts = MessageCounts()
         self._source = source
 
-    def drain(self) -> list[tuple[OperatorCommand, bytes, bool]]:
-        """Take what has arrived, oldest first: the command, its message as it came, and whether as JSON."""
+    def read(self) -> list[ReceivedCommand]:
+        """Read what has arrived, oldest first."""
         found = []
         for _ in range(COMMAND_RING):
             sample = self._source.try_recv()
             if sample is None:
                 break
             payload, encoding = payload_of(sample), str(sample.encoding)
-            command = (
-                payload if isinstance(payload, Rejection) else decode_command(payload, encoding)
-            )
+            if isinstance(payload, Rejection):
+                self.counts.refuse(payload)
+                continue
+            command = decode_command(payload, encoding)
             if isinstance(command, Rejection):
-                self.tally.refuse(command)
-            elif not isinstance(payload, Rejection):
-                found.append((command, payload, encoding.startswith(JSON)))
+                self.counts.refuse(command)
+            else:
+                found.append(ReceivedCommand(command, payload, encoding.startswith(JSON)))
         return found
 
 

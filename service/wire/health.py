@@ -10,7 +10,15 @@ from math import isnan
 import numpy as np
 
 from tauten.model.numerics import Array
-from tauten.service.wire.messages import HEALTH, Rejection, from_cdr, header, new, to_cdr
+from tauten.service.wire.messages import (
+    HEALTH,
+    Rejection,
+    RejectionReason,
+    from_cdr,
+    header,
+    new,
+    to_cdr,
+)
 
 
 class Level(IntEnum):
@@ -23,16 +31,16 @@ class Level(IntEnum):
 
 
 class Window:
-    """The last values of something measured, in fixed memory."""
+    """The last values of a measured quantity, in fixed memory."""
 
     def __init__(self, size: int = 1024) -> None:
-        """Remember `size` values."""
+        """Keep `size` values."""
         self._values = np.full(size, np.nan)  # (size,)
         self._count = 0
         self.largest = 0.0
 
     def add(self, value: float) -> None:
-        """Remember a value; NaN is left out."""
+        """Add a value; NaN is left out."""
         if isnan(value):
             return
         self._values[self._count % len(self._values)] = value
@@ -40,11 +48,16 @@ class Window:
         self.largest = max(self.largest, value)
 
     def values(self) -> Array:
-        """The values remembered, in no particular order."""
+        """The values kept, in no particular order."""
         return self._values[: min(self._count, len(self._values))]
 
     def entries(self, name: str, factor: float) -> dict[str, str]:
-        """p50 and p99 of the values remembered and the largest ever, scaled, as text."""
+        """p50 and p99 of the values kept and the largest of all, as text.
+
+        Args:
+            name: of the quantity; the keys are this name with a suffix.
+            factor: that the values are multiplied with.
+        """
         values = np.sort(self.values())  # twenty times as fast as np.percentile
         if len(values) == 0:
             return {}
@@ -58,8 +71,8 @@ class Diagnostic:
     """One diagnostic_msgs/DiagnosticStatus.
 
     Attributes:
-        name: what it is about, such as "targets".
-        level: how well it is.
+        name: its subject, such as "targets".
+        level: severity.
         message: one sentence.
         values: named numbers and texts.
     """
@@ -76,24 +89,30 @@ class MessageCounts:
 
     accepted: int = 0
     refused: Counter[str] = field(default_factory=Counter)
-    last_fault: str = ""
+    last_rejection: str = ""
 
-    def refuse(self, fault: Rejection) -> None:
+    def refuse(self, rejection: Rejection) -> None:
         """Count a refusal."""
-        self.refused[fault.reason.value] += 1
-        self.last_fault = fault.detail
+        self.refused[rejection.reason.value] += 1
+        self.last_rejection = rejection.detail
 
     def diagnostic(self, name: str) -> Diagnostic:
         """As health."""
         bad = sum(self.refused.values())
-        message = f"{bad} refused, last: {self.last_fault}" if bad else "all accepted"
+        message = f"{bad} refused, last: {self.last_rejection}" if bad else "all accepted"
         values = {"accepted": str(self.accepted), "refused": str(bad)}
         values |= {f"refused_{reason}": str(count) for reason, count in self.refused.items()}
         return Diagnostic(name, Level.WARN if bad else Level.OK, message, values)
 
 
 def encode_health(stamp: int, robot: str, diagnostics: list[Diagnostic]) -> bytes:
-    """Diagnostics of a robot in CDR."""
+    """Diagnostics of a robot in CDR.
+
+    Args:
+        stamp: time [ns since the epoch].
+        robot: its name.
+        diagnostics: of its parts.
+    """
     status = [
         new(
             "diagnostic_msgs/msg/DiagnosticStatus",
@@ -116,6 +135,11 @@ def decode_health(payload: bytes) -> dict[str, Diagnostic] | Rejection:
     message = from_cdr(HEALTH, payload)
     if isinstance(message, Rejection):
         return message
+    levels = [status.level for status in message.status]
+    unknown = sorted(set(levels) - set(Level))
+    if unknown:
+        detail = f"found level {unknown[0]}, allowed are {', '.join(map(str, map(int, Level)))}"
+        return Rejection(RejectionReason.MALFORMED, detail)
     found = [
         Diagnostic(
             name=status.name.partition(": ")[2],

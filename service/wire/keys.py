@@ -35,7 +35,7 @@ class Keys:
         return self._key()
 
     def claim(self, session: str) -> str:
-        """Liveliness token of a node that wants to serve the robot, under its session's id."""
+        """Liveliness token of a node that claims the robot, with the id of its session."""
         return self._key("claim", session)
 
     @property
@@ -45,7 +45,7 @@ class Keys:
 
     @property
     def command(self) -> str:
-        """The operator's, std_msgs/String: enable, hold, stop or reset."""
+        """Published by an operator, std_msgs/String: enable, hold, stop or reset."""
         return self._key("command")
 
     @property
@@ -60,7 +60,7 @@ class Keys:
 
     @property
     def tick(self) -> str:
-        """Published by the node each tick, tauten_msgs/Tick: what it decided and how fast."""
+        """Published by the node each tick, tauten_msgs/Tick: its decision and how fast it was."""
         return self._key("tick")
 
     @property

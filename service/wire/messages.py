@@ -1,4 +1,4 @@
-"""What goes over the wire: ROS 2 messages in CDR, or the same fields as JSON.
+"""Messages on the wire: ROS 2 messages in CDR, or the same fields as JSON.
 
 | message | keys | fields |
 |---|---|---|
@@ -9,7 +9,7 @@
 | std_msgs/String | command | enable, hold, stop or reset |
 | tauten_msgs/Tick | tick | see `tauten.service.wire.tick` |
 
-What arrives is judged, not trusted: decoding returns the message or a `Rejection` and raises nothing.
+Whatever arrives is checked: decoding returns the message or a `Rejection` and raises nothing.
 """
 
 from __future__ import annotations
@@ -58,11 +58,11 @@ bool clamped
 
 CDR = "application/cdr"
 JSON = "application/json"
-# zenoh/bytes is what a publisher that says nothing is taken to say
+# zenoh/bytes is the encoding of a publisher that names none
 _CDR_ENCODINGS = frozenset({CDR, "zenoh/bytes", "application/octet-stream"})
-MAX_PAYLOAD = 16_384  # bytes; the largest honest message has a few hundred
+MAX_PAYLOAD = 16_384  # bytes; the largest correct message has a few hundred
 _NANO = 1_000_000_000
-# what reading fields of a JSON value of any shape, depth and size can raise
+# exceptions of reading fields of a JSON value of any shape, depth and size
 _JSON_ERRORS = (ValueError, TypeError, KeyError, AttributeError, OverflowError, RecursionError)
 
 
@@ -77,13 +77,15 @@ class RejectionReason(Enum):
     WRONG_SHAPE = "wrong_shape"
     NOT_FINITE = "not_finite"
     OUT_OF_REACH = "out_of_reach"
+    TOO_OLD = "too_old"
+    NOT_PLAUSIBLE = "not_plausible"
     UNKNOWN = "unknown_command"
     NOT_NOW = "not_possible_now"
 
 
 @dataclass(frozen=True, slots=True)
 class Rejection:
-    """A message that was refused, and what was wrong with it."""
+    """A message that was refused: the reason, and a sentence with what was found and what is allowed."""
 
     reason: RejectionReason
     detail: str
@@ -116,7 +118,7 @@ def typestore() -> Typestore:
     store.max_sequence_length = MAX_PAYLOAD
     store.register(get_types_from_msg(TICK_DEFINITION, TICK))
     for kind in (POINT, JOINTS, HEALTH, FLOAT, TEXT, TICK):
-        store.get_msgdef(kind)  # its code is generated now rather than in somebody's loop
+        store.get_msgdef(kind)  # its code is generated now rather than in a loop
     return store
 
 
@@ -178,10 +180,10 @@ def point_json(point: Point) -> bytes:
 
 def decode_point(payload: bytes, encoding: str) -> Point | Rejection:
     """A point from CDR or JSON, whichever the encoding names; its numbers are finite."""
-    format_or_fault = payload_format(payload, encoding, POINT)
-    if isinstance(format_or_fault, Rejection):
-        return format_or_fault
-    point = _point_from_json(payload) if format_or_fault == JSON else _point_from_cdr(payload)
+    form = payload_format(payload, encoding, POINT)
+    if isinstance(form, Rejection):
+        return form
+    point = _point_from_json(payload) if form == JSON else _point_from_cdr(payload)
     if isinstance(point, Point) and not all(map(math.isfinite, point.xyz)):
         return Rejection(RejectionReason.NOT_FINITE, f"point {point.xyz} is not finite")
     return point
@@ -201,11 +203,20 @@ def encode_joints(joints: Joints) -> bytes:
 
 
 def decode_joints(payload: bytes, encoding: str, names: tuple[str, ...]) -> Joints | Rejection:
-    """Cables from CDR; these names in this order, finite numbers."""
-    format_or_fault = payload_format(payload, encoding, JOINTS)
-    if isinstance(format_or_fault, Rejection):
-        return format_or_fault
-    if format_or_fault == JSON:
+    """Cables from CDR.
+
+    Args:
+        payload: the message.
+        encoding: names the format and the type.
+        names: of the cables, in the order that is expected.
+
+    Returns:
+        Finite numbers for these cables, or why the message was refused.
+    """
+    form = payload_format(payload, encoding, JOINTS)
+    if isinstance(form, Rejection):
+        return form
+    if form == JSON:
         return Rejection(RejectionReason.ENCODING, "a JointState is read from CDR only")
     message = from_cdr(JOINTS, payload)
     if isinstance(message, Rejection):
@@ -232,7 +243,16 @@ def encode_float(value: float) -> bytes:
 
 
 def payload_format(payload: bytes, encoding: str, kind: str) -> str | Rejection:
-    """`CDR` or `JSON`, from a Zenoh encoding like "application/cdr;std_msgs/msg/Float64"."""
+    """The format of a message.
+
+    Args:
+        payload: the message.
+        encoding: of Zenoh, such as "application/cdr;std_msgs/msg/Float64".
+        kind: message type that is expected.
+
+    Returns:
+        `CDR` or `JSON`, or why the message was refused.
+    """
     if len(payload) > MAX_PAYLOAD:
         return Rejection(
             RejectionReason.TOO_LARGE, f"{len(payload)} bytes, allowed are {MAX_PAYLOAD}"
@@ -254,7 +274,7 @@ def _point_from_cdr(payload: bytes) -> Point | Rejection:
     point, time = message.point, message.header.stamp
     if not _is_time(time.sec, time.nanosec):
         return Rejection(
-            RejectionReason.MALFORMED, f"stamp {time.sec} s {time.nanosec} ns is no time"
+            RejectionReason.MALFORMED, f"stamp {time.sec} s {time.nanosec} ns is not a time"
         )
     return Point(nanoseconds(time), str(message.header.frame_id), (point.x, point.y, point.z))
 
@@ -267,7 +287,7 @@ def _point_from_json(payload: bytes) -> Point | Rejection:
         x, y, z = (_number(point, name) for name in "xyz")
         sec, nanosec = (int(stamp.get(name, 0)) for name in ("sec", "nanosec"))
         if not _is_time(sec, nanosec):
-            raise ValueError(f"stamp {sec} s {nanosec} ns is no time")
+            raise ValueError(f"stamp {sec} s {nanosec} ns is not a time")
         return Point(sec * _NANO + nanosec, str(head.get("frame_id", "")), (x, y, z))
     except _JSON_ERRORS as error:
         return Rejection(
@@ -282,5 +302,5 @@ def _is_time(sec: int, nanosec: int) -> bool:
 def _number(fields: Mapping[str, object], name: str) -> float:
     value = fields[name]
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise TypeError(f"{name} is no number")
+        raise TypeError(f"{name} is not a number")
     return float(value)

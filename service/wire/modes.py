@@ -1,4 +1,4 @@
-"""Modes of the node, why it does not follow, and the commands of an operator, as the wire names them."""
+"""Modes of the node, causes for not following, and commands of an operator, with their names on the wire."""
 
 from __future__ import annotations
 
@@ -6,30 +6,31 @@ from enum import StrEnum
 
 
 class Mode(StrEnum):
-    """What the node is doing."""
+    """Modes of the node."""
 
     IDLE = "idle"  # at rest, nothing followed yet
     RUN = "run"  # following targets
-    HOLD = "hold"  # winches stand still where they are
-    STOP = "stop"  # cables are let go, then slack until a reset
+    HOLD = "hold"  # winches do not move
+    STOP = "stop"  # cables are released, then slack until a reset
 
 
 class Cause(StrEnum):
-    """Why the node does not follow; the value is what health and ticks say."""
+    """Why the node does not follow; the value is the text in health and ticks."""
 
     NONE = ""
     NO_TARGET = "no target"
     OPERATOR = "operator"
     LATE = "deadlines missed"
     UNMEASURED = "no measurement"
+    IMPLAUSIBLE = "measurement not plausible"
     UNUSABLE = "decision not usable"
     SHUTDOWN = "shutting down"
 
 
 class OperatorCommand(StrEnum):
-    """What an operator may ask for."""
+    """Commands of an operator."""
 
     ENABLE = "enable"  # follow targets again
-    HOLD = "hold"  # stand still until enabled
-    STOP = "stop"  # let the cables go
+    HOLD = "hold"  # do not move the winches until enabled
+    STOP = "stop"  # release the cables
     RESET = "reset"  # from a finished stop back to idle

@@ -19,11 +19,11 @@ import zenoh
 _HOST = "127.0.0.1"
 _FIRST_PORT = 17_447
 _MAX_MESSAGE = 2**20  # bytes; the description of a robot is the largest
-_PORTS = 10_000  # room for robots; two ports each
+_PORTS = 10_000  # two for each robot
 
 
 class NetworkError(RuntimeError):
-    """A session that cannot be opened; the text says what to change."""
+    """A session that cannot be opened; the text names what to change."""
 
 
 class Role(Enum):
@@ -55,12 +55,21 @@ def default_port(robot: str) -> int:
 def open_session(network: Network, role: Role, robot: str) -> zenoh.Session:
     """Open the session of one process of a robot.
 
+    The node's session writes the time of arrival into every sample that has none (`timestamping` of Zenoh).
+
+    Args:
+        network: ports or configuration.
+        role: of the process.
+        robot: its name.
+
     Raises:
         NetworkError: the port is taken or the configuration cannot be used.
     """
     zenoh.init_log_from_env_or("error")
     first = default_port(robot) if network.port is None else network.port
     config = loopback_config(first, role) if network.config is None else read_config(network.config)
+    if role is Role.NODE:
+        config.insert_json5("timestamping/enabled", "true")
     try:
         return zenoh.open(config)
     except zenoh.ZError as error:
@@ -76,7 +85,7 @@ def loopback_config(first_port: int, role: Role) -> zenoh.Config:
     """Configuration of a peer on loopback.
 
     Args:
-        first_port: the node's.
+        first_port: of the node.
         role: of the process.
     """
     fixed = {r: f"tcp/{_HOST}:{first_port + r.value}" for r in (Role.NODE, Role.PLANT)}
@@ -92,9 +101,9 @@ def loopback_config(first_port: int, role: Role) -> zenoh.Config:
             "period_increase_factor": 1.5,
         },
         "scouting/multicast/enabled": False,
-        # honest messages are far smaller; a larger one is not even put together
+        # correct messages are far smaller; a larger one is not assembled
         "transport/link/rx/max_message_size": _MAX_MESSAGE,
-        # nor are they what shared memory is for
+        # and they need no shared memory
         "transport/shared_memory/enabled": False,
     }
     config = zenoh.Config()

@@ -1,4 +1,4 @@
-"""NodeOutputs: one declared publisher a key, with the encoding that names the ROS 2 type."""
+"""A declared publisher of one key, with the encoding that names the ROS 2 type."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from tauten.service.wire.messages import CDR
 
 
 class Publisher:
-    """A key that messages of one type leave on.
+    """Publishes messages of one type on one key.
 
     Attributes:
-        key: where.
+        key: Zenoh key.
         kind: message type.
     """
 
@@ -20,9 +20,9 @@ class Publisher:
 
         Args:
             session: open Zenoh session.
-            key: where to publish.
+            key: Zenoh key.
             kind: message type.
-            urgent: ahead of other messages, and never batched.
+            urgent: whether messages are sent ahead of others, and never in a batch.
         """
         self.key = key
         self.kind = kind
@@ -30,15 +30,15 @@ class Publisher:
         self._publisher = session.declare_publisher(
             key,
             encoding=f"{CDR};{kind}",
-            # a slow reader must never hold the loop up
+            # a slow subscriber must never block the loop
             congestion_control=zenoh.CongestionControl.DROP,
             priority=priority,
             express=urgent,
         )
 
     @property
-    def heard(self) -> bool:
-        """Whether anybody subscribes to the key, as far as this session knows."""
+    def has_subscribers(self) -> bool:
+        """Whether there is a subscriber to the key, as far as this session knows."""
         status = self._publisher.matching_status
         return bool(getattr(status, "matching", status))  # zenoh's type hints take it for a bool
 

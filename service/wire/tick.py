@@ -1,6 +1,6 @@
-"""What one tick of the node was: enough to draw it, to judge it and to replay it.
+"""One tick of the node: enough to draw it, to examine it and to replay it.
 
-Every tick carries the goal its decision used, or none when the node held; so a replay does not
+Every tick carries the goal that its decision used, or none when the node held, so that a replay does not
 depend on when a target arrived.
 """
 
@@ -33,7 +33,7 @@ class Tick:
         stamp: when the actuation left [ns since the epoch].
         frame: frame of the goal.
         index: ticks since the start.
-        mode: what the node was doing.
+        mode: of the node.
         cause: why it did not follow.
         status: name of the decision's `Status`, "" when nothing was decided.
         goal: positions wanted, one an effector [m]; empty when nothing was decided.
@@ -44,13 +44,13 @@ class Tick:
             others, and where the two clocks do not agree [s].
         decide: time `decide` took [s].
         step: time `decide`, `advance` and `prepare` took together [s].
-        slack: what was left of the tick before this one; negative: a missed deadline [s].
+        slack: time that was left of the tick before this one; negative: a missed deadline [s].
         skipped: ticks lost before this one.
         deepest_gap: smallest gap predicted, +inf without any in range, NaN while releasing [m].
         complementarity: certificate of the decision or of the hold.
         stationarity: certificate of the decision or of the hold.
         extra_columns: contacts that joined the basis for this tick.
-        clamped: whether the guard changed the actuation.
+        clamped: whether the limiter changed the actuation.
     """
 
     stamp: int

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -12,13 +13,12 @@ from tauten.service.plant import free_ports
 from tauten.service.wire import Keys, Network, Role, open_session
 
 
-@pytest.fixture
-def served(request: pytest.FixtureRequest, beam_file: Path, tmp_path: Path) -> Iterator[Served]:
-    """A node that serves the small robot and records; a parameter holds more options."""
-    options: tuple[str, ...] = getattr(request, "param", ())
-    port, log = free_ports(), tmp_path / "log.mcap"
-    serving = ("serve", beam_file, "--port", port, "--record", log, *options)
-    process = start(tmp_path / "serve.txt", *serving)
+@contextmanager
+def serving(beam_file: Path, folder: Path, *options: str) -> Iterator[Served]:
+    """A node that serves the small robot and records, and that ends with the block."""
+    port, log = free_ports(), folder / "log.mcap"
+    command = ("serve", beam_file, "--port", port, "--record", log, *options)
+    process = start(folder / "serve.txt", *command)
     session = open_session(Network(port), Role.OTHER, "beam")
     try:
         wait_alive(session, Keys("beam").token, process)
@@ -28,6 +28,20 @@ def served(request: pytest.FixtureRequest, beam_file: Path, tmp_path: Path) -> I
         if process.process.poll() is None:
             process.process.kill()
         process.process.wait()
+
+
+@pytest.fixture
+def served(request: pytest.FixtureRequest, beam_file: Path, tmp_path: Path) -> Iterator[Served]:
+    """A node of this test; a parameter holds more options."""
+    with serving(beam_file, tmp_path, *getattr(request, "param", ())) as found:
+        yield found
+
+
+@pytest.fixture(scope="module")
+def shared(beam_file: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
+    """A node of all tests of a module that do not change what it does."""
+    with serving(beam_file, tmp_path_factory.mktemp("shared")) as found:
+        yield found
 
 
 @pytest.fixture

@@ -5,18 +5,16 @@ from __future__ import annotations
 import dataclasses
 import re
 import shutil
-import sys
 import time
 from pathlib import Path
 
 import numpy as np
 import pytest
-from support.processes import START, start
+from support.processes import START, run_main, start
 from support.thumb import write_thumb
 
 from tauten.reduction import ContactBasis
 from tauten.reduction.campaign import Snapshots
-from tauten.service.cli import main
 from tauten.service.tables import ranges
 
 STEP = ("--step", 4e-4)
@@ -47,15 +45,6 @@ def made(original: Made, tmp_path: Path) -> Made:
     folder = tmp_path / "thumb"
     shutil.copytree(original.robot.parent, folder)
     return Made(folder / "thumb.toml", folder / "thumb.basis", folder / "campaign")
-
-
-def run_main(*arguments: object) -> int:
-    """The command in this process; returns its exit code."""
-    with pytest.MonkeyPatch.context() as patch, pytest.raises(SystemExit) as ended:
-        patch.setattr(sys, "argv", ["tauten", *(str(argument) for argument in arguments)])
-        main()
-    code = ended.value.code
-    return 0 if code is None else int(code)
 
 
 def refused(capsys: pytest.CaptureFixture[str], made: Made, *arguments: object) -> str:
@@ -188,7 +177,7 @@ def test_interrupted_campaign_goes_on(tmp_path: Path) -> None:
         assert time.monotonic() < end
         time.sleep(0.02)
     assert process.end() == 130
-    assert "cut keeps what is done" in process.output.read_text().replace("\n", "")
+    assert "cut keeps the finished part" in process.output.read_text().replace("\n", "")
     assert not (tmp_path / "cut.basis").exists()
     written = first.stat().st_mtime_ns
     assert run_main(*command, "--out", tmp_path / "cut.basis") == 0

@@ -2,43 +2,42 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
-from support.nodes import PERIOD, check_limits, last_health, ordered, point_at, recorded
+from support.nodes import (
+    check_limits,
+    reached,
+    recorded,
+    streaming,
+    undisturbed,
+    wait_health,
+    wait_mode,
+    wait_slack,
+    wait_tip,
+)
 from support.processes import Process, Served, start, wait_alive
 
-from tauten.model import Robot, Simulator
+from tauten.model import Robot
 from tauten.service.plant import free_ports
 from tauten.service.replay import read_run, replay
 from tauten.service.wire import (
     CDR,
     JSON,
-    POINT,
     TEXT,
     Cause,
     Keys,
     Mode,
     Network,
     OperatorCommand,
-    Point,
     Role,
     encode_command,
-    encode_point,
     open_session,
 )
 
-
-def send_for(served: Served, points: list[Point], key: str, seconds: float) -> None:
-    """Stream points, each as often as a tick, for a while."""
-    end = time.monotonic() + seconds
-    while time.monotonic() < end:
-        for point in points:
-            served.session.put(key, encode_point(point), encoding=f"{CDR};{POINT}")
-        time.sleep(PERIOD)
+TIP = "tauten/beam/effector"
 
 
 def order(served: Served, command: OperatorCommand) -> None:
@@ -47,39 +46,39 @@ def order(served: Served, command: OperatorCommand) -> None:
 
 
 def test_an_operator_holds_enables_stops_and_resets(served: Served, beam: Robot) -> None:
-    target = served.keys.targets(("tip",))[0]
-    last_health(served)
-    up = [point_at(beam, 0.006)]
     order(served, OperatorCommand.RESET)  # nothing to reset: refused
-    send_for(served, up, target, 0.6)
-    order(served, OperatorCommand.HOLD)
-    send_for(served, up, target, 0.3)
-    served.session.put(served.keys.command, b'{"data": "enable"}', encoding=JSON)
-    send_for(served, up, target, 0.3)
-    order(served, OperatorCommand.STOP)
-    send_for(served, up, target, 0.9)  # the ramp takes 0.4 s
-    order(served, OperatorCommand.RESET)
-    send_for(served, up, target, 0.3)
-    served.session.put(served.keys.command, b"explode", encoding="text/plain")
-    served.session.put(served.keys.command, b'{"data": "fire"}', encoding=JSON)
-    time.sleep(0.1)
-    counts = last_health(served)["commands"].values
+    goal = reached(beam, 0.003)
+    with streaming(served, goal):
+        wait_mode(served, Mode.RUN)
+        order(served, OperatorCommand.HOLD)
+        wait_mode(served, Mode.HOLD, Cause.OPERATOR)
+        served.session.put(served.keys.command, b'{"data": "enable"}', encoding=JSON)
+        wait_tip(served, TIP, goal, 1e-3)
+        order(served, OperatorCommand.STOP)
+        wait_mode(served, Mode.STOP, Cause.OPERATOR)
+        wait_slack(served, beam)
+        order(served, OperatorCommand.RESET)
+        wait_mode(served, Mode.RUN)
+        served.session.put(served.keys.command, b"explode", encoding="text/plain")
+        served.session.put(served.keys.command, b'{"data": "fire"}', encoding=JSON)
+        counts = wait_health(
+            served, lambda found: found["commands"].values["refused_unknown_command"] == "1"
+        )["commands"].values
     assert served.process.end() == 0
     ticks, joints, _ = recorded(served.log, beam)
-    seen = ordered([(tick.mode, tick.cause) for tick in ticks])
-    assert seen[:5] == [
-        (Mode.IDLE, Cause.NO_TARGET),
+    seen = undisturbed(ticks)
+    assert seen[:4] == [
         (Mode.RUN, Cause.NONE),
         (Mode.HOLD, Cause.OPERATOR),
         (Mode.RUN, Cause.NONE),
         (Mode.STOP, Cause.OPERATOR),
     ]
-    assert (Mode.RUN, Cause.NONE) in seen[5:]  # after the reset
+    assert (Mode.RUN, Cause.NONE) in seen[4:]  # after the reset
     stopped = [i for i, t in enumerate(ticks) if t.cause is Cause.OPERATOR and t.mode is Mode.STOP]
     assert joints[stopped[0]].pull[1] > 1e-4
     assert joints[stopped[-1]].pull == (0.0, 0.0)
     check_limits(joints, beam)
-    assert replay(served.log, tolerance=1e-9).same
+    assert replay(served.log, tolerance=1e-9, recorded_paths=True).same
     assert counts["accepted"] == "4"
     assert counts["refused_not_possible_now"] == "1"
     assert counts["refused_unknown_encoding"] == "1"
@@ -111,24 +110,25 @@ def test_measurements_remove_a_mismatch_and_their_loss_holds(
     closed: tuple[Served, Process], beam: Robot
 ) -> None:
     served, plant = closed
-    simulator = Simulator(beam, contact="none")
-    assert simulator.settle(pull=[0.0, 0.004]).converged
-    x, y, z = simulator.effector[0].tolist()
-    target = [Point(0, "", (x, y, z))]
-    key = served.keys.targets(("tip",))[0]
-    send_for(served, target, key, 4.0)
-    assert plant.end() == 0  # and with it the measurements
-    send_for(served, target, key, 0.8)
+    goal = reached(beam, 0.004)
+    with streaming(served, goal):
+        wait_tip(served, served.keys.plant_effectors(("tip",))[0], goal, 5e-4)
+        assert plant.end() == 0  # and with it the measurements
+        wait_mode(served, Mode.HOLD, Cause.UNMEASURED)
     assert served.process.end() == 0
     run = read_run(served.log)
-    away = np.linalg.norm(run.plant.value - simulator.effector[0], axis=1)
-    model = np.linalg.norm(run.model.value - simulator.effector[0], axis=1)
+    away = np.linalg.norm(run.plant.value - goal, axis=1)
+    model = np.linalg.norm(run.model.value - goal, axis=1)
     length = 0.1
     assert away[-5:].max() < 0.01 * length
-    assert model[:200][-1] > 2.0 * away[-1]  # the model is off instead, by the mismatch
-    causes = ordered([tick.cause for tick in run.ticks if tick.mode is not Mode.STOP])
-    assert causes[-1] is Cause.UNMEASURED
-    assert run.ticks[-1].mode is Mode.STOP
+    together = run.model.time <= run.plant.time[-1]
+    assert model[together][-1] > 2.0 * away[-1]  # the model is off instead, by the mismatch
+    assert undisturbed(run.ticks)[-2:] == [
+        (Mode.HOLD, Cause.UNMEASURED),
+        (Mode.STOP, Cause.SHUTDOWN),
+    ]
     joints = recorded(served.log, beam)[1]
     check_limits(joints, beam)
-    assert replay(served.log, tolerance=1e-9).same  # the correction is in the log
+    assert replay(
+        served.log, tolerance=1e-9, recorded_paths=True
+    ).same  # the correction is in the log

@@ -4,12 +4,35 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support.nodes import PERIOD, last_health, recorded, send
+from support.nodes import (
+    PERIOD,
+    check_limits,
+    last_health,
+    reached,
+    recorded,
+    send,
+    streaming,
+    wait_tip,
+    whole,
+)
 from support.processes import Served
 
 from tauten.model import Robot
 
 
+@pytest.mark.parametrize("served", [("--event",)], indirect=True)
+def test_targets_are_followed(served: Served, beam: Robot) -> None:
+    goal = reached(beam, 0.003)
+    with streaming(served, goal):
+        wait_tip(served, "tauten/beam/effector", goal, 1e-3)
+    assert served.process.end() == 0
+    ticks, joints, _ = recorded(served.log, beam)
+    assert whole(ticks)
+    check_limits(joints, beam)
+    assert sum(bool(np.isfinite(tick.latency)) for tick in ticks) > 5  # these had a new target
+
+
+@pytest.mark.realtime
 @pytest.mark.parametrize("served", [("--event",)], indirect=True)
 def test_targets_are_answered_when_they_come(served: Served, beam: Robot) -> None:
     last_health(served)  # it has begun

@@ -21,6 +21,8 @@ from support.nodes import (
     ordered,
     point_at,
     recorded,
+    streaming,
+    wait_health,
     wait_mode,
     whole,
 )
@@ -71,10 +73,9 @@ def test_random_bytes_on_every_key_move_nothing(
             payload = head + rng.bytes(int(rng.integers(0, 300)))
             served.session.put(key, payload, encoding=kinds[rng.integers(len(kinds))])
         time.sleep(PERIOD)
-    health = last_health(served)
+    health = wait_health(served, lambda found: int(found["commands"].values["refused"]) >= 30)
     assert int(health["targets"].values["refused"]) >= 60
     assert health["targets"].values["accepted"] == "0"
-    assert int(health["commands"].values["refused"]) >= 30
     assert served.process.end() == 0
     assert plant.end() == 0
     ticks, joints, _ = recorded(served.log, beam)
@@ -87,14 +88,16 @@ def test_random_bytes_on_every_key_move_nothing(
 
 
 def test_a_full_disk_ends_the_log_and_not_the_node(served: Served, beam: Robot) -> None:
-    ticks = served.session.declare_subscriber(KEYS.tick, zenoh.handlers.FifoChannel(1000))
-    follow(served, beam, 0.6)
+    ticks = served.session.declare_subscriber(KEYS.tick, zenoh.handlers.RingChannel(1000))
+    with streaming(served, point_at(beam, 0.005).xyz):
+        last_health(served)
+        last_health(served)  # a second of ticks
     pid = served.process.process.pid
     full = served.log.stat().st_size + 20_000
     resource.prlimit(pid, resource.RLIMIT_FSIZE, (full, full))
-    follow(served, beam, 2.0)
-    log = last_health(served)["log"]
-    assert log.level is Level.ERROR
+    with streaming(served, point_at(beam, 0.005).xyz):
+        log = wait_health(served, lambda found: found["log"].level is Level.ERROR)["log"]
+        last_health(served)  # another second
     assert "File too large" in log.message
     assert int(log.values["dropped"]) > 0
     assert served.process.end() == 0
@@ -102,8 +105,7 @@ def test_a_full_disk_ends_the_log_and_not_the_node(served: Served, beam: Robot) 
     while ticks.try_recv() is not None:
         received += 1
     kept = [m for m in LogReader(served.log).messages() if m.key == KEYS.tick]
-    assert received > 100
-    assert 20 < len(kept) < received
+    assert 10 < len(kept) < received
     assert served.log.stat().st_size <= full
 
 
@@ -132,11 +134,11 @@ def test_killed_plants_streams_and_nodes_are_missed_and_found_again(
         served = Served(serving, session, KEYS, port, logs[0])
         wait_mode(served, Mode.RUN)
         streaming.end(signal.SIGKILL)
-        assert wait_mode(served, Mode.HOLD).cause is Cause.NO_TARGET
+        wait_mode(served, Mode.HOLD, Cause.NO_TARGET)
         streaming = stream()
         wait_mode(served, Mode.RUN)
         simulating.end(signal.SIGKILL)
-        assert wait_mode(served, Mode.HOLD).cause is Cause.UNMEASURED
+        wait_mode(served, Mode.HOLD, Cause.UNMEASURED)
         plant()
         wait_mode(served, Mode.RUN)
         time.sleep(1.5)  # a killed node's log lacks the last moment
@@ -162,13 +164,13 @@ def test_killed_plants_streams_and_nodes_are_missed_and_found_again(
     check_limits(joints, beam)
 
 
-@pytest.mark.slow
+@pytest.mark.realtime
 def test_ten_thousand_targets_a_second_cost_no_tick(served: Served, beam: Robot) -> None:
-    seconds, burst = 30.0, 100
+    seconds, burst = 10.0, 100
     publisher = served.session.declare_publisher(
         TARGET, encoding=CDR, congestion_control=zenoh.CongestionControl.DROP
     )
-    payloads = [encode_point(point_at(beam, z)) for z in np.linspace(-0.02, 0.02, burst)]
+    payloads = [encode_point(point_at(beam, z, stamp=0)) for z in np.linspace(-0.02, 0.02, burst)]
     before = memory(served.process)
     begin, sent = time.monotonic(), 0
     while (elapsed := time.monotonic() - begin) < seconds:
@@ -222,7 +224,7 @@ def test_a_clock_that_jumps_moves_nothing(beam: Robot, beam_file: Path, tmp_path
     assert [mode for mode, _ in modes(ticks)] == [Mode.IDLE, Mode.RUN, Mode.STOP]
     latency = np.array([tick.latency for tick in ticks])
     assert np.nanmax(latency) < 1.0  # a time that no clock agrees with is no latency
-    assert replay(log, tolerance=0.0).same
+    assert replay(log, tolerance=0.0, recorded_paths=True).same
 
 
 @pytest.mark.slow

@@ -50,6 +50,7 @@ def check_lost_and_found(served: Served, beam: Robot) -> list[Tick]:
 
 
 @pytest.mark.slow
+@pytest.mark.realtime
 def test_a_killed_router_holds_until_there_is_one_again(
     routed: tuple[Served, Process, Path], beam: Robot, tmp_path: Path
 ) -> None:

@@ -111,11 +111,11 @@ def test_a_recorder_beside_the_node_sees_the_run(
     run = read_run(log)
     assert run.metadata["robot_digest"] == beam.digest
     assert run.complete
-    assert run.following.sum() > 30
-    assert len(run.model.time) > 30
+    assert run.following.sum() > 10
+    assert len(run.model.time) > 10
     keys = {message.key for message in LogReader(log).messages()}
     assert {served.keys.tick, served.keys.actuation, "tauten/beam/target"} <= keys
-    assert counts[0] > 100
+    assert counts[0] > 30
 
 
 def test_nobody_to_command_is_a_sentence() -> None:
@@ -192,7 +192,7 @@ def test_the_loop_gets_its_priority_and_processor_where_permitted(
 def test_the_doctor_measures_what_a_node_needs(beam_file: Path) -> None:
     found = {finding.what: finding for finding in examine(load_setup(beam_file), 1.0)}
     assert "in use" in found["factorisation"].found
-    assert 1.0 < float(found["rate, asked / achieved"].found.split()[2]) < 51.0
+    assert 1.0 < float(found["rate, requested / achieved"].found.split()[2]) < 51.0
     assert found["clock resolution"].found.endswith(" ns")
     assert "numpy" in found
     assert found["threads of BLAS and OpenMP"].advice == ""

@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import shutil
-import sys
 import time
 from pathlib import Path
 
 import numpy as np
 import pytest
 from support.nodes import last_health, point_at
-from support.processes import Served, start, wait_alive
+from support.processes import Served, run_main, start, wait_alive
 from support.thumb import write_thumb
 
 from tauten.controller import Controller
 from tauten.model import load_robot
 from tauten.reduction.state import ReducedRobot, StateBasis, StateBasisError
-from tauten.service.cli import main
 from tauten.service.node import ControlLoop, make_fall_back
 from tauten.service.plant import free_ports
 from tauten.service.setup import load_setup
@@ -40,15 +38,6 @@ def thumb_file(original: Path, tmp_path: Path) -> Path:
     folder = tmp_path / "thumb"
     shutil.copytree(original.parent, folder)
     return folder / "thumb.toml"
-
-
-def run_main(*arguments: object) -> int:
-    """The command in this process; returns its exit code."""
-    with pytest.MonkeyPatch.context() as patch, pytest.raises(SystemExit) as ended:
-        patch.setattr(sys, "argv", ["tauten", *(str(argument) for argument in arguments)])
-        main()
-    code = ended.value.code
-    return 0 if code is None else int(code)
 
 
 def ask(file: Path, **settings: object) -> None:
@@ -146,14 +135,16 @@ def test_full_model_watches_and_takes_over(thumb_file: Path) -> None:
         assert fall_back.wanted
         found = fall_back.watch.diagnostic()
         assert found.level is Level.WARN
-        assert "outside of what it was trained for" in found.message
+        assert "outside of the states it was trained with" in found.message
         before, tip = loop.act(goal), loop.controller.effector
         assert fall_back.switch(loop) == pytest.approx(1.0 / 25.0)
         assert not isinstance(loop.controller.robot, ReducedRobot)
         np.testing.assert_allclose(loop.controller.effector, tip, atol=1e-12)
         after = loop.act(goal)
         limits = setup.robot.limits
-        assert (np.abs(after.pull - before.pull) <= limits.rate / 25.0 + 1e-12).all()
+        assert (
+            np.abs(after.actuation.pull - before.actuation.pull) <= limits.rate / 25.0 + 1e-12
+        ).all()
         assert not fall_back.wanted
         assert "taken over" in fall_back.watch.diagnostic().message
     finally:
@@ -171,7 +162,9 @@ def test_model_where_it_was_trained_is_well(thumb_file: Path) -> None:
             fall_back.watch.look(controller)
             time.sleep(0.01)
         assert fall_back.watch.diagnostic().level is Level.OK
-        assert fall_back.watch.diagnostic().message == "reduced, where it was trained"
+        assert (
+            fall_back.watch.diagnostic().message == "reduced, within the states it was trained with"
+        )
         assert not fall_back.wanted
     finally:
         fall_back.watch.close()
@@ -209,4 +202,4 @@ def test_run_of_the_reduced_model_replays(thumb_file: Path, tmp_path: Path) -> N
             process.process.kill()
         process.process.wait()
     # of the range; kernels compiled by this run may round otherwise than when they come from disk
-    assert run_main("replay", log, "--tolerance", 1e-9) == 0
+    assert run_main("replay", log, "--tolerance", 1e-9, "--recorded-paths") == 0

@@ -125,7 +125,7 @@ def node(site: Site, beam_file: Path, tmp_path: Path) -> Iterator[Process]:
 
 def accepted(session: zenoh.Session) -> dict[str, int]:
     """Targets and commands that the node has accepted, from its next health."""
-    health = session.declare_subscriber(KEYS.health, zenoh.handlers.FifoChannel(4))
+    health = session.declare_subscriber(KEYS.health, zenoh.handlers.RingChannel(4))
     found = decode_health(bytes(health.recv().payload))
     health.undeclare()  # type: ignore[no-untyped-call]
     assert isinstance(found, dict)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from support.bodies import beam_robot, box_mesh
 
-from tauten.model import Simulator
+from tauten.model import Simulator, State
 
 LENGTH, SIDE = 0.2, 0.02
 E, RHO, G = 1e6, 1000.0, 9.81
@@ -58,7 +58,7 @@ def test_bending_frequency_of_a_plucked_beam() -> None:
         mesh, SIZE, material=material, controller={"rate": 4000.0}, gravity=[0.0, 0.0, 0.0]
     )
     simulator = Simulator(free, contact="none")
-    simulator.state = held.state
+    simulator.start_from(held.state)
     height = []
     for _ in range(1600):
         simulator.step(tension=[0.0])
@@ -79,7 +79,7 @@ def test_energy_never_grows_without_input() -> None:
     simulator = Simulator(robot, contact="none")
     rng = np.random.default_rng(0)
     v = 0.5 * rng.standard_normal(robot.n)
-    simulator.state = type(simulator.state)(simulator.state.q, v)
+    simulator.start_from(State(simulator.state.q, v))
     kinetic = [0.5 * float(robot.mass @ v**2)]
     for _ in range(60):
         simulator.step(tension=[0.0])

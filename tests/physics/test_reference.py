@@ -171,7 +171,7 @@ def test_beam_under_gravity_follows_sofas_load_curve(
     # past nine tenths, Newton without the turning of SOFA's rotations needs hundreds of iterations
     for fraction, *displacement in curve[:9, :4]:
         simulator = Simulator(replace(robot, load=fraction * robot.load), contact="none")
-        simulator.state = state
+        simulator.start_from(state)
         assert simulator.settle(tension=[0.0], tolerance=1e-9).converged
         state = simulator.state
         moved = (robot.nodes(state) - robot.mesh.nodes)[end].mean(axis=0)

@@ -1,12 +1,14 @@
+import tracemalloc
 import zipfile
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from tauten.reduction import DamagedFile, storage
+from tauten.reduction import DamagedFile, storage, write_text
 
 KIND = "test record"
+ARRAYS = {"noise": "f", "flags": "b"}
 
 
 @pytest.fixture
@@ -18,7 +20,7 @@ def stored(tmp_path: Path) -> Path:
 
 
 def test_round_trip(stored: Path) -> None:
-    header, arrays = storage.read(stored, KIND)
+    header, arrays = storage.read(stored, KIND, ARRAYS)
     assert header == {"name": "ξ", "k": 3}
     noise = np.random.default_rng(0).random(3000)
     np.testing.assert_array_equal(arrays["noise"], noise)
@@ -26,7 +28,7 @@ def test_round_trip(stored: Path) -> None:
 
 
 def test_same_content_gives_the_same_bytes(stored: Path, tmp_path: Path) -> None:
-    header, arrays = storage.read(stored, KIND)
+    header, arrays = storage.read(stored, KIND, ARRAYS)
     storage.write(tmp_path / "again.npz", KIND, header, arrays)
     assert (tmp_path / "again.npz").read_bytes() == stored.read_bytes()
 
@@ -43,12 +45,12 @@ def test_failed_write_leaves_the_old_file_and_no_other(stored: Path) -> None:
 
 def test_missing_file_is_not_called_damaged(tmp_path: Path) -> None:
     with pytest.raises(FileNotFoundError):
-        storage.read(tmp_path / "none.npz", KIND)
+        storage.read(tmp_path / "none.npz", KIND, ARRAYS)
 
 
 def test_other_kind_is_named(stored: Path) -> None:
     with pytest.raises(DamagedFile, match=r"record.npz: this is a test record file, expected a x"):
-        storage.read(stored, "x")
+        storage.read(stored, "x", ARRAYS)
 
 
 def test_pickled_content_is_refused(tmp_path: Path) -> None:
@@ -57,8 +59,8 @@ def test_pickled_content_is_refused(tmp_path: Path) -> None:
         archive.writestr("header.json", f'{{"kind": "{KIND}"}}')
         with archive.open("objects.npy", "w") as member:
             np.lib.format.write_array(member, np.array([object()]), allow_pickle=True)
-    with pytest.raises(DamagedFile, match=r"evil\.npz.*allow_pickle"):
-        storage.read(path, KIND)
+    with pytest.raises(DamagedFile, match=r"evil\.npz.*data type object"):
+        storage.read(path, KIND, {"objects": "f"})
 
 
 def test_every_truncation_is_noticed(stored: Path) -> None:
@@ -66,7 +68,7 @@ def test_every_truncation_is_noticed(stored: Path) -> None:
     for length in (0, 1, 10, len(whole) // 2, len(whole) - 30, len(whole) - 1):
         stored.write_bytes(whole[:length])
         with pytest.raises(DamagedFile, match=r"record\.npz"):
-            storage.read(stored, KIND)
+            storage.read(stored, KIND, ARRAYS)
 
 
 def test_altered_bytes_are_noticed(stored: Path) -> None:
@@ -79,10 +81,72 @@ def test_altered_bytes_are_noticed(stored: Path) -> None:
             whole[:position] + bytes([whole[position] ^ 0xFF]) + whole[position + 1 :]
         )
         try:
-            header, arrays = storage.read(stored, KIND)
+            header, arrays = storage.read(stored, KIND, ARRAYS)
         except DamagedFile:
             refused += 1
             continue
         assert header == {"name": "ξ", "k": 3}
         np.testing.assert_array_equal(arrays.get("noise", expected), expected)
     assert refused > 190
+
+
+def test_bomb_is_refused_before_it_is_decompressed(tmp_path: Path) -> None:
+    """A file of 0.4 MB that holds 400 MB of zeros, as entry or as an array's header claims."""
+    path = tmp_path / "bomb.npz"
+    storage.write(path, KIND, {}, {"noise": np.zeros(50_000_000)})
+    tracemalloc.start()
+    with pytest.raises(DamagedFile, match=r"bomb\.npz.*decompress to 400000\d+ bytes, allowed are"):
+        storage.read(path, KIND, {"noise": "f"})
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("header.json", f'{{"kind": "{KIND}"}}')
+        with archive.open("noise.npy", "w") as member:
+            layout = {"descr": "<f8", "fortran_order": False, "shape": (50_000_000,)}
+            np.lib.format.write_array_header_1_0(member, layout)
+    with pytest.raises(DamagedFile, match=r"noise\.npy has the shape \(50000000,\) .* but 0 bytes"):
+        storage.read(path, KIND, {"noise": "f"})
+    assert tracemalloc.get_traced_memory()[1] < 10e6
+    tracemalloc.stop()
+
+
+def test_changed_content_does_not_match_the_digest(stored: Path) -> None:
+    _, arrays = storage.read(stored, KIND, ARRAYS)
+    with zipfile.ZipFile(stored) as archive:
+        text = archive.read("header.json").decode()
+    for changed_text, noise in (
+        (text, arrays["noise"] + 1e-12),
+        (text.replace('"k": 3', '"k": 4'), arrays["noise"]),
+    ):
+        with zipfile.ZipFile(stored, "w") as archive:
+            archive.writestr("header.json", changed_text)
+            for name, array in {**arrays, "noise": noise}.items():
+                with archive.open(f"{name}.npy", "w") as member:
+                    np.lib.format.write_array(member, array)
+        with pytest.raises(DamagedFile, match="digest does not match"):
+            storage.read(stored, KIND, ARRAYS)
+
+
+def test_file_without_a_digest_is_read(tmp_path: Path) -> None:
+    """Files of earlier versions have none."""
+    path = tmp_path / "old.npz"
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("header.json", f'{{"kind": "{KIND}", "k": 3}}')
+        with archive.open("noise.npy", "w") as member:
+            np.lib.format.write_array(member, np.ones(3))
+    assert storage.read(path, KIND, {"noise": "f"})[0] == {"k": 3}
+
+
+def test_other_arrays_than_expected_are_named(stored: Path) -> None:
+    with pytest.raises(DamagedFile, match="holds the arrays flags, noise, expected noise"):
+        storage.read(stored, KIND, {"noise": "f"})
+    with pytest.raises(DamagedFile, match=r"flags\.npy has the data type bool"):
+        storage.read(stored, KIND, {"noise": "f", "flags": "i"})
+
+
+def test_text_is_written_whole(tmp_path: Path) -> None:
+    path = tmp_path / "folder" / "text.txt"
+    write_text(path, "Ψ\n")
+    assert path.read_bytes() == "Ψ\n".encode()
+    with pytest.raises(UnicodeEncodeError):
+        write_text(path, "\ud800")
+    assert list(path.parent.iterdir()) == [path]
+    assert path.read_text(encoding="utf-8") == "Ψ\n"

@@ -39,11 +39,9 @@ class Frame:
 
     def forces(self, exact: bool = True) -> tuple[Array, sp.csc_array, float]:
         """Internal forces on free nodes (n,), −∂force (n, n), energy."""
-        b, pattern = self.body, self.pattern
-        force, K = np.zeros((2 * len(b.nodes), 3)), np.zeros(len(pattern.indices))
-        energy = assemble_beams(
-            self.x, self.Q, b.ends, b.axes, b.D, b.length, exact, *self.slots, force, K
-        )
+        body, pattern = self.body, self.pattern
+        force, K = np.zeros((2 * len(body.nodes), 3)), np.zeros(len(pattern.indices))
+        energy = assemble_beams(self.x, self.Q, body.arrays, exact, self.slots, force, K)
         matrix = sp.csc_array((K, pattern.indices, pattern.indptr))
         return force[pattern.dof >= 0].ravel(), matrix, energy
 

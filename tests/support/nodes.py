@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
 import zenoh
-from support.processes import Served
 
-from tauten.model import Robot
+from support.processes import Served
+from tauten.model import Robot, Simulator
 from tauten.service.log import LogReader
 from tauten.service.wire import (
     CDR,
@@ -35,10 +37,18 @@ PERIOD = 0.02
 T = TypeVar("T")
 
 
-def point_at(beam: Robot, z: float, frame: str = "beam_base") -> Point:
-    """A target above the tip at rest."""
+def point_at(beam: Robot, z: float, frame: str = "beam_base", stamp: int | None = None) -> Point:
+    """A target above the tip at rest, made now unless a stamp is given; 0 is for one without a time."""
     x, y, z0 = beam.effector(beam.rest())[0].tolist()
-    return Point(time.time_ns(), frame, (x, y, z0 + z))
+    return Point(time.time_ns() if stamp is None else stamp, frame, (x, y, z0 + z))
+
+
+def reached(beam: Robot, pull: float) -> tuple[float, float, float]:
+    """Where the tip is when the upper cable is pulled so far [m]."""
+    simulator = Simulator(beam, contact="none")
+    assert simulator.settle(pull=[0.0, pull]).converged
+    x, y, z = simulator.effector[0].tolist()
+    return x, y, z
 
 
 def send(served: Served, beam: Robot, z: float, seconds: float, json: bool = False) -> None:
@@ -53,14 +63,86 @@ def send(served: Served, beam: Robot, z: float, seconds: float, json: bool = Fal
         time.sleep(PERIOD)
 
 
+@contextmanager
+def streaming(served: Served, goal: Sequence[float], json: bool = False) -> Iterator[None]:
+    """Stream one target (3,) for the tip while the block runs."""
+    stop = threading.Event()
+    x, y, z = goal
+    publisher = served.session.declare_publisher(
+        served.keys.targets(("tip",))[0], encoding=f"{JSON if json else CDR};{POINT}"
+    )
+
+    def put() -> None:
+        while not stop.wait(PERIOD):
+            point = Point(time.time_ns(), "", (x, y, z))
+            publisher.put(point_json(point) if json else encode_point(point))
+
+    thread = threading.Thread(target=put)
+    thread.start()
+    try:
+        yield
+    finally:
+        stop.set()
+        thread.join()
+        publisher.undeclare()  # type: ignore[no-untyped-call]
+
+
 def last_health(served: Served) -> dict[str, Diagnostic]:
     """The next health message."""
     subscriber = served.session.declare_subscriber(
-        served.keys.health, zenoh.handlers.FifoChannel(4)
+        served.keys.health, zenoh.handlers.RingChannel(4)
     )
     found = decode_health(bytes(subscriber.recv().payload))
     assert isinstance(found, dict)
     return found
+
+
+def wait_health(
+    served: Served, wanted: Callable[[dict[str, Diagnostic]], bool]
+) -> dict[str, Diagnostic]:
+    """Wait for a health message that says something; at most a minute."""
+    end = time.monotonic() + 60.0
+    while not wanted(found := last_health(served)):
+        assert time.monotonic() < end, found
+    return found
+
+
+def wait_for(served: Served, key: str, wanted: Callable[[bytes], bool], what: str) -> bytes:
+    """Wait until five messages of a key in a row are as wanted, at most a minute; the last of them."""
+    messages = served.session.declare_subscriber(key, zenoh.handlers.RingChannel(1))
+    end, count, payload = time.monotonic() + 60.0, 0, b""
+    while count < 5:
+        assert time.monotonic() < end, f"not within a minute: {what}"
+        sample = messages.try_recv()
+        if sample is None:
+            time.sleep(0.005)
+            continue
+        payload = bytes(sample.payload)
+        count = count + 1 if wanted(payload) else 0
+    messages.undeclare()  # type: ignore[no-untyped-call]
+    return payload
+
+
+def wait_tip(served: Served, key: str, goal: Sequence[float], within: float) -> None:
+    """Wait until a position is near a goal [m]."""
+
+    def near(payload: bytes) -> bool:
+        tip = decode_point(payload, CDR)
+        assert isinstance(tip, Point)
+        return bool(np.linalg.norm(np.subtract(tip.xyz, goal)) < within)
+
+    wait_for(served, key, near, f"{key} within {within} m of {goal}")
+
+
+def wait_slack(served: Served, beam: Robot) -> None:
+    """Wait until no cable is pulled."""
+
+    def slack(payload: bytes) -> bool:
+        joints = decode_joints(payload, CDR, beam.cable_names)
+        assert isinstance(joints, Joints)
+        return not any(joints.pull)
+
+    wait_for(served, served.keys.actuation, slack, "slack cables")
 
 
 def recorded(log: Path, beam: Robot) -> tuple[list[Tick], list[Joints], list[Point]]:
@@ -100,6 +182,11 @@ def modes(ticks: list[Tick]) -> list[tuple[Mode, Cause]]:
     return ordered([(tick.mode, tick.cause) for tick in ticks])
 
 
+def undisturbed(ticks: list[Tick]) -> list[tuple[Mode, Cause]]:
+    """The modes without the holds of a machine that is busy with something else."""
+    return ordered([item for item in modes(ticks) if item[1] not in (Cause.LATE, Cause.NO_TARGET)])
+
+
 def whole(ticks: list[Tick]) -> bool:
     """Whether every tick is there, one after another."""
     return [tick.index for tick in ticks] == list(range(len(ticks)))
@@ -109,19 +196,14 @@ def follow(served: Served, beam: Robot, seconds: float) -> None:
     send(served, beam, 0.005, seconds)
 
 
-def wait_mode(served: Served, mode: Mode) -> Tick:
-    """Wait until the node is in a mode for some ticks; the last of them."""
-    ticks = served.session.declare_subscriber(served.keys.tick, zenoh.handlers.RingChannel(1))
-    end, count = time.monotonic() + 60.0, 0
-    while time.monotonic() < end:
-        sample = ticks.try_recv()
-        if sample is None:
-            time.sleep(0.005)
-            continue
-        tick = decode_tick(bytes(sample.payload))
+def wait_mode(served: Served, mode: Mode, cause: Cause | None = None) -> Tick:
+    """Wait until the node is in a mode, for a cause where one is given; its last tick."""
+
+    def there(payload: bytes) -> bool:
+        tick = decode_tick(payload)
         assert isinstance(tick, Tick)
-        count = count + 1 if tick.mode is mode else 0
-        if count >= 5:
-            ticks.undeclare()  # type: ignore[no-untyped-call]
-            return tick
-    raise AssertionError(f"no {mode} within a minute, last {tick.mode} ({tick.cause})")
+        return tick.mode is mode and cause in (None, tick.cause)
+
+    tick = decode_tick(wait_for(served, served.keys.tick, there, f"mode {mode} {cause or ''}"))
+    assert isinstance(tick, Tick)
+    return tick

@@ -12,9 +12,11 @@ from pathlib import Path
 
 import meshio
 import numpy as np
+import pytest
 import zenoh
-from support.bodies import box_mesh
 
+from support.bodies import box_mesh
+from tauten.service.cli import main
 from tauten.service.wire import Keys, is_alive
 
 ROBOT = """\
@@ -110,3 +112,12 @@ def tauten(*arguments: object) -> subprocess.CompletedProcess[str]:
     command = [sys.executable, "-m", "tauten.service", "--log-level", "error"]
     command += [str(argument) for argument in arguments]
     return subprocess.run(command, capture_output=True, text=True, timeout=120.0, check=False)
+
+
+def run_main(*arguments: object) -> int:
+    """Run a command in this process, which starts no interpreter; returns its exit code."""
+    with pytest.MonkeyPatch.context() as patch, pytest.raises(SystemExit) as ended:
+        patch.setattr(sys, "argv", ["tauten", *(str(argument) for argument in arguments)])
+        main()
+    code = ended.value.code
+    return 0 if code is None else int(code)

@@ -1,25 +1,29 @@
 """The benchmark of the QPCC solver: problems, oracles, quality, times."""
 
 from tauten.service.bench.qpcc.bench import QpccBench, bench_qpcc
+from tauten.service.bench.qpcc.global_optimum import branch_and_bound
 from tauten.service.bench.qpcc.oracle import enumerate_pieces, scip_optimum
 from tauten.service.bench.qpcc.quality import QpccCase, Quality, generated, measure
 from tauten.service.bench.qpcc.random_problems import (
     degenerate,
     known_global,
     known_stationary,
+    nasty,
     nonsense,
     robot_like,
 )
 from tauten.service.bench.qpcc.recorded import Recorded, load_recorded, save_recorded
-from tauten.service.bench.qpcc.times import SolveTimes, make_problems, time_solves
+from tauten.service.bench.qpcc.times import Size, SolveTimes, make_problems, time_solves
 
 __all__ = [
     "QpccBench",
     "QpccCase",
     "Quality",
     "Recorded",
+    "Size",
     "SolveTimes",
     "bench_qpcc",
+    "branch_and_bound",
     "degenerate",
     "enumerate_pieces",
     "generated",
@@ -28,6 +32,7 @@ __all__ = [
     "load_recorded",
     "make_problems",
     "measure",
+    "nasty",
     "nonsense",
     "robot_like",
     "save_recorded",

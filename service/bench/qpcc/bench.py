@@ -8,11 +8,20 @@ from functools import partial
 from pathlib import Path
 
 from tauten.controller.qpcc import available_backends
-from tauten.service.bench.qpcc.quality import Quality, generated, measure, recorded
+from tauten.service.bench.qpcc.quality import (
+    QpccCase,
+    Quality,
+    collections,
+    generated,
+    measure,
+    recorded,
+)
 from tauten.service.bench.qpcc.times import (
-    CABLES,
     FASTEST_OF,
-    MODES,
+    LARGE,
+    SIZES,
+    Kind,
+    Size,
     SolveTimes,
     make_problems,
     time_solves,
@@ -20,8 +29,10 @@ from tauten.service.bench.qpcc.times import (
 from tauten.service.process import HostInfo, host_info, one_blas_thread
 
 Progress = Callable[[float, str], None]
-OTHERS = 2  # random robots of a size that QP libraries other than the default are timed on
-TIMING = 0.6  # share of the work that times are
+COMPARED = ((1, 5), (3, 10), (9, 23), (9, 40))  # cables and modes at which libraries are compared
+ONE_START: tuple[Kind, ...] = ("descent", "warm")  # the homotopy is daqp's, whatever the library
+KINDS: tuple[Kind, ...] = ("descent", "cold", "warm")
+TIMING = 0.4  # share of the work that times are
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,39 +50,42 @@ class QpccBench:
     quality: tuple[Quality, ...]
 
 
-def bench_qpcc(folder: Path | None, progress: Progress) -> QpccBench:
-    """Times of random robots' problems, quality of generated and recorded ones.
+def bench_qpcc(folder: Path | None, published: Path | None, progress: Progress) -> QpccBench:
+    """Times of random robots' problems; quality of generated, recorded and published ones.
 
     Args:
         folder: with recorded problems; None: without them.
+        published: folder of problems that others wrote, with a problems.csv; None: without them.
         progress: called with the share of the work that has just been done, and what comes next.
     """
     with one_blas_thread():
         times = bench_times(progress)
-        quality = bench_quality(folder, progress)
+        sets = [*generated(), *(recorded(folder) if folder is not None else ())]
+        sets += collections(published) if published is not None else ()
+        quality = bench_quality(sets, progress)
     return QpccBench(host_info(), times, quality)
 
 
 def bench_times(progress: Progress) -> tuple[SolveTimes, ...]:
-    """Times of all libraries, sizes and starts; the default library first."""
+    """Times of the default library at all sizes, of the others at those that are compared."""
     default, *others = available_backends()
-    sizes = [(n_a, k) for n_a in CABLES for k in MODES]
-    share = TIMING / (len(sizes) * (1 + len(others)))
-    times, few = [], []
-    for n_a, k in sizes:
-        asked = make_problems(n_a, k)
-        few.append(make_problems(n_a, k, OTHERS))
-        progress(share, f"{default}: {n_a} cables, {k} modes")
-        times += [time_solves(asked, default, warm, FASTEST_OF) for warm in (False, True)]
-    for solver in others:
-        for asked in few:
-            times += [time_solves(asked, solver, warm, fastest_of=2) for warm in (False, True)]
-            progress(share, f"{solver}: {times[-1].n_a} cables, {times[-1].k} modes")
+    share = TIMING / (len(SIZES) + len(others) * len(COMPARED))
+    times: list[SolveTimes] = []
+    for size in SIZES:
+        progress(share, f"{default}: {size.n_a} cables, {size.k} modes")
+        asked, fastest_of = make_problems(size), 1 if size.k >= LARGE else FASTEST_OF
+        times += [time_solves(asked, default, kind, fastest_of) for kind in KINDS]
+    for n_a, k in COMPARED:
+        asked = make_problems(Size(n_a, k, robots=2))
+        for solver in others:
+            progress(share, f"{solver}: {n_a} cables, {k} modes")
+            times += [time_solves(asked, solver, kind, fastest_of=2) for kind in ONE_START]
     return tuple(times)
 
 
-def bench_quality(folder: Path | None, progress: Progress) -> tuple[Quality, ...]:
+def bench_quality(
+    sets: list[tuple[str, list[QpccCase]]], progress: Progress
+) -> tuple[Quality, ...]:
     """Quality of all sets."""
-    sets = [*generated(), *(recorded(folder) if folder is not None else ())]
     share = (1.0 - TIMING) / sum(len(cases) for _, cases in sets)
     return tuple(measure(name, cases, partial(progress, share, name)) for name, cases in sets)

@@ -26,8 +26,8 @@ def enumerate_pieces(problem: Qpcc, solver: str = "daqp") -> tuple[float, Bools]
     for choice in product((False, True), repeat=len(problem.m)):
         piece = np.array(choice, dtype=np.bool_)
         point = solve_piece(scaled, piece, qp_backend(solver))
-        if point is not None and point.worth.objective < best:
-            best, best_piece = point.worth.objective, piece
+        if point is not None and point.residuals.objective < best:
+            best, best_piece = point.residuals.objective, piece
     return best * units.cost + problem.constant, best_piece
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -9,7 +10,16 @@ from pathlib import Path
 
 import numpy as np
 
-from tauten.controller.qpcc import Qpcc, QpccSettings, Solution, Start, certify, solve_qpcc
+from tauten.controller.qpcc import (
+    Qpcc,
+    QpccSettings,
+    Solution,
+    Start,
+    certify,
+    read_qpcc,
+    solve_qpcc,
+)
+from tauten.service.bench.qpcc.global_optimum import branch_and_bound
 from tauten.service.bench.qpcc.oracle import enumerate_pieces
 from tauten.service.bench.qpcc.random_problems import (
     degenerate,
@@ -19,9 +29,14 @@ from tauten.service.bench.qpcc.random_problems import (
 )
 from tauten.service.bench.qpcc.recorded import load_recorded
 
-SECOND_PHASE = QpccSettings(search_time=0.02)
-ORACLE = QpccSettings(search_time=1.0, max_pivots=100_000, rescue_nodes=10_000)
+ONE_START = QpccSettings(second_start="never")
+STAYING = QpccSettings(max_pivots=0, second_start="never")
+SEARCH_TIME = 0.2  # s of branch and bound a problem, where the optimum is not known otherwise
 ENUMERABLE = 7  # modes of which all pieces are looked at
+ROBOTS = (
+    (1, 5, 150), (3, 10, 150), (3, 23, 150), (9, 23, 150), (9, 40, 150), (12, 100, 40),
+)  # fmt: skip
+TINY = 1e-300  # a best known objective may be zero
 ROUND_OFF = (
     1e-9  # of an objective, relative to what it is with the tensions and forces of the start
 )
@@ -29,11 +44,19 @@ ROUND_OFF = (
 
 @dataclass(frozen=True, slots=True)
 class QpccCase:
-    """A problem, where a controller would start, and the optimum where it is known."""
+    """A problem, where a controller would start, and the optimum where it is known.
+
+    Attributes:
+        problem: the QPCC.
+        start: of a controller; None: there is none.
+        optimum: or the best known objective; None: to be searched for.
+        slack: absolute difference of objectives that counts as none.
+    """
 
     problem: Qpcc
     start: Start | None = None
     optimum: float | None = None
+    slack: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,12 +64,12 @@ class Gaps:
     """How far objectives lie above the optimum, relative.
 
     Attributes:
-        start: "cold", "warm" or "second phase", which starts warm where there is a warm start.
+        start: "descent", from tensions of zero alone; "cold", with the homotopy as a second start; "warm",
+            from the step before.
         exact: share within 1e-6.
         percent: share within 1 %.
         worst: largest; None when a problem with a feasible point was not solved.
         statuses: how often each status came.
-        proved: share of which the solver itself proves that they are within 1e-6.
     """
 
     start: str
@@ -54,7 +77,6 @@ class Gaps:
     percent: float
     worst: float | None
     statuses: dict[str, int]
-    proved: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +87,8 @@ class Quality:
         name: of the set.
         problems: how many.
         empty: of them without any feasible point, left out of the gaps.
-        unproved: problems whose optimum the oracle did not prove in its time; the best value known counts.
+        unproved: problems whose optimum was not proved in the time of branch and bound; the best known
+            value counts.
         gaps: by start.
         residual: largest residual that `solve_qpcc` certifies in a solution that is OK.
         judged: largest primal or complementarity residual as judged independently of the solver.
@@ -93,7 +116,6 @@ class _Tally:
 
     excess: dict[str, list[float]]
     statuses: dict[str, Counter[str]]
-    proved: Counter[str]
     unproved: int = 0
     empty: int = 0
     residual: float = 0.0
@@ -107,8 +129,8 @@ class _Tally:
 def generated(seed: int = 0) -> Iterator[tuple[str, list[QpccCase]]]:
     """The families of random problems, 1,000 and some in all."""
     rng = np.random.default_rng(seed)
-    for n_a, k in ((1, 5), (3, 10), (9, 23)):
-        cases = [QpccCase(robot_like(rng, n_a, k).problem()) for _ in range(150)]
+    for n_a, k, count in ROBOTS:
+        cases = [QpccCase(robot_like(rng, n_a, k).problem()) for _ in range(count)]
         yield f"robots {n_a} x {k}", cases
     cases = []
     for i in range(200):
@@ -131,10 +153,22 @@ def recorded(folder: Path) -> Iterator[tuple[str, list[QpccCase]]]:
         yield file.stem, cases
 
 
+def collections(folder: Path) -> Iterator[tuple[str, list[QpccCase]]]:
+    """Published problems of a folder, with their best known objectives in problems.csv."""
+    with (folder / "problems.csv").open(encoding="utf-8") as file:
+        best = {row["name"]: float(row["best_known"]) for row in csv.DictReader(file)}
+    cases = {
+        name: QpccCase(read_qpcc(folder / f"{name}.npz")[0], None, value, slack=1e-6)
+        for name, value in best.items()
+    }
+    yield "QPECs", [case for name, case in cases.items() if name.startswith("qpec-")]
+    yield "MacMPEC LCQPs", [case for name, case in cases.items() if not name.startswith("qpec-")]
+
+
 def measure(name: str, cases: list[QpccCase], progress: Callable[[], None]) -> Quality:
     """Solve a set of problems in all ways."""
-    kinds = ("cold", "warm", "second phase") if cases[0].start else ("cold", "second phase")
-    tally = _Tally({kind: [] for kind in kinds}, {kind: Counter() for kind in kinds}, Counter())
+    kinds = ("descent", "cold", "warm") if cases[0].start else ("descent", "cold")
+    tally = _Tally({kind: [] for kind in kinds}, {kind: Counter() for kind in kinds})
     for case in cases:
         solve_all_ways(case, kinds, tally)
         progress()
@@ -156,10 +190,11 @@ def solve_all_ways(case: QpccCase, kinds: tuple[str, ...], tally: _Tally) -> Non
     """One problem: every start, the oracle, the judges."""
     problem, start = case.problem, case.start
     solutions = {
+        "descent": solve_qpcc(problem, None, ONE_START),
         "cold": solve_qpcc(problem),
-        "warm": solve_qpcc(problem, start),
-        "second phase": solve_qpcc(problem, start, SECOND_PHASE),
     }
+    if start is not None:
+        solutions["warm"] = solve_qpcc(problem, start)
     for kind in kinds:
         tally.statuses[kind][solutions[kind].status.name] += 1
     best, proved = optimum(case, list(solutions.values()))
@@ -171,9 +206,9 @@ def solve_all_ways(case: QpccCase, kinds: tuple[str, ...], tally: _Tally) -> Non
     for kind in kinds:
         solution = solutions[kind]
         excess = solution.objective - best if solution.status.usable else np.inf
-        relative = 0.0 if excess <= margin * 1e-3 else excess / max(abs(best), margin)
+        excess = 0.0 if excess <= case.slack else excess
+        relative = 0.0 if excess <= margin * 1e-3 else excess / max(abs(best), margin, TINY)
         tally.excess[kind].append(relative)
-        tally.proved[kind] += solution.gap <= 1e-6
         look(problem, solution, tally)
     if start is not None:
         compare_with_staying(problem, start, solutions["warm"], tally)
@@ -187,11 +222,8 @@ def optimum(case: QpccCase, solutions: list[Solution]) -> tuple[float, bool]:
         return case.optimum, True
     if len(problem.m) <= ENUMERABLE:
         return enumerate_pieces(problem)[0], True
-    oracle = solve_qpcc(problem, case.start, ORACLE)
-    if oracle.status.usable:
-        found.append(oracle.objective)
-    best = min(found, default=np.inf)
-    return best, oracle.gap <= 1e-6 or best == np.inf
+    search = branch_and_bound(problem, case.start, SEARCH_TIME)
+    return min([search.objective, *found]), search.proved
 
 
 def look(problem: Qpcc, solution: Solution, tally: _Tally) -> None:
@@ -209,7 +241,7 @@ def look(problem: Qpcc, solution: Solution, tally: _Tally) -> None:
 
 def compare_with_staying(problem: Qpcc, start: Start, warm: Solution, tally: _Tally) -> None:
     """Count solutions worse than the tensions before with the contact forces they cause."""
-    stay = solve_qpcc(problem, start, QpccSettings(max_pivots=0, rescue_nodes=0))
+    stay = solve_qpcc(problem, start, STAYING)
     if stay.status.usable:
         tally.stay += 1
         tally.worse += not warm.objective <= stay.objective * (1.0 + ROUND_OFF)
@@ -225,5 +257,4 @@ def gaps_of(kind: str, tally: _Tally) -> Gaps:
         percent=float(np.mean(excess <= 1e-2)),
         worst=worst if np.isfinite(worst) else None,
         statuses=dict(tally.statuses[kind]),
-        proved=tally.proved[kind] / max(len(excess), 1),
     )

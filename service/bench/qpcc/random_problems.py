@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tauten.controller import Response, inverse_problem
+from tauten.controller import energy_scale, inverse_problem
 from tauten.controller.qpcc import Qpcc
 from tauten.model import Limits
 from tauten.model.numerics import Array
@@ -95,14 +95,16 @@ class RobotLike:
     """A random soft robot condensed to its compliances, which drifts as it moves.
 
     Attributes:
-        response: compliances [m/N] and free motion [m].
+        W: (m, m) compliance of effector, cables and contacts [m/N].
+        delta_free: (m,) their values after a step without forces [m].
         limits: of the cables.
         target: (3,) where the effector is to go [m].
         drift: (m, m) factor by which the compliance changes over a step.
         velocity: (3,) of the target [m per step].
     """
 
-    response: Response
+    W: Array
+    delta_free: Array
     limits: Limits
     target: Array
     drift: Array
@@ -111,10 +113,12 @@ class RobotLike:
     def problem(self, step: int = 0, pull_prev: Array | None = None) -> Qpcc:
         """The inverse problem of a control step."""
         turn = np.eye(len(self.drift)) + np.sin(0.1 * step) * self.drift
-        pull = np.zeros(self.response.n_a) if pull_prev is None else pull_prev
-        moved = replace(self.response, W=turn @ self.response.W @ turn.T)
+        n_a = len(self.limits.rate)
+        pull = np.zeros(n_a) if pull_prev is None else pull_prev
+        W = turn @ self.W @ turn.T
         target = self.target + step * self.velocity
-        return inverse_problem(moved, target, self.limits, pull, 0.02, 1e-3)
+        weight = 1e-3 * energy_scale(W, 3, n_a, np.zeros(len(W) - 3 - n_a, dtype=np.bool_))
+        return inverse_problem(W, self.delta_free, target, pull, self.limits, 0.02, weight)
 
 
 def robot_like(rng: Random, n_a: int, k: int, rank: int | None = None) -> RobotLike:
@@ -145,7 +149,8 @@ def robot_like(rng: Random, n_a: int, k: int, rank: int | None = None) -> RobotL
         rate=np.full(n_a, 0.05),
     )
     return RobotLike(
-        response=Response(W, free, 3, n_a, k),
+        W=W,
+        delta_free=free,
         limits=limits,
         target=free[:3] + rng.normal(size=3) * 0.002,
         drift=0.02 * rng.normal(size=(m, m)) / np.sqrt(m),
@@ -211,3 +216,42 @@ def nonsense(rng: Random, decades: float = 12.0) -> Qpcc:
     if rng.random() < 0.02 and k > 0:
         m[0] = rng.choice([np.nan, np.inf])
     return Qpcc(half @ half.T, some(n), lb, ub, some(p, n), g_lo, g_hi, M, m)
+
+
+def nasty(rng: Random, decades: float = 6.0) -> Qpcc:
+    """A small problem that is hard on tolerances: whole numbers, low rank, gaps of zero, no curvature, units.
+
+    Args:
+        rng: source of randomness.
+        decades: forces and lengths are measured in units from 10 to minus this to 10 to this.
+    """
+    n_a, k, p = int(rng.integers(1, 5)), int(rng.integers(1, 7)), int(rng.integers(0, 4))
+    n = n_a + k
+    kind = rng.integers(4)
+
+    def some(*shape: int) -> Array:
+        values = rng.normal(size=shape) if kind < 2 else rng.integers(-2, 3, size=shape)
+        return np.asarray(values, dtype=np.float64)
+
+    rank = int(rng.integers(0, n + 1))
+    half, contact = some(n, rank), some(k, int(rng.integers(1, k + 1)))
+    N = contact @ contact.T
+    if kind == 3:  # skew, as in bilevel programs
+        N = np.triu(some(k, k), 1)
+        N = N - N.T
+    m = some(k) * (rng.random(k) < rng.choice([0.0, 0.5, 1.0]))
+    low = some(p)
+    width = np.abs(some(p)) * (rng.random(p) < 0.7)
+    high = np.where(rng.random(p) < 0.3, np.inf, low + width)
+    force, length = 10.0 ** rng.uniform(-decades, decades, 2)
+    return Qpcc(
+        Q=half @ half.T * length**2 / force**2,
+        c=some(n) * length**2 / force,
+        lb=np.where(rng.random(n_a) < 0.2, -np.inf, 0.0),
+        ub=np.where(rng.random(n_a) < 0.5, np.inf, force * np.abs(some(n_a))),
+        G=some(p, n) * length / force,
+        g_lo=low * length,
+        g_hi=high * length,
+        M=np.hstack([some(k, n_a), N]) * length / force,
+        m=m * length,
+    )

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from tauten.controller import Response, inverse_problem
+from tauten.controller import energy_scale, inverse_problem
 from tauten.controller.qpcc import Qpcc, Start
 from tauten.model import Limits
 from tauten.model.numerics import Array
@@ -23,7 +23,8 @@ class Recorded:
     """One step of a controller.
 
     Attributes:
-        response: compliances [m/N] and free motion [m].
+        W: (m, m) compliance of effectors, cables and contacts [m/N].
+        delta_free: (m,) their values after a step without forces [m].
         target: (n_e,) [m].
         limits: of the cables.
         pull_prev: (n_a,) pulled lengths commanded before [m].
@@ -32,7 +33,8 @@ class Recorded:
         start: tensions before and the modes that pushed.
     """
 
-    response: Response
+    W: Array
+    delta_free: Array
     target: Array
     limits: Limits
     pull_prev: Array
@@ -40,27 +42,33 @@ class Recorded:
     epsilon: float
     start: Start
 
+    @property
+    def n_c(self) -> int:
+        """Contact rows."""
+        return len(self.delta_free) - len(self.target) - len(self.pull_prev)
+
     def problem(self) -> Qpcc:
         """The inverse problem."""
+        n_e, n_a = len(self.target), len(self.pull_prev)
+        weight = self.epsilon * energy_scale(self.W, n_e, n_a, self.start.piece)
         return inverse_problem(
-            self.response, self.target, self.limits, self.pull_prev, self.h, self.epsilon,
-            self.start.piece,
-        )  # fmt: skip
+            self.W, self.delta_free, self.target, self.pull_prev, self.limits, self.h, weight
+        )
 
 
 def save_recorded(path: Path, steps: list[Recorded]) -> None:
     """Write steps of one robot, which have the same cables and effectors."""
     first = steps[0]
-    sizes = np.array([step.response.n_c for step in steps])
-    triangles = [step.response.W[np.tril_indices(len(step.response.W))] for step in steps]
+    sizes = np.array([step.n_c for step in steps])
+    triangles = [step.W[np.tril_indices(len(step.W))] for step in steps]
     limits = first.limits
     np.savez_compressed(
         path,
-        n_e=first.response.n_e,
-        n_a=first.response.n_a,
+        n_e=len(first.target),
+        n_a=len(first.pull_prev),
         n_c=sizes,
         W=np.concatenate(triangles),
-        delta_free=np.concatenate([step.response.delta_free for step in steps]),
+        delta_free=np.concatenate([step.delta_free for step in steps]),
         target=np.array([step.target for step in steps]),
         limits=np.array(
             [limits.tension_min, limits.tension_max, limits.pull_min, limits.pull_max, limits.rate]
@@ -110,7 +118,8 @@ def step_of(arrays: dict[str, Any], parts: dict[str, list[Any]], i: int) -> Reco
     W[np.tril_indices(m)] = parts["W"][i]
     W = np.tril(W) + np.tril(W, -1).T
     return Recorded(
-        response=Response(W, parts["delta_free"][i], n_e, n_a, n_c),
+        W=W,
+        delta_free=parts["delta_free"][i],
         target=arrays["target"][i],
         limits=Limits(*arrays["limits"]),
         pull_prev=arrays["pull_prev"][i],

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import dataclass
 from time import perf_counter
+from typing import Literal
 
 import numpy as np
 
@@ -12,9 +13,29 @@ from tauten.controller.qpcc import Qpcc, QpccSettings, Solution, solve_qpcc
 from tauten.service.bench.qpcc.random_problems import robot_like
 from tauten.service.replay import Spread, spread
 
-CABLES, MODES = (1, 3, 9), (5, 10, 23, 40)
-ROBOTS, STEPS = 10, 20  # problems of a size: so many random robots, each for so many control steps
+STEPS = 20  # control steps of a random robot
 FASTEST_OF = 5
+LARGE = 100  # modes from which a problem is solved once only, and few problems are
+
+
+@dataclass(frozen=True, slots=True)
+class Size:
+    """Cables, modes, and how many random robots of them are timed for how many control steps."""
+
+    n_a: int
+    k: int
+    robots: int = 10
+    steps: int = STEPS
+
+
+SIZES = (
+    *(Size(n_a, k) for n_a in (1, 3, 9) for k in (5, 10, 23, 40)),
+    Size(12, 100, robots=4, steps=5),
+    Size(40, 200, robots=2, steps=4),
+)
+
+
+Kind = Literal["descent", "cold", "warm"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,7 +54,8 @@ class SolveTimes:
         solver: QP library.
         n_a: cables.
         k: contact modes.
-        start: "cold", without tension and force, or "warm", from the solution of the step before.
+        start: "descent", from tensions of zero; "cold", with the homotopy as a second start; "warm", from the
+            solution of the step before.
         problems: how many.
         ms: times of a solve; of every problem the fastest of some, so that the p99 is that of problems and
             not of whatever else the machine did.
@@ -51,14 +73,14 @@ class SolveTimes:
     statuses: dict[str, int]
 
 
-def make_problems(n_a: int, k: int, robots: int = ROBOTS) -> list[Asked]:
+def make_problems(size: Size) -> list[Asked]:
     """Control steps of random robots whose compliance drifts and whose target moves."""
-    asked = []
-    for seed in range(robots):
-        robot = robot_like(np.random.default_rng(seed), n_a, k)
-        free = robot.response.delta_free[3 : 3 + n_a]
+    asked, n_a = [], size.n_a
+    for seed in range(size.robots):
+        robot = robot_like(np.random.default_rng(seed), n_a, size.k)
+        free = robot.delta_free[3 : 3 + n_a]
         pull, before = np.zeros(n_a), None
-        for step in range(STEPS + 1):
+        for step in range(size.steps + 1):
             problem = robot.problem(step, pull)
             solution = solve_qpcc(problem, before)
             if before is not None:
@@ -71,13 +93,20 @@ def make_problems(n_a: int, k: int, robots: int = ROBOTS) -> list[Asked]:
     return asked
 
 
-def time_solves(asked: list[Asked], solver: str, warm: bool, fastest_of: int) -> SolveTimes:
-    """Solve all problems and look at the clock."""
-    settings = QpccSettings(solver=solver)
+def time_solves(asked: list[Asked], solver: str, kind: Kind, fastest_of: int) -> SolveTimes:
+    """Solve all problems and look at the clock.
+
+    Args:
+        asked: the problems.
+        solver: QP library of the pieces.
+        kind: of start, see `SolveTimes`.
+        fastest_of: solves of a problem, of which the fastest counts.
+    """
+    settings = QpccSettings(solver, second_start="cold" if kind == "cold" else "never")
     times, pivots = [], []
     statuses: Counter[str] = Counter()
     for one in asked:
-        start = one.before if warm else None
+        start = one.before if kind == "warm" else None
         fastest = np.inf
         for _ in range(fastest_of):
             begin = perf_counter()
@@ -90,7 +119,7 @@ def time_solves(asked: list[Asked], solver: str, warm: bool, fastest_of: int) ->
         solver=solver,
         n_a=len(asked[0].problem.lb),
         k=len(asked[0].problem.m),
-        start="warm" if warm else "cold",
+        start=kind,
         problems=len(asked),
         ms=spread(times),
         pivots=spread(pivots),

@@ -2,16 +2,33 @@
 
 from __future__ import annotations
 
-from time import perf_counter
+from time import process_time
 
 import numpy as np
 import pytest
 from support.qpcc_checks import EXACT, worst
 
-from tauten.controller.qpcc import Qpcc, QpccSettings, Solution, Start, Status, certify, solve_qpcc
+from tauten.controller.qpcc import (
+    Qpcc,
+    QpccSettings,
+    Solution,
+    Start,
+    Status,
+    available_backends,
+    certify,
+    solve_qpcc,
+    warm_solver,
+)
 from tauten.service.bench.qpcc import nonsense
 
-HANG = 5.0  # s
+HANG = 5.0  # s of processor time
+
+
+@pytest.fixture(scope="module", autouse=True)
+def kernels() -> None:
+    """Compiled before a clock runs."""
+    for solver in available_backends():
+        warm_solver(solver)
 
 
 def check(problem: Qpcc, solution: Solution) -> None:
@@ -39,9 +56,9 @@ def fuzz(seeds: range, settings: QpccSettings) -> dict[Status, int]:
         problem = nonsense(rng)
         n_a, k = len(problem.lb), len(problem.m)
         start = Start(rng.normal(size=n_a) * 10.0 ** rng.uniform(-12, 12), rng.random(k) < 0.5)
-        begin = perf_counter()
+        begin = process_time()  # not the real clock
         solution = solve_qpcc(problem, start if seed % 2 else None, settings)
-        assert perf_counter() - begin < HANG
+        assert process_time() - begin < HANG
         try:
             check(problem, solution)
         except AssertionError as error:
@@ -57,13 +74,13 @@ def test_three_hundred() -> None:
     assert counts[Status.NOT_FINITE] > 0
 
 
-@pytest.mark.parametrize("solver", ["osqp", "proxqp", "quadprog"])
+@pytest.mark.parametrize("solver", [name for name in available_backends() if name != "daqp"])
 def test_sixty_with_other_back_ends(solver: str) -> None:
     fuzz(range(1000, 1060), QpccSettings(solver=solver))
 
 
-def test_sixty_with_a_search() -> None:
-    fuzz(range(2000, 2060), QpccSettings(search_time=0.02))
+def test_sixty_with_a_second_start_always() -> None:
+    fuzz(range(2000, 2060), QpccSettings(second_start="always"))
 
 
 @pytest.mark.slow

@@ -11,9 +11,9 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from tauten.controller.qpcc import QpccSettings, solve_qpcc
+from tauten.controller.qpcc import solve_qpcc
 
-DOCS = Path(__file__).resolve().parents[2] / "docs"
+DOCS = Path(__file__).resolve().parents[3] / "docs"
 
 
 @pytest.fixture(scope="module")
@@ -36,16 +36,15 @@ def test_the_python_of_the_page_runs() -> None:
 
 
 def test_the_picture_has_a_way_to_the_optimum_and_a_local_one(figure: ModuleType) -> None:
-    settings = QpccSettings(search_time=1.0)
     plane, line = figure.two_cables(), figure.one_cable()
     for start in ((0.1, 0.35), (0.12, 2.1)):
         way = figure.path(plane, np.array(start))
         values = [value for _, value in way]
         assert len(way) == 3
         assert values == sorted(values, reverse=True)
-        assert values[-1] == pytest.approx(solve_qpcc(plane, settings=settings).objective)
+        assert values[-1] == pytest.approx(solve_qpcc(plane).objective)
     local = figure.path(line, np.array([0.2]))[-1][1]
-    assert local > solve_qpcc(line, settings=settings).objective + 0.05
+    assert local > solve_qpcc(line).objective + 0.05
 
 
 def test_the_picture_is_drawn(

@@ -18,6 +18,7 @@ from tauten.controller.qpcc import (
 )
 from tauten.model.numerics import Bools
 from tauten.service.bench.qpcc import (
+    branch_and_bound,
     enumerate_pieces,
     known_global,
     known_stationary,
@@ -25,7 +26,8 @@ from tauten.service.bench.qpcc import (
     scip_optimum,
 )
 
-GLOBAL = QpccSettings(search_time=10.0, max_pivots=10_000)  # ends long before when proved
+SEARCH = 10.0  # s; ends long before when proved
+ONE_START = QpccSettings(second_start="never")
 
 
 def finger_that_closes(target: float, gap: float = 1.0) -> Qpcc:
@@ -65,7 +67,7 @@ def test_a_finger_by_hand(target: float, tension: float, force: float) -> None:
 
 def test_crossing_a_kink_takes_two_pieces() -> None:
     problem = finger_that_closes(1.4)
-    from_open = solve_qpcc(problem)
+    from_open = solve_qpcc(problem, settings=ONE_START)
     assert from_open.pivots == 2
     assert from_open.piece.tolist() == [True]
     assert solve_qpcc(problem, from_open).pivots == 1
@@ -77,10 +79,9 @@ def test_known_global_optima_are_found(degenerate: int) -> None:
     for n_a, k in ((1, 4), (3, 8), (9, 23)) * 5:
         known = known_global(rng, n_a, k, degenerate)
         lowest = known.problem.objective(known.lam_a, known.beta)
-        solution = solve_qpcc(known.problem, settings=QpccSettings(search_time=5.0))
+        solution = solve_qpcc(known.problem)
         assert_solves(known.problem, solution)
         assert solution.objective == pytest.approx(lowest, rel=1e-7)
-        assert solution.gap <= 1e-6
 
 
 @pytest.mark.parametrize("degenerate", [0, 3])
@@ -112,20 +113,21 @@ def test_small_problems_against_all_pieces() -> None:
         known = known_stationary(rng, n_a, k).problem
         problem = robot_like(rng, n_a, k).problem() if i % 2 else known
         lowest, _ = enumerate_pieces(problem)
-        solution, proved = solve_qpcc(problem), solve_qpcc(problem, settings=GLOBAL)
+        solution, search = solve_qpcc(problem), branch_and_bound(problem, None, SEARCH)
+        assert search.proved
         if not np.isfinite(lowest):
             assert not solution.status.usable
+            assert search.bound == np.inf
             continue
         margin = 1e-7 * max(abs(lowest), problem.constant)
-        assert_solves(problem, proved)
-        assert abs(proved.objective - lowest) <= margin
-        assert proved.bound <= lowest + margin
-        assert proved.gap <= 1e-6
+        assert_solves(problem, solution)
+        assert search.objective == pytest.approx(lowest, abs=margin)
+        assert search.bound <= lowest + margin
         assert solution.objective >= lowest - margin
         found += solution.objective <= lowest + margin
         total += 1
     assert total > 40
-    assert found >= 0.75 * total  # half of them are made to have local optima
+    assert found >= 0.9 * total
 
 
 @pytest.mark.parametrize("k", [10, 13, 15])
@@ -134,36 +136,34 @@ def test_larger_problems_against_scip(k: int) -> None:
     for _ in range(2):
         problem = robot_like(rng, 3, k).problem()
         objective, bound = scip_optimum(problem)
-        solution = solve_qpcc(problem, settings=GLOBAL)
+        solution = solve_qpcc(problem)
         if not np.isfinite(objective):
             assert not solution.status.usable
             continue
         margin = 1e-5 * abs(objective)
         assert solution.objective == pytest.approx(objective, abs=margin)
         assert bound <= solution.objective + margin
-        assert solution.bound <= objective + margin
 
 
-def test_the_second_phase_never_loses_and_bounds_hold() -> None:
+def test_the_second_start_never_loses() -> None:
     rng = np.random.default_rng(8)
     improved = 0
     for _ in range(40):
         known = known_stationary(rng, 3, 8)
         start = Start(known.lam_a, known.beta > 0.0)
         first = solve_qpcc(known.problem, start)
-        second = solve_qpcc(known.problem, start, GLOBAL)
-        lowest, _ = enumerate_pieces(known.problem)
+        second = solve_qpcc(known.problem, start, QpccSettings(second_start="always"))
         assert second.objective <= first.objective + 1e-9 * abs(first.objective)
-        assert second.bound <= lowest + 1e-6 * abs(lowest)
-        assert second.gap <= 1e-6
         improved += second.objective < first.objective - 1e-3 * abs(first.objective)
     assert improved >= 5  # these have local optima, else nothing was tested
 
 
-def test_without_a_second_phase_nothing_is_claimed_about_the_optimum() -> None:
-    solution = solve_qpcc(finger_that_closes(0.5))
-    assert solution.bound == -np.inf
-    assert solution.gap == np.inf
+def test_a_warm_start_takes_no_second_one() -> None:
+    problem = robot_like(np.random.default_rng(19), 9, 23).problem()
+    settings = [QpccSettings(second_start=choice) for choice in ("cold", "always", "never")]  # type: ignore[arg-type]
+    start = Start(np.zeros(9), np.zeros(23, dtype=np.bool_))
+    cold, always, never = (solve_qpcc(problem, start, one).pivots for one in settings)
+    assert cold == never < always
 
 
 def test_never_worse_than_staying() -> None:
@@ -193,7 +193,7 @@ def test_an_exact_start_needs_one_piece(n_a: int, k: int) -> None:
         again = solve_qpcc(problem, first)
         assert again.pivots == 1
         assert again.objective == pytest.approx(first.objective, rel=1e-9)
-        np.testing.assert_array_equal(again.piece, first.piece)
+        np.testing.assert_allclose(again.beta, first.beta, atol=1e-9)
 
 
 WRONG_STARTS = [
@@ -212,17 +212,22 @@ def test_starts_that_do_not_fit_do_no_harm(warm: Start | Bools) -> None:
 
 
 @pytest.mark.parametrize("name", available_backends())
-def test_back_ends_agree(name: str) -> None:
-    settings = QpccSettings(solver=name)
+def test_back_ends_agree_or_their_certificate_says_not(name: str) -> None:
+    settings, agree = QpccSettings(solver=name), 0
     steps = [recorded("finger_5")[i] for i in (0, 30, 60, 90)]
     steps += [recorded("three_cables_5")[i] for i in (10, 50)]
     for step in steps:
         problem = step.problem()
-        reference, solution = solve_qpcc(problem, step.start), None
+        reference = solve_qpcc(problem, step.start)
         solution = solve_qpcc(problem, step.start, settings)
+        if not solution.status.ok:
+            assert not solution.status.usable or worst(solution.certificate) > EXACT
+            continue
+        agree += 1
         assert_solves(problem, solution)
         assert solution.objective == pytest.approx(reference.objective, rel=1e-6)
         np.testing.assert_allclose(solution.lam_a, reference.lam_a, atol=1e-5)
+    assert agree >= 1
 
 
 def test_an_unknown_back_end_raises() -> None:
@@ -297,7 +302,7 @@ def test_the_order_of_modes_does_not_matter_to_the_optimum() -> None:
             M=problem.M[order][:, z],
             m=problem.m[order],
         )
-        first, second = solve_qpcc(problem, None, GLOBAL), solve_qpcc(other, None, GLOBAL)
+        first, second = (branch_and_bound(one, None, SEARCH) for one in (problem, other))
         assert second.objective == pytest.approx(first.objective, rel=1e-6)
 
 

@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from reference.linear_programs import has_feasible_point
 from support.qpcc_checks import EXACT, RECORDED, assert_solves, recorded, violation, worst
 
-from tauten.controller.qpcc import Qpcc, QpccSettings, Solution, Start, Status, solve_qpcc
+from tauten.controller.qpcc import Qpcc, QpccSettings, Start, Status, solve_qpcc
 from tauten.service.bench.qpcc import (
-    enumerate_pieces,
     known_stationary,
     nonsense,
     robot_like,
@@ -63,7 +63,7 @@ def test_infinity_outside_the_limits_is_not_finite(field: str, value: float) -> 
 def test_the_ends_of_the_number_range(field: str, value: float) -> None:
     array = getattr(two_cables(), field).copy()
     array.flat[0] = value
-    solution = solve_qpcc(two_cables(**{field: array}), settings=QpccSettings(search_time=0.01))
+    solution = solve_qpcc(two_cables(**{field: array}))
     assert np.isfinite(solution.lam_a).all()
     assert np.isfinite(solution.beta).all()
     if solution.status.ok:
@@ -130,7 +130,7 @@ def test_a_pivot_limit_returns_a_feasible_point() -> None:
     cut_short = 0
     for _ in range(30):
         problem = robot_like(rng, 3, 10).problem()
-        whole = solve_qpcc(problem)
+        whole = solve_qpcc(problem, settings=QpccSettings(second_start="never"))
         one = solve_qpcc(problem, settings=QpccSettings(max_pivots=1))
         assert one.pivots <= 1
         if whole.pivots == 1 or not one.status.usable:
@@ -159,11 +159,9 @@ def test_an_objective_without_a_minimum_is_not_ok() -> None:
         row_names=(),
         ub=np.array([5.0, np.inf]),
     )
-    for settings in (QpccSettings(), QpccSettings(search_time=0.1)):
-        solution = solve_qpcc(problem, settings=settings)
-        assert not solution.status.ok
-        assert solution.bound == -np.inf
-        assert np.isfinite(solution.lam_a).all()
+    solution = solve_qpcc(problem)
+    assert not solution.status.ok
+    assert np.isfinite(solution.lam_a).all()
 
 
 def test_infeasible_means_that_all_pieces_are_empty() -> None:
@@ -173,7 +171,7 @@ def test_infeasible_means_that_all_pieces_are_empty() -> None:
         problem = nonsense(rng, decades=0.5)
         solution = solve_qpcc(problem)
         if solution.status is Status.INFEASIBLE:
-            assert enumerate_pieces(problem)[0] == np.inf
+            assert not has_feasible_point(problem)
             empty += 1
     assert empty > 50
 
@@ -182,7 +180,7 @@ def test_scip_finds_nothing_either_where_recorded_problems_are_made_infeasible()
     """Cables that are to let out more than the robot takes up: tensions would have to be negative."""
     empty = 0
     for name in RECORDED:
-        for step in [step for step in recorded(name) if step.response.n_c <= 20][::8]:
+        for step in [step for step in recorded(name) if step.n_c <= 20][::8]:
             problem = step.problem()
             slack = replace(problem, g_lo=problem.g_lo - 2e-3, g_hi=problem.g_lo - 1e-3)
             solution = solve_qpcc(slack, step.start)
@@ -205,16 +203,6 @@ def test_tensions_at_an_infeasible_problem_stay_within_their_bounds() -> None:
             assert np.all((solution.lam_a >= far.lb) & (solution.lam_a <= far.ub))
             assert solution.conflict
     assert seen > 50
-
-
-def test_the_gap_is_relative_and_unknown_without_a_bound() -> None:
-    solution = solve_qpcc(two_cables())
-    assert solution.gap == np.inf
-    known: Solution = replace(solution, objective=2.0, bound=1.0)
-    assert known.gap == 0.5
-    assert replace(known, bound=2.0).gap == 0.0
-    assert replace(known, objective=np.inf).gap == np.inf
-    assert replace(known, objective=0.0, bound=-np.inf).gap == np.inf
 
 
 def test_a_degenerate_start_of_a_stationary_point_keeps_it() -> None:

@@ -12,7 +12,8 @@ HARSH = """
 import sys
 import numpy as np
 from numba.core.dispatcher import Dispatcher
-from tauten.controller.qpcc.solve import QpccSettings, Start, solve_qpcc
+from tauten.controller.qpcc.problem import Start
+from tauten.controller.qpcc.solve import QpccSettings, solve_qpcc
 from tauten.service.bench.qpcc.random_problems import degenerate, known_stationary
 from tauten.controller.qpcc.warming import warm_solver
 
@@ -31,7 +32,8 @@ def solve_many(solver):
         problem = degenerate(rng, n_a, k) if case % 2 else known_stationary(rng, n_a, k, 1).problem
         piece = rng.random(k) < 0.5
         start = Start(rng.uniform(0.0, 2.0, n_a), piece)
-        settings = QpccSettings(solver, max_pivots=100 if case % 5 else 1)
+        second = ("cold", "always", "never")[case % 3]
+        settings = QpccSettings(solver, max_pivots=100 if case % 5 else 1, second_start=second)
         statuses.add(solve_qpcc(problem, start, settings).status.name)
     return statuses
 
@@ -46,7 +48,7 @@ print(sorted(statuses), [name for name in after if after[name] != before[name]])
 """
 
 
-@pytest.mark.parametrize("solver", ["daqp", "proxqp"])
+@pytest.mark.parametrize("solver", ["daqp", "osqp"])
 def test_no_kernel_is_left_to_load(solver: str) -> None:
     ended = subprocess.run(
         [sys.executable, "-c", HARSH, solver], capture_output=True, text=True, timeout=300,

@@ -1,4 +1,4 @@
-"""Beam elements and what they carry: derivatives, invariance, carried points, profiles."""
+"""Beam elements and points attached to them: derivatives, invariance, profiles."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from scipy.spatial.transform import Rotation
 from support.beam_frames import Frame, chain
 
 from tauten.model.beams import (
+    BeamArrays,
     BeamError,
     angle_functions,
     bar,
@@ -18,7 +19,7 @@ from tauten.model.beams import (
 )
 from tauten.model.body import Material
 from tauten.model.numerics import Array, rotation_vector, turned
-from tauten.model.points import Entries, carry, carry_along, join_attached_points
+from tauten.model.points import Entries, attach_between, attach_to_nodes, join_attached_points
 
 STEEL = Material(2e11, 0.3, 7800.0)
 D = np.array([50.0, 20.0, 15.0, 2.0, 3.0, 5.0])  # of the same order, so that no term hides
@@ -44,7 +45,8 @@ def evaluate(
 ) -> tuple[float, Array, Array]:
     moved, part = x + dq.reshape(2, 2, 3)[:, 0], dq.reshape(2, 2, 3)[:, 1].copy()
     force, K = np.empty(12), np.empty((12, 12))
-    energy = element(moved, turned(Q, part), 0, 1, axes, D, LENGTH, exact, force, K)
+    beam = BeamArrays(np.array([[0, 1]]), axes[None], D[None], np.array([LENGTH]))
+    energy = element(moved, turned(Q, part), beam, 0, exact, force, K)
     return energy, force, K
 
 
@@ -112,14 +114,16 @@ def test_rotations_turn_about_fixed_axes() -> None:
         np.testing.assert_allclose(back, expected, atol=1e-12)
 
 
-def test_carried_points_move_as_their_map_says() -> None:
+def test_attached_points_move_as_their_velocity_map() -> None:
     """J is the derivative, and forces through its transpose have the same power."""
     body = chain(np.array([[0.0, 0, 0], [1, 0, 0], [2, 0.5, 0]]), [0, 0, 1], tube(0.1), STEEL)
     frame = Frame(body)
     rng = np.random.default_rng(5)
     rest = rng.standard_normal((6, 3))
-    along = carry_along(body.nodes, body.ends[[0, 1, 1]], rng.random(3), rest[3:])
-    points = join_attached_points([carry(body.nodes, np.array([0, 1, 2]), rest[:3]), along])
+    along = attach_between(body.nodes, body.ends[[0, 1, 1]], rng.random(3), rest[3:])
+    points = join_attached_points(
+        [attach_to_nodes(body.nodes, np.array([0, 1, 2]), rest[:3]), along]
+    )
     np.testing.assert_allclose(points.place(frame.x, frame.Q)[0], rest)
     frame.move(rng.standard_normal(12))
     dof = frame.pattern.dof[::2]

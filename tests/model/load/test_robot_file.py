@@ -107,6 +107,22 @@ CHANGES = {
         '"side"\npoints',
     ),
     r"beam.toml: surfaces: name 'top' is used twice": ('name = "bottom"', 'name = "top"'),
+    r"controller.rate: allowed is at least 0.01 and at most 10000 Hz, found 1e-300": (
+        GOOD,
+        GOOD + "[controller]\nrate = 1e-300",
+    ),
+    r"cables.0.max_rate: allowed is more than 0 and at most 1000 m/s, found 1e\+300": (
+        "max_rate = 0.05",
+        "max_rate = 1e300",
+    ),
+    r"gravity.2: allowed is at least -1000 and at most 1000 m/s²": (
+        "[mesh]",
+        "gravity = [0.0, 0.0, 1e300]\n[mesh]",
+    ),
+    r"surfaces.0.normal: a direction needs a component of at least 1e-06": (
+        "normal = [0.0, 0.0, 1.0]",
+        "normal = [0.0, 0.0, 0.0]",
+    ),
     r"beam.vtu: the mesh is 100 m long, .* check length_unit": ('length_unit = "mm"', ""),
     r"missing.vtu: no such mesh file": ("beam.vtu", "missing.vtu"),
 }  # fmt: skip
@@ -119,6 +135,39 @@ def test_bad_files_name_file_field_found_and_allowed(folder: Path, message: str)
     with pytest.raises(ValueError, match=message) as caught:
         load(folder, GOOD.replace(old, new, 1))
     assert "\n" not in str(caught.value)
+
+
+def test_tables_of_other_layers_are_theirs(folder: Path) -> None:
+    """The model reads the rate; a table that nobody reads is an error."""
+    others = "[controller]\nrate = 80.0\nqp_solver = 3\n[service]\nrelease_time = 1e300\n[model]\nx = 1\n"
+    robot = load(folder, GOOD + others)
+    assert (robot.integration.rate, robot.h) == (80.0, 1 / 80.0)
+    with pytest.raises(RobotFileError, match=r"beam.toml: sevrice: Extra inputs are not permitted"):
+        load(folder, GOOD + others.replace("service", "sevrice"))
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"rate": -50.0}, "load_robot: rate: Input should be greater than 0, found -50.0"),
+        ({"rate": np.nan}, "load_robot: rate: Input should be a finite number, found nan"),
+        ({"refinements": -1}, "load_robot: refinements: .* greater than or equal to 0, found -1"),
+        ({"refinements": 40}, "load_robot: refinements: .* less than or equal to 4, found 40"),
+        ({"young_scale": np.nan}, "load_robot: young_scale: .* finite number, found nan"),
+        ({"young_scale": -1.0}, "load_robot: young_scale: allowed is at least 1e-06 and at most"),
+        (
+            {"young_scale": 1e-5},
+            "scaled by 1e-05: material.young_modulus: .* greater than or equal to 100, found 10.0",
+        ),
+        ({"factorisation": "magic"}, "load_robot: factorisation: .*, found 'magic'"),
+    ],
+)
+def test_arguments_are_validated_as_the_file_is(
+    folder: Path, changes: dict[str, object], message: str
+) -> None:
+    (folder / "beam.toml").write_text(GOOD)
+    with pytest.raises(RobotFileError, match=f"beam.toml: {message}"):
+        load_robot(folder / "beam.toml", **changes)  # type: ignore[arg-type]
 
 
 def test_unknown_robots_are_refused_with_the_shipped_ones() -> None:

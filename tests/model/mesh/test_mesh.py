@@ -75,10 +75,46 @@ BAD = {
         "tetra",
     ),
     "2 separate bodies; 1 stray tetrahedra, the first is 1": (
-        np.vstack([NODES, NODES + 0.2, NODES[1:] * [1, 1, -1] + [0.2, 0.2, 0.4]]),
-        np.array([[4, 5, 6, 7], [0, 1, 2, 3], [4, 5, 6, 10]]),
+        np.vstack([NODES, NODES + 0.2, NODES[1:] * [1, 1, -1] + 0.2]),
+        np.array([[4, 5, 6, 7], [0, 1, 2, 3], [4, 6, 5, 10]]),
         "tetra",
     ),
+    "2 separate bodies; 1 stray tetrahedra, the first is 1; some share only a node or an edge": (
+        np.vstack([NODES, NODES[1:] * -1.0]),
+        np.array([[0, 1, 2, 3], [0, 4, 6, 5]]),
+        "tetra",
+    ),
+    "2 separate bodies; 1 stray tetrahedra, the first is 1; some share only a node or an edg": (
+        np.vstack([NODES, NODES[2:] * -1.0]),
+        np.array([[0, 1, 2, 3], [0, 1, 4, 5]]),
+        "tetra",
+    ),
+    "1 tetrahedra are given more than once, for example 0": (
+        NODES,
+        np.array([[0, 1, 2, 3], [1, 2, 0, 3]]),
+        "tetra",
+    ),
+    "tetrahedra 0 and 1 lie on the same side of their common face": (
+        np.vstack([NODES, [[0.01, 0.01, 0.04]]]),
+        np.array([[0, 1, 2, 3], [0, 1, 2, 4]]),
+        "tetra",
+    ),
+    "tetrahedron 1 has the corners .0, 1, 2, 9., the nodes are 0 to 3": (
+        NODES,
+        np.array([[0, 1, 2, 3], [0, 1, 2, 9]]),
+        "tetra",
+    ),
+    "tetrahedron 1 has the corners .0, 1, 2, -1., the nodes are 0 to 4": (
+        np.vstack([NODES, [[0.0, 0.0, -0.05]]]),
+        np.array([[0, 1, 2, 3], [0, 1, 2, -1]]),
+        "tetra",
+    ),
+    "a node lies 5000.05 m from the origin, allowed is 1000 m": (
+        NODES + np.array([5e3, 0.0, 0.0]),
+        TETS,
+        "tetra",
+    ),
+    "the mesh is inf m long": (np.where(NODES == 0, -1.5e308, 1.5e308), TETS, "tetra"),
     "the mesh is 50 m long, expected 1 mm to 10 m; check length_unit": (
         1e3 * NODES,
         TETS,
@@ -95,12 +131,21 @@ def test_bad_meshes_are_refused_with_the_reason(tmp_path: Path, message: str) ->
         read_mesh(path)
 
 
-def test_files_that_are_no_mesh_are_refused(tmp_path: Path) -> None:
+def test_files_that_are_no_mesh_are_refused(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
     (tmp_path / "x.vtu").write_text("hello")
     (tmp_path / "x.nothing").write_text("hello")
-    for name in ("x.vtu", "x.nothing"):
-        with pytest.raises(MeshError, match="not readable as a mesh"):
+    (tmp_path / "x.vtk").write_text("hello")
+    reasons = {
+        "x.vtu": r"\(its contents are not of this format\)",
+        "x.nothing": r"\(Could not deduce file format .*\)",
+        "x.vtk": r"\(Illegal VTK header\)",
+    }
+    for name, reason in reasons.items():
+        with pytest.raises(MeshError, match=f"not readable as a mesh {reason}$"):
             read_mesh(tmp_path / name)
+    assert capfd.readouterr() == ("", ""), "meshio prints why it cannot read a file"
     with pytest.raises(MeshError, match="no such mesh file"):
         read_mesh(tmp_path / "missing.vtu")
 

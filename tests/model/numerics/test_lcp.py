@@ -226,3 +226,21 @@ def test_smoother_forces_close_the_same_gaps() -> None:
     np.testing.assert_allclose(smooth.delta, sharp.delta, atol=1e-9)
     weight = np.diag(W)
     assert weight @ smooth.lam**2 <= weight @ sharp.lam**2 * (1.0 + 1e-9)
+
+
+def test_eigenvalues_of_the_size_of_the_regularisation_are_solved_too() -> None:
+    """Two rows whose gaps differ by 1e-10 of their compliance, and forces that differ by a lot."""
+    W = np.array([[1.0, 1.0 - 1e-10], [1.0 - 1e-10, 1.0]])
+    delta_free = -W @ np.array([1000.0, 1.0])
+    result = solve_lcp(W, delta_free)
+    assert result.converged
+    assert complementarity(W, result.lam, delta_free + W @ result.lam) <= 1e-9
+
+
+def test_an_asymmetric_compliance_is_said_to_be_one() -> None:
+    rng = np.random.default_rng(6)
+    W, delta_free, _ = contact_problem(rng, 40, 20)
+    assert solve_lcp(W, delta_free).asymmetry == 0.0
+    result = solve_lcp(W * (1.0 + 1e-5 * rng.random(W.shape)), 1e3 * delta_free)
+    assert not result.converged
+    assert 1e-7 < result.asymmetry < 2e-5

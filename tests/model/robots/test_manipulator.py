@@ -250,6 +250,16 @@ def test_structures_that_cannot_be_used(
             r"'vertebra1' of radius 0\.05 m, allowed is 0 m",
         ),
         ("inner = 6.0e-3", "inner = 9.5e-3", r"inner 0\.0095 must be less than outer 0\.009"),
+        (
+            "height = 6.0e-3",
+            "height = 6e-15",
+            r"profiles\.1\.bar\.height: allowed is at least 1e-06 and at most 10 m, found 6e-15",
+        ),
+        (
+            "inner = 6.0e-3",
+            "inner = 8.9999e-3",
+            r"inner 0\.0089999 and outer 0\.009 differ by less",
+        ),
         ('against = "disc2"', 'against = "disk2"', r"surface 'disk2' is not defined"),
         ("lower = [-1e-6, -1e-6, -1e-6]", "lower = [1e-7, 0.0, 0.0]", r"fixed\.0: no node in"),
         ('file = "manipulator.json"', 'file = "arm.json"', r"arm\.json: cannot be read"),

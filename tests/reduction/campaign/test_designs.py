@@ -24,7 +24,7 @@ def test_ramp_is_the_papers(finger: Robot) -> None:
     (run,) = design.runs
     assert len(run) == design.size == 800
     np.testing.assert_allclose(run.pull[0], 5e-5 * np.arange(1, 801))
-    np.testing.assert_array_equal(run.gravity[:, 0], finger.config.gravity)
+    np.testing.assert_array_equal(run.gravity[:, 0], finger.gravity)
     assert not run.effector_force.any()
     with pytest.raises(DesignError, match=r"ramp step is 0.05 m: allowed are 0 to 0.04 m"):
         ramp(finger, step=0.05)
@@ -64,7 +64,7 @@ def test_levels_become_pulls_gravity_and_forces(finger: Robot) -> None:
     assert len(design.runs) == 8  # one cable, two tilts, three force components
     final = [run.pull[0, -1] for run in design.runs]
     np.testing.assert_allclose(sorted(set(np.round(final, 12))), [0.01, 0.03])
-    g = np.array(finger.config.gravity)
+    g = finger.gravity
     for run in design.runs:
         np.testing.assert_allclose(np.linalg.norm(run.gravity, axis=0), np.linalg.norm(g))
         angle = np.arccos(run.gravity[:, 0] @ g / (g @ g))
@@ -78,7 +78,7 @@ def test_ranges_of_zero_are_no_factors(finger: Robot) -> None:
     design = plackett_burman(finger, Ranges(tilt=0.0, force=0.0), steps=3)
     assert len(design.runs) == 4
     for run in design.runs:
-        np.testing.assert_allclose(run.gravity[:, 0], finger.config.gravity)
+        np.testing.assert_allclose(run.gravity[:, 0], finger.gravity)
         assert not run.effector_force.any()
 
 

@@ -23,7 +23,13 @@ def with_runs(run: Ints) -> Snapshots:
     nothing = np.zeros((0, s))
     flags = np.ones(s, dtype=bool)
     return Snapshots(
-        *[nothing] * 6, run=run, converged=flags, q=nothing, origin=Origin("", "", "", ())
+        *[nothing] * 4,
+        gravity=np.zeros((3, s)),
+        effector_force=nothing,
+        run=run,
+        converged=flags,
+        q=nothing,
+        origin=Origin("", "", "", ()),
     )
 
 
@@ -61,10 +67,10 @@ def test_a_contact_never_shown_is_seen_as_error(
     """Modes fitted to light contact do not hold what closes later."""
     late = (np.arange(len(thumb_ramp)) > 0.7 * len(thumb_ramp)).astype(np.int64)
     mixed = np.arange(len(thumb_ramp)) // 4 % 2
-    never, shown = (
+    never, present = (
         cross_validate(thumb_ramp.lam, fold, thumb_problems, ks=(4,)) for fold in (late, mixed)
     )
-    assert never.held_out[0] > 1.3 * shown.held_out[0]
+    assert never.held_out[0] > 1.3 * present.held_out[0]
 
 
 def test_auto_takes_the_smallest_good_k(curve: Curve) -> None:

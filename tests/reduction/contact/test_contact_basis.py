@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from tauten.model import ContactRows, Rows
 from tauten.model.numerics import Array
-from tauten.reduction import CurvePoint, Provenance, storage, versions
+from tauten.reduction import CurvePoint, Provenance, package_versions, storage
 from tauten.reduction.contact import BasisError, ContactBasis
 
 ORIGIN = Provenance(
@@ -27,7 +27,7 @@ ORIGIN = Provenance(
     tip_error=1e-5,
     curve=(CurvePoint(1, 0.4, 0.5, 2.0, 1e-3), CurvePoint(3, 0.01, 0.0123, 0.1, 1e-5)),
     created="2026-01-02T03:04:05+00:00",
-    versions=versions(),
+    versions=package_versions(),
 )
 
 
@@ -155,14 +155,18 @@ def test_content_that_is_no_basis(Psi: Array, message: str, tmp_path: Path) -> N
     with pytest.raises(BasisError, match=message):
         ContactBasis(Psi, ORIGIN)
     path = tmp_path / "thumb.basis"
-    storage.write(path, "tauten contact basis", {"provenance": ORIGIN.to_dict()}, {"Psi": Psi})
+    storage.write(
+        path, "tauten contact basis", {"provenance": dataclasses.asdict(ORIGIN)}, {"Psi": Psi}
+    )
     with pytest.raises(BasisError, match=rf"thumb.basis: this basis file is damaged .*{message}"):
         ContactBasis.load(path)
 
 
 def test_header_without_an_entry(tmp_path: Path) -> None:
-    header = {"provenance": {k: v for k, v in ORIGIN.to_dict().items() if k != "robot_digest"}}
+    header = {
+        "provenance": {k: v for k, v in dataclasses.asdict(ORIGIN).items() if k != "robot_digest"}
+    }
     path = tmp_path / "thumb.basis"
     storage.write(path, "tauten contact basis", header, {"Psi": np.eye(3)})
-    with pytest.raises(BasisError, match=r"damaged \('robot_digest'\)"):
+    with pytest.raises(BasisError, match=r"damaged \(robot_digest: Field required\)"):
         ContactBasis.load(path)

@@ -69,10 +69,10 @@ def test_forces_themselves_lose_nothing(seed: int) -> None:
     """A basis that holds the forces of every problem is exact, and so is the whole of them."""
     rng = np.random.default_rng(seed)
     problems = [random_problem(rng, 8, column) for column in range(4)]
-    shown = np.zeros((8, 4))
+    forces = np.zeros((8, 4))
     for problem in problems:
-        shown[problem.slots, problem.column] = problem.lam
-    for Psi in (shown / np.linalg.norm(shown, axis=0), np.eye(8)):
+        forces[problem.slots, problem.column] = problem.lam
+    for Psi in (forces / np.linalg.norm(forces, axis=0), np.eye(8)):
         found = quality(Psi, problems)
         assert found.energy < 1e-6
         assert max(found.force, found.tip) < 1e-6

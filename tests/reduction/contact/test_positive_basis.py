@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from threadpoolctl import threadpool_limits
 
 from tauten.model.numerics import Array, distances
 from tauten.reduction.contact import METHODS, Method, factorise, factorise_each, leading_part
@@ -103,10 +104,10 @@ def test_leading_part_ignores_the_sign_of_the_pair() -> None:
 
 
 def test_nan_columns_are_named(forces: Array) -> None:
-    spoilt = forces.copy()
-    spoilt[3, [7, 20]] = np.nan
+    damaged = forces.copy()
+    damaged[3, [7, 20]] = np.nan
     with pytest.raises(ValueError, match=r"NaN or infinite forces in columns 7, 20"):
-        factorise(spoilt, 3)
+        factorise(damaged, 3)
 
 
 def test_many_nan_columns_are_counted(forces: Array) -> None:
@@ -115,10 +116,10 @@ def test_many_nan_columns_are_counted(forces: Array) -> None:
 
 
 def test_negative_forces_are_named(forces: Array) -> None:
-    spoilt = forces.copy()
-    spoilt[3, 7] = -1.0
+    damaged = forces.copy()
+    damaged[3, 7] = -1.0
     with pytest.raises(ValueError, match=r"negative forces in column 7: contacts only push"):
-        factorise(spoilt, 3)
+        factorise(damaged, 3)
 
 
 def test_rounding_sized_negatives_are_cut(forces: Array) -> None:
@@ -142,3 +143,15 @@ def test_k_beyond_the_rank() -> None:
 def test_unknown_method_lists_the_known() -> None:
     with pytest.raises(ValueError, match="'pca' is unknown: choose one of hals, "):
         factorise(np.ones((3, 3)), 1, "pca")  # type: ignore[arg-type]
+
+
+def test_number_of_threads_does_not_change_a_bit() -> None:
+    """Large enough for BLAS to share the sums among its threads, which changes their rounding."""
+    rng = np.random.default_rng(0)
+    S = rng.random((300, 12)) @ rng.random((12, 400))
+    S += 0.1 * rng.random(S.shape) * (rng.random(S.shape) < 0.3)
+    found = []
+    for threads in (1, 2, 4):
+        with threadpool_limits(threads):
+            found.append(factorise(S, 2).Psi.tobytes())
+    assert found[1:] == found[:1] * 2

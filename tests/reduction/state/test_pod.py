@@ -1,4 +1,4 @@
-"""State bases: orthonormal in the mass, best of their size, with responses where they are asked for."""
+"""State bases: orthonormal in the mass, best of their size, with responses where requested."""
 
 from __future__ import annotations
 

@@ -20,8 +20,8 @@ from tauten.reduction.state import (
     sample_elements,
 )
 
-DYNAMIC = Integration(0.01, False, 0.3, 0.02)
-STATIC = Integration(0.02, True)
+DYNAMIC = Integration(100.0, False, 0.3, 0.02)
+STATIC = Integration(50.0, True)
 
 
 def basis_of(robot: TetRobot, Phi: Array, elements: Array, weights: Array) -> StateBasis:
@@ -38,8 +38,9 @@ def basis_of(robot: TetRobot, Phi: Array, elements: Array, weights: Array) -> St
 def complete(thumb: TetRobot) -> ReducedRobot:
     """All of space as basis, turned so that no coordinate is a node's; all elements."""
     turn = np.linalg.qr(np.random.default_rng(0).normal(size=(thumb.n, thumb.n)))[0]
+    Phi = turn / np.sqrt(3.0 * thumb.mass / thumb.mass.sum())[:, None]  # ΦᵀMΦ = m I
     every = np.arange(thumb.n_elements)
-    return reduced_robot(thumb, basis_of(thumb, turn, every, np.ones(len(every))))
+    return reduced_robot(thumb, basis_of(thumb, Phi, every, np.ones(len(every))))
 
 
 @pytest.fixture(scope="module")
@@ -57,8 +58,7 @@ def bent(thumb: TetRobot, thumb_ramp: Snapshots, complete: ReducedRobot) -> tupl
     """A bent and moving thumb with its notches in contact, and the same in the complete basis."""
     v = 1e-2 * np.random.default_rng(1).normal(size=thumb.n)
     full = State(thumb_ramp.q[:, -1], v)
-    Phi = complete.states.Phi
-    return full, State(Phi.T @ (full.q - thumb.rest().q), Phi.T @ v)
+    return full, complete.projected(full)
 
 
 @pytest.mark.parametrize("exact", [True, False])

@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from support.bodies import beam_config, box_mesh
 
+from tauten.model.load import build_robot
+from tauten.model.schema import RobotConfig
 from tauten.model.tetra import TetRobot
 from tauten.reduction.contact import ContactBasis
 from tauten.reduction.state import StateBasis, StateBasisError, StateOrigin
+from tauten.service.settings import load_model_settings
 
 
 @pytest.fixture
@@ -44,13 +50,52 @@ def test_digest_tells_bases_apart(states: StateBasis) -> None:
     [
         ({"Phi": np.zeros((12, 2))}, r"expected \(n, 3\)"),
         ({"Phi": np.full((12, 3), np.nan)}, "not finite"),
-        ({"weights": np.array([1.0, -1.0])}, "one positive weight an element"),
-        ({"elements": np.array([1])}, "one positive weight an element"),
+        ({"Phi": np.zeros((0, 3))}, "no entries"),
+        ({"weights": np.array([1.0, -1.0])}, "positive and finite"),
+        ({"weights": np.array([1.0, np.inf])}, "positive and finite"),
+        ({"elements": np.array([1])}, "one weight for each element"),
+        ({"elements": np.array([5, 1])}, "ascending numbers"),
+        ({"elements": np.array([5, 5])}, "ascending numbers"),
+        ({"elements": np.array([-1, 5])}, "ascending numbers"),
+        ({"elements": np.array([1]), "weights": np.array([1.0])}, "expected 2, sample as in"),
     ],
 )
 def test_nonsense_is_refused(states: StateBasis, changes: dict[str, object], said: str) -> None:
     with pytest.raises(StateBasisError, match=said):
         dataclasses.replace(states, **changes)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("mean", "largest"),
+    [(-1e-4, 2e-4), (3e-4, 2e-4), (1e-4, np.inf), (np.nan, 2e-4), (1e-4, np.nan)],
+)
+def test_impossible_tip_errors_are_refused(states: StateBasis, mean: float, largest: float) -> None:
+    with pytest.raises(StateBasisError, match="expected 0 ≤ tip_mean ≤ tip_max"):
+        states.with_tip_errors(mean, largest)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda s: {"Phi": 2.0 * s.Phi}, "not orthonormal in the mass"),
+        (lambda s: {"Phi": 0.0 * s.Phi}, "not orthonormal in the mass"),
+        (lambda s: {"weights": 3.0 * s.weights}, "times the volume of robot 'finger'"),
+        (lambda s: {"weights": 0.3 * s.weights}, "times the volume of robot 'finger'"),
+        (lambda s: {"elements": s.elements + 2880}, "has the elements 0 to 2879"),
+        (lambda s: {"origin": dataclasses.replace(s.origin, tip_max=0.2)}, "more than the size"),
+    ],
+)
+def test_file_that_does_not_describe_the_body_is_refused(
+    finger: TetRobot,
+    tmp_path: Path,
+    change: Callable[[StateBasis], dict[str, Any]],
+    said: str,
+) -> None:
+    """With a digest that matches: the content itself is compared with the robot."""
+    shipped = StateBasis.load("finger")
+    path = dataclasses.replace(shipped, **change(shipped)).save(tmp_path / "finger.states")
+    with pytest.raises(StateBasisError, match=said):
+        StateBasis.load(path).check_robot(finger)
 
 
 def test_names_and_kinds_of_files_are_checked(states: StateBasis, tmp_path: Path) -> None:
@@ -77,7 +122,19 @@ def test_tip_error_beyond_what_is_allowed_is_refused(states: StateBasis) -> None
 def test_shipped_basis_fits_the_shipped_finger(finger: TetRobot) -> None:
     states = StateBasis.load("finger")
     states.check_robot(finger)
-    states.check_tip(finger.config.model.max_tip_error)
+    states.check_tip(load_model_settings("finger").max_tip_error)
     assert states.origin.tip_mean < 2e-3 * 0.1  # a fifth of a percent of its length
     product = states.Phi.T @ (finger.mass[:, None] * states.Phi) / (finger.mass.sum() / 3.0)
     np.testing.assert_allclose(product, np.eye(states.r), atol=1e-9)
+
+
+@pytest.mark.parametrize("change", [{"element": "smoothed"}, {"law": "neo-hookean"}])
+def test_other_elements_and_laws_are_refused(states: StateBasis, change: dict[str, str]) -> None:
+    mesh = box_mesh((0.1, 0.02, 0.02), (4, 2, 2))
+    settings = beam_config((0.1, 0.02, 0.02))
+    settings["mesh"] = {"file": "beam.vtu", "element": change.get("element", "linear")}
+    material = {"young_modulus": 1e6, "poisson_ratio": 0.3, "density": 1000.0}
+    settings["material"] = {**material, "law": change.get("law", "corotational")}
+    robot = build_robot(RobotConfig.model_validate(settings), mesh, "beam")
+    with pytest.raises(StateBasisError, match=r'set mesh\.element = "linear" and material\.law'):
+        states.check_robot(robot)

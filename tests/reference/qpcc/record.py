@@ -7,18 +7,14 @@ circle, jump, leave the reach and come back. A sample of the problems is kept. T
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from unittest import mock
 
 import numpy as np
 
-from tauten.controller import Controller, Response, inverse_problem
-from tauten.controller import step as control_step
-from tauten.controller.qpcc import Qpcc, QpccSettings, Solution, Start, solve_qpcc
-from tauten.model import Limits, Robot, Simulator, default_enrichment, load_robot
-from tauten.model.numerics import Array, Bools
+from tauten.controller import Controller, advance, decide, hold, prepare
+from tauten.model import Robot, Simulator, load_robot
+from tauten.model.numerics import Array
 from tauten.reduction import ContactBasis, Provenance, factorise
 from tauten.service.bench.qpcc import Recorded, save_recorded
 
@@ -38,29 +34,6 @@ max_pull = 0.030
 max_rate = 0.040
 """
 THREE = [(0.011, 0.004), (0.011, 0.011), (0.0025, 0.0075)]
-
-
-class LogRecorder:
-    """Stands between the controller and the solver and keeps what passes."""
-
-    def __init__(self) -> None:
-        self.steps: list[Recorded] = []
-        self._asked: Recorded | None = None
-
-    def build(
-        self, response: Response, target: Array, limits: Limits, pull: Array, h: float, eps: float,
-        touching: Bools,
-    ) -> Qpcc:  # fmt: skip
-        """In the place of `inverse_problem`."""
-        nowhere = Start(np.zeros(response.n_a), np.zeros(response.n_c, dtype=bool))
-        self._asked = Recorded(response, target.copy(), limits, pull.copy(), h, eps, nowhere)
-        return inverse_problem(response, target, limits, pull, h, eps, touching)
-
-    def solve(self, problem: Qpcc, start: Start, settings: QpccSettings) -> Solution:
-        """In the place of `solve_qpcc`."""
-        if self._asked is not None and len(problem.m) <= MOST_MODES:
-            self.steps.append(replace(self._asked, start=start))
-        return solve_qpcc(problem, start, settings)
 
 
 def three_cables(folder: Path) -> Robot:
@@ -118,20 +91,39 @@ def targets(robot: Robot, rng: np.random.Generator, steps: int) -> Iterator[Arra
 def record(
     robot: Robot, contact: ContactBasis, rng: np.random.Generator, steps: int, name: str
 ) -> None:
-    """One file."""
-    recorder = LogRecorder()
-    enrichment = default_enrichment(robot.config.contact.tolerance)
-    controller = Controller(robot, contact, enrichment)
-    with (
-        mock.patch.object(control_step, "inverse_problem", recorder.build),
-        mock.patch.object(control_step, "solve_qpcc", recorder.solve),
-    ):
-        for target in targets(robot, rng, steps):
-            controller.step(target)
-    asked = [step for step in recorder.steps if step.response.n_c > 0]
-    kept = sorted(rng.choice(len(asked), size=min(KEPT, len(asked)), replace=False))
-    save_recorded(HERE / f"{name}.npz", [asked[i] for i in kept])
-    print(name, len(recorder.steps), "asked,", len(asked), "with contact,", len(kept), "kept")
+    """One file.
+
+    Args:
+        robot: what follows the targets.
+        contact: basis of its contact forces.
+        rng: source of the targets and of the sample.
+        steps: length of the path.
+        name: of the file, without its ending.
+    """
+    controller = Controller(robot, contact)
+    robot, settings, pull = controller.robot, controller.settings, controller.pull
+    state, forces, found = controller.state, controller.forces, []
+    for target in targets(robot, rng, steps):
+        prepared = prepare(robot, contact, state, forces, settings.enrichment)
+        decision = decide(robot, prepared, target, pull, settings)
+        compliance = decision.predicted.step.compliance
+        assert decision.start is not None
+        if 0 < len(decision.start.piece) <= MOST_MODES:
+            found.append(
+                Recorded(
+                    compliance.W, compliance.delta_free, target, robot.limits, pull, robot.h,
+                    settings.epsilon, decision.start,
+                )
+            )  # fmt: skip
+        if decision.status.usable:
+            pull = decision.predicted.delta[robot.n_e :][: robot.n_a]
+        else:
+            decision = hold(robot, prepared, pull, settings.enrichment)
+        state = advance(robot, decision.predicted)
+        forces = decision.predicted.step.split(decision.predicted.lam, contact.k)
+    kept = sorted(rng.choice(len(found), size=min(KEPT, len(found)), replace=False))
+    save_recorded(HERE / f"{name}.npz", [found[i] for i in kept])
+    print(name, steps, "steps,", len(found), "with contact,", len(kept), "kept")
 
 
 def main() -> None:

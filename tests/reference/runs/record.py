@@ -51,10 +51,10 @@ def write(
     """One tick as the node records it, its times made up."""
     robot, keys = setup.robot, Keys(setup.robot.name)
     stamp = START + round(index * 1e9 * robot.h)
-    pull, tension = tuple(action.pull.tolist()), tuple(action.tension.tolist())
+    pull, tension = tuple(action.actuation.pull.tolist()), tuple(action.actuation.tension.tolist())
     joints = Joints(stamp, robot.frame, robot.cable_names, pull, tension)
-    decided = action.status is not None
-    certificate = action.certificate
+    decided = action.decided
+    certificate = action.actuation.certificate
     tick = Tick(
         stamp, robot.frame, index, action.mode, action.cause,
         action.status.name if action.status is not None else "",
@@ -62,7 +62,7 @@ def write(
         points(correction) if goal is not None and decided and correction.any() else (),
         0, 0.0, math.nan, 1e-3, 8e-3, 1e-2, 0, certificate.deepest_gap,
         certificate.complementarity, certificate.stationarity, certificate.extra_columns,
-        action.clamped,
+        action.actuation.clamped,
     )  # fmt: skip
     for key, kind, payload in (
         (keys.actuation, JOINTS, encode_joints(joints)),
@@ -80,9 +80,9 @@ def record(name: str, folder: Path) -> Path:
     recorder = LogRecorder(path, {**setup.metadata(), "robot_path": ""})
     ticks = round(seconds / robot.h)
     targets = reached(setup, share, ticks)
-    loop = ControlLoop(warm_controller(setup))
+    loop = ControlLoop(warm_controller(setup), settings=setup.service)
     plant = Simulator(load_robot(name, young_scale=STIFFER), "full")
-    feedback = Feedback(len(targets[0]), robot.config.service.feedback_gain, LARGEST * robot.size)
+    feedback = Feedback(len(targets[0]), setup.service.feedback_gain, LARGEST * robot.size)
     for index in range(ticks):
         done = index / ticks
         following = done >= IDLE and not HOLD <= done < HOLD + IDLE
@@ -91,7 +91,7 @@ def record(name: str, folder: Path) -> Path:
         action = loop.tick(asked, Signals(following, shutdown=done >= STOP))
         write(recorder, setup, index, action, goal, feedback.correction)
         loop.prepare()
-        plant.step(tension=action.tension)
+        plant.step(tension=action.actuation.tension)
         if done > HOLD:
             feedback.observe(loop.controller.effector, plant.effector, robot.h)
     recorder.close()

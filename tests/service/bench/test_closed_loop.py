@@ -12,19 +12,20 @@ from tauten.model import EmptySpace, Robot, Simulator, load_robot
 from tauten.reduction import ContactBasis
 from tauten.service.bench import (
     CASES,
-    Bench,
-    BenchSettings,
     Case,
+    CaseRuns,
+    ClosedLoopRunner,
+    ClosedLoopSettings,
     Outcome,
     Trace,
     bench_closed_loop,
-    draw_case,
     follow,
     judge,
     make_cases,
     planned,
     settling,
 )
+from tauten.service.plots import draw_case
 from tauten.service.process import StopFlag
 
 LENGTH = 0.1
@@ -92,14 +93,15 @@ def test_a_figure_is_drawn(beam: Robot, cases: list[Case], tmp_path: Path) -> No
     case = Case("circle", cases[1].targets[:30], 0)
     trace = follow(Controller(beam), Simulator(beam, "none"), case, True, "pull")
     outcome = judge(case, trace, beam.h, "none", True, 1.0, "pull")
-    draw_case("circle", case, [(outcome, trace)], beam.h, tmp_path / "circle.png")
+    found = CaseRuns("circle", case, ((outcome, trace),))
+    draw_case(found, beam.h, tmp_path / "circle.png")
     assert (tmp_path / "circle.png").read_bytes().startswith(b"\x89PNG")
 
 
 @pytest.mark.slow
 def test_without_contact_the_finger_is_missed() -> None:
     robot, basis = load_robot("finger"), ContactBasis.load("finger")
-    bench = Bench(robot, Path("finger"), basis)
+    bench = ClosedLoopRunner(robot, Path("finger"), basis)
     cases = make_cases(robot, 4.0, 0, lambda: None)
     groups = {group.name: group for group in planned(cases)}
     assert set(groups) == {*CASES, "stiffness-0.8", "stiffness-1.2"}
@@ -122,8 +124,11 @@ def test_a_stopped_benchmark_keeps_what_is_done(beam: Robot, beam_file: Path) ->
             stop.request()
 
     basis = EmptySpace(beam.n_c)
-    result = bench_closed_loop(beam, beam_file, basis, BenchSettings(1.0, 0, None), stop, progress)
+    settings = ClosedLoopSettings(1.0, 0)
+    result, runs = bench_closed_loop(beam, beam_file, basis, settings, stop, progress)
     assert not result.complete
     assert [(one.case, one.contact, one.closed) for one in result.outcomes] == [
         ("step", "reduced", False)
     ]
+    assert [one.name for one in runs] == ["step"]
+    assert runs[0].runs[0][0] == result.outcomes[0]

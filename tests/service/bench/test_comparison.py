@@ -7,16 +7,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.processes import tauten
+from support.processes import run_main
 
 from tauten.model import Robot
-from tauten.service.bench import compare, equilibrium
+from tauten.service.bench import compare_equilibria, equilibrium
 
 
 def test_contact_opens_what_overlaps(finger: Robot) -> None:
     pull = finger.limits.pull_max
     passing, touching = (equilibrium(finger, kind, pull, None) for kind in ("none", "full"))
-    found = compare(finger, touching, passing)
+    found = compare_equilibria(finger, touching, passing)
     assert found.deepest_overlap_mm > 0.5
     assert finger.rows(touching.state).contacts.rows.delta.min() > -1e-5
     assert found.pushing > 20
@@ -30,7 +30,7 @@ def test_contact_opens_what_overlaps(finger: Robot) -> None:
 
 def test_command_draws_and_writes(tmp_path: Path) -> None:
     picture, numbers = tmp_path / "finger.png", tmp_path / "finger.json"
-    result = tauten(
+    code = run_main(
         "compare",
         "finger",
         "--tension",
@@ -42,7 +42,7 @@ def test_command_draws_and_writes(tmp_path: Path) -> None:
         "--axes",
         "xz",
     )
-    assert result.returncode == 0, result.stderr
+    assert code == 0
     assert picture.stat().st_size > 10_000
     assert json.loads(numbers.read_text())["tension_n"] == [[1.0], [1.0]]
 
@@ -56,8 +56,9 @@ def test_command_draws_and_writes(tmp_path: Path) -> None:
         (("--pull", "0.01", "--tension", "1"), "not both"),
     ],
 )
-def test_bad_options_are_refused(options: tuple[str, ...], message: str, tmp_path: Path) -> None:
-    result = tauten("compare", "finger", "--figure", tmp_path / "no.png", *options)
-    assert result.returncode == 2
-    assert message in " ".join(result.stderr.replace("│", " ").split())
+def test_bad_options_are_refused(
+    options: tuple[str, ...], message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run_main("compare", "finger", "--figure", tmp_path / "no.png", *options) == 2
+    assert message in " ".join(capsys.readouterr().err.replace("│", " ").split())
     assert not list(tmp_path.iterdir())

@@ -12,30 +12,32 @@ from support.thumb import write_thumb
 from tauten.model import load_robot
 from tauten.reduction.campaign import ramp
 from tauten.reduction.contact import ReduceSettings, reduce_robot
-from tauten.service.bench import ContactBasisBench, Inputs, bench_contact_basis
+from tauten.service.bench import ContactBasisBench, ContactBasisInputs, bench_contact_basis
+from tauten.service.plots import draw_contact_basis
 from tauten.service.process import StopFlag
 from tauten.service.tables import (
     CONTACT_BASIS_BEGIN,
     CONTACT_BASIS_END,
     contact_basis_tables,
-    draw_contact_basis,
     write_contact_basis_tables,
 )
 
 
 @pytest.fixture(scope="module")
-def inputs(tmp_path_factory: pytest.TempPathFactory) -> Inputs:
+def inputs(tmp_path_factory: pytest.TempPathFactory) -> ContactBasisInputs:
     folder = tmp_path_factory.mktemp("thumb")
     robot = load_robot(write_thumb(folder))
     settings = ReduceSettings(k=4)
     made = reduce_robot(
         robot, ramp(robot, 2e-4), folder / "campaign", settings, show_progress=False
     )
-    return Inputs(robot, made.basis, made.snapshots, folder / "campaign", 6, 3, ks=(2, 5))
+    return ContactBasisInputs(
+        robot, made.basis, made.snapshots, folder / "campaign", 6, 3, ks=(2, 5)
+    )
 
 
 @pytest.fixture(scope="module")
-def result(inputs: Inputs) -> ContactBasisBench:
+def result(inputs: ContactBasisInputs) -> ContactBasisBench:
     return bench_contact_basis(inputs, StopFlag(), lambda share, what: None)
 
 
@@ -88,7 +90,7 @@ def test_it_goes_into_json_a_page_and_a_picture(result: ContactBasisBench, tmp_p
     assert (tmp_path / "bench.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_stopping_keeps_what_is_done(inputs: Inputs) -> None:
+def test_stopping_keeps_what_is_done(inputs: ContactBasisInputs) -> None:
     stop, done = StopFlag(), []
 
     def progress(share: float, what: str) -> None:

@@ -21,16 +21,16 @@ from tauten.service.bench import (
     PostureError,
     Speed,
     StepTimes,
+    arm_in_equilibrium,
     bent_tensions,
-    draw_errors,
     gauss_seidel_step,
     measure_speed,
     parse_ks,
     posture_error,
     random_postures,
-    settled,
 )
 from tauten.service.plant import directions
+from tauten.service.plots import draw_posture_errors
 from tauten.service.process import host_info
 from tauten.service.replay import Spread
 from tauten.service.tables import ARM_BEGIN, ARM_END, write_arm_tables
@@ -62,7 +62,7 @@ def test_cables_pull_the_tip_to_where_they_run(arm: Robot) -> None:
 
 
 def test_gauss_seidel_finds_the_same_forces(arm: Robot) -> None:
-    there = settled(arm, bent_tensions())
+    there = arm_in_equilibrium(arm, bent_tensions())
     assert there.lam_c.sum() > 50.0
     forces, sweeps, _ = gauss_seidel_step(there, bent_tensions(), there.lam_c)
     assert sweeps >= 1
@@ -98,7 +98,7 @@ def test_certified_basis_follows_the_full_arm(
 
 def test_arm_stands_still_when_its_target_does(arm: Robot) -> None:
     """No chatter, ribs in contact: tensions end, near the least that hold the tip."""
-    there = settled(arm, bent_tensions())
+    there = arm_in_equilibrium(arm, bent_tensions())
     controller = Controller(arm, ContactBasis.load("manipulator_1290"))
     none = np.zeros(0, dtype=np.int64)
     forces = Forces(there.tension, np.zeros(controller.space.k), none, np.zeros(0))
@@ -122,7 +122,7 @@ def test_tables_and_figure(arm: Robot, tmp_path) -> None:  # type: ignore[no-unt
         for k in (5, 23)
         for name in ("training", "held-out")
     ]
-    draw_errors(errors, tmp_path / "errors.png")
+    draw_posture_errors(errors, tmp_path / "errors.png")
     assert (tmp_path / "errors.png").stat().st_size > 10_000
     speed = Speed(4500, "bent", 2250, 50, 1000.0, 1000, False, 20.0, 5.0, 40.0, 10.0, 15.0)
     contact = Comparison("manipulator", ([], []), ([], []), [300.0], 50, 400.0, 20.0)

@@ -83,7 +83,7 @@ def test_a_log_that_was_cut_is_read_up_to_the_cut(tmp_path: Path, share: float) 
     assert len(messages) > 0.7 * share * len(whole) - 500
 
 
-def test_damage_in_the_middle_ends_the_log_there(tmp_path: Path) -> None:
+def test_damage_in_the_middle_is_an_error_after_what_comes_before(tmp_path: Path) -> None:
     path = tmp_path / "log.mcap"
     write_log(path, 2000)
     whole = list(LogReader(path).messages())
@@ -91,8 +91,10 @@ def test_damage_in_the_middle_ends_the_log_there(tmp_path: Path) -> None:
     middle = len(data) // 2
     data[middle : middle + 64] = bytes(64)
     path.write_bytes(data)
-    reader = LogReader(path)
-    messages = list(reader.messages())
+    reader, messages = LogReader(path), []
+    with pytest.raises(LogError, match=r"log\.mcap: damaged near byte"):
+        for message in reader.messages():
+            messages.append(message)
     assert not reader.complete
     assert 0 < len(messages) < len(whole)
     assert messages == whole[: len(messages)]

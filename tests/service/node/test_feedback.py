@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from math import pi
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tauten.service.node import Feedback
+from tauten.service.node import Feedback, MeasurementCheck, ModelHistory, stable_gain
 
 H = 0.02
 OFF = np.array([[0.003, 0.0, -0.002]])  # the robot is that far from its model
@@ -62,3 +64,98 @@ def test_a_model_that_is_lost_corrects_nothing(bad: float) -> None:
     feedback = Feedback(1, gain=5.0, largest=0.02)
     feedback.observe(np.full((1, 3), bad), np.zeros((1, 3)), 1.0)
     assert not feedback.correction.any()
+
+
+def with_delay(feedback: Feedback, delay: float, seconds: float) -> np.ndarray:
+    """Error (k,) of a robot that is off its model, measured late, whose model does not know of the delay."""
+    target, steps = np.array([[0.01, 0.02, 0.0]]), round(delay / H)
+    robot, error = [np.zeros((1, 3))] * (steps + 1), []
+    for _ in range(round(seconds / H)):
+        model = target + feedback.correction
+        robot.append(model - OFF)
+        feedback.observe(model, robot[-1 - steps], H)
+        error.append(float(np.linalg.norm(robot[-1] - target)))
+    return np.array(error)
+
+
+def test_a_late_measurement_is_stable_with_the_gain_of_a_stated_delay() -> None:
+    size = float(np.linalg.norm(OFF))
+    swinging = with_delay(Feedback(1, gain=2.0, largest=0.1), delay=1.0, seconds=40.0)
+    assert swinging[-200:].max() > 3.0 * size
+    stable = with_delay(Feedback(1, gain=2.0, largest=0.1, delay=1.0), delay=1.0, seconds=40.0)
+    assert stable[-200:].max() < 0.01 * size
+
+
+@given(st.floats(1e-3, 100.0), st.floats(1e-3, 10.0))
+def test_the_gain_is_below_the_limit_of_the_delay(gain: float, delay: float) -> None:
+    assert stable_gain(gain, delay) <= min(gain, 0.5 * pi / (2.0 * delay))
+    assert stable_gain(gain, 0.0) == gain
+
+
+def test_the_model_of_a_moment_ago_is_found() -> None:
+    history = ModelHistory()
+    for tick in range(10):
+        history.add(0.1 * tick, np.full((1, 3), float(tick)))
+    assert history.at(0.35)[0, 0] == 3.0
+    assert history.at(0.9)[0, 0] == 9.0
+    assert history.at(0.1)[0, 0] == 9.0  # older ones are forgotten
+
+
+SIZE = 0.1
+REST = np.array([[0.1, 0.0, 0.0], [0.05, 0.0, 0.0]])
+
+
+def check(measure: object, scale: float = 1.0) -> tuple[MeasurementCheck, list[str]]:
+    """What a check finds while the model swings up and down, and measurements are made of it."""
+    found, reasons = MeasurementCheck(SIZE, 0.25 * SIZE), []
+    for tick in range(200):
+        up = 0.015 * scale * np.sin(2.0 * pi * tick / 100.0)
+        model = REST + np.array([[0.0, 0.0, up], [0.0, 0.0, 0.3 * up]])
+        reasons.append(found.reason(model, measure(model), H))  # type: ignore[operator]
+    return found, reasons
+
+
+def test_a_robot_that_is_unlike_its_model_is_plausible() -> None:
+    """Stiffer, softer, displaced, noisy."""
+    rng = np.random.default_rng(3)
+    for measure in (
+        lambda model: REST + 0.5 * (model - REST),
+        lambda model: REST + 1.5 * (model - REST),
+        lambda model: model + 0.01,
+        lambda model: model + 1e-3 * rng.standard_normal((2, 3)),
+    ):
+        found, reasons = check(measure)
+        assert not found.fault
+        assert set(reasons) == {""}
+
+
+@pytest.mark.parametrize(
+    ("measure", "text"),
+    [
+        (lambda model: REST, "does not follow"),
+        (lambda model: REST - (model - REST), "does not follow"),
+        (lambda model: REST + (model - REST)[:, [0, 2, 1]], "does not follow"),
+        (lambda model: model[::-1], "mm from the model"),
+        (lambda model: 1e3 * model, "mm from the model"),
+        (lambda model: model + np.nan, "mm from the model"),
+    ],
+)
+def test_a_frozen_mirrored_turned_or_exchanged_measurement_is_not(
+    measure: object, text: str
+) -> None:
+    _, reasons = check(measure)
+    assert text in reasons[-1]
+
+
+def test_effectors_that_are_close_to_each_other_are_found_exchanged() -> None:
+    found = MeasurementCheck(SIZE, 0.25 * SIZE)
+    model = np.array([[0.1, 0.0, 0.0], [0.09, 0.0, 0.0]])
+    assert found.reason(model, model[::-1], H) == "two measured effectors are exchanged"
+
+
+def test_a_single_jump_is_refused_and_the_next_measurement_used() -> None:
+    found = MeasurementCheck(SIZE, 0.25 * SIZE)
+    assert found.reason(REST, REST, H) == ""
+    assert "jumps by 20 mm" in found.reason(REST, REST + np.array([0.0, 0.0, 0.02]), H)
+    assert found.reason(REST, REST + 1e-4, 2.0 * H) == ""
+    assert not found.fault

@@ -77,7 +77,13 @@ def rig(beam_file: Path) -> Iterator[Rig]:
     setup, port, seen = load_setup(beam_file), free_ports(), Seen()
     inside = open_session(Network(port), Role.NODE, "beam")
     outside = open_session(Network(port), Role.OTHER, "beam")
-    node = Node(setup, ControlLoop(warm_controller(setup)), inside, seen, closed_loop=True)
+    node = Node(
+        setup,
+        ControlLoop(warm_controller(setup), settings=setup.service),
+        inside,
+        seen,
+        closed_loop=True,
+    )
     found = Rig(node, Clock(0.02), outside, seen, pull=np.zeros(2))
     heard = outside.declare_subscriber(KEYS.tick, zenoh.handlers.RingChannel(1))
     while heard.try_recv() is None:  # until the two have met
@@ -154,5 +160,5 @@ def test_everything_that_leaves_is_within_the_limits(
 
 def test_those_runs_did_move_the_cables(rig: Rig) -> None:
     """The test above has followed targets, held, stopped and been reset, or it showed nothing."""
-    modes = rig.node._vitals._modes
+    modes = rig.node._statistics._modes
     assert all(modes[mode] > 10 for mode in ("idle", "run", "hold", "stop")), modes

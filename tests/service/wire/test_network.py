@@ -121,23 +121,23 @@ def test_an_outlet_knows_whether_anybody_listens(open_one: Open) -> None:
 
     def becomes(outlet: Publisher, heard: bool) -> bool:
         end = time.monotonic() + 10.0
-        while outlet.heard is not heard and time.monotonic() < end:
+        while outlet.has_subscribers is not heard and time.monotonic() < end:
             time.sleep(0.01)
-        return outlet.heard is heard
+        return outlet.has_subscribers is heard
 
     outlet, silent = (
         Publisher(node, "tauten/r/late", TICK),
         Publisher(node, "tauten/r/silent", TICK),
     )
     assert becomes(Publisher(node, "tauten/r/early", TICK), True)
-    assert not outlet.heard
+    assert not outlet.has_subscribers
     late = other.declare_subscriber("tauten/*/late")
     assert becomes(outlet, True)
     late.undeclare()  # type: ignore[no-untyped-call]
     assert becomes(outlet, False)
     again = other.declare_subscriber("tauten/r/late", zenoh.handlers.RingChannel(1))
     assert becomes(outlet, True)
-    assert not silent.heard
+    assert not silent.has_subscribers
     other.close()  # type: ignore[no-untyped-call]
     assert becomes(outlet, False)
     del early, again  # which end with their variables

@@ -1,0 +1,53 @@
+"""The table `controller` of a robot file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+from pydantic import Field
+
+from tauten.model.load import robot_path
+from tauten.model.schema import Name, Section, read_toml, validated
+
+
+class ControllerSettings(Section):
+    """Inverse control.
+
+    Attributes:
+        qp_solver: name of the QP back end.
+        regularisation: the weight ε of (T1).
+        basis: contact basis the robot is controlled with; None: no contact.
+        max_pivots: pieces solved at most in a decision.
+    """
+
+    qp_solver: Name = "daqp"
+    regularisation: Annotated[float, Field(ge=0.0, le=1e6)] = 1e-3
+    basis: str | None = None
+    max_pivots: Annotated[int, Field(ge=1, le=1_000_000)] = 100
+
+
+def controller_settings(contents: dict[str, Any], path: Path) -> ControllerSettings:
+    """The settings in a robot file that has been read.
+
+    Args:
+        contents: of the file, not validated.
+        path: the file, for errors.
+
+    Raises:
+        RobotFileError: a field that is not allowed.
+    """
+    table = contents.get("controller", {})
+    if isinstance(table, dict):  # the rate belongs to the model: it is its time step
+        table = {key: value for key, value in table.items() if key != "rate"}
+    return validated(ControllerSettings, table, path, "controller")
+
+
+def load_controller_settings(name_or_path: str | Path) -> ControllerSettings:
+    """The settings of a shipped robot, by name, or of a robot file.
+
+    Raises:
+        RobotFileError: the file, or its table `controller`, cannot be used.
+    """
+    path = robot_path(name_or_path)
+    return controller_settings(read_toml(path), path)

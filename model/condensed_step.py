@@ -1,0 +1,153 @@
+"""One step, condensed: the linear system, the rows, and the compliance between them.
+
+Effectors (where they are needed), cables, reduced contacts and unit columns, in this order, form the rows
+of one `Compliance`. What is left to find are the forces on them: from a target by the controller, from
+tensions or pulled lengths by the simulator.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tauten.model.compliance import Compliance, extended, row_compliance
+from tauten.model.contact_space import ContactSpace, ReducedContacts
+from tauten.model.numerics import Array, Bools, Ints
+from tauten.model.robot import Robot, RobotRows, State
+from tauten.model.rows import ContactRows, dense
+from tauten.model.system import Integration, System
+
+
+@dataclass(frozen=True, slots=True)
+class Forces:
+    """Constraint forces of a step.
+
+    Attributes:
+        tension: (n_a,) [N].
+        beta: (k,) coefficients of the contact basis [N].
+        extra: (r,) slots of the unit columns.
+        extra_beta: (r,) forces of the unit columns [N].
+    """
+
+    tension: Array
+    beta: Array
+    extra: Ints
+    extra_beta: Array
+
+    @property
+    def pushing(self) -> Ints:
+        """Slots of the unit columns with a positive force."""
+        return self.extra[self.extra_beta > 0.0]
+
+    def copy(self) -> Forces:
+        """The same forces in arrays of their own."""
+        return Forces(
+            self.tension.copy(), self.beta.copy(), self.extra.copy(), self.extra_beta.copy()
+        )
+
+
+def no_forces(n_a: int, k: int) -> Forces:
+    """Zero forces of n_a cables and k columns of the contact basis."""
+    return Forces(np.zeros(n_a), np.zeros(k), np.zeros(0, dtype=np.int64), np.zeros(0))
+
+
+@dataclass(frozen=True, slots=True)
+class CondensedStep:
+    """All of a step but the forces.
+
+    Attributes:
+        state: where the step starts.
+        system: factorised A, v_free.
+        rows: effectors, actuators, contacts in range.
+        reduced: contact rows of the basis.
+        extra: (r,) rows of `rows.contacts` that have a unit column.
+        compliance: of effectors (n_e or none), cables, reduced contacts, unit columns, in this order.
+        n_e: effector rows in `compliance`.
+        n_a: cables.
+    """
+
+    state: State
+    system: System
+    rows: RobotRows
+    reduced: ReducedContacts
+    extra: Ints
+    compliance: Compliance
+    n_e: int
+    n_a: int
+
+    @property
+    def n_contacts(self) -> int:
+        """Contact rows in `compliance`: reduced contacts and unit columns."""
+        return len(self.reduced) + len(self.extra)
+
+    def with_unit_columns(self, chosen: Ints) -> CondensedStep:
+        """The step with unit columns for more rows (r,) of `rows.contacts`."""
+        added = unit_rows(self.rows.contacts, chosen)
+        return replace(
+            self,
+            extra=np.concatenate([self.extra, chosen]),
+            compliance=extended(self.system, self.compliance, *added),
+        )
+
+    def pushing(self, forces: Forces) -> Bools:
+        """Which contact rows had a positive force in `forces`: (n_contacts,) bool."""
+        reduced = forces.beta[self.reduced.modes] > 0.0
+        if len(self.extra) == 0:
+            return reduced
+        slots = self.rows.contacts.slots[self.extra]
+        return np.concatenate([reduced, np.isin(slots, forces.pushing)])
+
+    def split(self, lam: Array, k: int) -> Forces:
+        """Forces lam (m,) [N] by cable, column of a basis with k columns, and slot."""
+        cables = self.n_e + self.n_a
+        contacts = cables + len(self.reduced)
+        beta = np.zeros(k)
+        beta[self.reduced.modes] = lam[cables:contacts]
+        slots = self.rows.contacts.slots[self.extra] if len(self.extra) > 0 else self.extra
+        return Forces(lam[self.n_e : cables], beta, slots, lam[contacts:])
+
+
+def condense_step(
+    robot: Robot,
+    space: ContactSpace,
+    state: State,
+    forces: Forces,
+    contacts: bool,
+    effectors: bool,
+    integration: Integration | None = None,
+) -> CondensedStep:
+    """Linearise, detect contacts, reduce them and condense: all of a step that needs no target.
+
+    Args:
+        robot: its factorisation workspace is in use until the next call.
+        space: basis of the contact forces.
+        state: where the step starts.
+        forces: of the last step. Its tensions add to the tangent; unit columns that pushed are kept.
+        contacts: whether to detect contacts.
+        effectors: whether the compliance has rows of the effectors.
+        integration: another scheme than the robot's own.
+
+    Raises:
+        FactorisationError: the state has diverged.
+    """
+    system = robot.linearise(state, forces.tension, integration)
+    rows = robot.rows(state, contacts=contacts)
+    reduced = space.reduce(rows.contacts)
+    extra = rows.contacts.rows_of(forces.pushing)
+    H, delta = [rows.actuators.dense(), reduced.H], [rows.actuators.delta, reduced.delta]
+    if effectors:
+        H.insert(0, rows.effectors.dense())
+        delta.insert(0, rows.effectors.delta)
+    if len(extra) > 0:
+        H_extra, delta_extra = unit_rows(rows.contacts, extra)
+        H.append(H_extra)
+        delta.append(delta_extra)
+    compliance = row_compliance(system, np.concatenate(H), np.concatenate(delta))
+    n_e = robot.n_e if effectors else 0
+    return CondensedStep(state, system, rows, reduced, extra, compliance, n_e, robot.n_a)
+
+
+def unit_rows(contacts: ContactRows, chosen: Ints) -> tuple[Array, Array]:
+    """Dense H (r, n) and gaps (r,) [m] of single candidates."""
+    return dense(contacts.rows.H[chosen]), contacts.rows.delta[chosen]

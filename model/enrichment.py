@@ -1,0 +1,160 @@
+"""Enrichment: unit columns join the contact basis where it leaves candidates too deep.
+
+After every solve the gaps of all candidates in range are predicted. Where one is deeper than the
+tolerance, the unit column of that candidate joins the basis for this step, and the step is solved again.
+With an empty basis and a tight tolerance the same loop solves full pointwise contact and never forms the
+columns of candidates that do not push.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from tauten.model.condensed_step import CondensedStep
+from tauten.model.contact_space import ContactSpace, EmptySpace
+from tauten.model.numerics import Array, Ints
+from tauten.model.rows import ContactRows
+
+
+@dataclass(frozen=True, slots=True)
+class Enrichment:
+    """When and how unit columns join the contact basis.
+
+    Attributes:
+        tolerance: predicted penetration that is accepted [m].
+        rounds: how often columns may be added in one step; 0 switches enrichment off.
+        per_pair: columns a round may add for each contact pair.
+    """
+
+    tolerance: float
+    rounds: int
+    per_pair: int
+
+
+def default_enrichment(tolerance: float) -> Enrichment:
+    """Enrichment of a basis: per round the deepest candidate of each pair, at most three rounds.
+
+    Args:
+        tolerance: predicted penetration that is accepted, the robot file's [m].
+    """
+    return Enrichment(tolerance, rounds=3, per_pair=1)
+
+
+# Pointwise contact: columns are added until no candidate is deeper than this [m].
+POINTWISE = Enrichment(tolerance=1e-8, rounds=60, per_pair=8)
+NO_ENRICHMENT = Enrichment(tolerance=np.inf, rounds=0, per_pair=0)
+
+
+def contact_model(
+    contact: Literal["none", "full"] | ContactSpace, n_c: int, reduced: Enrichment
+) -> tuple[ContactSpace, Enrichment]:
+    """Basis and enrichment of "none", "full" or a basis of contact forces.
+
+    Args:
+        contact: "none"; "full", pointwise; or a basis of contact forces.
+        n_c: candidates of the robot.
+        reduced: enrichment of a basis.
+
+    Raises:
+        ValueError: `contact` is none of these, or a basis with another number of slots.
+    """
+    if contact == "none":
+        return EmptySpace(n_c), NO_ENRICHMENT
+    if contact == "full":
+        return EmptySpace(n_c), POINTWISE
+    if isinstance(contact, str):
+        raise ValueError(f'contact is {contact!r}, allowed are "none", "full" or a basis')
+    slots = len(contact.lift(np.zeros(contact.k)))
+    if slots != n_c:
+        raise ValueError(f"the contact basis has {slots} slots, the robot {n_c} candidates")
+    return contact, reduced
+
+
+@dataclass(frozen=True, slots=True)
+class PredictedStep:
+    """A step with its forces, and what they are predicted to do.
+
+    Attributes:
+        step: with the unit columns that joined.
+        lam: (m,) forces on all rows of `step.compliance`, zero on the effectors [N].
+        dv: (n,) velocity change [m/s].
+        deepest_gap: smallest predicted gap of the candidates in range [m], +inf without any.
+        within_tolerance: whether no candidate without a unit column is deeper than the tolerance.
+    """
+
+    step: CondensedStep
+    lam: Array
+    dv: Array
+    deepest_gap: float
+    within_tolerance: bool
+
+    @property
+    def delta(self) -> Array:
+        """Predicted row values δ_free + W λ: (m,) [m]."""
+        values: Array = self.step.compliance.delta_free + self.step.compliance.W @ self.lam
+        return values
+
+
+class EnrichmentLoop:
+    """The loop of solving and adding columns; the caller solves.
+
+        loop = EnrichmentLoop(step, enrichment)
+        while loop.prediction is None:
+            lam = ...  # forces on the rows of loop.step.compliance
+            loop.check(lam)
+
+    Attributes:
+        step: what to solve next.
+        prediction: the result; None while another solve is needed.
+    """
+
+    def __init__(self, step: CondensedStep, enrichment: Enrichment) -> None:
+        """Start with the columns that a step has."""
+        self.step = step
+        self.prediction: PredictedStep | None = None
+        self._enrichment = enrichment
+        self._rounds_left = enrichment.rounds
+
+    def check(self, lam: Array, usable: bool = True) -> None:
+        """Predict the gaps of all candidates in range; add columns, or end the loop.
+
+        Args:
+            lam: (m,) forces on the rows of `step.compliance` [N].
+            usable: whether the solver succeeded; if not, the loop ends.
+        """
+        step = self.step
+        dv = step.compliance.velocity_change(step.system, lam)
+        contacts = step.rows.contacts
+        gaps = contacts.rows.after(step.system.h, step.system.v + dv)
+        worst = worst_rows(contacts, gaps, self._enrichment, step.extra)
+        if len(worst) == 0 or self._rounds_left == 0 or not usable:
+            deepest = float(gaps.min(initial=np.inf))
+            self.prediction = PredictedStep(step, lam, dv, deepest, len(worst) == 0)
+            return
+        self._rounds_left -= 1
+        self.step = step.with_unit_columns(worst)
+
+
+def worst_rows(contacts: ContactRows, gaps: Array, enrichment: Enrichment, known: Ints) -> Ints:
+    """Rows that violate the tolerance most, up to `per_pair` of each pair: (r,).
+
+    Args:
+        contacts: candidates in range.
+        gaps: (m,) their predicted gaps [m].
+        enrichment: tolerance and number of columns.
+        known: rows that have a unit column already.
+    """
+    if not gaps.min(initial=np.inf) < -enrichment.tolerance:  # nearly always
+        return np.zeros(0, dtype=np.int64)
+    new = gaps < -enrichment.tolerance
+    new[known] = False
+    bad = np.flatnonzero(new)
+    order = bad[np.argsort(gaps[bad], kind="stable")]
+    pair = contacts.pair[order]
+    rank = np.zeros(len(order), dtype=np.int64)  # position among the bad rows of the same pair
+    for p in np.unique(pair):
+        rank[pair == p] = np.arange(int((pair == p).sum()))
+    return np.sort(order[rank < enrichment.per_pair])

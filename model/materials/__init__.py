@@ -1,0 +1,36 @@
+"""Hyperelastic materials: laws, named silicones, and the kernels that evaluate them."""
+
+from tauten.model.materials.densities import COROTATIONAL
+from tauten.model.materials.evaluation import EXACT, NO_TANGENT, PROJECTED, WORK, response
+from tauten.model.materials.law import (
+    Law,
+    MaterialError,
+    corotational,
+    lame_parameters,
+    law_arrays,
+    mooney_rivlin,
+    neo_hookean,
+    stable_neo_hookean,
+    yeoh,
+)
+from tauten.model.materials.silicones import SILICONES, find_silicone
+
+__all__ = [
+    "COROTATIONAL",
+    "EXACT",
+    "Law",
+    "MaterialError",
+    "NO_TANGENT",
+    "PROJECTED",
+    "SILICONES",
+    "WORK",
+    "corotational",
+    "find_silicone",
+    "lame_parameters",
+    "law_arrays",
+    "mooney_rivlin",
+    "neo_hookean",
+    "response",
+    "stable_neo_hookean",
+    "yeoh",
+]

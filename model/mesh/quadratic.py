@@ -1,0 +1,96 @@
+"""Quadratic tetrahedral meshes: four corners and six mid-edge nodes an element."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from tauten.model.mesh.tet_mesh import (
+    EDGES,
+    MeshError,
+    TetMesh,
+    checked,
+    eight_parts,
+    kinds_of,
+    read_mesh,
+    read_with_meshio,
+    used_nodes,
+    with_midpoints,
+)
+from tauten.model.numerics import Array, Ints
+
+
+@dataclass(frozen=True, slots=True)
+class QuadraticMesh:
+    """A body of quadratic tetrahedra.
+
+    Attributes:
+        nodes: (n_nodes, 3) rest positions [m], corners and mid-edge nodes.
+        tets: (e, 10) node ids: four corners, then the nodes on the edges `EDGES`.
+    """
+
+    nodes: Array
+    tets: Ints
+
+    def split(self) -> TetMesh:
+        """Every element cut into eight linear tetrahedra on the same nodes."""
+        return eight_parts(self.nodes, self.tets)
+
+    def refine(self) -> QuadraticMesh:
+        """Every element cut into eight quadratic ones, whose own edges are straight."""
+        return quadratic_mesh(self.split())
+
+
+def quadratic_mesh(mesh: TetMesh) -> QuadraticMesh:
+    """The same body as quadratic tetrahedra with straight edges."""
+    return QuadraticMesh(*with_midpoints(mesh.nodes, mesh.tets))
+
+
+def read_quadratic_mesh(path: Path, length_unit: str = "m") -> QuadraticMesh:
+    """Read quadratic tetrahedra, or linear ones and add the midpoints of their edges.
+
+    Args:
+        path: the mesh file, in any format meshio knows.
+        length_unit: unit of its coordinates, one of "m", "cm", "mm".
+
+    Raises:
+        MeshError: linear and quadratic tetrahedra in one file, two mid-edge nodes on one edge, or one of the
+            reasons of `read_mesh`.
+    """
+    raw = read_with_meshio(path)
+    kinds = kinds_of(raw)
+    if "tetra10" not in kinds:
+        return quadratic_mesh(read_mesh(path, length_unit))
+    if "tetra" in kinds:
+        count = {
+            kind: sum(len(block.data) for block in raw.cells if block.type == kind)
+            for kind in ("tetra", "tetra10")
+        }
+        raise MeshError(
+            f"{path}: {count['tetra']} linear beside {count['tetra10']} quadratic tetrahedra; "
+            "write all of the volume with elements of second order"
+        )
+    nodes, tets = used_nodes(raw, "tetra10", length_unit, path)
+    require_shared_midpoints(tets, str(path))
+    used, numbers = np.unique(tets[:, :4], return_inverse=True)
+    numbers = numbers.reshape(-1, 4)
+    corners = checked(nodes[used], numbers, str(path))
+    if not np.array_equal(corners.tets, numbers):  # turned round: corners 1 and 2 swapped
+        tets = tets[:, [0, 2, 1, 3, 6, 5, 4, 7, 9, 8]]
+    return QuadraticMesh(nodes, tets)
+
+
+def require_shared_midpoints(tets: Ints, source: str) -> None:
+    """Raise a MeshError when an edge of quadratic tetrahedra (e, 10) has two mid-edge nodes."""
+    edges = np.sort(tets[:, EDGES], axis=2).reshape(-1, 2)  # (6 e, 2)
+    unique, edge = np.unique(edges, axis=0, return_inverse=True)
+    pairs = np.unique(np.stack([edge.ravel(), tets[:, 4:].ravel()], axis=1), axis=0)
+    double = np.flatnonzero(np.bincount(pairs[:, 0]) > 1)
+    if len(double):
+        a, b = unique[double[0]]
+        raise MeshError(
+            f"{source}: {len(double)} edges have two mid-edge nodes, the first joins nodes {a} and {b}; "
+            "merge nodes that coincide"
+        )

@@ -1,0 +1,100 @@
+"""What a robot file says about materials."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import Field, model_validator
+
+from tauten.model.materials import (
+    Law,
+    corotational,
+    find_silicone,
+    mooney_rivlin,
+    neo_hookean,
+    stable_neo_hookean,
+    yeoh,
+)
+from tauten.model.schema.section import Box, Section
+
+LawName = Literal["corotational", "stable-neo-hookean", "neo-hookean", "mooney-rivlin", "yeoh"]
+
+
+class MaterialSettings(Section):
+    """Isotropic material."""
+
+    young_modulus: Annotated[float, Field(ge=1e2, le=1e12)]
+    poisson_ratio: Annotated[float, Field(ge=0.0, lt=0.5)]
+    density: Annotated[float, Field(ge=1.0, le=3e4)]
+
+
+class SolidMaterialSettings(MaterialSettings):
+    """Material of a body made of tetrahedra.
+
+    `law` says how stress grows with strain. Mooney-Rivlin takes `c10` and `c01` [Pa], Yeoh `c10`, `c20` and
+    `c30`; they give `young_modulus`, and a `young_modulus` beside them scales the law to it. `silicone` names
+    a measured silicone (a Yeoh law) and fills in what is not said otherwise.
+    """
+
+    law: LawName = "corotational"
+    silicone: str | None = None
+    c10: float | None = None
+    c01: float | None = None
+    c20: float | None = None
+    c30: float | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _filled(cls, raw: Any) -> Any:
+        if not isinstance(raw, dict):
+            return raw
+        filled = dict(raw)
+        if isinstance(raw.get("silicone"), str):
+            item = find_silicone(raw["silicone"])
+            if filled.setdefault("law", "yeoh") != "yeoh":
+                raise ValueError(f"law is {raw['law']!r}, silicones have the law 'yeoh'")
+            for name in ("c10", "c20", "poisson_ratio", "density"):
+                filled.setdefault(name, getattr(item, name))
+        c10, c01, nu = (filled.get(name) for name in ("c10", "c01", "poisson_ratio"))
+        if isinstance(c10, int | float) and isinstance(nu, int | float):
+            shear = 2.0 * (c10 + (c01 if isinstance(c01, int | float) else 0.0))
+            filled.setdefault("young_modulus", 2.0 * shear * (1.0 + nu))
+        return filled
+
+    @model_validator(mode="after")
+    def _makes_a_law(self) -> Self:
+        self.elastic_law()
+        return self
+
+    def elastic_law(self) -> Law:
+        """The law these settings describe.
+
+        Raises:
+            ValueError: constants that are missing, that belong to another law, or that make no material.
+        """
+        nu, law = self.poisson_ratio, self.law
+        allowed = {"mooney-rivlin": ("c10", "c01"), "yeoh": ("c10", "c20", "c30")}.get(law, ())
+        given = [name for name in ("c10", "c01", "c20", "c30") if getattr(self, name) is not None]
+        strange = [name for name in given if name not in allowed]
+        if strange:
+            takes = ", ".join(allowed) or "young_modulus and poisson_ratio alone"
+            raise ValueError(f"{strange[0]} is no constant of the law {law!r}, which takes {takes}")
+        if allowed and self.c10 is None:
+            raise ValueError(f"the law {law!r} needs c10")
+        if law == "mooney-rivlin":
+            made = mooney_rivlin(self.c10 or 0.0, self.c01 or 0.0, nu)
+        elif law == "yeoh":
+            made = yeoh(self.c10 or 0.0, self.c20 or 0.0, self.c30 or 0.0, nu)
+        elif law == "neo-hookean":
+            made = neo_hookean(self.young_modulus, nu)
+        elif law == "stable-neo-hookean":
+            made = stable_neo_hookean(self.young_modulus, nu)
+        else:
+            made = corotational(self.young_modulus, nu)
+        return made.scaled_to(self.young_modulus)
+
+
+class RegionMaterialSettings(SolidMaterialSettings):
+    """Another material for the elements whose centre lies in the box `region`; later regions win."""
+
+    region: Box

@@ -1,0 +1,140 @@
+"""The common part of all tables of a robot file: types of values, validation, one-sentence errors."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated, Any, TypeVar
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
+
+
+class RobotFileError(ValueError):
+    """A robot file that cannot be used; the text names file, field, what was found and allowed."""
+
+
+class Section(BaseModel):
+    """A table of a robot file: unknown keys and non-finite numbers are errors."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+S = TypeVar("S", bound=Section)
+
+
+def in_range(low: float, high: float, unit: str) -> AfterValidator:
+    """A check that a number lies in a range, whose error states the whole range.
+
+    Args:
+        low: smallest value allowed; where it is zero, zero itself is not.
+        high: largest value allowed.
+        unit: of both, for the error.
+    """
+    least = "more than 0" if low == 0.0 else f"at least {low:g}"
+
+    def check(value: float) -> float:
+        if not low <= value <= high or (low == 0.0 and value == 0.0):
+            raise ValueError(f"allowed is {least} and at most {high:g} {unit}".rstrip())
+        return value
+
+    return AfterValidator(check)
+
+
+def not_zero(direction: tuple[float, float, float]) -> tuple[float, float, float]:
+    """Raise a ValueError for a direction too short to be normalised."""
+    if max(abs(value) for value in direction) < SHORTEST_DIRECTION:
+        raise ValueError(f"a direction needs a component of at least {SHORTEST_DIRECTION:g}")
+    return direction
+
+
+SHORTEST_DIRECTION = 1e-6
+LARGEST_COORDINATE = 1e3  # m; beyond it the rounding of positions is not small against gaps
+
+Positive = Annotated[float, Field(gt=0.0)]
+NonNegative = Annotated[float, Field(ge=0.0)]
+Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")]
+Coordinate = Annotated[float, in_range(-LARGEST_COORDINATE, LARGEST_COORDINATE, "m")]
+Point = tuple[Coordinate, Coordinate, Coordinate]
+Direction = Annotated[tuple[Coordinate, Coordinate, Coordinate], AfterValidator(not_zero)]
+Thickness = Annotated[float, in_range(1e-6, 10.0, "m")]  # of solid parts
+Distance = Annotated[float, in_range(1e-9, 1.0, "m")]  # that contact is judged by
+Rate = Annotated[float, Field(gt=0.0, le=10_000.0), in_range(1e-2, 1e4, "Hz")]
+
+
+class Box(Section):
+    """Nodes, elements or triangles between two corners [m]."""
+
+    lower: tuple[float, float, float]
+    upper: tuple[float, float, float]
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Box:
+        if any(low > high for low, high in zip(self.lower, self.upper, strict=True)):
+            raise ValueError(f"lower {self.lower} must not exceed upper {self.upper}")
+        return self
+
+
+def read_text(path: Path, parse: Callable[[str], Any], kind: str) -> Any:
+    """The contents of a file that holds TOML or JSON, not validated.
+
+    Args:
+        path: the file.
+        parse: turns its text into Python values.
+        kind: name of the format, for the error.
+
+    Raises:
+        RobotFileError: missing, or not of this format.
+    """
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, ValueError) as error:
+        raise RobotFileError(f"{path}: cannot be read ({error})") from error
+    try:
+        return parse(text)
+    except (ValueError, RecursionError) as error:
+        raise RobotFileError(f"{path}: not {kind}: {' '.join(str(error).split())}") from error
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """The contents of a TOML file, not validated.
+
+    Raises:
+        RobotFileError: missing, or not TOML.
+    """
+    contents: dict[str, Any] = read_text(path, tomllib.loads, "TOML")
+    return contents
+
+
+def validated(kind: type[S], raw: object, source: str | Path, prefix: str = "") -> S:
+    """The contents of a file, or of a table of one, as a section of some kind.
+
+    Args:
+        kind: the section.
+        raw: its keys and values.
+        source: the file, for errors.
+        prefix: name of the table within the file, for errors; "" for the whole file.
+
+    Raises:
+        RobotFileError: a field that is not allowed; the text names it, what was found and what is allowed.
+    """
+    try:
+        return kind.model_validate(raw)
+    except ValidationError as error:
+        first = error.errors()[0]
+        field = ".".join([prefix] * bool(prefix) + [str(part) for part in first["loc"]])
+        found = "" if isinstance(first["input"], dict) else f", found {shown(first['input'])}"
+        more = f" (and {error.error_count() - 1} more)" if error.error_count() > 1 else ""
+        message = first["msg"].removeprefix("Value error, ")
+        colon = ": " if field else ""
+        text = f"{source}: {field}{colon}{message}{found}{more}"
+        raise RobotFileError(" ".join(text.split())) from error
+
+
+def shown(value: object) -> str:
+    """A value as an error shows it, cut where it is long."""
+    try:
+        text = repr(value)
+    except ValueError:  # an integer with more digits than Python prints
+        text = f"a value of type {type(value).__name__}"
+    return text if len(text) <= 100 else f"{text[:97]}..."

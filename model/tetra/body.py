@@ -1,0 +1,68 @@
+"""From a mesh, an element and laws to domains of integration and masses."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from tauten.model.materials import COROTATIONAL, Law
+from tauten.model.mesh import QuadraticMesh, TetMesh, quadratic_mesh
+from tauten.model.numerics import Array, Ints
+from tauten.model.schema import ElementName
+from tauten.model.tetra.domains import Domains, linear_domains
+from tauten.model.tetra.elements import lumped_mass
+from tauten.model.tetra.quadratic import quadratic_domains, quadratic_lumped_mass
+from tauten.model.tetra.smoothed import smoothed_domains
+
+
+@dataclass(frozen=True, slots=True)
+class BodyParts:
+    """What a body is made of, before it has a place in a pattern.
+
+    Attributes:
+        mesh: linear tetrahedra on all nodes; quadratic elements are cut into eight.
+        domains: domains of integration.
+        laws: what their `law` points to.
+        mass: (n_nodes,) lumped mass [kg].
+        n_elements: tetrahedra, before quadratic ones are cut.
+    """
+
+    mesh: TetMesh
+    domains: list[Domains]
+    laws: list[Law]
+    mass: Array
+    n_elements: int
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether it is made of linear corotational tetrahedra of one law."""
+        shapes = [part.gradients.shape[1:3] for part in self.domains]
+        return shapes == [(1, 4)] and [law.kind for law in self.laws] == [COROTATIONAL]
+
+
+def body_parts(
+    mesh: TetMesh | QuadraticMesh, element: ElementName, laws: list[Law], law: Ints, density: Array
+) -> BodyParts:
+    """Domains of a body.
+
+    Smoothed bodies average the part of each law with λ = 0 around edges and the rest around nodes.
+
+    Args:
+        mesh: its tetrahedra; linear ones get midpoints where `element` is quadratic.
+        element: what is made of them.
+        laws: the laws.
+        law: (e,) which law each tetrahedron has.
+        density: (e,) [kg/m³].
+    """
+    if element == "quadratic":
+        quadratic = quadratic_mesh(mesh) if isinstance(mesh, TetMesh) else mesh
+        domains = quadratic_domains(quadratic, law)
+        mass = quadratic_lumped_mass(domains, density, len(quadratic.nodes))
+        return BodyParts(quadratic.split(), [domains], laws, mass, len(quadratic.tets))
+    if isinstance(mesh, QuadraticMesh):
+        raise ValueError(f"{element} elements need a mesh of linear tetrahedra")
+    mass = lumped_mass(mesh, density)
+    if element == "linear":
+        return BodyParts(mesh, [linear_domains(mesh, law)], laws, mass, len(mesh.tets))
+    shear, volume = zip(*(item.parts() for item in laws), strict=True)
+    parts = smoothed_domains(mesh, law, "edge") + smoothed_domains(mesh, law + len(laws), "node")
+    return BodyParts(mesh, parts, [*shear, *volume], mass, len(mesh.tets))

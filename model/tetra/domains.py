@@ -1,0 +1,136 @@
+"""Elements as domains of integration: energy, nodal forces and tangent, one pass over the domains.
+
+A domain has s nodes and p points of quadrature. At a point with volume V and gradients g_a of the shape
+functions at rest,
+
+    F = Σ x_a g_aᵀ,   energy V ψ(F),   f_a = −V P g_a,   K_ab = V (g_a)_J C_iJkL (g_b)_L
+
+with the stress P and the tangent C of a law (`tauten.model.materials`). Linear tetrahedra have s = 4 and
+p = 1, quadratic ones s = 10 and p = 4, smoothed domains p = 1 and as many nodes as the tetrahedra around an
+edge, a face or a node have.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tauten.model.materials import NO_TANGENT, WORK, response
+from tauten.model.mesh import TetMesh
+from tauten.model.numerics import Array, Ints, kernel, polar_rotations
+from tauten.model.tetra.elements import rest_gradients, scatter
+
+
+@dataclass(frozen=True, slots=True)
+class Domains:
+    """Domains of one shape at rest.
+
+    Attributes:
+        nodes: (d, s) node ids.
+        gradients: (d, p, s, 3) gradients of the shape functions at the points of quadrature [1/m].
+        volumes: (d, p) volume of each point [m³].
+        law: (d,) index of the law of each domain.
+    """
+
+    nodes: Ints
+    gradients: Array
+    volumes: Array
+    law: Ints
+
+
+@kernel
+def gradients_at_points(x: Array, nodes: Ints, gradients: Array) -> Array:
+    """F = Σ x_a g_aᵀ at all points of all domains: (d p, 3, 3)."""
+    n_points = gradients.shape[1]
+    F = np.zeros((nodes.shape[0] * n_points, 3, 3))
+    for e in range(nodes.shape[0]):
+        for p in range(n_points):
+            G = F[e * n_points + p]
+            for a in range(nodes.shape[1]):
+                for i in range(3):
+                    for j in range(3):
+                        G[i, j] += x[nodes[e, a], i] * gradients[e, p, a, j]
+    return F
+
+
+@kernel
+def assemble_domains(
+    x: Array,
+    domains: tuple[Ints, Array, Array, Ints],
+    laws: tuple[Ints, Array],
+    tangent: int,
+    slots: tuple[Ints, Ints],
+    force: Array,
+    K: Array,
+) -> float:
+    """Add internal forces to `force` (n_nodes, 3) and the tangent to the CSC values `K` (nnz,).
+
+    Args:
+        x: (n_nodes, 3) positions [m].
+        domains: nodes, gradients, volumes and law of `Domains`.
+        laws: kinds (m,) and constants (m, 5) of the laws.
+        tangent: NO_TANGENT, EXACT or PROJECTED.
+        slots: (d, s, s) place of block (a, b) in K, −1 where a node is fixed, and (d, s) entries in each
+            column of node b; see `Pattern.blocks`.
+        force: (n_nodes, 3) output, accumulated [N].
+        K: (nnz,) output, accumulated [N/m].
+
+    Returns:
+        The elastic energy [J].
+    """
+    nodes, gradients, volumes, law = domains
+    kinds, constants = laws
+    slot, column_length = slots
+    n_nodes, n_points = nodes.shape[1], gradients.shape[1]
+    F = gradients_at_points(x, nodes, gradients)
+    R = np.empty_like(F)
+    polar_rotations(F, R)
+    P, C, B = np.empty((3, 3)), np.empty((9, 9)), np.empty((3, 3))
+    work = np.empty(WORK)
+    D = np.empty((n_nodes, 3, 9))
+    Ke = np.empty((n_nodes, n_nodes, 3, 3))
+    energy = 0.0
+    for e in range(nodes.shape[0]):
+        kind, c = kinds[law[e]], constants[law[e]]
+        Ke[:] = 0.0
+        for p in range(n_points):
+            V, g = volumes[e, p], gradients[e, p]
+            point = e * n_points + p
+            energy += V * response(kind, c, F[point], R[point], tangent, P, C, work)
+            for a in range(n_nodes):
+                for i in range(3):
+                    f = P[i, 0] * g[a, 0] + P[i, 1] * g[a, 1] + P[i, 2] * g[a, 2]
+                    force[nodes[e, a], i] -= V * f
+            if tangent != NO_TANGENT:
+                add_stiffness(V, g, C, D, Ke)
+        if tangent != NO_TANGENT:
+            for a in range(n_nodes):
+                for b in range(a, n_nodes):
+                    B[:] = Ke[a, b]
+                    scatter(B, slot[e], column_length[e], a, b, K)
+    return energy
+
+
+@kernel
+def add_stiffness(V: float, g: Array, C: Array, D: Array, Ke: Array) -> None:
+    """Add V (g_a)_J C_iJkL (g_b)_L to the blocks Ke[a, b] with b ≥ a; D (s, 3, 9) is overwritten."""
+    n_nodes = g.shape[0]
+    for b in range(n_nodes):
+        g0, g1, g2 = V * g[b, 0], V * g[b, 1], V * g[b, 2]
+        for k in range(3):
+            for m in range(9):
+                D[b, k, m] = C[3 * k, m] * g0 + C[3 * k + 1, m] * g1 + C[3 * k + 2, m] * g2
+    for a in range(n_nodes):
+        g0, g1, g2 = g[a, 0], g[a, 1], g[a, 2]
+        for b in range(a, n_nodes):
+            for i in range(3):
+                for k in range(3):
+                    entry = D[b, k, 3 * i] * g0 + D[b, k, 3 * i + 1] * g1 + D[b, k, 3 * i + 2] * g2
+                    Ke[a, b, i, k] += entry
+
+
+def linear_domains(mesh: TetMesh, law: Ints) -> Domains:
+    """Linear tetrahedra, each with the law `law` (e,) points to."""
+    gradients = rest_gradients(mesh)[:, None].copy()  # (e, 1, 4, 3)
+    return Domains(mesh.tets, gradients, mesh.volumes[:, None].copy(), law)

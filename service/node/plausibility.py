@@ -1,0 +1,119 @@
+"""Plausibility of measurements: could the robot that the model describes be where it is measured?
+
+| check | a measurement is refused when | for instance |
+|---|---|---|
+| distance | it is farther than a quarter of the robot's size from the model | wrong unit or frame |
+| exchange | two effectors are closer to each other's model than to their own | exchanged markers |
+| rate | the difference of robot and model changes faster than any robot does | a wrong marker |
+| progress | the model moves and the measurement does not, twice in a row | frozen, mirrored, turned |
+
+The first three concern one measurement; the next one may be plausible again. Progress is the part of the
+model's displacement Δx_e that the measurement has made too, ⟨Δx_m, Δx_e⟩ / ⟨Δx_e, Δx_e⟩, over all effectors
+together, computed whenever the model has moved by a part of the robot's size. It is 1 for a robot like its
+model, 0 for a frozen measurement or one turned by 90°, −1 for a mirrored one. A node that holds sees no
+motion and cannot find out that the fault is gone, so this fault is kept until `reset`.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tauten.model.numerics import Array
+
+_MOVED = 0.04  # of the robot's size, motion of the model after which progress is looked at
+_PROGRESS = 0.1  # least part of the model's motion that a measurement must have made
+_IN_A_ROW = 2  # times without progress
+_RATE = 2.0  # robot sizes a second by which the difference of robot and model may change
+_JUMP = 0.05  # of the robot's size, and by which it may change at once
+_CLOSE = (
+    0.02  # of the robot's size, distance from the model within which an exchange does not matter
+)
+_CLOSER = 0.5  # part of its own distance at which an exchanged effector is clearly another
+
+
+class MeasurementCheck:
+    """Compares measurements with the model.
+
+    Attributes:
+        fault: why measurements are not used until `reset`; "" while they are.
+    """
+
+    def __init__(self, size: float, largest: float) -> None:
+        """Start without a measurement.
+
+        Args:
+            size: of the robot [m].
+            largest: plausible distance of a measured effector from the model [m].
+        """
+        self._size = size
+        self._largest = largest
+        self.fault = ""
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget all measurements and the fault."""
+        self.fault = ""
+        self._difference: Array | None = None  # (p, 3) of the last plausible measurement and model
+        self._start: tuple[Array, Array] | None = None  # model and measurement where motion began
+        self._still = 0  # times without progress in a row
+
+    def reason(self, model: Array, measured: Array, seconds: float) -> str:
+        """Why a measurement is not plausible; "" where it is.
+
+        Args:
+            model: (p, 3) the model's effectors when it was made [m].
+            measured: (p, 3) the measured effectors [m].
+            seconds: since the plausible measurement before.
+        """
+        if self.fault:
+            return self.fault
+        difference = measured - model  # (p, 3)
+        distance = _lengths(difference)  # (p,)
+        farthest = float(distance.max())
+        if not farthest <= self._largest:
+            return (
+                f"an effector is measured {1e3 * farthest:.3g} mm from the model, "
+                f"allowed are {1e3 * self._largest:.3g} mm"
+            )
+        several = len(model) > 1 and farthest > _CLOSE * self._size
+        if several and _exchanged(model, measured, distance):
+            return "two measured effectors are exchanged"
+        if self._difference is not None:
+            change = float(_lengths(difference - self._difference).max())
+            allowed = self._size * (_JUMP + _RATE * seconds)
+            if change > allowed:
+                return (
+                    f"the measurement jumps by {1e3 * change:.3g} mm against the model, "
+                    f"allowed are {1e3 * allowed:.3g} mm"
+                )
+        self._difference = difference
+        self._look_at_progress(model, measured)
+        return self.fault
+
+    def _look_at_progress(self, model: Array, measured: Array) -> None:
+        if self._start is None:
+            self._start = (model, measured)
+            return
+        moved = model - self._start[0]  # (p, 3)
+        squared = float(np.vdot(moved, moved))
+        if squared < (_MOVED * self._size) ** 2:
+            return
+        progress = float(np.vdot(measured - self._start[1], moved)) / squared
+        self._start = (model, measured)
+        self._still = self._still + 1 if progress < _PROGRESS else 0
+        if self._still >= _IN_A_ROW:
+            self.fault = (
+                f"the model moves and the measurement does not follow it ({progress:.2g} of its motion): "
+                "is it frozen, mirrored or turned? then send enable"
+            )
+
+
+def _lengths(vectors: Array) -> Array:
+    """Lengths (p,) of vectors (p, 3)."""
+    return np.asarray(np.sqrt(np.einsum("ij,ij->i", vectors, vectors)))
+
+
+def _exchanged(model: Array, measured: Array, distance: Array) -> bool:
+    """Whether two effectors are clearly closer to each other's model (p, 3) than to their own."""
+    across = np.sqrt(np.sum((measured[:, None] - model[None]) ** 2, axis=2))  # (p, p)
+    return bool(np.any(across + across.T < _CLOSER * (distance[:, None] + distance[None])))

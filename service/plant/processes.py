@@ -1,0 +1,112 @@
+"""`tauten` commands as processes on this machine, for the demo and the benchmark of the node."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import random
+import signal
+import socket
+import subprocess
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import IO
+
+STOP_TIME = 20.0  # s, the release of the cables included
+_NICENESS = 10  # of plant and stream
+_PORTS = range(28_000, 32_000, 2)
+
+
+class DemoError(RuntimeError):
+    """A process that failed; the text says which one, and which file has its output."""
+
+
+@dataclass(slots=True)
+class Child:
+    """A `tauten` command as a process: its name, the process, the file of its output."""
+
+    name: str
+    process: subprocess.Popen[bytes]
+    output: Path
+
+    def check(self) -> None:
+        """Check that the process has not ended with an error.
+
+        Raises:
+            DemoError: it has.
+        """
+        code = self.process.poll()
+        if code not in (None, 0):
+            lines = self.output.read_text(encoding="utf-8", errors="replace").strip().splitlines()
+            last = lines[-1].removeprefix("tauten: ") if lines else "no output"
+            raise DemoError(f"tauten {self.name} ended with {code}: {last} (see {self.output})")
+
+
+def free_ports() -> int:
+    """The first of two successive TCP ports of loopback that are free.
+
+    No other process gets the same two from this function while the caller's process runs: that process
+    holds an abstract Unix socket whose name contains the port, and the kernel closes it when it ends.
+
+    Raises:
+        DemoError: there are none.
+    """
+    for port in random.SystemRandom().sample(_PORTS, len(_PORTS)):
+        reservation = socket.socket(socket.AF_UNIX)
+        with contextlib.closing(reservation):
+            if _can_bind(reservation, f"\0tauten-{port}") and _is_free(port) and _is_free(port + 1):
+                reservation.detach()  # stays open until the process ends
+                return port
+    raise DemoError(f"no two free TCP ports from {_PORTS.start} to {_PORTS.stop} on loopback")
+
+
+def _is_free(port: int) -> bool:
+    with socket.socket() as probe:
+        return _can_bind(probe, ("127.0.0.1", port))
+
+
+def _can_bind(one: socket.socket, address: str | tuple[str, int]) -> bool:
+    try:
+        one.bind(address)
+    except OSError:
+        return False
+    return True
+
+
+@contextlib.contextmanager
+def child(command: str, arguments: list[str], folder: Path) -> Iterator[Child]:
+    """Run a `tauten` command as a process; it is interrupted, then killed, when the block is left.
+
+    Args:
+        command: name of the command.
+        arguments: its arguments.
+        folder: of the file with its output, COMMAND.txt.
+    """
+    output = folder / f"{command}.txt"
+    with output.open("wb") as sink:
+        process = _start(command, arguments, sink)
+        if command != "serve":
+            # a real robot does not use the node's processor; here it does, with a lower priority
+            os.setpriority(os.PRIO_PROCESS, process.pid, _NICENESS)
+        found = Child(command, process, output)
+        try:
+            yield found
+        finally:
+            if process.poll() is None:
+                process.send_signal(signal.SIGINT)
+                try:
+                    process.wait(STOP_TIME)
+                except subprocess.TimeoutExpired:
+                    process.kill()
+                    process.wait()
+
+
+def _start(command: str, arguments: list[str], sink: IO[bytes]) -> subprocess.Popen[bytes]:
+    return subprocess.Popen(
+        [sys.executable, "-m", "tauten.service", command, *arguments],
+        stdin=subprocess.DEVNULL,
+        stdout=sink,
+        stderr=subprocess.STDOUT,
+    )

@@ -1,0 +1,56 @@
+"""The figure of a replay: recorded and replayed actuation."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from tauten.model.numerics import Array
+from tauten.service.plots.run import CABLE_COLOURS
+from tauten.service.replay import Replay
+
+
+def draw_replay(replay: Replay, log: str, path: Path) -> None:
+    """Draw recorded and replayed actuation, each above their difference.
+
+    Args:
+        replay: the result.
+        log: name of the log, for the title.
+        path: of the figure; its suffix decides the format.
+    """
+    courses = replay.courses
+    figure = Figure(figsize=(12.0, 8.0), layout="constrained")
+    axes = figure.subplots(4, 1, sharex=True)
+    _draw_course(axes[0], axes[1], courses.time, 1e3 * courses.pull, replay.cables)
+    _draw_course(axes[2], axes[3], courses.time, courses.tension, replay.cables)
+    labels = ("pull [mm]", "difference [mm]", "tension [N]", "difference [N]")
+    for axis, label in zip(axes, labels, strict=True):
+        axis.set_ylabel(label)
+        axis.grid(alpha=0.3)
+    axes[0].legend(loc="upper right", ncols=4, fontsize="small")
+    axes[-1].set_xlabel("time [s]")
+    figure.align_ylabels(axes)
+    verdict = "the same" if replay.same else "different"
+    figure.suptitle(
+        f"{log}: {verdict}, at most {replay.fraction:.2g} of a cable's range apart "
+        f"(tolerance {replay.tolerance:g}); wide: recorded, thin: replayed"
+    )
+    figure.savefig(path, dpi=130)
+
+
+def _draw_course(
+    above: Axes, below: Axes, time: Array, values: Array, cables: tuple[str, ...]
+) -> None:
+    """Values (2, m, n_a) of all cables, and the difference of the two."""
+    for cable, name in enumerate(cables):
+        color = CABLE_COLOURS[cable % len(CABLE_COLOURS)]
+        above.plot(time, values[0, :, cable], color=color, lw=4.0, alpha=0.3)
+        above.plot(time, values[1, :, cable], color=color, lw=1.2, label=name)
+        below.plot(time, values[1, :, cable] - values[0, :, cable], color=color, lw=1.2)
+    largest = float(np.abs(values[1] - values[0]).max(initial=0.0))
+    if largest == 0.0:
+        below.set_ylim(-1.0, 1.0)
+        below.text(0.5, 0.7, "no difference", transform=below.transAxes, ha="center")

@@ -1,0 +1,129 @@
+"""What a log says about the robot of its run, checked before anything is opened or computed.
+
+A log may come from somebody else. The paths in it are names that its writer chose: they are opened only
+where they lie beside the log, unless the caller trusts the log.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+from tauten.service.log import LogError
+from tauten.service.setup import Order
+
+_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")  # of robots, as robot files allow it
+_MAX_RATE = 10_000.0  # Hz, as robot files allow it
+
+
+@dataclass(frozen=True, slots=True)
+class RecordedSetup:
+    """The robot of a run, as its log names it.
+
+    Attributes:
+        log: the file.
+        robot: name.
+        file: path of the robot file when it was recorded; "" for a shipped robot.
+        rate: control rate [Hz].
+        basis: "none", "full", name or path of the contact basis.
+        order: which model decided.
+    """
+
+    log: Path
+    robot: str
+    file: str
+    rate: float
+    basis: str
+    order: Order
+
+    def robot_file(self, trusted: bool) -> str:
+        """The robot to load: a file beside the log, the recorded path, or the name of a shipped robot.
+
+        Args:
+            trusted: whether files elsewhere may be opened because the log names them.
+
+        Raises:
+            LogError: the recorded file lies elsewhere, and the log is not trusted.
+        """
+        if self.file:
+            beside = self.log.parent / Path(self.file).name
+            if beside.suffix == ".toml" and beside.is_file():
+                return str(beside)
+            if Path(self.file).is_file() and not _is_shipped(self.file, self.robot):
+                if trusted:
+                    return self.file
+                raise LogError(
+                    f"{self.log}: recorded with {self.file}, which is not beside the log: allow "
+                    "recorded paths (--recorded-paths), or name the robot (--against)"
+                )
+        return self.robot
+
+    def contact_basis(self, trusted: bool) -> str:
+        """The contact basis to load: a file beside the log, the recorded path, or a shipped name.
+
+        Args:
+            trusted: whether files elsewhere may be opened because the log names them.
+
+        Raises:
+            LogError: the recorded file lies elsewhere, and the log is not trusted.
+        """
+        if _NAME.fullmatch(self.basis):
+            return self.basis
+        beside = self.log.parent / Path(self.basis).name
+        if beside.is_file():
+            return str(beside.resolve())
+        if trusted:
+            return self.basis
+        raise LogError(
+            f"{self.log}: recorded with the basis {self.basis}, which is not beside the log: "
+            "allow recorded paths (--recorded-paths)"
+        )
+
+
+def recorded_setup(log: Path, metadata: dict[str, str]) -> RecordedSetup:
+    """The checked metadata of a log.
+
+    Args:
+        log: the file, for messages and for files beside it.
+        metadata: as the log has them.
+
+    Raises:
+        LogError: an entry is missing or not allowed; says which, what was found and what is allowed.
+    """
+
+    def entry(name: str) -> str:
+        if name not in metadata:
+            raise LogError(f"{log}: its metadata have no {name!r}")
+        return metadata[name]
+
+    robot, rate, basis = entry("robot"), _rate(log, entry("rate")), entry("basis")
+    if not _NAME.fullmatch(robot):
+        raise LogError(f"{log}: its metadata: robot is {robot[:80]!r}, not the name of a robot")
+    order = metadata.get("model", "full")
+    if order not in ("full", "reduced"):
+        raise LogError(
+            f"{log}: its metadata: model is {order[:80]!r}, allowed are full and reduced"
+        )
+    file = metadata.get("robot_path", "")
+    if "\0" in file + basis:
+        raise LogError(f"{log}: its metadata: a path has a zero byte")
+    return RecordedSetup(log, robot, file, rate, basis, "full" if order == "full" else "reduced")
+
+
+def _rate(log: Path, text: str) -> float:
+    try:
+        rate = float(text)
+    except ValueError:
+        rate = math.nan
+    if not 0.0 < rate <= _MAX_RATE:
+        raise LogError(
+            f"{log}: its metadata: rate is {text[:80]!r}, allowed are numbers up to {_MAX_RATE:g} Hz"
+        )
+    return rate
+
+
+def _is_shipped(file: str, robot: str) -> bool:
+    """Whether a path is that of the shipped robot of this name, in whatever installation."""
+    return Path(file).parts[-3:] == ("model", "robots", f"{robot}.toml")

@@ -1,0 +1,91 @@
+"""The tables `model` and `service` of a robot file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import Field
+
+from tauten.model.load import robot_path
+from tauten.model.schema import Positive, Rate, Section, in_range, read_toml, validated
+
+
+class ModelSettings(Section):
+    """Which model decides: the full one, or that of a state basis with its sample of elements.
+
+    While serving, the full model computes at intervals how far it would move the tip from where the reduced
+    one has it. Where this exceeds `max_tip_error`, health warns, and with `fall_back` the full model takes
+    over.
+
+    Attributes:
+        order: which one.
+        states: name of the state basis.
+        max_tip_error: error of the tip that a reduced model may have [m].
+        check_period: time between two comparisons with the full model [s].
+        fall_back: whether the full model replaces a reduced one that exceeds `max_tip_error`.
+        fall_back_rate: control rate of the full model then [Hz].
+    """
+
+    order: Literal["full", "reduced"] = "full"
+    states: str | None = None
+    max_tip_error: Annotated[Positive, in_range(0.0, 10.0, "m")] = 1e-3
+    check_period: Annotated[Positive, in_range(1e-3, 3600.0, "s")] = 1.0
+    fall_back: bool = False
+    fall_back_rate: Rate = 50.0
+
+
+class ServiceSettings(Section):
+    """The node.
+
+    Attributes:
+        target_timeout: time without target after which it holds [s].
+        release_time: least duration of a release [s].
+        late_limit: deadlines missed in a row after which it holds.
+        measurement_timeout: time without measurement after which a closed loop holds [s].
+        feedback_gain: gain with which a closed loop corrects targets [1/s].
+        measurement_delay: age of a measurement when it arrives [s].
+    """
+
+    target_timeout: Annotated[Positive, in_range(1e-3, 60.0, "s")] = 0.5
+    release_time: Annotated[Positive, in_range(1e-3, 60.0, "s")] = 1.0
+    late_limit: Annotated[int, Field(ge=1, le=100_000)] = 25
+    measurement_timeout: Annotated[Positive, in_range(1e-3, 10.0, "s")] = 0.25
+    feedback_gain: Annotated[Positive, in_range(0.0, 1e3, "1/s")] = 2.0
+    measurement_delay: Annotated[float, in_range(0.0, 10.0, "s")] = 0.0
+
+
+def model_settings(contents: dict[str, Any], path: Path) -> ModelSettings:
+    """The table `model` of a robot file that has been read.
+
+    Args:
+        contents: of the file, not validated.
+        path: the file, for errors.
+
+    Raises:
+        RobotFileError: a field that is not allowed.
+    """
+    return validated(ModelSettings, contents.get("model", {}), path, "model")
+
+
+def load_model_settings(name_or_path: str | Path) -> ModelSettings:
+    """The table `model` of a shipped robot's file, by name, or of a robot file.
+
+    Raises:
+        RobotFileError: the file, or its table `model`, cannot be used.
+    """
+    path = robot_path(name_or_path)
+    return model_settings(read_toml(path), path)
+
+
+def service_settings(contents: dict[str, Any], path: Path) -> ServiceSettings:
+    """The table `service` of a robot file that has been read.
+
+    Args:
+        contents: of the file, not validated.
+        path: the file, for errors.
+
+    Raises:
+        RobotFileError: a field that is not allowed.
+    """
+    return validated(ServiceSettings, contents.get("service", {}), path, "service")

@@ -1,0 +1,65 @@
+"""The numbers of `tauten bench elements` as tables, for the terminal and for the docs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from tauten.service.bench.elements import ElementBench, Equilibrium, MeshCase
+from tauten.service.tables.numbers import Numbers, measured_on, put_tables
+
+ELEMENTS_BEGIN, ELEMENTS_END = "<!-- tauten bench elements -->", "<!-- end -->"
+COLUMNS = (
+    "element", "nodes", "nonzeros", "assembly [ms]", "step [ms]", "tension [N]", "tension", "tip [mm]",
+    "contact force",
+)  # fmt: skip
+
+
+def element_tables(result: ElementBench) -> tuple[Numbers, ...]:
+    """A table for each law and pull, the reference in its last row."""
+    tables = []
+    for reference in result.references:
+        cases = [case for case in result.cases if case.law == reference.law]
+        for index, state in enumerate(reference.equilibria):
+            rows = [row(case, case.equilibria[index]) for case in cases]
+            rows.append(row(reference, state))
+            title = f"{result.robot}, {reference.law}, {100.0 * state.pull:g} % of the largest pull"
+            tables.append(Numbers(title, COLUMNS, tuple(rows)))
+    return tuple(tables)
+
+
+def row(case: MeshCase, state: Equilibrium) -> tuple[str, ...]:
+    """One mesh: medians of its times, and its errors."""
+    found = ", ".join(f"{tension:.4f}" for tension in state.tension)
+    errors = (
+        percent(state.tension_error),
+        millimetres(state.tip_error),
+        percent(state.contact_error),
+    )
+    return (
+        case.element,
+        f"{case.nodes:,}",
+        f"{case.nonzeros:,}",
+        f"{case.assembly_ms.p50:.1f}",
+        f"{case.step_ms.p50:.1f}",
+        found if state.converged else "not found",
+        *errors,
+    )
+
+
+def percent(share: float | None) -> str:
+    """A relative error; a dash where there is none."""
+    return "-" if share is None else f"{100.0 * share:+.1f} %"
+
+
+def millimetres(length: float | None) -> str:
+    """A distance; a dash where there is none."""
+    return "-" if length is None else f"{1e3 * length:.2f}"
+
+
+def write_element_tables(result: ElementBench, path: Path) -> None:
+    """Put the tables into a page, see `put_tables`."""
+    about = (
+        f"Errors against the last row of each table. {result.factorisation}, one thread, medians. "
+        f"Measured on {measured_on(result.machine)}"
+    )
+    put_tables(path, ELEMENTS_BEGIN, ELEMENTS_END, about, element_tables(result))

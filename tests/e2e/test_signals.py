@@ -1,0 +1,176 @@
+"""Signals end a node in order: cables released, log finished; a second one hurries, a set-up ends at once."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.nodes import PERIOD, check_limits, follow, recorded, wait_mode
+from support.processes import ROBOT, Process, Served, Start, wait_alive, write_robot
+
+from tauten.model import Robot, load_robot
+from tauten.service.log import LogReader
+from tauten.service.plant import free_ports
+from tauten.service.process import StopFlag, stop_on_signals
+from tauten.service.wire import Keys, Mode, Network, Role, open_session
+
+ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
+KEYS = Keys("beam")
+
+
+@pytest.mark.parametrize("number", ENDING)
+def test_a_signal_raises_the_flag_and_handlers_are_restored(number: signal.Signals) -> None:
+    before = signal.getsignal(number)
+    with stop_on_signals() as stop:
+        assert not stop.requested
+        signal.raise_signal(number)
+        assert stop.requested
+        assert not stop.urgent
+    assert signal.getsignal(number) is before
+
+
+def test_nohup_is_respected() -> None:
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    try:
+        with stop_on_signals() as stop:
+            signal.raise_signal(signal.SIGHUP)
+            assert not stop.requested
+    finally:
+        signal.signal(signal.SIGHUP, before)
+
+
+def test_a_second_request_is_urgent_but_not_the_same_one_twice() -> None:
+    now = [10.0]
+    stop = StopFlag(lambda: now[0])
+    stop.request()
+    now[0] += 0.1  # to the process and to its group
+    stop.request()
+    assert not stop.urgent
+    now[0] += 0.5
+    stop.request()
+    assert stop.urgent
+
+
+def test_a_set_up_ends_at_once() -> None:
+    reached = []
+    with stop_on_signals() as stop:
+        with stop.interruptible():
+            reached.append("before")
+            signal.raise_signal(signal.SIGTERM)
+            reached.append("after")
+        reached.append("loop")
+    assert reached == ["before"]
+    with stop_on_signals() as stop:
+        signal.raise_signal(signal.SIGTERM)
+        with stop.interruptible():
+            reached.append("set-up")
+    assert reached == ["before"]
+
+
+@pytest.mark.parametrize("number", [signal.SIGHUP, signal.SIGQUIT])
+def test_a_node_releases_the_cables_and_finishes_its_log(
+    served: Served, beam: Robot, number: signal.Signals
+) -> None:
+    follow(served, beam, 1.0)
+    assert served.process.end(number) == 0
+    check_released(served.log, beam)
+
+
+def check_released(log: Path, beam: Robot) -> None:
+    """A whole log of a robot that was pulled, then released within the limits."""
+    reader = LogReader(log)
+    list(reader.messages())
+    assert reader.complete
+    ticks, joints, _ = recorded(log, beam)
+    assert ticks[-1].mode is Mode.STOP
+    check_limits(joints, beam)
+    assert max(joint.pull[1] for joint in joints) > 2e-4
+    assert joints[-1].pull == (0.0, 0.0)
+    assert joints[-1].tension == (0.0, 0.0)
+
+
+@pytest.fixture
+def slow(tmp_path: Path, run: Start) -> Iterator[tuple[Served, Robot]]:
+    """A node that takes a minute to release its cables."""
+    file = write_robot(tmp_path, ROBOT.replace("release_time = 0.4", "release_time = 60.0"))
+    port, log = free_ports(), tmp_path / "log.mcap"
+    node = run("serve", file, "--port", port, "--record", log)
+    session = open_session(Network(port), Role.OTHER, "beam")
+    try:
+        wait_alive(session, KEYS.token, node)
+        yield Served(node, session, KEYS, port, log), load_robot(file)
+    finally:
+        session.close()  # type: ignore[no-untyped-call]
+
+
+def test_a_second_ctrl_c_releases_as_fast_as_the_rates_permit(slow: tuple[Served, Robot]) -> None:
+    served, beam = slow
+    follow(served, beam, 1.0)
+    served.process.process.send_signal(signal.SIGINT)
+    wait_mode(served, Mode.STOP)
+    time.sleep(1.0)
+    assert served.process.process.poll() is None
+    assert served.process.end() == 0  # within half of the minute
+    check_released(served.log, beam)
+    ticks, joints, _ = recorded(served.log, beam)
+    stopped = [
+        joint.pull for tick, joint in zip(ticks, joints, strict=True) if tick.mode is Mode.STOP
+    ]
+    steps = -np.diff(np.array(stopped), axis=0)
+    # the slow ramp, then the steps of the rate
+    assert steps[0].max() < 0.01 * 0.05 * PERIOD
+    assert steps.max() > 0.1 * 0.05 * PERIOD
+    assert len(stopped) < 10.0 / PERIOD
+
+
+@pytest.mark.realtime
+@pytest.mark.parametrize("seconds", [0.5, 8.0])
+def test_sigterm_while_kernels_compile_ends_promptly(
+    beam_file: Path, tmp_path: Path, seconds: float
+) -> None:
+    output = tmp_path / "serve.txt"
+    command = [sys.executable, "-m", "tauten.service", "serve", str(beam_file)]
+    command += ["--port", str(free_ports())]
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+    with output.open("wb") as sink:
+        process = subprocess.Popen(command, stdout=sink, stderr=sink, env=environment)
+    node = Process(process, output)
+    try:
+        while "getting ready" not in output.read_text():
+            assert process.poll() is None, output.read_text()
+            time.sleep(0.05)
+        time.sleep(seconds)
+        begin = time.monotonic()
+        assert node.end(signal.SIGTERM) == 0
+        assert time.monotonic() - begin < 5.0
+        assert "Traceback" not in output.read_text()
+    finally:
+        process.kill()
+        process.wait()
+
+
+def test_after_a_pause_no_tick_follows_an_old_target(served: Served, beam: Robot) -> None:
+    """SIGSTOP and SIGCONT: what has waited for the node meanwhile is old."""
+    follow(served, beam, 1.0)
+    paused = served.process.process
+    paused.send_signal(signal.SIGSTOP)
+    stopped = time.time_ns()
+    follow(served, beam, 3.0)
+    paused.send_signal(signal.SIGCONT)
+    resumed = time.time_ns()
+    follow(served, beam, 1.0)
+    assert served.process.end() == 0
+    ticks, joints, _ = recorded(served.log, beam)
+    check_limits(joints, beam)
+    following = [tick for tick in ticks if tick.status and tick.target_stamp]
+    assert any(tick.stamp > resumed for tick in following)
+    age = [1e-9 * (tick.stamp - tick.target_stamp) for tick in following if tick.stamp > resumed]
+    assert max(age) < 1.0  # the timeout is 0.3 s; the rest is for a machine that is busy
+    assert not any(stopped + 5e8 < tick.stamp < resumed for tick in ticks)

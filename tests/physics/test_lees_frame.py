@@ -1,0 +1,189 @@
+"""Lee's frame: a hinged right angle that snaps through, under a dead force and under a cable.
+
+Column and beam of length L, load at L / 5 from the corner. First limit load P L² / E I = 18.7 of Lee, Manuel
+and Rossow, J. Engineering Mechanics Division ASCE 94, 1968; Simo and Vu-Quoc's elements, Computer Methods in
+Applied Mechanics and Engineering 58, 1986, give 18.53. The robot has no hinges: a flexure of negligible
+length and bending stiffness takes the place of each.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import root
+from support.beam_robots import build, cable, path_of_beams, rectangle
+
+from tauten.model import Simulator, State
+from tauten.model.beams import BeamRobot, bar
+from tauten.model.numerics import Array
+
+HEIGHT, WIDTH = (
+    1.0 / 60.0,
+    0.1,
+)  # of the cross-section, for L = 1 m; wide, so that it moves in its plane
+E = 7.2e6
+SECTION = bar(WIDTH, HEIGHT)
+EI, EA, GA = E * SECTION.bending[0], E * SECTION.area, 0.5 * E * SECTION.shear_area[1]  # ν = 0
+PUBLISHED = 18.7
+BELOW = 80.0  # m, how far the winch is below the frame: its cable is nearly vertical
+
+
+def frame(folder: Path, count: int, winch: bool = False) -> BeamRobot:
+    """The frame in the plane z = 0 with `count` beams in column and beam each."""
+    length = 1e-4 if winch else 1e-5  # of a flexure; the shortest beam is 1e-6 of the robot's size
+    thin = HEIGHT * (1e-3 * length) ** (
+        1.0 / 3.0
+    )  # turns a thousand times easier than column and beam
+    along = np.linspace(0.0, 1.0, count + 1)
+    column = np.stack([0.0 * along, along], axis=1)
+    beam = np.stack([along, 0.0 * along + 1.0], axis=1)[1:]
+    plane = np.vstack([[0.0, -length], column, beam, [1.0 + length, 1.0]])
+    nodes = np.hstack([plane, np.zeros((len(plane), 1))])
+    last, loaded = len(nodes) - 1, 1 + count + count // 5
+    beams = path_of_beams(nodes, (0.0, 1.0, 0.0), "frame")
+    for item in beams[: count + 1]:
+        item["up"] = (1.0, 0.0, 0.0)
+    beams[0]["profile"] = beams[-1]["profile"] = "hinge"
+    held, more = [0, last], {}
+    if winch:  # on a held node, which a beam between held nodes joins to the frame
+        below = [0.2, 1.0 - BELOW, 0.0]
+        nodes = np.vstack([nodes, below])
+        beams.append({"ends": [0, last + 1], "profile": "frame", "up": (0.0, 0.0, 1.0)})
+        held.append(last + 1)
+        more["cables"] = [cable([below, nodes[loaded].tolist()])]
+    profiles = [rectangle("frame", WIDTH, HEIGHT), rectangle("hinge", WIDTH, thin)]
+    return build(folder, nodes, beams, profiles, (E, 0.0, 1.0), held, loaded, **more)
+
+
+@dataclass(frozen=True)
+class ExactFrame:
+    """Reissner's rod in the plane, integrated from hinge to hinge; units E I / L² and L."""
+
+    EA: float = EA / EI
+    GA: float = GA / EI
+
+    def segment(self, start: Array, length: float, force: Array) -> Array:
+        """x, y, angle and moment (4,) at the end of a piece with a constant force (2,) inside."""
+
+        def slope(_: float, y: Array) -> list[float]:
+            c, s = np.cos(y[2]), np.sin(y[2])
+            stretch = 1.0 + (force[0] * c + force[1] * s) / self.EA
+            shear = (force[1] * c - force[0] * s) / self.GA
+            dx, dy = stretch * c - shear * s, stretch * s + shear * c
+            return [dx, dy, y[3], dy * force[0] - dx * force[1]]
+
+        return solve_ivp(slope, (0.0, length), start, method="DOP853", rtol=1e-9, atol=1e-11).y[
+            :, -1
+        ]
+
+    def load(self, sag: float, guess: Array, from_winch: bool) -> tuple[float, Array, Array]:
+        """The load at a vertical displacement of its point.
+
+        Args:
+            sag: how far the loaded point has come down.
+            guess: (4,) reaction and angle at the foot, load.
+            from_winch: the load points to the winch, else straight down.
+
+        Returns:
+            The load, the loaded point (2,), and what to guess next (4,).
+        """
+        at = np.zeros(2)
+
+        def residual(u: Array) -> list[float]:
+            inside = -u[:2]
+            corner = self.segment(np.array([0.0, 0.0, u[2], 0.0]), 1.0, inside)
+            corner[2] -= 0.5 * np.pi
+            middle = self.segment(corner, 0.2, inside)
+            at[:] = middle[:2]
+            to = np.array([0.2 - middle[0], 1.0 - BELOW - middle[1]])
+            pull = u[3] * (to / np.linalg.norm(to) if from_winch else np.array([0.0, -1.0]))
+            end = self.segment(middle, 0.8, inside - pull)
+            return [end[0] - 1.0, end[1] - 1.0, end[3], middle[1] - 1.0 + sag]
+
+        found = root(residual, guess, tol=1e-10)
+        assert np.abs(found.fun).max() < 1e-8, "shooting has not found the frame's equilibrium"
+        residual(found.x)
+        return float(found.x[3]), at.copy(), found.x
+
+
+def exact_path(sags: list[float], from_winch: bool) -> list[tuple[float, Array]]:
+    """Loads and loaded points at growing vertical displacements, reached in small steps."""
+    path, guess, before = [], np.array([0.3, 0.8, 0.5 * np.pi + 0.01, 0.5]), 0.004
+    for sag in sags:
+        for step in np.linspace(before, sag, 2 + int((sag - before) / 0.02))[1:]:
+            load, point, guess = ExactFrame().load(float(step), guess, from_winch)
+        path.append((load, point))
+        before = sag
+    return path
+
+
+def exact_limit() -> float:
+    """The first limit load, from a parabola through three loads near it."""
+    sags = [0.39, 0.405, 0.42]
+    loads = [load for load, _ in exact_path(sags, from_winch=False)]
+    a, b, c = np.polyfit(sags, loads, 2)
+    return float(c - b * b / (4.0 * a))
+
+
+def carries(robot: BeamRobot, load: float, start: State) -> State | None:
+    """The equilibrium near a state under a dead load [E I / L²], None where the frame snaps through."""
+    simulator = Simulator(robot.loaded(np.zeros(3), np.array([0.0, -load * EI, 0.0])), "none")
+    simulator.start_from(start)
+    report = simulator.settle(tension=[0.0], tolerance=1e-8, max_iterations=100)
+    above = simulator.effector[0, 1] > 0.5  # beyond the limit the load comes to rest at 0.23 m
+    return simulator.state if report.converged and above else None
+
+
+def limit_load(robot: BeamRobot) -> float:
+    """Largest dead load that the frame carries before it snaps through, by bisection [E I / L²]."""
+    state = robot.rest()
+    for load in (5.0, 10.0, 15.0, 18.0):
+        found = carries(robot, load, state)
+        assert found is not None, load
+        state = found
+    low, high = 18.0, 19.0
+    while high - low > 2e-3:
+        middle = 0.5 * (low + high)
+        found = carries(robot, middle, state)
+        if found is None:
+            high = middle
+        else:
+            low, state = middle, found
+    return low
+
+
+def test_first_limit_load_of_a_dead_force(tmp_path: Path) -> None:
+    limits = np.array([limit_load(frame(tmp_path, count)) for count in (10, 20)])
+    exact = exact_limit()
+    assert limits[1] == pytest.approx(PUBLISHED, rel=0.01)
+    errors = limits - exact
+    assert errors[1] < 0.3 * errors[0], "a halved element leaves about a quarter of the error"
+    extrapolated = limits[1] + (limits[1] - limits[0]) / 3.0
+    assert extrapolated == pytest.approx(exact, rel=5e-4)
+
+
+def test_cable_follows_the_frame_beyond_its_limit_load(tmp_path: Path) -> None:
+    """A pulled length controls the displacement: the tension rises to the limit load and falls again.
+
+    At a pull of 0.51 m the displacement itself turns back; the frame snaps and the cable, which only
+    pulls, gets slack.
+    """
+    simulator = Simulator(frame(tmp_path, 40, winch=True), "none")
+    tensions, points = [], []
+    for pull in (0.05, 0.2, 0.3, 0.38, 0.41, 0.45, 0.5):
+        assert simulator.settle(pull=[pull], tolerance=1e-8).converged
+        tensions.append(simulator.tension[0] / EI)
+        points.append(simulator.effector[0, :2])
+    assert max(tensions) == pytest.approx(PUBLISHED, rel=0.01)
+    assert tensions[-1] < 0.85 * max(tensions)
+    exact = exact_path([1.0 - float(point[1]) for point in points], from_winch=True)
+    for tension, point, (load, place) in zip(tensions, points, exact, strict=True):
+        assert tension == pytest.approx(load, rel=3e-3)
+        np.testing.assert_allclose(point, place, atol=3e-3)
+    assert simulator.settle(pull=[0.53], tolerance=1e-8).converged
+    assert simulator.tension[0] == 0.0
+    assert simulator.pull[0] > 0.6

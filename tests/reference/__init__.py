@@ -1,0 +1,1 @@
+"""Answers to QPCCs by other programs, against which the solver is tested."""

@@ -1,0 +1,130 @@
+"""The loop with right and wrong measurements of a simulated robot: in logical time, without a network."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from tauten.controller import Controller
+from tauten.model import Robot, Simulator
+from tauten.model.numerics import Array
+from tauten.service.node import LARGEST, ControlLoop, MeasuredLoop, Signals
+from tauten.service.settings import ServiceSettings
+from tauten.service.wire import (
+    CDR,
+    Cause,
+    Level,
+    Mode,
+    OperatorCommand,
+    Point,
+    PositionSubscriber,
+    encode_point,
+)
+
+Measure = Callable[[Array], Array]
+
+
+@dataclass(frozen=True)
+class Sample:
+    payload: bytes
+    encoding: str = CDR
+    timestamp: None = None
+
+
+class Ring:
+    """Samples of one effector."""
+
+    def __init__(self) -> None:
+        self.samples: deque[Sample] = deque()
+
+    def try_recv(self) -> Sample | None:
+        return self.samples.popleft() if self.samples else None
+
+
+class Rig:
+    """A controller, the robot it is the model of, and measurements that are made of that robot."""
+
+    def __init__(self, robot: Robot, measure: Measure) -> None:
+        self.loop = ControlLoop(Controller(robot))
+        self.plant = Simulator(robot, contact="none")
+        self.rings = [Ring() for _ in robot.effector_names]
+        rest = robot.effector(robot.rest())
+        subscriber = PositionSubscriber(self.rings, robot.frame, rest, 1.0, timeout=0.25)
+        self.measured = MeasuredLoop(robot, ServiceSettings(), subscriber)
+        self.largest = 0.0  # correction [m]
+        self.farthest = 0.0  # robot from its target [m]
+        self._measure = measure
+        self._now = 0.0
+
+    def follow(self, targets: list[Array]) -> list[Cause]:
+        """Follow targets; the cause of each tick."""
+        return [self.tick(target) for target in targets]
+
+    def tick(self, target: Array) -> Cause:
+        loop, feedback = self.loop, self.measured.feedback
+        self._now += loop.controller.robot.h
+        for ring, xyz in zip(self.rings, self._measure(self.plant.effector).tolist(), strict=True):
+            ring.samples.append(Sample(encode_point(Point(0, "", tuple(xyz)))))
+        self.measured.subscriber.read(self._now, 1.8e9)
+        cause = self.measured.correct(self._now, loop.controller.effector)
+        action = loop.tick(target + feedback.correction, Signals(True, measurement=cause))
+        self.plant.step(pull=action.actuation.pull)
+        loop.prepare()
+        self.largest = max(self.largest, feedback.length)
+        away = float(np.linalg.norm(self.plant.effector - target, axis=1).max())
+        self.farthest = max(self.farthest, away)
+        return action.cause
+
+
+def swing(robot: Robot, ticks: int) -> list[Array]:
+    """Targets up and down, where the cables can take the effectors."""
+    simulator = Simulator(robot, contact="none")
+    assert simulator.settle(pull=[0.0, 0.006]).converged
+    rest, up = robot.effector(robot.rest()), simulator.effector
+    phases = 2.0 * np.pi * np.arange(ticks) / 150.0
+    return [rest + np.sin(phase) ** 2 * (up - rest) for phase in phases]
+
+
+def test_right_measurements_are_followed(beam: Robot) -> None:
+    rig = Rig(beam, lambda where: where + 1e-3)
+    causes = rig.follow(swing(beam, 300))
+    assert set(causes) == {Cause.NONE}
+    assert rig.measured.diagnostic().level is Level.OK
+
+
+@pytest.mark.parametrize("wrong", ["frozen", "mirrored", "exchanged"])
+def test_wrong_measurements_hold_before_the_correction_is_at_its_limit(
+    beam: Robot, wrong: str
+) -> None:
+    rest = beam.effector(beam.rest())
+    measures: dict[str, Measure] = {
+        "frozen": lambda where: rest,
+        "mirrored": lambda where: 2.0 * rest - where,
+        "exchanged": lambda where: where[::-1],
+    }
+    rig = Rig(beam, measures[wrong])
+    causes = rig.follow(swing(beam, 450))
+    assert causes[-1] is Cause.IMPLAUSIBLE
+    assert rig.largest < 0.8 * LARGEST * beam.size
+    health = rig.measured.diagnostic()
+    assert health.level is Level.WARN
+    assert health.message != "plausible"
+    assert {"correction_mm", "largest_correction_mm", "age_s", "gain"} <= set(health.values)
+    assert rig.measured.subscriber.counts.refused["not_plausible"] > 10
+
+
+def test_an_enable_tries_again(beam: Robot) -> None:
+    rest, mirrored = beam.effector(beam.rest()), True
+    rig = Rig(beam, lambda where: 2.0 * rest - where if mirrored else where)
+    targets = swing(beam, 450)
+    assert rig.follow(targets)[-1] is Cause.IMPLAUSIBLE
+    mirrored = False
+    assert rig.follow(targets[:50])[-1] is Cause.IMPLAUSIBLE  # it holds and cannot know
+    assert rig.loop.command(OperatorCommand.ENABLE)
+    rig.measured.after_command(OperatorCommand.ENABLE)
+    assert set(rig.follow(targets)[50:]) == {Cause.NONE}
+    assert rig.loop.state.mode is Mode.RUN

@@ -1,0 +1,90 @@
+"""One robot file, read once: every layer takes its own table and refuses what it does not allow."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tauten.controller import ControllerSettings, load_controller_settings
+from tauten.model import RobotFileError, load_robot
+from tauten.service.settings import ModelSettings, ServiceSettings
+from tauten.service.setup import load_setup
+
+TABLES = """
+[controller]
+rate = 80.0
+regularisation = 3e-3
+max_pivots = 7
+[service]
+target_timeout = 0.3
+late_limit = 9
+[model]
+check_period = 2.0
+"""
+
+
+@pytest.fixture
+def folder(tmp_path: Path, beam_file: Path) -> Path:
+    text = beam_file.read_text()
+    for table in ("controller = ", "service = "):
+        text = "\n".join(line for line in text.splitlines() if not line.startswith(table))
+    (tmp_path / "bare.toml").write_text(text)
+    for path in beam_file.parent.iterdir():
+        if path.is_file() and path != beam_file:
+            (tmp_path / path.name).write_bytes(path.read_bytes())
+    return tmp_path
+
+
+def written(folder: Path, tables: str) -> Path:
+    path = folder / "with_tables.toml"
+    path.write_text((folder / "bare.toml").read_text() + "\n" + tables)
+    return path
+
+
+def test_each_layer_gets_its_table(folder: Path) -> None:
+    path = written(folder, TABLES)
+    setup = load_setup(path)
+    assert setup.robot.integration.rate == 80.0
+    assert setup.controller == ControllerSettings(regularisation=3e-3, max_pivots=7)
+    assert setup.controller == load_controller_settings(path)
+    assert setup.service == ServiceSettings(target_timeout=0.3, late_limit=9)
+    assert setup.model == ModelSettings(check_period=2.0)
+    assert load_setup(path, rate=40.0).robot.h == 1.0 / 40.0
+
+
+def test_a_file_without_tables_has_the_defaults(folder: Path) -> None:
+    setup = load_setup(folder / "bare.toml")
+    assert setup.robot.integration.rate == load_robot(folder / "bare.toml").integration.rate == 50.0
+    settings = (setup.controller, setup.model, setup.service)
+    assert settings == (ControllerSettings(), ModelSettings(), ServiceSettings())
+
+
+@pytest.mark.parametrize(
+    ("tables", "message"),
+    [
+        (
+            "[service]\nrelease_time = 1e300",
+            r"service.release_time: allowed is at least 0.001 and at most 60 s, found 1e\+300",
+        ),
+        (
+            "[service]\ntarget_timeout = 61",
+            "service.target_timeout: allowed is at least 0.001 and at most 60 s, found 61",
+        ),
+        (
+            "[service]\nmeasurement_timeout = 1e300",
+            r"service.measurement_timeout: allowed is at least 0.001 and at most 10 s, found 1e\+300",
+        ),
+        (
+            "[model]\ncheck_period = 1e-300",
+            "model.check_period: allowed is at least 0.001 and at most 3600 s, found 1e-300",
+        ),
+        ("[service]\nrelease = 1.0", "service.release: Extra inputs are not permitted, found 1.0"),
+        ("[controller]\nqp_solver = 3", "controller.qp_solver: .*valid string, found 3"),
+        ("[controller]\nrate = -1.0", "controller.rate: .* greater than 0, found -1.0"),
+        ("[extra]\nx = 1", "extra: Extra inputs are not permitted"),
+    ],
+)
+def test_what_a_table_does_not_allow_is_named(folder: Path, tables: str, message: str) -> None:
+    with pytest.raises(RobotFileError, match=f"with_tables.toml: {message}"):
+        load_setup(written(folder, tables))

@@ -1,0 +1,117 @@
+"""Robots made of a few beams, loaded by a force on a node or by a cable, for published benchmarks."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tauten.model import Simulator
+from tauten.model.beams import BeamRobot, Profile, natural_stiffness
+from tauten.model.body import Material
+from tauten.model.load import make_robot
+from tauten.model.numerics import Array
+from tauten.model.schema import Changes
+
+SMALL = 1e-5  # m, radius and half thickness of the discs that carry loads; they weigh nothing beside a beam
+EXACTLY = 1e-9  # m, half the side of a box around one node
+
+
+def rectangle(name: str, width: float, height: float) -> dict[str, Any]:
+    """A rectangular profile of the robot file: width along axis 2, height along axis 3 [m]."""
+    return {"kind": "bar", "name": name, "width": width, "height": height}
+
+
+def path_of_beams(nodes: Array, up: tuple[float, float, float], profile: str) -> list[Any]:
+    """Beams from node to node, all of one profile."""
+    count = len(nodes) - 1
+    return [{"ends": [i, i + 1], "profile": profile, "up": up} for i in range(count)]
+
+
+def build(
+    folder: Path,
+    nodes: Array,
+    beams: list[Any],
+    profiles: list[dict[str, Any]],
+    material: tuple[float, float, float],
+    held: list[int],
+    loaded: int,
+    **changes: Any,
+) -> BeamRobot:
+    """A robot without gravity that holds some nodes and has an effector on another one.
+
+    Its only cable runs from the first held node to the loaded one, unless `cables` is given.
+
+    Args:
+        folder: where the structure file is written.
+        nodes: (n_nodes, 3) positions at rest [m].
+        beams: of the structure file.
+        profiles: of the robot file.
+        material: Young's modulus [Pa], Poisson's ratio, density [kg/m³].
+        held: nodes that neither move nor turn.
+        loaded: node that carries the effector.
+        changes: other fields of the robot file.
+    """
+    discs = sorted({*held, loaded})
+    structure = {
+        "nodes": nodes.tolist(),
+        "beams": beams,
+        "vertebrae": [
+            {"name": f"disc{i}", "node": i, "radius": SMALL, "thickness": 2 * SMALL} for i in discs
+        ],
+    }
+    (folder / "structure.json").write_text(json.dumps(structure))
+    E, nu, density = material
+    tip = nodes[loaded].tolist()
+    contents: dict[str, Any] = {
+        "name": "benchmark",
+        "beams": {"file": "structure.json"},
+        "profiles": profiles,
+        "material": {"young_modulus": E, "poisson_ratio": nu, "density": density},
+        "gravity": [0.0, 0.0, 0.0],
+        "fixed": [
+            {"lower": (nodes[i] - EXACTLY).tolist(), "upper": (nodes[i] + EXACTLY).tolist()}
+            for i in held
+        ],
+        "cables": [cable([nodes[held[0]].tolist(), tip])],
+        "effectors": [{"name": "tip", "point": tip}],
+    }
+    robot = make_robot(contents | changes, folder / "robot.toml", Changes())
+    assert isinstance(robot, BeamRobot)
+    return robot
+
+
+def cable(points: list[list[float]]) -> dict[str, Any]:
+    """A cable through points [m] that nothing limits."""
+    limits = {"max_tension": 1e6, "max_pull": 1e3, "max_rate": 1e3}
+    return {"name": "cable", "points": points, **limits}
+
+
+def with_profile(robot: BeamRobot, profile: Profile, material: Material) -> BeamRobot:
+    """The robot with one cross-section for all its beams, for constants that no shape of a file has."""
+    D = np.array([natural_stiffness(profile, material, length) for length in robot.body.length])
+    return replace(robot, body=replace(robot.body, D=D))
+
+
+def under_force(
+    robot: BeamRobot, forces: list[Array], tolerance: float, most: int = 200
+) -> tuple[Simulator, list[Array]]:
+    """Settle under forces (3,) on the effector one after the other.
+
+    Returns:
+        The simulator, and the effector's position (3,) [m] at every force.
+    """
+    simulator, positions = Simulator(robot, contact="none"), []
+    for force in forces:
+        simulator.load(np.zeros(3), force)
+        report = simulator.settle(
+            tension=np.zeros(robot.n_a), tolerance=tolerance, max_iterations=most
+        )
+        assert report.converged, (
+            f"no equilibrium under {force.tolist()} N, moved {report.movement:.1e} m"
+        )
+        positions.append(simulator.effector[0])
+    return simulator, positions
