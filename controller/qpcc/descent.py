@@ -113,6 +113,10 @@ class Descent:
     best: Point | None = None
     tried: set[bytes] = field(default_factory=set)
 
+    def has_point(self) -> bool:
+        """Whether a feasible point has been found."""
+        return self.best is not None
+
     def run(self, piece: Bools) -> Point | None:
         """Descend from a piece to a stationary point; None when the piece is empty or was tried."""
         current = self.visit(piece)

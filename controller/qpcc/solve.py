@@ -88,11 +88,11 @@ def solve_qpcc(problem: Qpcc, warm: Warm = None, settings: QpccSettings = DEFAUL
     twice = settings.second_start == "always" or (warm is None and settings.second_start == "cold")
     if twice:
         penalty_homotopy(descent)
-    if descent.best is None:
+    if not descent.has_point():
         violating = least_violation(descent, piece)
-        if descent.best is None and not twice:
+        if not descent.has_point() and not twice:
             penalty_homotopy(descent)
-        empty = descent.best is None and all_empty(descent)
+        empty = not descent.has_point() and all_empty(descent)
     if descent.best is not None:
         return finish(problem, descent.best, units, budget)
     status = Status.INFEASIBLE if empty else Status.NOT_FOUND
