@@ -1,4 +1,4 @@
-"""README: its tables say what the benchmarks said, its Python runs, its links lead somewhere."""
+"""README: its tables are those of the results, its Python runs, the targets of its links exist."""
 
 from __future__ import annotations
 

@@ -95,7 +95,7 @@ class NodeBench:
         unseen: ticks whose messages were lost in the network.
         deadlines: of the node.
         idle: of a loop at this rate in which every tick takes the node's median time and does nothing:
-            what it misses is the machine's doing.
+            deadlines that it misses are due to the machine.
         decide_ms: time of `decide`.
         step_ms: time of `decide`, `advance` and `prepare`.
         overhead_ms: work of a tick outside the control step.

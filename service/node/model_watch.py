@@ -61,7 +61,7 @@ class ModelWatch:
         self._settings = settings
         self._pipe, far = get_context("spawn").Pipe()
         self._process = get_context("spawn").Process(
-            target=compare, args=(far,), daemon=True, name="tauten model watch"
+            target=compare_models, args=(far,), daemon=True, name="tauten model watch"
         )
         self._process.start()
         far.close()
@@ -191,7 +191,7 @@ def make_fall_back(setup: Setup) -> FallBack | None:
     return FallBack(ModelWatch(robot, setup.contact, settings), robot, full)
 
 
-def compare(pipe: Connection) -> None:
+def compare_models(pipe: Connection) -> None:
     """The separate process: tip errors of the states that arrive, until the pipe is closed."""
     with one_blas_thread(), suppress(EOFError, OSError, KeyboardInterrupt):
         models = pipe.recv()  # the sender waits

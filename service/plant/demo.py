@@ -15,7 +15,7 @@ from tauten.service.plant.paths import PathSettings, TargetPath, make_path
 from tauten.service.plant.plant import Drive
 from tauten.service.plant.processes import STOP_TIME, Child, DemoError, child, free_ports
 from tauten.service.process import StopFlag
-from tauten.service.replay import Report, Run, make_report, read_run
+from tauten.service.replay import RecordedRun, RunReport, make_report, read_run
 from tauten.service.setup import Order, load_setup
 from tauten.service.wire import Keys, Network, Role, is_alive, open_session
 
@@ -26,7 +26,7 @@ _START = 300.0  # s; kernels are compiled when a robot runs for the first time
 
 @dataclass(frozen=True, slots=True)
 class DemoSettings:
-    """What the demo does.
+    """Settings of the demo.
 
     Attributes:
         robot: name or file.
@@ -59,8 +59,8 @@ class DemoSettings:
 class DemoResult:
     """What the demo did: its run, the numbers of it, names of the cables."""
 
-    run: Run
-    report: Report
+    run: RecordedRun
+    report: RunReport
     cables: tuple[str, ...]
 
 

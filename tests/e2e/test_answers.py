@@ -81,7 +81,7 @@ def test_questions_that_wait_do_not_keep_commands_out(
     ring = zenoh.handlers.RingChannel(16)
     commands = CommandSubscriber(inside.declare_subscriber(KEYS.command, ring))
     assert command_arrives(outside, commands)
-    asked = [
+    requests = [
         outside.get(key, timeout=60.0)
         for _ in range(QUESTIONS)
         for key in (KEYS.metrics, KEYS.description)
@@ -102,7 +102,7 @@ def test_questions_that_wait_do_not_keep_commands_out(
     assert len(made) < QUESTIONS / 10  # those the ring has kept
     end, replies = time.monotonic() + PATIENCE, []
     while len(replies) < 2 * len(made) and time.monotonic() < end:
-        replies += [reply for one in asked if (reply := received(one)) is not None]
+        replies += [reply for one in requests if (reply := received(one)) is not None]
         time.sleep(0.01)
     texts = [bytes(reply.ok.payload) for reply in replies if reply.ok is not None]
     assert sorted(texts) == [b"text"] * len(made) + [b"{}"] * len(made)

@@ -25,9 +25,9 @@ TICK = Tick(
 )  # fmt: skip
 
 
-def test_missed_and_skipped_are_told_apart() -> None:
+def test_missed_and_skipped_are_counted_separately() -> None:
     ticks = [
-        replace(TICK, slack=-1.0, skipped=9),  # speaks of what came before
+        replace(TICK, slack=-1.0, skipped=9),  # of the ticks before
         TICK,
         replace(TICK, slack=-0.001, skipped=2),
         replace(TICK, slack=-0.0001),

@@ -133,13 +133,13 @@ def test_a_histogram_counts_what_it_is_given() -> None:
     assert found.total == pytest.approx(3.00035)
 
 
-def test_a_rate_the_machine_cannot_hold_is_refused_when_asked_for(
+def test_a_rate_the_computer_cannot_hold_is_refused_when_it_was_requested(
     caplog: pytest.LogCaptureFixture,
 ) -> None:
-    check_rate(50.0, 0.015, asked=True)
+    check_rate(50.0, 0.015, requested=True)
     with pytest.raises(RateError, match=r"100 Hz cannot be held.* 15.0 ms here; use --rate 53 or"):
-        check_rate(100.0, 0.015, asked=True)
-    check_rate(100.0, 0.015, asked=False)
+        check_rate(100.0, 0.015, requested=True)
+    check_rate(100.0, 0.015, requested=False)
     assert "100 Hz cannot be held" in caplog.text
     assert rate_for(0.015) == 53.0
 

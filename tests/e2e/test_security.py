@@ -150,7 +150,7 @@ def test_a_viewer_reads_but_does_not_command(connect: Connect, node: Process, be
     assert ticks.try_recv() is not None
     assert ask_metrics(viewer, "beam") is not None
     assert accepted(viewer) == {"targets": 0, "commands": 0}
-    # nor does anybody but the node say what the cables do
+    # and only the node can publish actuation
     forged = viewer.declare_publisher(KEYS.actuation)
     seen = operator.declare_subscriber(KEYS.actuation, zenoh.handlers.RingChannel(200))
     for _ in range(10):

@@ -1,4 +1,4 @@
-"""What nature says about the elements: patches, rigid motion, derivatives, energy."""
+"""Elements against mechanics: patches, rigid motion, derivatives, energy."""
 
 from __future__ import annotations
 
@@ -20,7 +20,8 @@ def forces(mesh: TetMesh, x: Array, exact: bool) -> tuple[Array, sp.csc_array]:
     pattern = make_pattern(np.zeros(len(mesh.nodes), dtype=bool), [mesh.tets])
     slot, length = pattern.blocks(mesh.tets)
     f, K = np.zeros_like(x), np.zeros(len(pattern.indices))
-    assemble(x, mesh.tets, rest_gradients(mesh), mesh.volumes, LAME, exact, slot, length, f, K)
+    rest = (rest_gradients(mesh), mesh.volumes)
+    assemble(x, mesh.tets, rest, LAME, exact, (slot, length), f, K)
     return f, sp.csc_array((K, pattern.indices, pattern.indptr))
 
 

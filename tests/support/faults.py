@@ -51,7 +51,7 @@ def start_router(output: Path, port: int) -> Process:
 
 
 def start_jumping(output: Path, jump: Path, *arguments: object) -> Process:
-    """A `tauten` command whose wall clock is off by as many nanoseconds as a file says."""
+    """A `tauten` command whose wall clock is off by a number of nanoseconds that is read from a file."""
     command = [sys.executable, "-c", JUMPING, str(jump), *(str(a) for a in arguments)]
     with output.open("wb") as sink:
         return Process(subprocess.Popen(command, stdout=sink, stderr=subprocess.STDOUT), output)
@@ -80,7 +80,7 @@ class Wire(Enum):
     """What a wire does with what is put in."""
 
     WHOLE = 0
-    SILENT = 1  # nothing comes through, nobody is told
+    SILENT = 1  # nothing passes, and no connection is closed
     CUT = 2  # connections break and cannot be made
 
 

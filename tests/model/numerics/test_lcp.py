@@ -1,4 +1,4 @@
-"""The complementarity solvers against each other, other libraries, and what contact asks of them."""
+"""The complementarity solvers against each other, against other libraries, and on contact problems."""
 
 import numpy as np
 import pytest
@@ -88,7 +88,7 @@ def test_one_contact_by_hand() -> None:
 
 
 def test_a_wound_cable_and_a_contact_in_one_problem() -> None:
-    """δ_a − pull = W_aa T + W_ac λ − pull: the cable stays taut, the contact takes its share."""
+    """δ_a − pull = W_aa T + W_ac λ − pull: the cable remains taut, the contact has a force."""
     W = np.array([[4e-3, -1e-3], [-1e-3, 2e-3]])
     pull, gap = 8e-3, 1e-3
     result = solve_lcp(W, np.array([-pull, gap]))
