@@ -116,7 +116,7 @@ def test_names_of_another_folder_come_from_its_face() -> None:
     assert not past
 
 
-def test_the_node_does_not_know_the_laboratory() -> None:
+def test_the_node_does_not_import_benchmarks_plots_or_commands() -> None:
     found = [
         f"{path.relative_to(ROOT)} imports {name}"
         for path in FILES

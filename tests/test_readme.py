@@ -39,5 +39,5 @@ def test_links_lead_somewhere(page: Path) -> None:
             assert (page.parent / target).exists(), target
 
 
-def test_a_source_tree_that_is_not_installed_knows_its_version() -> None:
+def test_a_source_tree_that_is_not_installed_has_its_version() -> None:
     assert source_version() == version("tauten")

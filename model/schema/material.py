@@ -33,7 +33,7 @@ class SolidMaterialSettings(MaterialSettings):
 
     `law` is the law of elasticity. Mooney-Rivlin takes `c10` and `c01` [Pa], Yeoh `c10`, `c20` and
     `c30`; they give `young_modulus`, and a `young_modulus` beside them scales the law to it. `silicone` names
-    a measured silicone (a Yeoh law) and fills in what is not said otherwise.
+    a measured silicone (a Yeoh law) and gives the values that the table does not set.
     """
 
     law: LawName = "corotational"

@@ -1,7 +1,7 @@
 """A reduced model compared with the full one in a separate process, and replaced by it where they differ.
 
 The loop only sends a state at intervals and reads the result when there is one; the process uses processor
-time that nothing else needs, and ends with the loop. Where the results say that the reduced model has left
+time that nothing else needs, and ends with the loop. Where the results show that the reduced model has left
 the states it was trained with, the full one takes over, at its own rate.
 """
 

@@ -136,7 +136,7 @@ def claimed(session: zenoh.Session, keys: Keys) -> Iterator[None]:
 
 @contextmanager
 def alive(session: zenoh.Session, keys: Keys) -> Iterator[None]:
-    """Declare the liveliness token that says that the robot is served."""
+    """Declare the liveliness token of a robot that is served."""
     token = session.liveliness().declare_token(keys.token)
     try:
         yield

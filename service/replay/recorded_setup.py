@@ -1,4 +1,4 @@
-"""What a log says about the robot of its run, checked before anything is opened or computed.
+"""The robot of a run from the metadata of its log, checked before anything is opened or computed.
 
 A log may come from another person. The paths in it are names that its writer chose: they are opened only
 where they lie beside the log, unless the caller allows it.
@@ -90,7 +90,7 @@ def recorded_setup(log: Path, metadata: dict[str, str]) -> RecordedSetup:
         metadata: as the log has them.
 
     Raises:
-        LogError: an entry is missing or not allowed; says which, what was found and what is allowed.
+        LogError: a missing or wrong entry; the message names it, the value found and the values allowed.
     """
 
     def entry(name: str) -> str:

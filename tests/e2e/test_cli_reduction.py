@@ -65,7 +65,7 @@ def again(made: Made, *more: object) -> tuple[object, ...]:
     return ("reduce", made.robot, "--out", made.basis, "--snapshots", made.campaign, *STEP, *more)
 
 
-def test_automatic_basis_says_how_it_was_chosen(original: Made) -> None:
+def test_automatic_basis_records_how_it_was_chosen(original: Made) -> None:
     basis = ContactBasis.load(original.basis)
     tip = {point.k: point.tip for point in basis.provenance.curve}
     assert tip[basis.k] <= 2e-4

@@ -185,7 +185,7 @@ def test_strangers_are_not_let_in(site: Site, tmp_path: Path) -> None:
         zenoh.open(plain)
 
 
-def test_a_router_that_is_somebody_else_is_not_trusted(site: Site, tmp_path: Path) -> None:
+def test_a_router_of_another_authority_is_refused(site: Site, tmp_path: Path) -> None:
     trustme.CA().cert_pem.write_to_path(str(tmp_path / "ca.pem"))
     with pytest.raises(zenoh.ZError, match="Unable to connect"):
         zenoh.open(read_config(site.client("operator")))

@@ -103,7 +103,7 @@ def test_held_rotation_tangent_is_exact_where_nothing_is_strained() -> None:
     assert abs(held - exact).max() < 1e-9 * abs(exact).max()
 
 
-def test_held_rotation_tangent_stays_positive_semidefinite() -> None:
+def test_tangent_of_held_rotations_is_positive_semidefinite() -> None:
     mesh = box_mesh((0.02, 0.02, 0.02), (2, 2, 2))
     x = mesh.nodes * [0.4, 1.2, 0.7]  # crushed so far that the exact tangent is indefinite
     for exact, definite in ((False, True), (True, False)):

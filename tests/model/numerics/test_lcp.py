@@ -150,7 +150,7 @@ def test_what_no_force_can_open_is_not_called_solved() -> None:
     assert not solve_pgs(np.diag([1e-3, 0.0]), np.array([-1e-3, -1e-4])).converged
 
 
-def test_gauss_seidel_says_when_it_gave_up() -> None:
+def test_gauss_seidel_reports_that_it_has_not_converged() -> None:
     W, delta_free, _ = contact_problem(np.random.default_rng(3), 150, 20)
     early = solve_pgs(W, delta_free, max_sweeps=2)
     assert not early.converged

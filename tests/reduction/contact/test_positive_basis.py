@@ -140,7 +140,7 @@ def test_k_beyond_the_rank() -> None:
         factorise(S, 0)
 
 
-def test_unknown_method_lists_the_known() -> None:
+def test_unknown_method_lists_the_methods() -> None:
     with pytest.raises(ValueError, match="'pca' is unknown: choose one of hals, "):
         factorise(np.ones((3, 3)), 1, "pca")  # type: ignore[arg-type]
 

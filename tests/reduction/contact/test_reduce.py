@@ -47,7 +47,7 @@ def basis_of(robot: Robot, snapshots: Snapshots, Psi: Array) -> ContactBasis:
     return ContactBasis(Psi, origin)
 
 
-def test_basis_says_where_it_comes_from(thumb: Robot, reduction: Reduction) -> None:
+def test_basis_records_its_origin(thumb: Robot, reduction: Reduction) -> None:
     origin = reduction.basis.provenance
     assert (origin.robot, origin.robot_digest) == ("thumb", thumb.digest)
     assert (origin.k, origin.method, origin.weighting, origin.seed) == (4, "energy", "equal", 0)

@@ -37,7 +37,7 @@ def cases(beam: Robot) -> list[Case]:
     return make_cases(beam, 4.0, 0, lambda: None)
 
 
-def test_cases_start_at_rest_and_stay_in_reach(beam: Robot, cases: list[Case]) -> None:
+def test_cases_start_at_rest_and_are_within_reach(beam: Robot, cases: list[Case]) -> None:
     assert tuple(case.name for case in cases) == CASES
     rest = beam.effector(beam.rest())
     for case in cases:

@@ -41,7 +41,7 @@ def arm() -> Robot:
     return load_robot("manipulator_1290")
 
 
-def test_bending_tensions_pull_where_they_are_told() -> None:
+def test_bending_tensions_bend_towards_their_angle() -> None:
     shape, rng = ArmShape(), np.random.default_rng(0)
     for _ in range(20):
         angles, forces = rng.uniform(-7.0, 7.0, 3), rng.uniform(1.0, 50.0, 3)

@@ -162,7 +162,7 @@ def one_cable(max_tension: float) -> Robot:
     )
 
 
-def test_a_hold_above_the_largest_tension_says_both_and_keeps_the_pull() -> None:
+def test_a_hold_above_the_largest_tension_reports_both_and_keeps_the_pull() -> None:
     """The winches of a weaker cable are wound to where the stronger one pulls with 3 N."""
     simulator = Simulator(one_cable(20.0), contact="none")
     assert simulator.settle(tension=[3.0]).converged
