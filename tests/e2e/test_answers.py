@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 import zenoh
-from support.faults import client_config, start_router
+from support.faults import Proxy, Wire, client_config, start_router
 from support.nodes import follow, wait_mode
 from support.processes import Process, Served, Start, wait_alive
 
@@ -106,6 +106,36 @@ def test_questions_that_wait_do_not_keep_commands_out(
         time.sleep(0.01)
     texts = [bytes(reply.ok.payload) for reply in replies if reply.ok is not None]
     assert sorted(texts) == [b"text"] * len(made) + [b"{}"] * len(made)
+
+
+@pytest.mark.realtime
+def test_a_peer_that_asks_and_does_not_read_delays_no_tick(tmp_path: Path) -> None:
+    port, between = free_ports(), free_ports()
+    inside = open_session(Network(port), Role.NODE, "beam")
+    proxy = Proxy(between, port)
+    outside = zenoh.open(read_config(client_config(tmp_path / "client.json5", between)))
+    try:
+        answers, made, longest = QuestionAnswers(inside, "beam", b"{}"), [], 0.0
+
+        def metrics() -> bytes:
+            made.append(bytes(200_000))
+            return made[-1]
+
+        end = time.monotonic() + PATIENCE
+        while time.monotonic() < end and len(made) < 100:
+            outside.get(KEYS.metrics, handler=zenoh.handlers.RingChannel(1), timeout=1.0)
+            time.sleep(0.01)
+            begin = time.monotonic()
+            answers.answer_one(metrics)
+            longest = max(longest, time.monotonic() - begin)
+            if len(made) == 10:
+                proxy.state = Wire.DEAF
+        assert len(made) > 10  # questions have arrived from a peer that does not read
+        assert longest < 0.2
+    finally:
+        outside.close()  # type: ignore[no-untyped-call]
+        proxy.close()
+        inside.close()  # type: ignore[no-untyped-call]
 
 
 def received(replies: object) -> zenoh.Reply | None:

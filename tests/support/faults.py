@@ -82,6 +82,7 @@ class Wire(Enum):
     WHOLE = 0
     SILENT = 1  # nothing passes, and no connection is closed
     CUT = 2  # connections break and cannot be made
+    DEAF = 3  # the near end sends, and does not read what it is sent
 
 
 class Proxy:
@@ -92,6 +93,7 @@ class Proxy:
         self._target = target
         self._listener = socket.create_server(("127.0.0.1", port))
         self._open = True
+        self._far: set[socket.socket] = set()  # connections to the target
         self._thread = threading.Thread(target=self._run)
         self._thread.start()
 
@@ -109,7 +111,11 @@ class Proxy:
                 if self.state is Wire.CUT:
                     for key in [k for k in selector.get_map().values() if k.data is not None]:
                         self._drop(selector, key.fileobj)
-                for key, _ in selector.select(0.02):
+                ready = [key for key, _ in selector.select(0.02)]
+                if self.state is Wire.DEAF:
+                    ready = [key for key in ready if key.fileobj not in self._far]
+                    time.sleep(0.002)  # what is not read is ready at once
+                for key in ready:
                     if key.fileobj.fileno() >= 0:
                         self._pass(selector, key)
             for key in [k for k in selector.get_map().values() if k.data is not None]:
@@ -125,6 +131,7 @@ class Proxy:
             except ConnectionRefusedError:
                 near.close()
                 return
+            self._far.add(far)
             selector.register(near, selectors.EVENT_READ, far)
             selector.register(far, selectors.EVENT_READ, near)
             return
@@ -142,5 +149,6 @@ class Proxy:
             return
         other = selector.unregister(one).data
         selector.unregister(other)
+        self._far -= {one, other}
         one.close()
         other.close()
