@@ -138,6 +138,49 @@ def test_a_peer_that_asks_and_does_not_read_delays_no_tick(tmp_path: Path) -> No
         inside.close()  # type: ignore[no-untyped-call]
 
 
+@pytest.mark.realtime
+def test_behind_a_router_such_a_client_keeps_no_command_out(tmp_path: Path) -> None:
+    port, between = free_ports(), free_ports()
+    router = start_router(tmp_path / "router.txt", port)
+    direct = client_config(tmp_path / "direct.json5", port)
+    inside = open_session(Network(config=direct), Role.NODE, "beam")
+    proxy = Proxy(between, port)
+    viewer = zenoh.open(read_config(client_config(tmp_path / "viewer.json5", between)))
+    operator = zenoh.open(read_config(direct))
+    try:
+        answers, made = QuestionAnswers(inside, "beam", b"{}"), []
+        ring = zenoh.handlers.RingChannel(16)
+        commands = CommandSubscriber(inside.declare_subscriber(KEYS.command, ring))
+        assert command_arrives(operator, commands)
+
+        def metrics() -> bytes:
+            made.append(bytes(200_000))
+            return made[-1]
+
+        longest, sent, end = 0.0, 0.0, time.monotonic() + PATIENCE
+        while time.monotonic() < end:
+            viewer.get(KEYS.metrics, handler=zenoh.handlers.RingChannel(1), timeout=1.0)
+            if not sent:
+                sent = time.monotonic()
+                payload = encode_command(OperatorCommand.STOP)
+                operator.put(KEYS.command, payload, encoding=f"{CDR};{TEXT}")
+            time.sleep(0.01)
+            answers.answer_one(metrics)
+            longest = max(longest, time.monotonic() - sent)
+            if commands.read():
+                sent = 0.0
+            if len(made) == 10:
+                proxy.state = Wire.DEAF
+        assert len(made) > 10
+        assert longest < 0.2
+    finally:
+        for session in (viewer, operator, inside):
+            session.close()  # type: ignore[no-untyped-call]
+        proxy.close()
+        router.process.kill()
+        router.process.wait()
+
+
 def received(replies: object) -> zenoh.Reply | None:
     """A reply that has arrived; None without one, and after the last."""
     try:

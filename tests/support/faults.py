@@ -4,6 +4,7 @@ that jump."""
 from __future__ import annotations
 
 import json
+import re
 import selectors
 import socket
 import subprocess
@@ -15,6 +16,7 @@ from pathlib import Path
 
 from support.processes import Process
 
+ROUTER_FILE = Path(__file__).parents[2] / "docker" / "zenoh" / "router.json5"
 ROUTER = """\
 import json, sys, time, zenoh
 config = zenoh.Config()
@@ -35,8 +37,10 @@ main()
 
 
 def start_router(output: Path, port: int) -> Process:
-    """A Zenoh router as a process, on TCP."""
+    """A Zenoh router as a process, on TCP, that waits for a client as the one in docker/zenoh does."""
+    (wait,) = re.findall(r"wait_before_close: (\d+)", ROUTER_FILE.read_text(encoding="utf-8"))
     settings = {
+        "transport/link/tx/queue/congestion_control/block/wait_before_close": int(wait),
         "mode": "router",
         "listen/endpoints": [f"tcp/127.0.0.1:{port}"],
         "scouting/multicast/enabled": False,
