@@ -51,7 +51,7 @@ class MeasurementCheck:
         self.reset()
 
     def reset(self) -> None:
-        """Forget all measurements and the fault."""
+        """Remove all measurements and the fault."""
         self.fault = ""
         self._difference: Array | None = None  # (p, 3) of the last plausible measurement and model
         self._start: tuple[Array, Array] | None = None  # model and measurement where motion began

@@ -35,7 +35,7 @@ from tauten.service.wire import (
 
 KEYS = Keys("beam")
 QUESTIONS = 200
-PATIENCE = 20.0  # s; only a test that fails waits that long
+PATIENCE = 20.0  # s; a test that waits for something fails after it
 FLOOD = """\
 import sys, time, zenoh
 session = zenoh.open(zenoh.Config.from_file(sys.argv[1]))
@@ -53,7 +53,7 @@ while True:
 
 @pytest.fixture
 def sessions() -> Iterator[tuple[zenoh.Session, zenoh.Session]]:
-    """A node's session and somebody else's."""
+    """A node's session and another one."""
     port = free_ports()
     found = [open_session(Network(port), role, "beam") for role in (Role.NODE, Role.OTHER)]
     yield found[0], found[1]

@@ -133,7 +133,7 @@ def accepted(session: zenoh.Session) -> dict[str, int]:
 
 
 def drive(session: zenoh.Session, beam: Robot) -> None:
-    """Send some targets and a command, as whoever the session belongs to."""
+    """Send some targets and a command with the rights of the session."""
     for _ in range(20):
         target = encode_point(point_at(beam, 0.003))
         session.put(KEYS.targets(("tip",))[0], target, encoding=f"{CDR};{POINT}")

@@ -76,7 +76,7 @@ def record(name: str, folder: Path) -> Path:
     share, seconds = RUNS[name]
     setup = load_setup(name)
     robot, path = setup.robot, folder / f"{name}.mcap"
-    # the path of the file is nobody's business, the robot is found by its name
+    # the path of the file is left out; the robot is found by its name
     recorder = LogRecorder(path, {**setup.metadata(), "robot_path": ""})
     ticks = round(seconds / robot.h)
     targets = reached(setup, share, ticks)
