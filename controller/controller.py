@@ -1,4 +1,4 @@
-"""The controller: a model of the robot that follows targets and computes what its cables must do."""
+"""The controller: a model of the robot that follows targets and computes the actuation of its cables."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ NO_CERTIFICATE = Certificate(np.nan, np.nan, np.nan, np.nan)  # nothing was solv
 
 @dataclass(frozen=True, slots=True)
 class Actuation:
-    """What the cables are to do, and the certificate of it.
+    """Pulled lengths and tensions of the cables, and their certificate.
 
     Attributes:
         pull: (n_a,) pulled lengths [m].
@@ -219,7 +219,7 @@ class Controller:
             self.status = Status.NOT_FINITE
 
     def decide(self, target: Sequence[float] | Array) -> Actuation:
-        """Tensions for a target. A bad target raises nothing: the cables hold and the status says why.
+        """Tensions for a target. A bad target raises nothing: the cables hold, and `status` is the reason.
 
         Args:
             target: (p, 3) or (3 p,) positions of the effectors [m].

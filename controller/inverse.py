@@ -120,7 +120,7 @@ def _objective_and_travel(
     W: Array, delta_free: Array, target: Array, pull_prev: Array, pull_min: Array, pull_max: Array,
     step: Array, weight: float,
 ) -> tuple[Array, Array, float, Array, Array, Bools]:  # fmt: skip
-    """What of (T1) is not just a part of W or δ_free; one kernel, since each call has a cost."""
+    """The terms of (T1) that are computed from W and δ_free, in one kernel, because each call takes time."""
     n_e, n_a = len(target), len(pull_prev)
     Q, c, constant = _objective(W, delta_free, target, n_a, weight)
     free = delta_free[n_e : n_e + n_a]

@@ -148,7 +148,7 @@ def advance(robot: Robot, predicted: PredictedStep) -> State:
 
 
 def hold(robot: Robot, prepared: Prepared, pull: Array, enrichment: Enrichment) -> Decision:
-    """What the robot does while its winches do not turn.
+    """The step of a robot whose winches do not turn.
 
     A cable that is held may be slack but not longer: 0 ≤ δ_a − pull ⟂ λ_a ≥ 0, an LCP with the contacts.
     Its tension follows from the robot and may exceed the cable's limit: the status is then INFEASIBLE and

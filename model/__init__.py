@@ -1,4 +1,4 @@
-"""What the robot is: finite elements, cables, contacts, and the forward simulator."""
+"""The model of a robot: finite elements, cables, contacts, and the forward simulator."""
 
 from tauten.model.compliance import Compliance, row_compliance
 from tauten.model.condensed_step import CondensedStep, Forces, condense_step, no_forces

@@ -1,7 +1,7 @@
 """One step, condensed: the linear system, the rows, and the compliance between them.
 
 Effectors (where they are needed), cables, reduced contacts and unit columns, in this order, form the rows
-of one `Compliance`. What is left to find are the forces on them: from a target by the controller, from
+of one `Compliance`. The unknowns are the forces on them: from a target by the controller, from
 tensions or pulled lengths by the simulator.
 """
 

@@ -75,7 +75,7 @@ def contact_model(
 
 @dataclass(frozen=True, slots=True)
 class PredictedStep:
-    """A step with its forces, and what they are predicted to do.
+    """A step with its forces, and their predicted effect.
 
     Attributes:
         step: with the unit columns that joined.

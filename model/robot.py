@@ -137,7 +137,7 @@ class Robot(Protocol):
 
     @property
     def limits(self) -> Limits:
-        """What the winches can do."""
+        """Limits of the winches."""
 
     @property
     def cable_names(self) -> tuple[str, ...]:

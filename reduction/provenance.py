@@ -37,7 +37,7 @@ class Provenance:
     Attributes:
         robot: name of the robot.
         robot_digest: sha256 of its model; a basis fits no other one.
-        campaign: one line that says which snapshots, such as "ramp: 0 to 40 mm in 800 steps".
+        campaign: one line that names the snapshots, such as "ramp: 0 to 40 mm in 800 steps".
         snapshots_digest: sha256 of the snapshot matrix.
         snapshots: number of columns factored.
         weighting: of the columns.
@@ -45,7 +45,7 @@ class Provenance:
         k: number of modes.
         seed: of the factorisation.
         error: ‖S − Ψ B‖_F / ‖S‖_F on the weighted snapshots; of the start of "energy".
-        energy_error: √ of the lost share of the contact energy, see `Quality`.
+        energy_error: √ of the lost share of the contact energy, see `BasisQuality`.
         tip_error: largest effector error on the snapshots, to first order [m].
         curve: errors for every k that was compared; empty when k was given.
         created: date and time, ISO 8601 in UTC.

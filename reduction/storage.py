@@ -69,14 +69,14 @@ def located(name_or_path: str | Path, suffix: str, what: str) -> Iterator[Path]:
 def write(
     path: Path, kind: str, header: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]
 ) -> None:
-    """Save atomically: a reader sees the old file or the new one, also after a killed run.
+    """Save atomically: after an interruption, also a killed process, there is the old file or the new one.
 
     The same content gives the same bytes; `unzip -p FILE header.json` shows the header. The header gets an
     entry `digest`, the SHA-256 of the other entries and the arrays.
 
     Args:
         path: file to write; its folder is made when missing.
-        kind: what the file is, checked by `read`.
+        kind: kind of file, checked by `read`.
         header: goes into JSON.
         arrays: name to array, any shapes and units.
     """

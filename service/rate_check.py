@@ -38,13 +38,13 @@ def rate_for(seconds: float) -> float:
     return float(f"{_SHARE / seconds:.2g}")
 
 
-def check_rate(rate: float, seconds: float, asked: bool) -> None:
+def check_rate(rate: float, seconds: float, requested: bool) -> None:
     """Make sure that the rate can be held.
 
     Args:
         rate: of the loop [Hz].
         seconds: time of a control step.
-        asked: whether the rate was given on the command line; for the robot file's there is only a warning.
+        requested: whether the rate was given on the command line; the robot file's gives only a warning.
 
     Raises:
         RateError: a rate given on the command line cannot be held.
@@ -55,6 +55,6 @@ def check_rate(rate: float, seconds: float, asked: bool) -> None:
         f"{rate:g} Hz cannot be held: a control step takes {1e3 * seconds:.1f} ms here; use --rate "
         f"{rate_for(seconds):g} or less, a smaller basis, or pip install 'tauten[fast]'"
     )
-    if asked:
+    if requested:
         raise RateError(text)
     log.warning("%s", text)

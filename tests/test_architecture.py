@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import tomllib
 from collections import Counter
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -49,6 +50,10 @@ ORDER = (
 )
 MOST_MODULES = 15
 MOST_LINES = 400
+MOST_PARAMETERS = 8
+DOCUMENTED = 3  # parameters of a public function from which on its docstring lists them
+# Of these folders only sizes and imports are checked.
+SOLVER = ("controller.qpcc", "service.bench.qpcc")
 # `serve` is the process that a robot depends on: none of these is loaded by it.
 LABORATORY = ("service.bench", "service.tables", "service.plots", "service.cli")
 
@@ -116,7 +121,7 @@ def test_names_of_another_folder_come_from_its_face() -> None:
     assert not past
 
 
-def test_the_node_does_not_know_the_laboratory() -> None:
+def test_the_node_does_not_import_benchmarks_plots_or_commands() -> None:
     found = [
         f"{path.relative_to(ROOT)} imports {name}"
         for path in FILES
@@ -144,6 +149,53 @@ def test_a_module_is_short() -> None:
         for path in [*FILES, *sorted((ROOT / "tests").rglob("*.py"))]
     }
     assert {name: count for name, count in lines.items() if count > MOST_LINES} == {}
+
+
+def functions(tree: ast.AST, public: bool = True) -> Iterator[tuple[ast.FunctionDef, bool]]:
+    """Functions and methods below a node, each with whether its name and those around it are public."""
+    for node in ast.iter_child_nodes(tree):
+        if isinstance(node, ast.ClassDef | ast.FunctionDef):
+            seen = public and not node.name.startswith("_")
+            if isinstance(node, ast.FunctionDef):
+                yield node, seen
+            if isinstance(node, ast.ClassDef):
+                yield from functions(node, seen)
+
+
+def parameters(function: ast.FunctionDef) -> list[str]:
+    """Names of the parameters, without self and cls."""
+    found = [*function.args.posonlyargs, *function.args.args, *function.args.kwonlyargs]
+    return [one.arg for one in found if one.arg not in ("self", "cls")]
+
+
+# Commands of the command line document their options themselves.
+CHECKED = [path for path in MODULES if folder_of(path) not in (*SOLVER, "service.cli")]
+
+
+@pytest.mark.parametrize("path", CHECKED, ids=lambda path: str(path.relative_to(ROOT)))
+def test_functions_have_few_parameters_and_document_them(path: Path) -> None:
+    found = list(functions(ast.parse(path.read_text(encoding="utf-8"))))
+    many = [one.name for one, _ in found if len(parameters(one)) > MOST_PARAMETERS]
+    assert not many
+    silent = [
+        one.name
+        for one, public in found
+        if public
+        and len(parameters(one)) >= DOCUMENTED
+        and "Args:" not in (ast.get_docstring(one) or "")
+    ]
+    assert not silent
+
+
+def test_a_class_name_has_one_meaning() -> None:
+    names = Counter(
+        node.name
+        for path in MODULES
+        if folder_of(path) not in SOLVER
+        for node in ast.parse(path.read_text(encoding="utf-8")).body
+        if isinstance(node, ast.ClassDef) and not node.name.startswith("_")
+    )
+    assert [name for name, count in names.items() if count > 1] == []
 
 
 def test_every_folder_is_installed() -> None:

@@ -107,6 +107,11 @@ class BeamRobot(SparseRobot):
     ) -> tuple[Array, Array]:
         """Internal and outer forces, and the tangent; see `Robot.forces`.
 
+        Args:
+            state: where to evaluate.
+            tension: (n_a,) tensions whose curvature enters the tangent [N]; None: none does.
+            exact: exact derivative rather than the positive semidefinite tangent.
+
         Returns:
             force (n,) [N, N m] without cables and contacts, and K = −∂force/∂q as CSC values (nnz,).
         """
@@ -151,7 +156,13 @@ class BeamRobot(SparseRobot):
         return ContactRows(Rows(H, found.gap), found.slots, found.pair, self.n_c)
 
     def advance(self, state: State, system: System, dv: Array) -> State:
-        """The state one step later: v + dv, nodes moved and turned by h (v + dv)."""
+        """The state one step later: v + dv, nodes moved and turned by h (v + dv).
+
+        Args:
+            state: before the step.
+            system: of the step.
+            dv: (n,) change of the velocity [m/s, rad/s].
+        """
         v = system.v + dv
         step = (system.h * v).reshape(-1, 6)
         q = state.q.reshape(-1, 7)

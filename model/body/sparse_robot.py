@@ -117,7 +117,13 @@ class SparseRobot(ABC):
     def forces(
         self, state: State, tension: Array | None = None, exact: bool = False
     ) -> tuple[Array, Array]:
-        """Forces without cables and contacts (n,) [N], and K = −∂force/∂q as CSC values (nnz,)."""
+        """Forces without cables and contacts (n,) [N], and K = −∂force/∂q as CSC values (nnz,).
+
+        Args:
+            state: where to evaluate.
+            tension: (n_a,) tensions whose curvature enters the tangent [N]; None: none does.
+            exact: exact derivative rather than the positive semidefinite tangent.
+        """
 
     def linearise(
         self, state: State, tension: Array | None = None, integration: Integration | None = None

@@ -88,7 +88,16 @@ def rank(
 
 @kernel
 def lower_bounds(X: Array, Y: Array, Z: Array, planes: Array, f: int, bounds: Array) -> None:
-    """`lower_bound` of points with coordinates (m,) into bounds (m,)."""
+    """`lower_bound` of points with coordinates (m,) into bounds (m,).
+
+    Args:
+        X: (m,) x coordinates [m].
+        Y: (m,) y coordinates [m].
+        Z: (m,) z coordinates [m].
+        planes: (18, t) of `bounding_planes`.
+        f: column of the triangle.
+        bounds: (m,) output [m²].
+    """
     n0, n1, n2, n3 = planes[0, f], planes[1, f], planes[2, f], planes[3, f]
     a0, a1, a2, a3 = planes[4, f], planes[5, f], planes[6, f], planes[7, f]
     b0, b1, b2, b3 = planes[8, f], planes[9, f], planes[10, f], planes[11, f]
@@ -106,7 +115,15 @@ def lower_bounds(X: Array, Y: Array, Z: Array, planes: Array, f: int, bounds: Ar
 
 @kernel
 def update_smallest(f: int, bounds: Array, likely: Ints, least: Array, second: Array) -> None:
-    """Update the smallest two bounds of each point with those of triangle f, all (m,)."""
+    """Update the smallest two bounds of each point with those of triangle f, all (m,).
+
+    Args:
+        f: number of the triangle.
+        bounds: (m,) lower bounds for it [m²].
+        likely: (m,) triangle of the smallest bound, overwritten.
+        least: (m,) smallest bound, overwritten [m²].
+        second: (m,) second smallest bound, overwritten [m²].
+    """
     for s in range(least.shape[0]):
         bound, smallest, following = bounds[s], least[s], second[s]
         closer = bound < smallest
@@ -118,7 +135,13 @@ def update_smallest(f: int, bounds: Array, likely: Ints, least: Array, second: A
 
 @kernel
 def lower_bound(p: Vector3, planes: Array, f: int) -> float:
-    """Lower bound of the squared distance of p to triangle f of `bounding_planes`."""
+    """Lower bound of the squared distance of p to triangle f of `bounding_planes`.
+
+    Args:
+        p: the point [m].
+        planes: (18, t) of `bounding_planes`.
+        f: column of the triangle.
+    """
     height, a = plane_distance(p, planes, 0, f), plane_distance(p, planes, 4, f)
     b, c = plane_distance(p, planes, 8, f), plane_distance(p, planes, 12, f)
     out = a if a > b else b
@@ -129,7 +152,14 @@ def lower_bound(p: Vector3, planes: Array, f: int) -> float:
 
 @kernel
 def plane_distance(p: Vector3, planes: Array, k: int, f: int) -> float:
-    """Signed distance [m] of p from the plane in rows k to k + 3 of triangle f."""
+    """Signed distance [m] of p from the plane in rows k to k + 3 of triangle f.
+
+    Args:
+        p: the point [m].
+        planes: (18, t) of `bounding_planes`.
+        k: first of the four rows of the plane.
+        f: column of the triangle.
+    """
     along = planes[k, f] * p[0] + planes[k + 1, f] * p[1] + planes[k + 2, f] * p[2]
     return float(along - planes[k + 3, f])
 
@@ -141,6 +171,11 @@ def bounding_planes(x: Array, triangles: Ints, near: Ints) -> Array:
     Rows 0 to 3: unit normal and offset of the triangle's plane. Rows 4 to 15: the same of the three planes
     through its edges, perpendicular to it, with normals that point outward. Rows 16 and 17: one over the
     distances of the first two edges to the corners opposite them [1/m].
+
+    Args:
+        x: (n_nodes, 3) vertices [m].
+        triangles: (f, 3) vertex ids.
+        near: (t,) numbers of the triangles.
     """
     planes = np.empty((18, near.shape[0]))
     for f in range(near.shape[0]):
@@ -159,6 +194,14 @@ def bounding_planes(x: Array, triangles: Ints, near: Ints) -> Array:
 
 @kernel
 def put_plane(planes: Array, k: int, f: int, n: Vector3, p: Vector3) -> None:
-    """Write the plane through p with normal n into rows k to k + 3 of triangle f."""
+    """Write the plane through p with normal n into rows k to k + 3 of triangle f.
+
+    Args:
+        planes: (18, t) of `bounding_planes`, overwritten.
+        k: first of the four rows of the plane.
+        f: column of the triangle.
+        n: unit normal.
+        p: a point of the plane [m].
+    """
     planes[k, f], planes[k + 1, f], planes[k + 2, f] = n
     planes[k + 3, f] = dot(n, p)

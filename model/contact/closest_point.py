@@ -36,6 +36,12 @@ def closest(p: Vector3, a: Vector3, b: Vector3, c: Vector3) -> tuple[Vector3, in
     """Barycentric weights of the point of triangle abc closest to p, and the feature it lies on.
 
     Region by region (Ericson, Real-Time Collision Detection, 5.1.5); degenerate triangles are allowed.
+
+    Args:
+        p: the point [m].
+        a: first corner [m].
+        b: second corner [m].
+        c: third corner [m].
     """
     ab, ac = subtract(b, a), subtract(c, a)
     ap, bp, cp = subtract(p, a), subtract(p, b), subtract(p, c)
@@ -68,13 +74,26 @@ def closest(p: Vector3, a: Vector3, b: Vector3, c: Vector3) -> tuple[Vector3, in
 
 @kernel
 def combine(w: Vector3, a: Vector3, b: Vector3, c: Vector3) -> Vector3:
-    """The point with barycentric weights w."""
+    """The point with barycentric weights w.
+
+    Args:
+        w: weights of the corners.
+        a: first corner [m].
+        b: second corner [m].
+        c: third corner [m].
+    """
     return add(add(scale(w[0], a), scale(w[1], b)), scale(w[2], c))
 
 
 @kernel
 def face_normal(x: Array, triangles: Ints, t: int) -> Vector3:
-    """Unit normal of triangle t, zero when it is flat."""
+    """Unit normal of triangle t, zero when it is flat.
+
+    Args:
+        x: (n_nodes, 3) vertices [m].
+        triangles: (f, 3) vertex ids.
+        t: number of the triangle.
+    """
     a = row(x, triangles[t, 0])
     ab = subtract(row(x, triangles[t, 1]), a)
     return unit(cross(ab, subtract(row(x, triangles[t, 2]), a)))

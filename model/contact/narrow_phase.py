@@ -164,7 +164,14 @@ def search_all(
 
 @kernel
 def among(s: int, members: Ints, begin: int, end: int) -> bool:
-    """Whether s is one of members begin … end − 1."""
+    """Whether s is one of members begin … end − 1.
+
+    Args:
+        s: the number to find.
+        members: (m,) numbers.
+        begin: first place of `members` that counts.
+        end: place after the last.
+    """
     found = False
     for place in range(begin, end):
         found = found or members[place] == s

@@ -73,21 +73,21 @@ def build_beam_robot(config: BeamConfig, structure: Structure, source: str) -> B
     """
     material = Material(**config.material.model_dump())
     profiles = build_profiles(config, structure, source)
-    body = build_body(structure, profiles, material, source)
-    fixed = fixed_nodes(config, body, source)
-    cables = build_cables(config, structure, body, source)
+    body = build_beam_body(structure, profiles, material, source)
+    fixed = fixed_beam_nodes(config, body, source)
+    cables = build_beam_cables(config, structure, body, source)
     effectors = [
         on_vertebra(structure, body, [item.point], f"{source}: effectors.{i}", item.max_outside)
         for i, item in enumerate(config.effectors)
     ]
     surfaces, named = build_beam_surfaces(structure, profiles, body)
-    contacts = build_contacts(config, surfaces, named, body, source)
+    contacts = build_beam_contacts(config, surfaces, named, body, source)
     pattern = make_pattern(np.repeat(fixed, 2), [groups(body.ends), groups(cables.ends)])
     free = ~fixed
     scheme = config.integration
     return BeamRobot(
         names=names_of(config),
-        digest=digest(body, fixed, cables, surfaces, contacts),
+        digest=beam_digest(body, fixed, cables, surfaces, contacts),
         gravity=np.array(config.gravity),
         tolerance=config.contact.tolerance,
         body=body,
@@ -136,7 +136,7 @@ def build_profiles(config: BeamConfig, structure: Structure, source: str) -> lis
     return [known[beam.profile] for beam in structure.beams]
 
 
-def build_body(
+def build_beam_body(
     structure: Structure, profiles: list[Profile], material: Material, source: str
 ) -> BeamBody:
     """Beams with the masses of the vertebrae.
@@ -162,7 +162,7 @@ def build_body(
     return replace(body, mass=mass, inertia=inertia)
 
 
-def fixed_nodes(config: BeamConfig, body: BeamBody, source: str) -> Bools:
+def fixed_beam_nodes(config: BeamConfig, body: BeamBody, source: str) -> Bools:
     """Nodes whose position and rotation are fixed, those in any of the `fixed` boxes: (n_nodes,) bool.
 
     Args:
@@ -181,7 +181,7 @@ def fixed_nodes(config: BeamConfig, body: BeamBody, source: str) -> Bools:
     return fixed
 
 
-def build_cables(
+def build_beam_cables(
     config: BeamConfig, structure: Structure, body: BeamBody, source: str
 ) -> BeamCables:
     """Cables through holes of vertebrae.
@@ -257,7 +257,7 @@ def outside(disc: Vertebra, nodes: Array, point: Array) -> float:
     return float(np.hypot(beyond, aside))
 
 
-def build_contacts(
+def build_beam_contacts(
     config: BeamConfig, surfaces: BeamSurfaces, named: dict[str, Ints], body: BeamBody, source: str
 ) -> ContactSet:
     """Candidates and target surfaces of every contact.
@@ -286,7 +286,7 @@ def build_contacts(
     return ContactSet(pairs, len(points), config.contact.alarm_distance)
 
 
-def digest(
+def beam_digest(
     body: BeamBody, fixed: Bools, cables: BeamCables, surfaces: BeamSurfaces, contacts: ContactSet
 ) -> str:
     """SHA-256 of everything that contact forces depend on, except loads and control.

@@ -259,7 +259,7 @@ def build_cables(config: RobotConfig, mesh: TetMesh, source: str) -> CableSet:
     cables = []
     for index, cable in enumerate(config.cables):
         what = f"{source}: cables.{index}.points"
-        points = place(mesh, cable.points, what, cable.max_outside)
+        points = place_points(mesh, cable.points, what, cable.max_outside)
         pull_point = None if cable.pull_point is None else np.array(cable.pull_point)
         route = np.array(cable.points if pull_point is None else [pull_point, *cable.points])
         short = np.flatnonzero(np.linalg.norm(np.diff(route, axis=0), axis=1) < 1e-9)
@@ -278,7 +278,7 @@ def build_effectors(config: RobotConfig, mesh: TetMesh, source: str) -> Material
         source: the robot file's path, for errors.
     """
     parts = [
-        place(mesh, [item.point], f"{source}: effectors.{index}.point", item.max_outside)
+        place_points(mesh, [item.point], f"{source}: effectors.{index}.point", item.max_outside)
         for index, item in enumerate(config.effectors)
     ]
     return MaterialPoints(
@@ -287,7 +287,7 @@ def build_effectors(config: RobotConfig, mesh: TetMesh, source: str) -> Material
     )
 
 
-def place(
+def place_points(
     mesh: TetMesh, points: list[tuple[float, float, float]], what: str, slack: float
 ) -> MaterialPoints:
     """`attach`, with its error as a RobotFileError.

@@ -67,8 +67,15 @@ def response(
 
 @kernel
 def invariants(F: Array, R: Array, G: Array, I: Array) -> None:  # noqa: E741
-    """S, I₁, I₂ and J into I (4,), the cofactor matrix into G (9,)."""
-    cofactor(F, G)
+    """S, I₁, I₂ and J into I (4,), the cofactor matrix into G (9,).
+
+    Args:
+        F: (3, 3) deformation gradient.
+        R: (3, 3) its rotation.
+        G: (9,) output.
+        I: (4,) output: tr S, I₁, I₂ and J.
+    """
+    cofactor_entries(F, G)
     I[:] = 0.0
     for i in range(3):
         for j in range(3):
@@ -80,7 +87,7 @@ def invariants(F: Array, R: Array, G: Array, I: Array) -> None:  # noqa: E741
 
 
 @kernel
-def cofactor(F: Array, G: Array) -> None:
+def cofactor_entries(F: Array, G: Array) -> None:
     """Cofactor matrix of F (3, 3) into G (9,), row by row."""
     for i in range(3):
         i1, i2 = (i + 1) % 3, (i + 2) % 3
@@ -91,7 +98,13 @@ def cofactor(F: Array, G: Array) -> None:
 
 @kernel
 def gradient_of_I2(F: Array, I1: float, Y: Array) -> None:
-    """2 (I₁ F − F FᵀF) into Y (9,), row by row."""
+    """2 (I₁ F − F FᵀF) into Y (9,), row by row.
+
+    Args:
+        F: (3, 3) deformation gradient.
+        I1: first invariant I₁.
+        Y: (9,) output.
+    """
     for i in range(3):
         b0 = F[i, 0] * F[0, 0] + F[i, 1] * F[0, 1] + F[i, 2] * F[0, 2]  # row i of F Fᵀ
         b1 = F[i, 0] * F[1, 0] + F[i, 1] * F[1, 1] + F[i, 2] * F[1, 2]
@@ -102,7 +115,16 @@ def gradient_of_I2(F: Array, I1: float, Y: Array) -> None:
 
 @kernel
 def exact_tangent(d: Array, F: Array, R: Array, G: Array, Y: Array, C: Array) -> None:
-    """∂²ψ/∂F² into C (9, 9) from the derivatives d of ψ and the gradients G and Y of J and I₂."""
+    """∂²ψ/∂F² into C (9, 9) from the derivatives d of ψ and the gradients G and Y of J and I₂.
+
+    Args:
+        d: derivatives of ψ [Pa].
+        F: (3, 3) deformation gradient.
+        R: (3, 3) its rotation.
+        G: (9,) gradient of J.
+        Y: (9,) gradient of I₂.
+        C: (9, 9) output [Pa].
+    """
     for i in range(3):
         for j in range(3):
             m = 3 * i + j
@@ -128,7 +150,13 @@ def exact_tangent(d: Array, F: Array, R: Array, G: Array, Y: Array, C: Array) ->
 
 @kernel
 def add_turn_of_cofactor(factor: float, F: Array, C: Array) -> None:
-    """Add factor ε_ikm ε_JLn F_mn."""
+    """Add factor ε_ikm ε_JLn F_mn.
+
+    Args:
+        factor: ∂ψ/∂J [Pa].
+        F: (3, 3) deformation gradient.
+        C: (9, 9) accumulated [Pa].
+    """
     for i in range(3):
         k, m = (i + 1) % 3, (i + 2) % 3
         for J in range(3):
@@ -142,7 +170,13 @@ def add_turn_of_cofactor(factor: float, F: Array, C: Array) -> None:
 
 @kernel
 def add_curvature_of_I2(factor: float, F: Array, C: Array) -> None:
-    """Add factor (I₁ δ_ik δ_JL − δ_ik C_JL − F_iL F_kJ − B_ik δ_JL)."""
+    """Add factor (I₁ δ_ik δ_JL − δ_ik C_JL − F_iL F_kJ − B_ik δ_JL).
+
+    Args:
+        factor: of the sum [Pa].
+        F: (3, 3) deformation gradient.
+        C: (9, 9) accumulated [Pa].
+    """
     I1 = 0.0
     for i in range(3):
         for j in range(3):
@@ -162,7 +196,14 @@ def add_curvature_of_I2(factor: float, F: Array, C: Array) -> None:
 
 @kernel
 def add_turn_of_rotation(factor: float, F: Array, R: Array, C: Array) -> None:
-    """Add factor Σ_mp T_mp E_m ⊗ E_p; nothing where the rotation is not unique."""
+    """Add factor Σ_mp T_mp E_m ⊗ E_p; nothing where the rotation is not unique.
+
+    Args:
+        factor: of the sum [Pa].
+        F: (3, 3) deformation gradient.
+        R: (3, 3) its rotation.
+        C: (9, 9) accumulated [Pa].
+    """
     T, Q = np.empty((3, 3)), np.empty(9)
     trace = 0.0
     for i in range(3):
@@ -176,7 +217,7 @@ def add_turn_of_rotation(factor: float, F: Array, R: Array, C: Array) -> None:
             T[i, j] = -0.5 * (one + two)
             T[j, i] = T[i, j]
         T[i, i] += trace
-    cofactor(T, Q)
+    cofactor_entries(T, Q)
     det = T[0, 0] * Q[0] + T[0, 1] * Q[1] + T[0, 2] * Q[2]
     if not det > SINGULAR:
         return

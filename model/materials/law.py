@@ -11,7 +11,7 @@ from tauten.model.numerics import Array, Ints
 
 
 class MaterialError(ValueError):
-    """Constants that make no material; the text says which, what was found and what is allowed."""
+    """Constants that no material has; the text names them, the value found and the values allowed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,6 +109,11 @@ def neo_hookean(young_modulus: float, poisson_ratio: float) -> Law:
 def mooney_rivlin(c10: float, c01: float, poisson_ratio: float) -> Law:
     """Mooney-Rivlin from c₁₀, c₀₁ [Pa] and ν for small strain.
 
+    Args:
+        c10: c₁₀ [Pa].
+        c01: c₀₁ [Pa].
+        poisson_ratio: ν for small strain.
+
     Raises:
         MaterialError: c₁₀ is not positive, c₀₁ is negative, or ν is not between 0 and 1/2.
     """
@@ -124,6 +129,12 @@ def mooney_rivlin(c10: float, c01: float, poisson_ratio: float) -> Law:
 
 def yeoh(c10: float, c20: float, c30: float, poisson_ratio: float) -> Law:
     """Yeoh from c₁₀, c₂₀, c₃₀ [Pa] and ν for small strain.
+
+    Args:
+        c10: c₁₀ [Pa].
+        c20: c₂₀ [Pa].
+        c30: c₃₀ [Pa].
+        poisson_ratio: ν for small strain.
 
     Raises:
         MaterialError: the energy would fall at some Ī₁ ≥ 3, or ν is not between 0 and 1/2.

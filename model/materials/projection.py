@@ -46,7 +46,15 @@ def projected_tangent(d: Array, F: Array, R: Array, C: Array) -> None:
 
 @kernel
 def principal_frames(F: Array, R: Array, U: Array, V: Array, sigma: Array) -> None:
-    """F = U diag(σ) Vᵀ from its rotation: the eigenvectors V of S = RᵀF, and U = R V."""
+    """F = U diag(σ) Vᵀ from its rotation: the eigenvectors V of S = RᵀF, and U = R V.
+
+    Args:
+        F: (3, 3) deformation gradient.
+        R: (3, 3) its rotation.
+        U: (3, 3) output.
+        V: (3, 3) output.
+        sigma: (3,) output: principal stretches σ.
+    """
     S = np.empty((3, 3))
     for i in range(3):
         for j in range(i, 3):
@@ -80,7 +88,14 @@ def symmetric_eigen(S: Array, V: Array) -> None:
 
 @kernel
 def turn(S: Array, V: Array, p: int, q: int) -> None:
-    """One rotation of Jacobi that makes S[p, q] zero."""
+    """One rotation of Jacobi that makes S[p, q] zero.
+
+    Args:
+        S: (3, 3) symmetric, overwritten.
+        V: (3, 3) product of the rotations so far, overwritten.
+        p: row of the entry.
+        q: column of the entry.
+    """
     theta = 0.5 * (S[q, q] - S[p, p]) / S[p, q]
     t = 1.0 / (abs(theta) + np.sqrt(theta * theta + 1.0))
     if theta < 0.0:
@@ -105,7 +120,14 @@ def turn(S: Array, V: Array, p: int, q: int) -> None:
 
 @kernel
 def principal_tangent(d: Array, sigma: Array, A: Array, pairs: Array) -> None:
-    """A (3, 3) and s_ij, t_ij (3, 2) of the pairs (0, 1), (0, 2), (1, 2) at stretches σ (3,)."""
+    """A (3, 3) and s_ij, t_ij (3, 2) of the pairs (0, 1), (0, 2), (1, 2) at stretches σ (3,).
+
+    Args:
+        d: derivatives of ψ [Pa].
+        sigma: (3,) principal stretches σ.
+        A: (3, 3) output [Pa].
+        pairs: (3, 2) output: s_ij and t_ij [Pa].
+    """
     dI = np.empty((4, 3))  # derivatives of the invariants by the stretches
     for i in range(3):
         j, k = (i + 1) % 3, (i + 2) % 3
@@ -158,6 +180,13 @@ def from_principal_frames(A: Array, pairs: Array, U: Array, V: Array, C: Array) 
     """Σ A_pq D_p ⊗ D_q + Σ s (symmetric pair) ⊗ (same) + Σ t (antisymmetric pair) ⊗ (same) into C (9, 9).
 
     D_p = u_p v_pᵀ; the pairs are (u_p v_qᵀ ± u_q v_pᵀ) / √2.
+
+    Args:
+        A: (3, 3) of `principal_tangent` [Pa].
+        pairs: (3, 2) of `principal_tangent` [Pa].
+        U: (3, 3) left singular vectors.
+        V: (3, 3) right singular vectors.
+        C: (9, 9) output [Pa].
     """
     D, Y = np.empty((9, 9)), np.empty((9, 9))  # modes, and modes times eigenvalues
     for i in range(3):

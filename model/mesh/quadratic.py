@@ -52,7 +52,7 @@ def read_quadratic_mesh(path: Path, length_unit: str = "m") -> QuadraticMesh:
     """Read quadratic tetrahedra, or linear ones and add the midpoints of their edges.
 
     Args:
-        path: the mesh file, in any format meshio knows.
+        path: the mesh file, in a format that meshio reads.
         length_unit: unit of its coordinates, one of "m", "cm", "mm".
 
     Raises:

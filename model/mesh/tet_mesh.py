@@ -145,7 +145,7 @@ def used_nodes(raw: Any, kind: str, length_unit: str, path: Path) -> tuple[Array
             f"the nodes are 0 to {len(points) - 1}"
         )
     used, numbers = np.unique(tets.astype(np.int64), return_inverse=True)
-    with np.errstate(over="ignore"):  # what does not fit becomes infinite, which `checked` refuses
+    with np.errstate(over="ignore"):  # too large values become infinite, which `checked` refuses
         nodes = points[used].astype(np.float64) * UNITS[length_unit]
     return nodes, numbers.reshape(tets.shape)
 

@@ -47,7 +47,7 @@ def active_set_forces(
     s = row_scales(W)
     threshold = (
         1e-3 * rho * np.abs(delta_free).max() if n > 0 else 0.0
-    )  # below what rho does to gaps
+    )  # below the effect of rho on gaps
     lam = np.zeros(n)
     L, F = np.empty((min(n, 64), min(n, 64))), np.empty(n, np.int64)
     f = 0
@@ -96,7 +96,14 @@ def row_scales(W: Array) -> Array:
 
 @kernel
 def gaps(W: Array, delta_free: Array, lam: Array, F: Ints) -> Array:
-    """Gaps δ_free + W λ of all rows (m,) under forces on the rows F."""
+    """Gaps δ_free + W λ of all rows (m,) under forces on the rows F.
+
+    Args:
+        W: (m, m) compliance.
+        delta_free: (m,) gaps without force.
+        lam: (m,) forces, used on F only.
+        F: (f,) rows with force.
+    """
     delta = delta_free.copy()
     for i in F:
         delta += lam[i] * W[i]
@@ -130,7 +137,17 @@ def most_negative_gap(
 
 @kernel
 def join(W: Array, s: Array, rho: float, L: Array, F: Ints, f: int, row: int) -> Array:
-    """Add a row to F and its factor; returns the factor, in a larger array where the old one was full."""
+    """Add a row to F and its factor; returns the factor, in a larger array where the old one was full.
+
+    Args:
+        W: (m, m) compliance.
+        s: (m,) scales of the rows.
+        rho: regularisation ρ.
+        L: array that begins with the Cholesky factor of F.
+        F: rows with force, the first f of it; overwritten.
+        f: |F|.
+        row: the row to add.
+    """
     if f == L.shape[0]:
         larger = np.empty((2 * f, 2 * f))
         larger[:f, :f] = L
@@ -147,7 +164,17 @@ def join(W: Array, s: Array, rho: float, L: Array, F: Ints, f: int, row: int) ->
 def solve_on_set(
     delta_free: Array, s: Array, L: Array, F: Ints, f: int, lam: Array, inside: Bools
 ) -> int:
-    """Set lam to the forces that close the gaps of F, without rows whose force is negative. Returns |F|."""
+    """Set lam to the forces that close the gaps of F, without rows whose force is negative. Returns |F|.
+
+    Args:
+        delta_free: (m,) gaps without force.
+        s: (m,) scales of the rows.
+        L: array that begins with the Cholesky factor of F, overwritten.
+        F: rows with force, the first f of it; overwritten.
+        f: |F|.
+        lam: (m,) forces, overwritten.
+        inside: (m,) whether a row is in F, overwritten.
+    """
     while f > 0:
         y = np.empty(f)
         for k in range(f):
@@ -181,6 +208,15 @@ def polish(W: Array, delta_free: Array, s: Array, L: Array, F: Ints, f: int, lam
 
     Proximal steps with the factor of F: each multiplies the error of the eigenvalue σ of the scaled
     compliance by ρ / (σ + ρ).
+
+    Args:
+        W: (m, m) compliance.
+        delta_free: (m,) gaps without force.
+        s: (m,) scales of the rows.
+        L: array that begins with the Cholesky factor of F.
+        F: rows with force, the first f of it.
+        f: |F|.
+        lam: (m,) forces, overwritten.
     """
     for _ in range(POLISHING):
         delta = gaps(W, delta_free, lam, F[:f])

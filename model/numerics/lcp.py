@@ -177,6 +177,13 @@ def gauss_seidel(
 
     The change w_ii Δλ_i of a row is its residual min(w_ii λ_i, δ_i) at that moment, so that a sweep yields an
     estimate of the residual; before the loop ends it is checked with newly computed gaps.
+
+    Args:
+        W: (m, m) compliance.
+        delta_free: (m,) gaps without force.
+        start: (m,) forces to start from.
+        tolerance: largest residual of a solution.
+        max_sweeps: sweeps at most.
     """
     n = delta_free.shape[0]
     lam = start.copy()

@@ -1,4 +1,4 @@
-"""Rotations of deformation gradients, sixteen elements abreast."""
+"""Rotations of deformation gradients, sixteen elements at a time."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def polar_rotations(F: Array, R: Array) -> None:
     """Rotations R (n, 3, 3) of the polar decompositions F = R S by Newton's method (Higham 1986).
 
     An inverted or flat element gets the rotation of the singular value decomposition with the
-    smallest singular direction mirrored, so that its force drives it back out. One that is not finite
+    smallest singular direction mirrored, so that its force restores it. One that is not finite
     gets NaN.
 
     Args:
@@ -45,6 +45,11 @@ def fill(X: Array, F: Array, first: int) -> None:
     """Matrices from `first` on into X (9 LANES,), entry 3 i + j of all lanes in a row.
 
     Inverted ones are left out: their lanes get the identity.
+
+    Args:
+        X: (9 LANES,) output.
+        F: (e, 3, 3) matrices.
+        first: number of the first one; past the last, the last is repeated.
     """
     for lane in range(LANES):
         e = min(first + lane, F.shape[0] - 1)

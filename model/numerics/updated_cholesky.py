@@ -14,7 +14,13 @@ from tauten.model.numerics.jit import kernel
 
 @kernel
 def forward_substitute(L: Array, f: int, b: Array) -> None:
-    """Overwrite b with L⁻¹ b; both of size f."""
+    """Overwrite b with L⁻¹ b; both of size f.
+
+    Args:
+        L: array that begins with the factor.
+        f: size of the factor.
+        b: (f,) right-hand side, overwritten.
+    """
     for i in range(f):
         value = b[i]
         for j in range(i):
@@ -24,7 +30,13 @@ def forward_substitute(L: Array, f: int, b: Array) -> None:
 
 @kernel
 def back_substitute(L: Array, f: int, b: Array) -> None:
-    """Overwrite b with L⁻ᵀ b; both of size f."""
+    """Overwrite b with L⁻ᵀ b; both of size f.
+
+    Args:
+        L: array that begins with the factor.
+        f: size of the factor.
+        b: (f,) right-hand side, overwritten.
+    """
     for i in range(f - 1, -1, -1):
         b[i] /= L[i, i]
         for j in range(i):
@@ -56,6 +68,11 @@ def delete_row(L: Array, f: int, k: int) -> None:
 
     The rows below move up, which leaves one entry above the diagonal in each; Givens rotations of the columns
     eliminate it.
+
+    Args:
+        L: array that begins with the factor, overwritten.
+        f: size of the factor before.
+        k: the row.
     """
     for i in range(k, f - 1):
         for j in range(i + 2):

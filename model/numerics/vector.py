@@ -54,6 +54,6 @@ def length(a: Vector3) -> float:
 
 @kernel
 def unit(a: Vector3) -> Vector3:
-    """The direction of a; zero stays zero."""
+    """The direction of a; zero for the zero vector."""
     norm = length(a)
     return scale(1.0 / norm, a) if norm > 0.0 else a

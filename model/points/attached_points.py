@@ -131,7 +131,15 @@ def join_attached_points(parts: list[AttachedPoints]) -> AttachedPoints:
 
 @kernel
 def place(x: Array, Q: Array, nodes: Ints, weights: Array, offsets: Array) -> tuple[Array, Array]:
-    """`AttachedPoints.place`; arguments as there and in the attributes."""
+    """`AttachedPoints.place`; arguments as there and in the attributes.
+
+    Args:
+        x: (n_nodes, 3) node positions [m].
+        Q: (n_nodes, 4) node rotations.
+        nodes: (p, 2) nodes of the points.
+        weights: (p, 2) of the nodes.
+        offsets: (p, 2, 3) from the nodes at rest [m].
+    """
     points, arms = np.zeros((nodes.shape[0], 3)), np.zeros((nodes.shape[0], 2, 3))
     for p in range(nodes.shape[0]):
         for a in range(2):

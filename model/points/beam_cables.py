@@ -94,7 +94,14 @@ def lengths(points: Array, starts: Ints) -> tuple[Array, Array]:
 
 @kernel
 def lever_block(f: Vector3, r: Vector3, i: int, j: int) -> float:
-    """Entry (i, j) of the tangent of a lever arm r [m] that turns under a force f [N]."""
+    """Entry (i, j) of the tangent of a lever arm r [m] that turns under a force f [N].
+
+    Args:
+        f: force [N].
+        r: lever arm [m].
+        i: row, 0 to 2.
+        j: column, 0 to 2.
+    """
     value = -0.5 * (r[i] * f[j] + f[i] * r[j])
     return value + dot(f, r) if i == j else value
 

@@ -65,7 +65,13 @@ class ArmShape:
 
 
 def tendon_angle(shape: ArmShape, section: int, k: int) -> float:
-    """Where tendon k of three of a section, the first being 0, runs: angle from x [rad]."""
+    """Where tendon k of three of a section, the first being 0, runs: angle from x [rad].
+
+    Args:
+        shape: of the arm.
+        section: number of the section, from 0.
+        k: number of the tendon in its section, 0 to 2.
+    """
     return 2.0 * np.pi / 3.0 * (k + section / shape.sections)
 
 
@@ -137,7 +143,13 @@ def direction(angle: float) -> Array:
 
 
 def vertebra(shape: ArmShape, number: int, node: int) -> dict[str, Any]:
-    """A disc of the structure file."""
+    """A disc of the structure file.
+
+    Args:
+        shape: of the arm.
+        number: of the disc, for its name.
+        node: beam node at its centre.
+    """
     return {
         "name": f"vertebra{number}",
         "node": node,
@@ -147,7 +159,14 @@ def vertebra(shape: ArmShape, number: int, node: int) -> dict[str, Any]:
 
 
 def foot_surface(shape: ArmShape, centre: Array, out: Array, node: int) -> tuple[Array, Ints, int]:
-    """MaterialPoints (9, 3) and triangles (8, 3) of a sole that looks down, and its node."""
+    """MaterialPoints (9, 3) and triangles (8, 3) of a sole that looks down, and its node.
+
+    Args:
+        shape: of the arm.
+        centre: (3,) centre of the sole [m].
+        out: (3,) unit vector from the axis outward.
+        node: beam node that carries it.
+    """
     across = np.array([-out[1], out[0], 0.0])
     slope = np.tan(np.radians(shape.landing_deg))
     steps = np.array([-0.5, 0.0, 0.5])
@@ -212,7 +231,14 @@ def joined(name: str, parts: list[tuple[Array, Ints, int]]) -> dict[str, Any]:
 
 
 def surface(name: str, points: Array, triangles: Ints, nodes: list[int]) -> dict[str, Any]:
-    """A surface of the structure file."""
+    """A surface of the structure file.
+
+    Args:
+        name: of the surface.
+        points: (m, 3) [m].
+        triangles: (f, 3) point numbers.
+        nodes: beam node of each point.
+    """
     rounded = np.round(points, 7) + 0.0  # no negative zeros
     return {
         "name": name,

@@ -2,7 +2,7 @@
 
     python -m tauten.model.robots.make_manipulator [FOLDER]
 
-What it looks like is described in `tauten.model.robots.arm`.
+Its geometry is described in `tauten.model.robots.arm`.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What a robot file says about materials."""
+"""Materials of a robot file."""
 
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ class MaterialSettings(Section):
 class SolidMaterialSettings(MaterialSettings):
     """Material of a body made of tetrahedra.
 
-    `law` says how stress grows with strain. Mooney-Rivlin takes `c10` and `c01` [Pa], Yeoh `c10`, `c20` and
+    `law` is the law of elasticity. Mooney-Rivlin takes `c10` and `c01` [Pa], Yeoh `c10`, `c20` and
     `c30`; they give `young_modulus`, and a `young_modulus` beside them scales the law to it. `silicone` names
-    a measured silicone (a Yeoh law) and fills in what is not said otherwise.
+    a measured silicone (a Yeoh law) and gives the values that the table does not set.
     """
 
     law: LawName = "corotational"
@@ -95,6 +95,6 @@ class SolidMaterialSettings(MaterialSettings):
 
 
 class RegionMaterialSettings(SolidMaterialSettings):
-    """Another material for the elements whose centre lies in the box `region`; later regions win."""
+    """Another material for the elements whose centre lies in the box `region`; a later region replaces it."""
 
     region: Box

@@ -58,7 +58,7 @@ Coordinate = Annotated[float, in_range(-LARGEST_COORDINATE, LARGEST_COORDINATE, 
 Point = tuple[Coordinate, Coordinate, Coordinate]
 Direction = Annotated[tuple[Coordinate, Coordinate, Coordinate], AfterValidator(not_zero)]
 Thickness = Annotated[float, in_range(1e-6, 10.0, "m")]  # of solid parts
-Distance = Annotated[float, in_range(1e-9, 1.0, "m")]  # that contact is judged by
+Distance = Annotated[float, in_range(1e-9, 1.0, "m")]  # alarm distance and tolerance of contact
 Rate = Annotated[float, Field(gt=0.0, le=10_000.0), in_range(1e-2, 1e4, "Hz")]
 
 

@@ -16,7 +16,7 @@ from tauten.model.tetra.smoothed import smoothed_domains
 
 @dataclass(frozen=True, slots=True)
 class BodyParts:
-    """What a body is made of, before it has a place in a pattern.
+    """Mesh, elements and laws of a body, before their places in the sparsity pattern are known.
 
     Attributes:
         mesh: linear tetrahedra on all nodes; quadratic elements are cut into eight.

@@ -41,7 +41,13 @@ class Domains:
 
 @kernel
 def gradients_at_points(x: Array, nodes: Ints, gradients: Array) -> Array:
-    """F = Σ x_a g_aᵀ at all points of all domains: (d p, 3, 3)."""
+    """F = Σ x_a g_aᵀ at all points of all domains: (d p, 3, 3).
+
+    Args:
+        x: (n_nodes, 3) positions [m].
+        nodes: (d, s) nodes of the domains.
+        gradients: (d, p, s, 3) at rest [1/m].
+    """
     n_points = gradients.shape[1]
     F = np.zeros((nodes.shape[0] * n_points, 3, 3))
     for e in range(nodes.shape[0]):
@@ -114,7 +120,15 @@ def assemble_domains(
 
 @kernel
 def add_stiffness(V: float, g: Array, C: Array, D: Array, Ke: Array) -> None:
-    """Add V (g_a)_J C_iJkL (g_b)_L to the blocks Ke[a, b] with b ≥ a; D (s, 3, 9) is overwritten."""
+    """Add V (g_a)_J C_iJkL (g_b)_L to the blocks Ke[a, b] with b ≥ a; D (s, 3, 9) is overwritten.
+
+    Args:
+        V: volume [m³].
+        g: (s, 3) gradients at rest [1/m].
+        C: (9, 9) tangent of the material [Pa].
+        D: (s, 3, 9) working memory, overwritten.
+        Ke: (s, s, 3, 3) blocks, accumulated [N/m].
+    """
     n_nodes = g.shape[0]
     for b in range(n_nodes):
         g0, g1, g2 = V * g[b, 0], V * g[b, 1], V * g[b, 2]

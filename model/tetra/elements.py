@@ -53,7 +53,13 @@ def cofactor(F: Array, C: Array) -> float:
 
 @kernel
 def deformation_gradients(x: Array, tets: Ints, gradients: Array) -> Array:
-    """F = Σ x_a g_aᵀ of all elements: (e, 3, 3)."""
+    """F = Σ x_a g_aᵀ of all elements: (e, 3, 3).
+
+    Args:
+        x: (n_nodes, 3) positions [m].
+        tets: (e, 4) corners.
+        gradients: (e, 4, 3) at rest [1/m].
+    """
     F = np.zeros((tets.shape[0], 3, 3))
     for e in range(tets.shape[0]):
         for a in range(4):
@@ -65,7 +71,15 @@ def deformation_gradients(x: Array, tets: Ints, gradients: Array) -> Array:
 
 @kernel
 def turning(S: Array, R: Array, lam: float, mu: float, G: Array) -> None:
-    """R (2 μ I − 2 (2 μ − λ tr(S − I)) (tr(S) I − S)⁻¹) Rᵀ into G: what a turning R adds."""
+    """R (2 μ I − 2 (2 μ − λ tr(S − I)) (tr(S) I − S)⁻¹) Rᵀ into G: what a turning R adds.
+
+    Args:
+        S: (3, 3) stretch.
+        R: (3, 3) rotation.
+        lam: λ [Pa].
+        mu: μ [Pa].
+        G: (3, 3) output [Pa].
+    """
     trace = S[0, 0] + S[1, 1] + S[2, 2]
     T = np.empty((3, 3))
     C = np.empty((3, 3))
@@ -90,12 +104,10 @@ def turning(S: Array, R: Array, lam: float, mu: float, G: Array) -> None:
 def assemble(  # noqa: C901  one flat loop nest is what numba compiles best
     x: Array,
     tets: Ints,
-    gradients: Array,
-    volumes: Array,
+    rest: tuple[Array, Array],
     lame: tuple[float, float],
     exact: bool,
-    slot: Ints,
-    column_length: Ints,
+    places: tuple[Ints, Ints],
     force: Array,
     K: Array,
 ) -> None:
@@ -103,17 +115,18 @@ def assemble(  # noqa: C901  one flat loop nest is what numba compiles best
 
     Args:
         x: (n_nodes, 3) positions.
-        tets: (e, 4).
-        gradients: (e, 4, 3) rest gradients.
-        volumes: (e,) rest volumes.
-        lame: (λ, μ).
-        exact: whether the tangent includes the turning of R.
-        slot: (e, 4, 4) place of block (a, b) in K, −1 where a node is fixed.
-        column_length: (e, 4) entries in each column of node b.
+        tets: (e, 4) corners.
+        rest: gradients (e, 4, 3) [1/m] and volumes (e,) [m³] at rest.
+        lame: (λ, μ) [Pa].
+        exact: whether the tangent includes the rotation of R.
+        places: slot (e, 4, 4), place of block (a, b) in K, −1 where a node is fixed; column length (e, 4),
+            entries in each column of node b.
         force: (n_nodes, 3) output, accumulated.
         K: (nnz,) output, accumulated.
     """
     lam, mu = lame
+    gradients, volumes = rest
+    slot, column_length = places
     S, P, G = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
     B = np.empty((3, 3))
     g = np.empty((4, 3))
@@ -148,7 +161,16 @@ def assemble(  # noqa: C901  one flat loop nest is what numba compiles best
 
 @kernel
 def block(lam: float, mu: float, V: float, ga: Array, gb: Array, B: Array) -> None:
-    """K_ab with the rotation held, into the 3x3 B."""
+    """K_ab with the rotation held, into the 3x3 B.
+
+    Args:
+        lam: λ [Pa].
+        mu: μ [Pa].
+        V: volume [m³].
+        ga: (3,) turned gradient of node a [1/m].
+        gb: (3,) turned gradient of node b [1/m].
+        B: (3, 3) output [N/m].
+    """
     # scalars, because numba keeps them in registers where it would reload array entries
     a0, a1, a2 = V * ga[0], V * ga[1], V * ga[2]
     b0, b1, b2 = gb[0], gb[1], gb[2]
@@ -166,7 +188,15 @@ def block(lam: float, mu: float, V: float, ga: Array, gb: Array, B: Array) -> No
 
 @kernel
 def add_turning(scale: float, G: Array, ga: Array, gb: Array, B: Array) -> None:
-    """Add scale [g_a]ᵀ G [g_b] to B, where [g] z = g × z."""
+    """Add scale [g_a]ᵀ G [g_b] to B, where [g] z = g × z.
+
+    Args:
+        scale: factor [m³].
+        G: (3, 3) of `turning` [Pa].
+        ga: (3,) turned gradient of node a [1/m].
+        gb: (3,) turned gradient of node b [1/m].
+        B: (3, 3) accumulated [N/m].
+    """
     a0, a1, a2 = scale * ga[0], scale * ga[1], scale * ga[2]
     b0, b1, b2 = gb[0], gb[1], gb[2]
     for i in range(3):
@@ -197,7 +227,16 @@ def add_turning(scale: float, G: Array, ga: Array, gb: Array, B: Array) -> None:
 
 @kernel
 def scatter(B: Array, slot: Ints, length: Ints, a: int, b: int, K: Array) -> None:
-    """Add B to block (a, b) of the CSC values K and, by symmetry, Bᵀ to block (b, a)."""
+    """Add B to block (a, b) of the CSC values K and, by symmetry, Bᵀ to block (b, a).
+
+    Args:
+        B: (3, 3) block [N/m].
+        slot: (4, 4) places of the element's blocks in K, −1 where a node is fixed.
+        length: (4,) entries in each column of the nodes.
+        a: first node, 0 to 3.
+        b: second node, a to 3.
+        K: (nnz,) accumulated [N/m].
+    """
     if slot[a, b] < 0:
         return
     for j in range(3):

@@ -129,7 +129,7 @@ class TetRobot(SparseRobot):
         Args:
             state: where to evaluate.
             tension: (n_a,) tensions whose curvature enters the tangent [N].
-            exact: tangent with the turning of the rotations: the exact derivative, but not always
+            exact: tangent with the change of the rotations: the exact derivative, but not always
                 positive definite.
 
         Returns:
@@ -142,9 +142,15 @@ class TetRobot(SparseRobot):
             part.assemble(x, EXACT if exact else PROJECTED, force, K)
         else:
             assemble(
-                x, self.mesh.tets, part.gradients, part.volumes, self.material.lame, exact,
-                part.slot, part.column_length, force, K,
-            )  # fmt: skip
+                x,
+                self.mesh.tets,
+                (part.gradients, part.volumes),
+                self.material.lame,
+                exact,
+                (part.slot, part.column_length),
+                force,
+                K,
+            )
         if tension is not None:
             c = self.cables
             add_cable_stiffness(
@@ -177,6 +183,12 @@ class TetRobot(SparseRobot):
         return contact_rows(self.contacts.detect(x), self.pattern.dof, self.n, self.n_c)
 
     def advance(self, state: State, system: System, dv: Array) -> State:
-        """The state one step later: v + dv and q + h (v + dv), at standstill when quasi-static."""
+        """The state one step later: v + dv and q + h (v + dv), at standstill when quasi-static.
+
+        Args:
+            state: before the step.
+            system: of the step.
+            dv: (n,) change of the velocity [m/s].
+        """
         v = system.v + dv
         return State(state.q + system.h * v, v)

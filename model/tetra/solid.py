@@ -71,7 +71,15 @@ def make_solid(domains: list[Domains], laws: list[Law], pattern: Pattern, n_elem
 def linear_energy(
     x: Array, tets: Ints, gradients: Array, volumes: Array, lame: tuple[float, float]
 ) -> float:
-    """The elastic energy of linear corotational tetrahedra [J]; arguments as in `assemble`."""
+    """The elastic energy of linear corotational tetrahedra [J]; arguments as in `assemble`.
+
+    Args:
+        x: (n_nodes, 3) positions [m].
+        tets: (e, 4) corners.
+        gradients: (e, 4, 3) at rest [1/m].
+        volumes: (e,) at rest [m³].
+        lame: (λ, μ) [Pa].
+    """
     none = np.zeros((len(tets), 4, 4), dtype=np.int64)
     first = np.zeros(len(tets), dtype=np.int64)
     laws = (np.array([COROTATIONAL]), np.array([[*lame, 0.0, 0.0, 0.0]]))

@@ -16,7 +16,7 @@ from tauten.reduction.campaign.designs import (
 from tauten.reduction.campaign.executors import ClusterError, dask_cluster, processes
 from tauten.reduction.campaign.held_out import FORCES, held_out_design, sensitivity
 from tauten.reduction.campaign.run import run_campaign
-from tauten.reduction.campaign.snapshots import Origin, SnapshotError, Snapshots, join
+from tauten.reduction.campaign.snapshots import Origin, SnapshotError, Snapshots, join_snapshots
 
 __all__ = [
     "ClusterError",
@@ -33,7 +33,7 @@ __all__ = [
     "dask_cluster",
     "from_csv",
     "held_out_design",
-    "join",
+    "join_snapshots",
     "latin_hypercube",
     "latin_hypercube_levels",
     "plackett_burman",

@@ -22,7 +22,7 @@ MAX_ITERATIONS = 60  # neighbours on a path are a few steps apart; more iteratio
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Start:
+class ChunkStart:
     """Where a chunk starts: configuration q (n,) [m] and cable tensions (n_a,) [N]."""
 
     q: Array
@@ -45,7 +45,7 @@ class Chunk:
     origin: Origin
     run: Run
     index: int
-    start: Start | None
+    start: ChunkStart | None
 
 
 def solve_chunk(chunk: Chunk) -> Snapshots:

@@ -10,10 +10,16 @@ from pathlib import Path
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from tauten.model import Robot
-from tauten.reduction.campaign.chunk import Chunk, Start, solve_chunk
+from tauten.reduction.campaign.chunk import Chunk, ChunkStart, solve_chunk
 from tauten.reduction.campaign.designs import Design
 from tauten.reduction.campaign.executors import InProcess
-from tauten.reduction.campaign.snapshots import SUFFIX, Origin, SnapshotError, Snapshots, join
+from tauten.reduction.campaign.snapshots import (
+    SUFFIX,
+    Origin,
+    SnapshotError,
+    Snapshots,
+    join_snapshots,
+)
 from tauten.reduction.provenance import package_versions
 
 CHUNK = 50  # equilibria in a chunk: a killed campaign loses a few seconds of work
@@ -47,7 +53,7 @@ def run_campaign(
     with Progress(*columns, TimeRemainingColumn(), disable=not show_progress) as progress:
         bar = progress.add_task("snapshots", total=design.size, completed=ledger.size)
         _work(ledger, executor or InProcess(), lambda count: progress.advance(bar, count))
-    return join([part for parts in ledger.parts for part in parts])
+    return join_snapshots([part for parts in ledger.parts for part in parts])
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,7 +130,7 @@ class _Ledger:
         run, first, parts = self.design.runs[index], self.count(index), self.parts[index]
         if first == len(run):
             return None
-        start = Start(parts[-1].q[:, -1], parts[-1].tension[:, -1]) if parts else None
+        start = ChunkStart(parts[-1].q[:, -1], parts[-1].tension[:, -1]) if parts else None
         piece = run.piece(first, first + CHUNK)
         return Chunk(self.robot, self.origin, piece, index, start)
 

@@ -144,7 +144,7 @@ class Snapshots:
         return {name: getattr(self, name) for name in names}
 
 
-def join(parts: Sequence[Snapshots]) -> Snapshots:
+def join_snapshots(parts: Sequence[Snapshots]) -> Snapshots:
     """Snapshots of one campaign on one robot side by side, in the order given.
 
     Raises:

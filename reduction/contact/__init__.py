@@ -2,7 +2,7 @@
 
 from tauten.reduction.contact.basis import SUFFIX, BasisError, ContactBasis
 from tauten.reduction.contact.energy import energy_error, refine
-from tauten.reduction.contact.fit import BasisMethod, Fit, Quality, fit_each, quality
+from tauten.reduction.contact.fit import BasisMethod, BasisQuality, Fit, fit_each, quality
 from tauten.reduction.contact.mode_count import ChoiceError, Curve, choose_k, cross_validate, folds
 from tauten.reduction.contact.nnmf import leading_part
 from tauten.reduction.contact.pair_coverage import coverage
@@ -28,7 +28,7 @@ __all__ = [
     "Fit",
     "METHODS",
     "Method",
-    "Quality",
+    "BasisQuality",
     "ReduceSettings",
     "Reduction",
     "SUFFIX",

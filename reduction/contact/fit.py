@@ -69,7 +69,7 @@ def fit_each(
 
 
 @dataclass(frozen=True, slots=True)
-class Quality:
+class BasisQuality:
     """Errors of modes on contact problems, all to first order.
 
     Attributes:
@@ -83,11 +83,11 @@ class Quality:
     tip: float
 
 
-def quality(Psi: Array, problems: Sequence[ContactProblem]) -> Quality:
+def quality(Psi: Array, problems: Sequence[ContactProblem]) -> BasisQuality:
     """Quality of modes Psi (n_c, k)."""
     forces = [problem.forces(Psi) for problem in problems]
     pairs = list(zip(problems, forces, strict=True))
-    return Quality(
+    return BasisQuality(
         energy=energy_error(Psi, problems),
         force=float(np.max([problem.force_error(lam) for problem, lam in pairs])),
         tip=float(np.max([problem.tip_error(lam) for problem, lam in pairs])),

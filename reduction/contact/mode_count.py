@@ -9,8 +9,8 @@ import numpy as np
 
 from tauten.model.numerics import Array, Ints
 from tauten.reduction.campaign import Snapshots
-from tauten.reduction.contact.fit import BasisMethod, Quality, fit_each, quality
-from tauten.reduction.contact.positive_basis import checked
+from tauten.reduction.contact.fit import BasisMethod, BasisQuality, fit_each, quality
+from tauten.reduction.contact.positive_basis import checked_forces
 from tauten.reduction.contact.problems import ContactProblem
 
 DEFAULT_KS = (1, 2, 3, 4, 5, 6, 8, 10, 12, 15, 20, 25, 30, 40)
@@ -24,7 +24,7 @@ class ChoiceError(ValueError):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Curve:
-    """Error against the number of modes, one entry for each k; see `Quality`.
+    """Error against the number of modes, one entry for each k; see `BasisQuality`.
 
     Attributes:
         k: (m,) numbers of modes, ascending.
@@ -78,13 +78,13 @@ def cross_validate(
     Raises:
         ValueError: as `factorise`; or no k is within the rank.
     """
-    S = checked(S)
+    S = checked_forces(S)
     parts = np.unique(fold[[problem.column for problem in problems]])
     rank = min(int(np.linalg.matrix_rank(S[:, fold != part])) for part in parts)
     usable = sorted({k for k in ks if 1 <= k <= rank})
     if not usable:
         raise ValueError(f"none of k = {list(ks)} lies in 1 to the rank of the snapshots, {rank}")
-    training, held_out = [], []  # rows of Quality, a part each
+    training, held_out = [], []  # rows of BasisQuality, a part each
     for part in parts:
         known = [problem for problem in problems if fold[problem.column] != part]
         unseen = [problem for problem in problems if fold[problem.column] == part]
@@ -100,7 +100,7 @@ def cross_validate(
     )
 
 
-def _mean_energy(rows: Sequence[Sequence[Quality]]) -> Array:
+def _mean_energy(rows: Sequence[Sequence[BasisQuality]]) -> Array:
     """Root mean square over the parts: (m,)."""
     errors: Array = np.sqrt(np.mean([[q.energy**2 for q in row] for row in rows], axis=0))
     return errors

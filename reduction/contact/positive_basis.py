@@ -85,7 +85,7 @@ def factorise_each(
     """
     ks = sorted(set(ks))
     _check_method(method)
-    S = checked(S)
+    S = checked_forces(S)
     rows = np.flatnonzero((S > 0.0).any(axis=1))  # candidates in contact
     columns = np.flatnonzero((S > 0.0).any(axis=0))  # snapshots with contact
     columns = columns[np.lexsort(S[rows][:, columns])]
@@ -129,7 +129,7 @@ def _check_method(method: str) -> None:
         raise ValueError(f"method {method!r} is unknown: choose one of {', '.join(METHODS)}")
 
 
-def checked(S: Array) -> Array:
+def checked_forces(S: Array) -> Array:
     """Snapshots (n_c, s) as float64, negative rounding errors set to zero.
 
     Raises:
@@ -162,11 +162,11 @@ def checked(S: Array) -> Array:
 def _check_rank(S: Array, ks: Sequence[int]) -> None:
     k = ks[-1]
     if ks[0] < 1:
-        raise ValueError(f"k = {ks[0]} modes asked for: at least 1 is needed")
+        raise ValueError(f"k = {ks[0]} modes requested: at least 1 is needed")
     rank = int(np.linalg.matrix_rank(S))
     if k > rank:
         raise ValueError(
-            f"k = {k} modes asked for, but the snapshots have rank {rank}: "
+            f"k = {k} modes requested, but the snapshots have rank {rank}: "
             f"take k ≤ {rank} or a campaign with more variety"
         )
 

@@ -13,9 +13,16 @@ from threadpoolctl import threadpool_limits
 from tauten.model import Robot
 from tauten.reduction.campaign import Design, Snapshots, run_campaign
 from tauten.reduction.contact.basis import ContactBasis
-from tauten.reduction.contact.fit import BASIS_METHODS, BasisMethod, Fit, Quality, fit_each, quality
+from tauten.reduction.contact.fit import (
+    BASIS_METHODS,
+    BasisMethod,
+    BasisQuality,
+    Fit,
+    fit_each,
+    quality,
+)
 from tauten.reduction.contact.mode_count import ChoiceError, Curve, choose_k, cross_validate, folds
-from tauten.reduction.contact.positive_basis import checked
+from tauten.reduction.contact.positive_basis import checked_forces
 from tauten.reduction.contact.problems import contact_problems
 from tauten.reduction.contact.weighting import WEIGHTINGS, Weighting, snapshot_weights
 from tauten.reduction.provenance import CurvePoint, Provenance, package_versions
@@ -126,7 +133,7 @@ def make_basis(
         ValueError: as `factorise`: no contact, k beyond the rank.
         ChoiceError: no k is within the tolerance.
     """
-    weights = snapshot_weights(checked(snapshots.lam), settings.weighting)
+    weights = snapshot_weights(checked_forces(snapshots.lam), settings.weighting)
     S, method, seed = snapshots.lam * weights, settings.method, settings.seed
     with threadpool_limits(1):  # the order of sums depends on the number of threads
         problems = contact_problems(robot, snapshots)
@@ -146,7 +153,7 @@ def provenance(
     snapshots: Snapshots,
     settings: ReduceSettings,
     fit: Fit,
-    found: Quality,
+    found: BasisQuality,
     curve: Curve | None = None,
 ) -> Provenance:
     """Origin of a basis made from these snapshots by this fit.

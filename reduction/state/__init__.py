@@ -1,7 +1,7 @@
 """Reduced robots: state modes and sampled elements."""
 
 from tauten.reduction.state.basis import StateBasis, StateBasisError, StateOrigin
-from tauten.reduction.state.ecsw import Sample, contributions, sample_elements
+from tauten.reduction.state.ecsw import ElementSample, contributions, sample_elements
 from tauten.reduction.state.model_error import TipCheck
 from tauten.reduction.state.modes import enriched, pod, responses
 from tauten.reduction.state.reduce import StateSettings, held_out_snapshots, reduce_states
@@ -9,7 +9,7 @@ from tauten.reduction.state.robot import ReducedRobot, reduced_robot
 
 __all__ = [
     "ReducedRobot",
-    "Sample",
+    "ElementSample",
     "StateBasis",
     "StateBasisError",
     "StateOrigin",

@@ -33,7 +33,7 @@ class StateOrigin:
     Attributes:
         robot: name of the robot.
         robot_digest: sha256 of its model; a state basis fits no other one.
-        campaign: one line that says which snapshots.
+        campaign: one line that names the snapshots.
         snapshots_digest: sha256 of their contact forces, the same as in the contact basis.
         snapshots: number of states.
         r: number of modes.
@@ -240,7 +240,7 @@ def _load(path: Path) -> StateBasis:
 
 
 def corotational_robot(robot: Robot) -> TetRobot:
-    """The robot, when state reduction knows its elements.
+    """The robot, when state reduction supports its elements.
 
     Raises:
         StateBasisError: it is not made of linear corotational tetrahedra of one material.

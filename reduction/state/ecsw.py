@@ -33,7 +33,7 @@ STEP = 1e-3  # step of the finite difference, relative to that length
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Sample:
+class ElementSample:
     """Sampled elements and their weights.
 
     Attributes:
@@ -49,7 +49,7 @@ class Sample:
 
 def sample_elements(
     robot: TetRobot, Phi: Array, alphas: Array, tolerance: float, seed: int = 0
-) -> Sample:
+) -> ElementSample:
     """A sample of elements for states q₀ + Φ α.
 
     Args:
@@ -65,7 +65,7 @@ def sample_elements(
     w = sparse_nnls(C, d, tolerance)
     elements = np.flatnonzero(w)
     error = float(np.linalg.norm(C[:, elements] @ w[elements] - d) / np.linalg.norm(d))
-    return Sample(elements, w[elements], error)
+    return ElementSample(elements, w[elements], error)
 
 
 def contributions(robot: TetRobot, Phi: Array, alphas: Array, seed: int) -> Array:

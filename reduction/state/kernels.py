@@ -125,7 +125,7 @@ def make_work(body: Body, tendons: Tendons) -> Work:
 
 
 @kernel
-def assemble(
+def assemble_sample(
     alpha: Array, tension: Array, load: Array, exact: bool, body: Body, tendons: Tendons, work: Work
 ) -> None:
     """Force without cables and contacts and the tangent, into work.force and work.K.
@@ -147,7 +147,7 @@ def assemble(
         work.F[:, i, i] += 1.0
     polar_rotations(work.F, work.R)
     for e in range(body.volume.shape[0]):
-        c, Q = turning(work.F[e], work.R[e], body.lame, exact)
+        c, Q = stress_and_turning(work.F[e], work.R[e], body.lame, exact)
         project(e, body.volume[e], c, work.R[e], Q, body, work)
     add_curvature(alpha, tension, tendons, 4 * body.volume.shape[0], work)
     np.dot(work.Z.T, work.Y, work.K)
@@ -155,7 +155,9 @@ def assemble(
 
 
 @kernel
-def turning(F: Array, R: Array, lame: tuple[float, float], exact: bool) -> tuple[float, Symmetric]:
+def stress_and_turning(
+    F: Array, R: Array, lame: tuple[float, float], exact: bool
+) -> tuple[float, Symmetric]:
     """The stress coefficient c, and c (tr(S) I − S)⁻¹, or −μ I with rotations held.
 
     Args:
@@ -293,7 +295,7 @@ def linearise(
     """
     h, a, b_K, mass = dynamics.h, dynamics.a, dynamics.b_K, dynamics.mass
     for exact in (True, False):  # buckling makes the exact tangent indefinite
-        assemble(alpha, tension, load, exact, body, tendons, work)
+        assemble_sample(alpha, tension, load, exact, body, tendons, work)
         if dynamics.static:
             work.A[:] = h * h * work.K
             work.v_free[:] = h * work.force

@@ -21,7 +21,7 @@ from tauten.reduction.state.basis import (
     StateOrigin,
     corotational_robot,
 )
-from tauten.reduction.state.ecsw import Sample, sample_elements
+from tauten.reduction.state.ecsw import ElementSample, sample_elements
 from tauten.reduction.state.modes import Pod, campaign_responses, enriched, pod
 from tauten.reduction.state.robot import reduced_robot
 
@@ -104,7 +104,7 @@ def _reduced(
     responses = Phi.shape[1] - found.Phi.shape[1]
     origin = origin_of(robot, training, snapshots.digest(), found, responses, sample, settings)
     states = StateBasis(Phi, sample.elements, sample.weights, origin)
-    return checked(robot, states, basis, snapshots.select(held_out))
+    return checked_on_held_out(robot, states, basis, snapshots.select(held_out))
 
 
 def origin_of(
@@ -113,7 +113,7 @@ def origin_of(
     snapshots_digest: str,
     modes: Pod,
     responses: int,
-    sample: Sample,
+    sample: ElementSample,
     settings: StateSettings,
 ) -> StateOrigin:
     """Origin of a state basis, its tip errors not measured.
@@ -185,7 +185,7 @@ def check_errors(
     return tip_errors(reduced_robot(robot, states), held_out, basis, enrichment)
 
 
-def checked(
+def checked_on_held_out(
     robot: TetRobot, states: StateBasis, basis: ContactBasis, held_out: Snapshots
 ) -> StateBasis:
     """The basis with its tip errors on held-out equilibria.

@@ -38,7 +38,7 @@ from tauten.reduction.state.kernels import (
     Dynamics,
     Tendons,
     Work,
-    assemble,
+    assemble_sample,
     contact_jacobian,
     linearise,
     make_work,
@@ -223,7 +223,7 @@ class ReducedRobot:
             exact: the exact derivative, which is not always positive definite.
         """
         taut = np.zeros(self.n_a) if tension is None else tension
-        assemble(state.q, taut, self.load, exact, self.body, self.tendons, self.work)
+        assemble_sample(state.q, taut, self.load, exact, self.body, self.tendons, self.work)
         return self.work.force.copy(), self.work.K.copy()
 
     def linearise(

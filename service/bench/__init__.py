@@ -12,7 +12,7 @@ from tauten.service.bench.closed_loop import (
     planned,
 )
 from tauten.service.bench.closed_loop_cases import CASES, Case, make_cases
-from tauten.service.bench.closed_loop_run import Outcome, Trace, follow, judge, settling
+from tauten.service.bench.closed_loop_run import Outcome, Trace, case_outcome, follow, settling
 from tauten.service.bench.comparison import (
     CompareError,
     Comparison,
@@ -93,7 +93,7 @@ __all__ = [
     "follow",
     "gauss_seidel_step",
     "idle_loop",
-    "judge",
+    "case_outcome",
     "make_cases",
     "measure_speed",
     "parse_ks",

@@ -16,7 +16,7 @@ from tauten.controller import Controller, controller_settings
 from tauten.model import ContactSpace, Robot, Simulator, load_robot
 from tauten.model.schema import read_toml
 from tauten.service.bench.closed_loop_cases import Case, equilibria, make_cases
-from tauten.service.bench.closed_loop_run import Drive, Outcome, Trace, follow, judge
+from tauten.service.bench.closed_loop_run import Drive, Outcome, Trace, case_outcome, follow
 from tauten.service.process import HostInfo, StopFlag, host_info, one_blas_thread
 from tauten.service.settings import service_settings
 
@@ -178,7 +178,7 @@ class ClosedLoopRunner:
 
         Args:
             group: case and plant.
-            contact: what the controller knows of contact, "reduced", "full" or "none".
+            contact: model of contact in the controller, "reduced", "full" or "none".
             closed: whether measurements correct the targets.
         """
         controller, plant = self._controllers[contact], self._plant(group.young_scale)
@@ -189,7 +189,7 @@ class ClosedLoopRunner:
             self._warm.add(contact)
         trace = follow(controller, plant, case, closed, group.drive, self._service)
         h, scale = controller.robot.h, group.young_scale
-        return judge(case, trace, h, contact, closed, scale, group.drive), trace
+        return case_outcome(case, trace, h, contact, closed, scale, group.drive), trace
 
     def _plant(self, young_scale: float) -> Simulator:
         if young_scale not in self._plants:

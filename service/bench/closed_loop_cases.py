@@ -1,6 +1,6 @@
 """Targets of the closed-loop benchmark: five ways of pulling the cables, as tips that the robot can reach.
 
-A shape in space is out of reach of a robot with one cable, and the distance that remains says nothing
+A shape in space is out of reach of a robot with one cable, and the distance that remains is no measure
 about a controller. So each case is a path of the pulled lengths, and its targets are where the
 full-order robot with pointwise contact rests at them: a circle and a figure eight of two cables turn
 into a swing and a double swing of one.

@@ -23,7 +23,7 @@ from tauten.service.settings import ServiceSettings
 
 Drive = Literal["pull", "tension"]
 _BAND = 0.02  # of a step, within which it counts as settled
-_END = 0.1  # last part of a case, over which the error that stays is averaged
+_END = 0.1  # last part of a case, over which the remaining error is averaged
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +57,7 @@ class Outcome:
 
     Attributes:
         case: name of the case.
-        contact: what the controller knows of contact.
+        contact: model of contact in the controller.
         closed: whether measurements correct the targets.
         young_scale: the plant's Young's modulus over the model's.
         drive: what the plant's winches obey.
@@ -65,7 +65,7 @@ class Outcome:
         rms_mm: of the distance between target and plant.
         max_mm: largest.
         end_mm: mean over the last tenth.
-        settling_s: after a step, until it stays within 2 % of the step; None: it does not, or no step.
+        settling_s: time after a step from which on it remains within 2 % of the step; None without one.
         effort_n: RMS tension.
         chatter_mm_s: RMS change of a cable's speed from one tick to the next.
         latency_ms: from target to actuation.
@@ -110,7 +110,7 @@ def follow(
         case: targets, one a period.
         closed: whether measurements correct the targets.
         drive: what the plant's winches obey, pulled lengths or tensions.
-        settings: gain of the closed loop, and what the loop needs; default: as `ControlLoop`.
+        settings: of the closed loop and of `ControlLoop`; default: as `ControlLoop`.
     """
     controller.reset()
     plant.reset()
@@ -159,7 +159,7 @@ def _step(plant: Simulator, command: Array, drive: Drive) -> None:
         plant.reset()
 
 
-def judge(
+def case_outcome(
     case: Case, trace: Trace, h: float, contact: str, closed: bool, young_scale: float, drive: Drive
 ) -> Outcome:
     """Numbers of a run.
@@ -168,7 +168,7 @@ def judge(
         case: its targets.
         trace: the run, tick by tick.
         h: control period [s].
-        contact: what the controller knows of contact.
+        contact: model of contact in the controller.
         closed: whether measurements corrected the targets.
         young_scale: the plant's Young's modulus over the model's.
         drive: what the plant's winches obeyed.
@@ -202,7 +202,7 @@ def rms(values: Array) -> float:
 
 
 def settling(case: Case, trace: Trace, h: float) -> float | None:
-    """Seconds from a step until the error stays within 2 % of it; None: it does not, or no step.
+    """Seconds from a step after which the error remains within 2 % of it; None: it does not, or no step.
 
     Args:
         case: its targets.

@@ -13,7 +13,7 @@ _STEPS = 20  # on the way to the command, so that folds are entered as a slow pu
 
 
 class CompareError(ValueError):
-    """A comparison that cannot be made; the text says what to change."""
+    """A comparison that cannot be made; the message names what to change."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

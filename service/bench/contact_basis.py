@@ -69,7 +69,7 @@ class ContactBasisInputs:
         robot: the robot.
         basis: its contact basis.
         snapshots: converged ones of the training path.
-        folder: of the held-out campaigns; what it holds is not done again.
+        folder: of the held-out campaigns; campaigns in it are not run again.
         equilibria: of the training path, to settle for each basis.
         steps: of a held-out path.
         ks: numbers of modes.

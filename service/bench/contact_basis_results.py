@@ -89,7 +89,7 @@ class LcpCost:
 
 @dataclass(frozen=True, slots=True)
 class Smoothness:
-    """What the regularisation of λ does to the factorisation: relative error of HALS against k.
+    """Effect of the regularisation of λ on the factorisation: relative error of HALS against k.
 
     Attributes:
         forces: how the forces of the same equilibria were found.

@@ -66,7 +66,7 @@ class ArmBenchSettings:
     """What to measure and where to put snapshots.
 
     Attributes:
-        snapshots: folder that keeps campaigns; what it holds is not done again.
+        snapshots: folder that keeps campaigns; campaigns in it are not run again.
         ks: numbers of modes of Fig. 12.
     """
 

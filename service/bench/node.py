@@ -95,7 +95,7 @@ class NodeBench:
         unseen: ticks whose messages were lost in the network.
         deadlines: of the node.
         idle: of a loop at this rate in which every tick takes the node's median time and does nothing:
-            what it misses is the machine's doing.
+            deadlines that it misses are due to the machine.
         decide_ms: time of `decide`.
         step_ms: time of `decide`, `advance` and `prepare`.
         overhead_ms: work of a tick outside the control step.
@@ -124,7 +124,7 @@ def bench_node(
     robot: str,
     settings: NodeBenchSettings,
     stop: StopFlag,
-    say: Callable[[str], None],
+    notify: Callable[[str], None],
 ) -> NodeBench | None:
     """Serve a robot in a process of its own, stream targets to it, and look at its ticks.
 
@@ -133,7 +133,7 @@ def bench_node(
         robot: name or file, for the processes.
         settings: how.
         stop: raised to end early.
-        say: called with a sentence before each part of the work.
+        notify: called with a sentence before each part of the work.
 
     Returns:
         The numbers; None when stopped before there were any.
@@ -142,8 +142,8 @@ def bench_node(
         DemoError: a process failed, or no target was followed.
     """
     rate = setup.robot.integration.rate
-    say(f"{rate:g} Hz: starting the node, kernels are compiled the first time")
-    ticks = _served(setup.robot.name, rate, robot, settings, stop, say)
+    notify(f"{rate:g} Hz: starting the node, kernels are compiled the first time")
+    ticks = _served(setup.robot.name, rate, robot, settings, stop, notify)
     first = next((i for i, tick in enumerate(ticks) if tick.mode is Mode.RUN), len(ticks))
     ticks = ticks[first + int(_SETTLE * rate) :]
     if not any(tick.status for tick in ticks) or len(ticks) < 2:
@@ -153,7 +153,7 @@ def bench_node(
             f"{robot}: no target was followed after the first {_SETTLE:g} s, of {settings.seconds:g} s at "
             f"{settings.target_rate:g} targets a second"
         )
-    say(f"{rate:g} Hz: the machine alone")
+    notify(f"{rate:g} Hz: the machine alone")
     return _numbers(setup, settings, ticks, stop)
 
 
@@ -228,7 +228,7 @@ def _served(
     robot: str,
     settings: NodeBenchSettings,
     stop: StopFlag,
-    say: Callable[[str], None],
+    notify: Callable[[str], None],
 ) -> list[Tick]:
     """The ticks of a node that follows targets."""
     port = free_ports()
@@ -244,7 +244,7 @@ def _served(
         capacity = int(2 * rate * (settings.seconds + _SETTLE)) + 1
         source = session.declare_subscriber(keys.tick, zenoh.handlers.RingChannel(capacity))
         _await(lambda: is_alive(session, keys.token), (node,), _START, stop)
-        say(f"{rate:g} Hz: following targets for {settings.seconds:g} s")
+        notify(f"{rate:g} Hz: following targets for {settings.seconds:g} s")
         sending = ["reach", "--robot", robot, "--rate", repr(settings.target_rate)]
         sending += ["--duration", repr(settings.seconds), *common]
         sender = stack.enter_context(child("stream", sending, folder))

@@ -36,7 +36,7 @@ STATE_SETTINGS = (
 
 @dataclass(frozen=True, slots=True)
 class PathAccuracy:
-    """Reduced against full model along a path of equilibria, contact as a controller sees it.
+    """Reduced against full model along a path of equilibria, with contact as in a controller.
 
     Attributes:
         equilibria: number of them that both found.

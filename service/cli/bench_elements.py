@@ -1,4 +1,4 @@
-"""`tauten bench elements`: what elements and materials cost and how far they err."""
+"""`tauten bench elements`: times and errors of elements and materials."""
 
 from __future__ import annotations
 

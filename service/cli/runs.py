@@ -80,7 +80,7 @@ def replay(
         typer.Option(
             "--recorded-paths",
             help="Open the robot file and the basis at the paths that the log names, not only files "
-            "beside the log. For logs that you trust.",
+            "beside the log. For logs of your own.",
         ),
     ] = False,
     problem: Annotated[

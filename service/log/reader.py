@@ -36,7 +36,7 @@ _DAMAGE = (
 
 
 class LogError(ValueError):
-    """A log that cannot be used; the text says which and why."""
+    """A log that cannot be used; the message names it and the reason."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -39,6 +39,7 @@ from tauten.service.wire import (
     Rejection,
     RejectionReason,
     payload_format,
+    payload_of,
     reach_of,
 )
 
@@ -189,9 +190,11 @@ class NodeInputs:
             sample = self._plant.try_recv()
             if sample is None:
                 return
-            key, payload = str(sample.key_expr), bytes(sample.payload)
+            key, payload = str(sample.key_expr), payload_of(sample)
             kind = self._plant_kinds.get(key)
-            if kind is not None and payload_format(payload, str(sample.encoding), kind) == CDR:
+            if kind is None or isinstance(payload, Rejection):
+                continue
+            if payload_format(payload, str(sample.encoding), kind) == CDR:
                 self._write(key, kind, payload, False, 0, tick)
 
     def diagnostics(self) -> list[Diagnostic]:

@@ -1,4 +1,4 @@
-"""The last clamp: nothing outside the robot's limits leaves the node, whatever was decided."""
+"""Clamps tension, pulled length and rate of every decision to the robot's limits before it is published."""
 
 from __future__ import annotations
 

@@ -110,7 +110,7 @@ class ControlLoop:
 
         Args:
             goal: (p, 3) target positions of the model [m]; None: nothing to follow.
-            seen: what the tick has seen.
+            seen: inputs of the state machine in this tick.
         """
         self._state = transition(self._state, seen, self._settings.late_limit)
         return self.act(goal)

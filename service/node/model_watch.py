@@ -1,7 +1,7 @@
 """A reduced model compared with the full one in a separate process, and replaced by it where they differ.
 
 The loop only sends a state at intervals and reads the result when there is one; the process uses processor
-time that nothing else needs, and ends with the loop. Where the results say that the reduced model has left
+time that nothing else needs, and ends with the loop. Where the results show that the reduced model has left
 the states it was trained with, the full one takes over, at its own rate.
 """
 
@@ -61,7 +61,7 @@ class ModelWatch:
         self._settings = settings
         self._pipe, far = get_context("spawn").Pipe()
         self._process = get_context("spawn").Process(
-            target=compare, args=(far,), daemon=True, name="tauten model watch"
+            target=compare_models, args=(far,), daemon=True, name="tauten model watch"
         )
         self._process.start()
         far.close()
@@ -191,7 +191,7 @@ def make_fall_back(setup: Setup) -> FallBack | None:
     return FallBack(ModelWatch(robot, setup.contact, settings), robot, full)
 
 
-def compare(pipe: Connection) -> None:
+def compare_models(pipe: Connection) -> None:
     """The separate process: tip errors of the states that arrive, until the pipe is closed."""
     with one_blas_thread(), suppress(EOFError, OSError, KeyboardInterrupt):
         models = pipe.recv()  # the sender waits

@@ -136,7 +136,7 @@ class Node:
         published = time.perf_counter()
         loop.prepare()
         step = self._decide_seconds + time.perf_counter() - published
-        if not action.decided:  # whatever there was to follow
+        if not action.decided:  # a target that was not followed is not recorded
             goal = None
         tick = self._tick(beat, action, goal, stamp, step, _latency(goal, fresh, stamp))
         self._statistics.add(tick, action)

@@ -10,7 +10,7 @@
 The first three concern one measurement; the next one may be plausible again. Progress is the part of the
 model's displacement Δx_e that the measurement has made too, ⟨Δx_m, Δx_e⟩ / ⟨Δx_e, Δx_e⟩, over all effectors
 together, computed whenever the model has moved by a part of the robot's size. It is 1 for a robot like its
-model, 0 for a frozen measurement or one turned by 90°, −1 for a mirrored one. A node that holds sees no
+model, 0 for a frozen measurement or one turned by 90°, −1 for a mirrored one. A node that holds measures no
 motion and cannot find out that the fault is gone, so this fault is kept until `reset`.
 """
 
@@ -51,7 +51,7 @@ class MeasurementCheck:
         self.reset()
 
     def reset(self) -> None:
-        """Forget all measurements and the fault."""
+        """Remove all measurements and the fault."""
         self.fault = ""
         self._difference: Array | None = None  # (p, 3) of the last plausible measurement and model
         self._start: tuple[Array, Array] | None = None  # model and measurement where motion began

@@ -49,7 +49,7 @@ class ServeSettings:
         record: MCAP file to record to; None: none.
         closed_loop: whether measurements correct the targets.
         wait: whether the node is idle until an operator enables it.
-        rate_asked: whether the rate was given on the command line: then one that the computer cannot hold
+        rate_requested: whether the rate was given on the command line: then one that the computer cannot hold
             is an error; for the robot file's rate it is a warning.
         realtime: priority and processors of the loop.
         event: whether a tick waits for its target, see `Node.run`.
@@ -58,7 +58,7 @@ class ServeSettings:
     record: Path | None = None
     closed_loop: bool = False
     wait: bool = False
-    rate_asked: bool = False
+    rate_requested: bool = False
     realtime: RealtimeSettings = ORDINARY
     event: bool = False
 
@@ -84,7 +84,7 @@ def serve(setup: Setup, network: Network, settings: ServeSettings, stop: StopFla
         log.info("getting ready; kernels are compiled the first time, which takes a minute or two")
         with stop.interruptible():
             controller = warm_controller(setup)
-            check_rate(rate, step_seconds(controller), settings.rate_asked)
+            check_rate(rate, step_seconds(controller), settings.rate_requested)
             loop = ControlLoop(controller, enabled=not settings.wait, settings=setup.service)
             typestore()
         session = open_session(network, Role.NODE, setup.robot.name)
@@ -136,7 +136,7 @@ def claimed(session: zenoh.Session, keys: Keys) -> Iterator[None]:
 
 @contextmanager
 def alive(session: zenoh.Session, keys: Keys) -> Iterator[None]:
-    """Declare the liveliness token that says that the robot is served."""
+    """Declare the liveliness token of a robot that is served."""
     token = session.liveliness().declare_token(keys.token)
     try:
         yield

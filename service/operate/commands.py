@@ -92,7 +92,7 @@ def send_command(robot: str, network: Network, command: OperatorCommand) -> Tick
             keys.command,
             encode_command(command),
             encoding=f"{CDR};{TEXT}",
-            # ahead of whatever else the session sends, and never dropped
+            # ahead of all other messages of the session, and never dropped
             congestion_control=zenoh.CongestionControl.BLOCK,
             priority=zenoh.Priority.REAL_TIME,
             express=True,

@@ -31,6 +31,7 @@ from tauten.service.wire import (
     NetworkError,
     Rejection,
     payload_format,
+    payload_of,
 )
 
 log = logging.getLogger(__name__)
@@ -39,7 +40,7 @@ _RING = 4096
 _PAUSE = 0.02  # s
 
 
-def kinds_of(keys: Keys, effectors: tuple[str, ...]) -> dict[str, str]:
+def message_kinds(keys: Keys, effectors: tuple[str, ...]) -> dict[str, str]:
     """Message type of each key of a robot."""
     groups = (keys.targets, keys.measurements, keys.effectors, keys.plant_effectors)
     points = [key for group in groups for key in group(effectors)]
@@ -72,7 +73,7 @@ def record_robot(robot: str, path: Path, network: Network, stop: StopFlag) -> in
     with node_of(robot, network) as session:
         source = session.declare_subscriber(keys.all, zenoh.handlers.RingChannel(_RING))
         facts = _description(session, keys)
-        kinds = kinds_of(keys, tuple(item["name"] for item in facts["effectors"]))
+        kinds = message_kinds(keys, tuple(item["name"] for item in facts["effectors"]))
         recorder = LogRecorder(path, _metadata(facts))
         log.info("recording %s to %s", robot, path)
         try:
@@ -95,10 +96,12 @@ def _drain(
         sample = source.try_recv()
         if sample is None:
             break
-        key, payload = str(sample.key_expr), bytes(sample.payload)
+        key, payload = str(sample.key_expr), payload_of(sample)
         kind = kinds.get(key)
-        form = None if kind is None else payload_format(payload, str(sample.encoding), kind)
-        if kind is None or form is None or isinstance(form, Rejection):
+        if kind is None or isinstance(payload, Rejection):
+            continue
+        form = payload_format(payload, str(sample.encoding), kind)
+        if isinstance(form, Rejection):
             continue
         seen = time.time_ns()
         recorder.write(Entry(key, kind, payload, form != CDR, seen, seen, 0))

@@ -15,7 +15,7 @@ from tauten.service.plant.paths import PathSettings, TargetPath, make_path
 from tauten.service.plant.plant import Drive
 from tauten.service.plant.processes import STOP_TIME, Child, DemoError, child, free_ports
 from tauten.service.process import StopFlag
-from tauten.service.replay import Report, Run, make_report, read_run
+from tauten.service.replay import RecordedRun, RunReport, make_report, read_run
 from tauten.service.setup import Order, load_setup
 from tauten.service.wire import Keys, Network, Role, is_alive, open_session
 
@@ -26,7 +26,7 @@ _START = 300.0  # s; kernels are compiled when a robot runs for the first time
 
 @dataclass(frozen=True, slots=True)
 class DemoSettings:
-    """What the demo does.
+    """Settings of the demo.
 
     Attributes:
         robot: name or file.
@@ -59,18 +59,18 @@ class DemoSettings:
 class DemoResult:
     """What the demo did: its run, the numbers of it, names of the cables."""
 
-    run: Run
-    report: Report
+    run: RecordedRun
+    report: RunReport
     cables: tuple[str, ...]
 
 
-def run_demo(settings: DemoSettings, stop: StopFlag, say: Callable[[str], None]) -> DemoResult:
+def run_demo(settings: DemoSettings, stop: StopFlag, notify: Callable[[str], None]) -> DemoResult:
     """Run the demo; leaves targets, log and report in a folder.
 
     Args:
         settings: what to do.
         stop: raised to end early; what has been recorded is still reported.
-        say: called with a sentence before each part of the work.
+        notify: called with a sentence before each part of the work.
 
     Raises:
         DemoError: a process failed.
@@ -83,10 +83,10 @@ def run_demo(settings: DemoSettings, stop: StopFlag, say: Callable[[str], None])
     port = free_ports()
     common = ["--port", str(port)]
     targets, log = folder / TARGETS, folder / LOG
-    say("finding targets that can be reached, kernels are compiled the first time")
+    notify("finding targets that can be reached, kernels are compiled the first time")
     path_settings = PathSettings(period=settings.period, fraction=settings.fraction)
     save_path(make_path(settings.path, robot, path_settings), targets)
-    say("starting node, plant and stream")
+    notify("starting node, plant and stream")
     with contextlib.ExitStack() as stack:
         serving = [settings.robot, "--record", str(log), *common]
         if settings.basis is not None:
@@ -104,12 +104,12 @@ def run_demo(settings: DemoSettings, stop: StopFlag, say: Callable[[str], None])
         plant = stack.enter_context(child("plant", [settings.robot, *behaving, *common], folder))
         sender = stack.enter_context(child("stream", sending, folder))
         _wait_alive(Keys(robot.name), Network(port), (node, plant, sender), stop)
-        say(f"following targets for {settings.seconds:g} s")
+        notify(f"following targets for {settings.seconds:g} s")
         _wait_end(sender, (node, plant), stop)
-        say("releasing the cables")
+        notify("releasing the cables")
         _end(node)
         _end(plant)
-    say("reading the log")
+    notify("reading the log")
     return _result(folder, robot.cable_names)
 
 

@@ -49,7 +49,7 @@ class PathSettings:
 
 
 class PathError(ValueError):
-    """A path that cannot be used; the text says which, what was found and what is allowed."""
+    """A path that cannot be used; the message names it, the value found and the values allowed."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -38,6 +38,7 @@ from tauten.service.wire import (
     encode_joints,
     encode_point,
     open_session,
+    payload_of,
     typestore,
 )
 
@@ -114,8 +115,11 @@ class Plant:
         sample = self._source.try_recv()
         if sample is None:
             return
-        names = self._robot.cable_names
-        joints = decode_joints(bytes(sample.payload), str(sample.encoding), names)
+        payload, names = payload_of(sample), self._robot.cable_names
+        if isinstance(payload, Rejection):
+            self._counts.refuse(payload)
+            return
+        joints = decode_joints(payload, str(sample.encoding), names)
         if isinstance(joints, Rejection):
             self._counts.refuse(joints)
             return

@@ -20,7 +20,7 @@ _PORTS = range(28_000, 32_000, 2)
 
 
 class DemoError(RuntimeError):
-    """A process that failed; the text says which one, and which file has its output."""
+    """A process that failed; the message names it and the file with its output."""
 
 
 @dataclass(slots=True)

@@ -11,7 +11,7 @@ from tauten.service.bench import ContactBasisBench
 from tauten.service.tables import by_method, pairs_of
 
 _COLOURS = ("#0072b2", "#d55e00", "#e69f00", "#009e73", "#cc79a7", "#666666")
-_MEAN, _MAX = 3e-3, 1e-2  # of the robot's size: what enriched contact is held to
+_MEAN, _MAX = 3e-3, 1e-2  # of the robot's size: errors allowed with enrichment
 
 
 def draw_contact_basis(result: ContactBasisBench, path: Path) -> None:

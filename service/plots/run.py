@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from tauten.model.numerics import Array
-from tauten.service.replay import Run, distance_to_goal
+from tauten.service.replay import RecordedRun, distance_to_goal
 
 _TARGET, _MODEL, _PLANT, _LIMIT = "#222222", "#0072b2", "#d55e00", "#999999"
 CABLE_COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
@@ -17,7 +17,7 @@ _MM = 1e3
 _LEAD = 0.5  # s shown before the first goal
 
 
-def draw_run(run: Run, cables: tuple[str, ...], path: Path) -> None:
+def draw_run(run: RecordedRun, cables: tuple[str, ...], path: Path) -> None:
     """Draw a run.
 
     Args:
@@ -43,7 +43,7 @@ def draw_run(run: Run, cables: tuple[str, ...], path: Path) -> None:
     figure.savefig(path, dpi=150)
 
 
-def draw_paths(run: Run, axes: Axes) -> None:
+def draw_paths(run: RecordedRun, axes: Axes) -> None:
     """Target, model and plant tips in the plane in which they move most."""
     following = run.following
     goal = run.goal[following]
@@ -73,7 +73,7 @@ def widest_plane(points: Array) -> tuple[int, int]:
     return first, second
 
 
-def draw_pull(run: Run, cables: tuple[str, ...], axes: Axes) -> None:
+def draw_pull(run: RecordedRun, cables: tuple[str, ...], axes: Axes) -> None:
     """Draw the commanded pulled lengths.
 
     Args:
@@ -88,7 +88,7 @@ def draw_pull(run: Run, cables: tuple[str, ...], axes: Axes) -> None:
     axes.legend(loc="upper right", ncols=4, fontsize="small")
 
 
-def draw_tension(run: Run, cables: tuple[str, ...], axes: Axes) -> None:
+def draw_tension(run: RecordedRun, cables: tuple[str, ...], axes: Axes) -> None:
     """Draw the commanded tensions.
 
     Args:
@@ -102,7 +102,7 @@ def draw_tension(run: Run, cables: tuple[str, ...], axes: Axes) -> None:
     axes.set_ylabel("tension [N]")
 
 
-def draw_error(run: Run, axes: Axes) -> None:
+def draw_error(run: RecordedRun, axes: Axes) -> None:
     """Distance of model and plant from the goal."""
     for series, name, color in ((run.plant, "plant", _PLANT), (run.model, "model", _MODEL)):
         if len(series.time):
@@ -112,7 +112,7 @@ def draw_error(run: Run, axes: Axes) -> None:
     axes.legend(loc="upper right", ncols=2, fontsize="small")
 
 
-def draw_step_time(run: Run, axes: Axes) -> None:
+def draw_step_time(run: RecordedRun, axes: Axes) -> None:
     """Time of a control step and of the decision in it, below the deadline."""
     decided = [(t, tick) for t, tick in zip(run.time, run.ticks, strict=True) if tick.status]
     times = [t for t, _ in decided]

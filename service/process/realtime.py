@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 
 class RealtimeError(RuntimeError):
-    """Priority or processors that the system does not permit; the text says how to get them."""
+    """Priority or processors that the system does not permit; the message names the way to get them."""
 
 
 @dataclass(frozen=True, slots=True)

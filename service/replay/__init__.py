@@ -3,7 +3,7 @@
 from tauten.service.replay.replay_report import TICKS, VERDICT, write_report
 from tauten.service.replay.replaying import Replay, replay, write_problem
 from tauten.service.replay.report import (
-    Report,
+    RunReport,
     Spread,
     distance_to_goal,
     make_report,
@@ -11,12 +11,12 @@ from tauten.service.replay.report import (
     spread,
     table_rows,
 )
-from tauten.service.replay.run import Run, read_run
+from tauten.service.replay.run import RecordedRun, read_run
 
 __all__ = [
     "Replay",
-    "Report",
-    "Run",
+    "RunReport",
+    "RecordedRun",
     "Spread",
     "TICKS",
     "VERDICT",

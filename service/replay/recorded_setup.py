@@ -1,7 +1,7 @@
-"""What a log says about the robot of its run, checked before anything is opened or computed.
+"""The robot of a run from the metadata of its log, checked before anything is opened or computed.
 
-A log may come from somebody else. The paths in it are names that its writer chose: they are opened only
-where they lie beside the log, unless the caller trusts the log.
+A log may come from another person. The paths in it are names that its writer chose: they are opened only
+where they lie beside the log, unless the caller allows it.
 """
 
 from __future__ import annotations
@@ -38,21 +38,21 @@ class RecordedSetup:
     basis: str
     order: Order
 
-    def robot_file(self, trusted: bool) -> str:
+    def robot_file(self, allowed: bool) -> str:
         """The robot to load: a file beside the log, the recorded path, or the name of a shipped robot.
 
         Args:
-            trusted: whether files elsewhere may be opened because the log names them.
+            allowed: whether files that are not beside the log may be opened.
 
         Raises:
-            LogError: the recorded file lies elsewhere, and the log is not trusted.
+            LogError: the recorded file lies elsewhere, and recorded paths are not allowed.
         """
         if self.file:
             beside = self.log.parent / Path(self.file).name
             if beside.suffix == ".toml" and beside.is_file():
                 return str(beside)
             if Path(self.file).is_file() and not _is_shipped(self.file, self.robot):
-                if trusted:
+                if allowed:
                     return self.file
                 raise LogError(
                     f"{self.log}: recorded with {self.file}, which is not beside the log: allow "
@@ -60,21 +60,21 @@ class RecordedSetup:
                 )
         return self.robot
 
-    def contact_basis(self, trusted: bool) -> str:
+    def contact_basis(self, allowed: bool) -> str:
         """The contact basis to load: a file beside the log, the recorded path, or a shipped name.
 
         Args:
-            trusted: whether files elsewhere may be opened because the log names them.
+            allowed: whether files that are not beside the log may be opened.
 
         Raises:
-            LogError: the recorded file lies elsewhere, and the log is not trusted.
+            LogError: the recorded file lies elsewhere, and recorded paths are not allowed.
         """
         if _NAME.fullmatch(self.basis):
             return self.basis
         beside = self.log.parent / Path(self.basis).name
         if beside.is_file():
             return str(beside.resolve())
-        if trusted:
+        if allowed:
             return self.basis
         raise LogError(
             f"{self.log}: recorded with the basis {self.basis}, which is not beside the log: "
@@ -90,7 +90,7 @@ def recorded_setup(log: Path, metadata: dict[str, str]) -> RecordedSetup:
         metadata: as the log has them.
 
     Raises:
-        LogError: an entry is missing or not allowed; says which, what was found and what is allowed.
+        LogError: a missing or wrong entry; the message names it, the value found and the values allowed.
     """
 
     def entry(name: str) -> str:
@@ -125,5 +125,5 @@ def _rate(log: Path, text: str) -> float:
 
 
 def _is_shipped(file: str, robot: str) -> bool:
-    """Whether a path is that of the shipped robot of this name, in whatever installation."""
+    """Whether a path is that of the shipped robot of this name, in any installation."""
     return Path(file).parts[-3:] == ("model", "robots", f"{robot}.toml")

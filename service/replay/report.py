@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from tauten.model.numerics import Array
 from tauten.service.process import HostInfo, host_info, write_text
-from tauten.service.replay.run import Run, Series
+from tauten.service.replay.run import RecordedRun, Series
 from tauten.service.wire import Tick
 
 
@@ -35,7 +35,7 @@ class TrackingError:
 
 
 @dataclass(frozen=True, slots=True)
-class Report:
+class RunReport:
     """Numbers of a run, from the first to the last tick that followed a goal.
 
     Attributes:
@@ -103,13 +103,13 @@ class Report:
         write_text(path, json.dumps(asdict(self), indent=2) + "\n")
 
 
-def make_report(run: Run) -> Report:
+def make_report(run: RecordedRun) -> RunReport:
     """Numbers of a run."""
     ticks, time = run.ticks[run.active], run.time[run.active]
     decided = [tick for tick in ticks if tick.status]
     duration = float(time[-1] - time[0])
     gap = finite(run.plant_gap.value)
-    return Report(
+    return RunReport(
         robot=run.robot,
         duration_s=duration,
         ticks=len(ticks),
@@ -182,14 +182,14 @@ def finite(values: ArrayLike) -> Array:
     return found
 
 
-def distance_to_goal(run: Run, series: Series) -> Array:
+def distance_to_goal(run: RecordedRun, series: Series) -> Array:
     """Distance of each point of a series from the goal at that time, NaN without a goal: (m,) [m]."""
     goal = np.where(run.following[:, None], run.goal, np.nan)
     distance: Array = np.linalg.norm(series.value - held(run.time, goal, series.time), axis=1)
     return distance
 
 
-def model_against_plant(run: Run) -> Array:
+def model_against_plant(run: RecordedRun) -> Array:
     """Distance of the plant's effector from the model's while following: (m,) [m]."""
     model = held(run.model.time, run.model.value, run.plant.time)
     distance = np.linalg.norm(run.plant.value - model, axis=1)
@@ -214,7 +214,7 @@ def held(times: Array, values: Array, at: Array) -> Array:
     return np.where((index >= 0)[:, None], values[np.maximum(index, 0)], np.nan)
 
 
-def table_rows(report: Report) -> list[tuple[str, str]]:
+def table_rows(report: RunReport) -> list[tuple[str, str]]:
     """Names and values with units, for a terminal."""
 
     def ms(value: Spread) -> str:
@@ -243,7 +243,7 @@ def table_rows(report: Report) -> list[tuple[str, str]]:
     ]
 
 
-def _targets(report: Report) -> str:
+def _targets(report: RunReport) -> str:
     counts = report.health.get("targets", {})
     return f"{counts.get('accepted', '-')} / {counts.get('refused', '-')}"
 

@@ -37,7 +37,7 @@ class Series:
 
 
 @dataclass(frozen=True, slots=True)
-class Run:
+class RecordedRun:
     """A run.
 
     Attributes:
@@ -82,7 +82,7 @@ class Run:
         return slice(int(found[0]), int(found[-1]) + 1) if len(found) else slice(None)
 
 
-def read_run(path: Path) -> Run:
+def read_run(path: Path) -> RecordedRun:
     """Read a log.
 
     Raises:
@@ -105,7 +105,7 @@ def read_run(path: Path) -> Run:
         raise LogError(f"{path}: no actuation in it, or actuations of different numbers of cables")
     gaps = by_key.get(keys.plant_gap, [])
     health = [decode_health(message.payload) for message in by_key.get(keys.health, [])]
-    return Run(
+    return RecordedRun(
         robot=recorded.robot,
         rate=recorded.rate,
         metadata=reader.metadata,

@@ -77,7 +77,7 @@ def error_row(error: PostureError, kind: str) -> tuple[str, ...]:
 
 
 def sentences(result: ArmBench) -> tuple[str, str]:
-    """What is no table: about Gauss-Seidel, and what contact does."""
+    """Sentences about Gauss-Seidel and about the effect of contact."""
     c = result.contact
     return (
         f"Gauss-Seidel took {max(row.sweeps for row in result.speed):,} sweeps at most, in the median "

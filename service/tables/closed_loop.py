@@ -11,7 +11,7 @@ CLOSED_LOOP_BEGIN, CLOSED_LOOP_END = "<!-- tauten bench closed-loop -->", "<!-- 
 
 
 def closed_loop_tables(result: ClosedLoopBench) -> tuple[Numbers, Numbers]:
-    """Errors in open and closed loop, and what the controllers cost."""
+    """Errors in open and closed loop, and the controllers' tensions and times."""
     pairs: dict[tuple[str, str], list[Outcome]] = {}
     for one in result.outcomes:
         plant = "" if one.young_scale == 1.0 else f" E x {one.young_scale:g}"

@@ -57,7 +57,7 @@ def setting(result: ContactBasisBench) -> str:
 
 
 def certificate(result: ContactBasisBench) -> str:
-    """What checking all gaps costs."""
+    """Times of checking all gaps."""
     cost = result.certificate
     if not cost.certificate_ms.p50 or not cost.step_ms.p50:
         return "Certificate: no control step without violation."

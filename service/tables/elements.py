@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from tauten.service.bench.elements import ElementBench, Equilibrium, MeshCase
+from tauten.service.bench.elements import ElementBench, ElementCase, ElementEquilibrium
 from tauten.service.tables.numbers import Numbers, measured_on, put_tables
 
 ELEMENTS_BEGIN, ELEMENTS_END = "<!-- tauten bench elements -->", "<!-- end -->"
@@ -20,14 +20,14 @@ def element_tables(result: ElementBench) -> tuple[Numbers, ...]:
     for reference in result.references:
         cases = [case for case in result.cases if case.law == reference.law]
         for index, state in enumerate(reference.equilibria):
-            rows = [row(case, case.equilibria[index]) for case in cases]
-            rows.append(row(reference, state))
+            rows = [element_row(case, case.equilibria[index]) for case in cases]
+            rows.append(element_row(reference, state))
             title = f"{result.robot}, {reference.law}, {100.0 * state.pull:g} % of the largest pull"
             tables.append(Numbers(title, COLUMNS, tuple(rows)))
     return tuple(tables)
 
 
-def row(case: MeshCase, state: Equilibrium) -> tuple[str, ...]:
+def element_row(case: ElementCase, state: ElementEquilibrium) -> tuple[str, ...]:
     """One mesh: medians of its times, and its errors."""
     found = ", ".join(f"{tension:.4f}" for tension in state.tension)
     errors = (

@@ -14,7 +14,7 @@ from tauten.service.replay import Spread
 
 
 class PageError(ValueError):
-    """A page that tables cannot be put into; the text says what is missing."""
+    """A page that tables cannot be put into; the message names what is missing."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -52,6 +52,7 @@ from tauten.service.wire.position_subscriber import (
     PositionSubscriber,
     Received,
     Source,
+    payload_of,
     reach_of,
 )
 from tauten.service.wire.publisher import Publisher
@@ -109,6 +110,7 @@ __all__ = [
     "nanoseconds",
     "open_session",
     "payload_format",
+    "payload_of",
     "point_json",
     "reach_of",
     "read_config",

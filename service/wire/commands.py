@@ -41,7 +41,7 @@ class CommandSubscriber:
     """Collects commands.
 
     Attributes:
-        counts: messages by what became of them; accepted ones are counted once they have been carried out.
+        counts: messages, accepted and refused by reason; a command is accepted when it has been carried out.
     """
 
     def __init__(self, source: Source) -> None:

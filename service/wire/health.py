@@ -85,7 +85,7 @@ class Diagnostic:
 
 @dataclass(slots=True)
 class MessageCounts:
-    """Counts of messages that arrived on a key, by what became of them."""
+    """Counts of messages that arrived on a key: accepted, and refused by reason."""
 
     accepted: int = 0
     refused: Counter[str] = field(default_factory=Counter)

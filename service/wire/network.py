@@ -20,6 +20,10 @@ _HOST = "127.0.0.1"
 _FIRST_PORT = 17_447
 _MAX_MESSAGE = 2**20  # bytes; the description of a robot is the largest
 _PORTS = 10_000  # two for each robot
+# Time for which a message that must not be lost, an answer for instance, waits for a peer that does not read;
+# then its connection is closed. The control loop waits as long.
+_LONGEST_WAIT = 20_000  # µs
+_BLOCK = "transport/link/tx/queue/congestion_control/block/wait_before_close"
 
 
 class NetworkError(RuntimeError):
@@ -55,7 +59,8 @@ def default_port(robot: str) -> int:
 def open_session(network: Network, role: Role, robot: str) -> zenoh.Session:
     """Open the session of one process of a robot.
 
-    The node's session writes the time of arrival into every sample that has none (`timestamping` of Zenoh).
+    The node's session writes the time of arrival into every sample that has none (`timestamping` of Zenoh),
+    and closes the connection of a peer that does not read for 20 ms while an answer waits for it.
 
     Args:
         network: ports or configuration.
@@ -70,6 +75,7 @@ def open_session(network: Network, role: Role, robot: str) -> zenoh.Session:
     config = loopback_config(first, role) if network.config is None else read_config(network.config)
     if role is Role.NODE:
         config.insert_json5("timestamping/enabled", "true")
+        config.insert_json5(_BLOCK, str(_LONGEST_WAIT))
     try:
         return zenoh.open(config)
     except zenoh.ZError as error:

@@ -1,4 +1,4 @@
-"""Positions as they arrive, targets or measurements: decoded, checked, counted; the latest is used.
+"""Subscriber to positions, targets or measurements: decodes, checks and counts them; the latest is used.
 
 Zenoh keeps the last samples of a key in a ring outside the interpreter, and writes down when each one
 arrived; the loop reads the ring at its tick. So a flood of positions costs the loop a bounded time, no other
@@ -27,7 +27,7 @@ from tauten.service.wire.messages import (
 
 # Samples of a key that are read ahead of a tick, and again when it is due; older ones are dropped unread.
 POSITION_RING = 64
-# Two clocks whose difference is larger do not agree: then a time of the other clock says nothing about age.
+# Two clocks whose difference is larger do not agree: then a time of the other clock is not used for the age.
 CLOCKS_AGREE = 600.0  # s
 _NANO = 1e-9
 
@@ -95,7 +95,7 @@ class PositionSubscriber:
     """Collects positions of a robot's effectors.
 
     Attributes:
-        counts: messages by what became of them.
+        counts: messages, accepted and refused by reason.
         stamp: time in the header of the position accepted last [ns since the epoch].
         fresh: whether a position has been accepted since `take_fresh`.
     """

@@ -38,7 +38,7 @@ class Publisher:
 
     @property
     def has_subscribers(self) -> bool:
-        """Whether there is a subscriber to the key, as far as this session knows."""
+        """Whether there is a subscriber to the key, as this session has found by discovery."""
         status = self._publisher.matching_status
         return bool(getattr(status, "matching", status))  # zenoh's type hints take it for a bool
 

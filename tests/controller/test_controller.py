@@ -118,7 +118,7 @@ def test_a_target_out_of_reach_is_approached_and_then_held(beam: Robot) -> None:
     ],
     ids=str,
 )
-def test_a_target_that_is_none_holds_and_says_so(beam: Robot, target: object) -> None:
+def test_an_invalid_target_holds_with_a_status(beam: Robot, target: object) -> None:
     controller = Controller(beam)
     goal = controller.effector[0] + DOWN
     follow(controller, goal, 10)
@@ -205,7 +205,7 @@ def test_a_rehearsal_leaves_nothing_behind(beam: Robot) -> None:
         np.testing.assert_array_equal(controller.effector, other.effector)
 
 
-def test_a_reset_forgets(beam: Robot) -> None:
+def test_a_reset_restores_the_start(beam: Robot) -> None:
     controller = Controller(beam)
     target = controller.effector[0] + DOWN
     first = [controller.step(target).tension for _ in range(10)]

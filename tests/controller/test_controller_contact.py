@@ -1,4 +1,4 @@
-"""The controller on the finger, whose notches close: what the certificate says is what happens."""
+"""The controller on the finger, whose notches close: the certificate predicts the gaps of the next step."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def bend(controller: Controller, target: Array, steps: int) -> list[float]:
     return gaps
 
 
-def test_nobody_who_ignores_contact_notices_it(finger: Robot, bent: Array) -> None:
+def test_a_controller_without_contact_predicts_no_gap(finger: Robot, bent: Array) -> None:
     blind = Controller(finger, "none")
     gaps = bend(blind, bent, 60)
     assert np.all(np.isinf(gaps))

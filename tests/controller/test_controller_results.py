@@ -1,4 +1,4 @@
-"""What a controller returns is the caller's; a step has one decision; a hold says what is wrong with it."""
+"""Results of a controller are copies; a step has one decision; a hold has residuals and a status."""
 
 from __future__ import annotations
 

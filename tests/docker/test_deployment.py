@@ -30,7 +30,7 @@ def compose() -> dict[str, Any]:
 
 def test_compose_fits_its_schema(compose: dict[str, Any]) -> None:
     schema = json.loads(SCHEMA.read_text())
-    # keys that the schema of that release does not know yet
+    # keys that the schema of that release does not have yet
     known = {key: value for key, value in compose.items() if key != "name"}
     errors = [error.message for error in Draft201909Validator(schema).iter_errors(known)]
     assert errors == []

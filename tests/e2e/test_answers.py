@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 import zenoh
-from support.faults import client_config, start_router
+from support.faults import Proxy, Wire, client_config, start_router
 from support.nodes import follow, wait_mode
 from support.processes import Process, Served, Start, wait_alive
 
@@ -35,7 +35,7 @@ from tauten.service.wire import (
 
 KEYS = Keys("beam")
 QUESTIONS = 200
-PATIENCE = 20.0  # s; only a test that fails waits that long
+PATIENCE = 20.0  # s; a test that waits for something fails after it
 FLOOD = """\
 import sys, time, zenoh
 session = zenoh.open(zenoh.Config.from_file(sys.argv[1]))
@@ -53,7 +53,7 @@ while True:
 
 @pytest.fixture
 def sessions() -> Iterator[tuple[zenoh.Session, zenoh.Session]]:
-    """A node's session and somebody else's."""
+    """A node's session and another one."""
     port = free_ports()
     found = [open_session(Network(port), role, "beam") for role in (Role.NODE, Role.OTHER)]
     yield found[0], found[1]
@@ -81,7 +81,7 @@ def test_questions_that_wait_do_not_keep_commands_out(
     ring = zenoh.handlers.RingChannel(16)
     commands = CommandSubscriber(inside.declare_subscriber(KEYS.command, ring))
     assert command_arrives(outside, commands)
-    asked = [
+    requests = [
         outside.get(key, timeout=60.0)
         for _ in range(QUESTIONS)
         for key in (KEYS.metrics, KEYS.description)
@@ -102,10 +102,83 @@ def test_questions_that_wait_do_not_keep_commands_out(
     assert len(made) < QUESTIONS / 10  # those the ring has kept
     end, replies = time.monotonic() + PATIENCE, []
     while len(replies) < 2 * len(made) and time.monotonic() < end:
-        replies += [reply for one in asked if (reply := received(one)) is not None]
+        replies += [reply for one in requests if (reply := received(one)) is not None]
         time.sleep(0.01)
     texts = [bytes(reply.ok.payload) for reply in replies if reply.ok is not None]
     assert sorted(texts) == [b"text"] * len(made) + [b"{}"] * len(made)
+
+
+@pytest.mark.realtime
+def test_a_peer_that_asks_and_does_not_read_delays_no_tick(tmp_path: Path) -> None:
+    port, between = free_ports(), free_ports()
+    inside = open_session(Network(port), Role.NODE, "beam")
+    proxy = Proxy(between, port)
+    outside = zenoh.open(read_config(client_config(tmp_path / "client.json5", between)))
+    try:
+        answers, made, longest = QuestionAnswers(inside, "beam", b"{}"), [], 0.0
+
+        def metrics() -> bytes:
+            made.append(bytes(200_000))
+            return made[-1]
+
+        end = time.monotonic() + PATIENCE
+        while time.monotonic() < end and len(made) < 100:
+            outside.get(KEYS.metrics, handler=zenoh.handlers.RingChannel(1), timeout=1.0)
+            time.sleep(0.01)
+            begin = time.monotonic()
+            answers.answer_one(metrics)
+            longest = max(longest, time.monotonic() - begin)
+            if len(made) == 10:
+                proxy.state = Wire.DEAF
+        assert len(made) > 10  # questions have arrived from a peer that does not read
+        assert longest < 0.2
+    finally:
+        outside.close()  # type: ignore[no-untyped-call]
+        proxy.close()
+        inside.close()  # type: ignore[no-untyped-call]
+
+
+@pytest.mark.realtime
+def test_behind_a_router_such_a_client_keeps_no_command_out(tmp_path: Path) -> None:
+    port, between = free_ports(), free_ports()
+    router = start_router(tmp_path / "router.txt", port)
+    direct = client_config(tmp_path / "direct.json5", port)
+    inside = open_session(Network(config=direct), Role.NODE, "beam")
+    proxy = Proxy(between, port)
+    viewer = zenoh.open(read_config(client_config(tmp_path / "viewer.json5", between)))
+    operator = zenoh.open(read_config(direct))
+    try:
+        answers, made = QuestionAnswers(inside, "beam", b"{}"), []
+        ring = zenoh.handlers.RingChannel(16)
+        commands = CommandSubscriber(inside.declare_subscriber(KEYS.command, ring))
+        assert command_arrives(operator, commands)
+
+        def metrics() -> bytes:
+            made.append(bytes(200_000))
+            return made[-1]
+
+        longest, sent, end = 0.0, 0.0, time.monotonic() + PATIENCE
+        while time.monotonic() < end:
+            viewer.get(KEYS.metrics, handler=zenoh.handlers.RingChannel(1), timeout=1.0)
+            if not sent:
+                sent = time.monotonic()
+                payload = encode_command(OperatorCommand.STOP)
+                operator.put(KEYS.command, payload, encoding=f"{CDR};{TEXT}")
+            time.sleep(0.01)
+            answers.answer_one(metrics)
+            longest = max(longest, time.monotonic() - sent)
+            if commands.read():
+                sent = 0.0
+            if len(made) == 10:
+                proxy.state = Wire.DEAF
+        assert len(made) > 10
+        assert longest < 0.2
+    finally:
+        for session in (viewer, operator, inside):
+            session.close()  # type: ignore[no-untyped-call]
+        proxy.close()
+        router.process.kill()
+        router.process.wait()
 
 
 def received(replies: object) -> zenoh.Reply | None:

@@ -25,9 +25,9 @@ TICK = Tick(
 )  # fmt: skip
 
 
-def test_missed_and_skipped_are_told_apart() -> None:
+def test_missed_and_skipped_are_counted_separately() -> None:
     ticks = [
-        replace(TICK, slack=-1.0, skipped=9),  # speaks of what came before
+        replace(TICK, slack=-1.0, skipped=9),  # of the ticks before
         TICK,
         replace(TICK, slack=-0.001, skipped=2),
         replace(TICK, slack=-0.0001),
@@ -70,7 +70,7 @@ def test_a_node_that_ends_is_an_error_with_its_last_words(beam_file: Path) -> No
     shutil.rmtree(kept.parent)
 
 
-def test_a_served_robot_is_seen(beam_file: Path, tmp_path: Path) -> None:
+def test_a_served_robot_is_measured(beam_file: Path, tmp_path: Path) -> None:
     page, file = tmp_path / "page.md", tmp_path / "node.json"
     page.write_text(f"before\n{NODE_BEGIN}\nold\n{NODE_END}\nafter\n", encoding="utf-8")
     options = ["--seconds", "2", "--targets", "25", "--json", str(file), "--markdown", str(page)]

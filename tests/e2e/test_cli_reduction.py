@@ -65,7 +65,7 @@ def again(made: Made, *more: object) -> tuple[object, ...]:
     return ("reduce", made.robot, "--out", made.basis, "--snapshots", made.campaign, *STEP, *more)
 
 
-def test_automatic_basis_says_how_it_was_chosen(original: Made) -> None:
+def test_automatic_basis_records_how_it_was_chosen(original: Made) -> None:
     basis = ContactBasis.load(original.basis)
     tip = {point.k: point.tip for point in basis.provenance.curve}
     assert tip[basis.k] <= 2e-4
@@ -108,7 +108,7 @@ def test_slots_are_named_as_ranges() -> None:
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (("--k", "1000"), "k = 1000 modes asked for, but the snapshots have rank"),
+        (("--k", "1000"), "k = 1000 modes requested, but the snapshots have rank"),
         (("--k", "0"), "k is 0: allowed are 1 and more, and auto"),
         (("--k", "many"), "k is 'many': allowed are 1 and more, and auto"),
         (("--method", "svd"), "method 'svd' is unknown: choose one of energy, hals,"),

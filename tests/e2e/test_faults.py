@@ -1,4 +1,4 @@
-"""What must hold when things break: real processes, real Zenoh, judged by what was recorded."""
+"""Faults of processes, disk, clock and messages: real processes and Zenoh, checked by the recorded log."""
 
 from __future__ import annotations
 

@@ -58,9 +58,7 @@ def fetched(url: str) -> str:
             time.sleep(0.05)
 
 
-def test_a_command_reaches_the_node_and_metrics_say_what_it_does(
-    served: Served, beam: Robot
-) -> None:
+def test_a_command_reaches_the_node_and_metrics_show_its_mode(served: Served, beam: Robot) -> None:
     send(served, beam, 0.005, 1.0)
     tick = send_command("beam", Network(served.port), OperatorCommand.HOLD)
     assert (tick.mode, tick.cause) == (Mode.HOLD, Cause.OPERATOR)
@@ -93,7 +91,7 @@ def test_a_command_reaches_the_node_and_metrics_say_what_it_does(
     assert ask_metrics(served.session, "beam") is None
 
 
-def test_a_recorder_beside_the_node_sees_the_run(
+def test_a_recorder_beside_the_node_records_the_run(
     served: Served, beam: Robot, tmp_path: Path
 ) -> None:
     log, stop, counts = tmp_path / "beside.mcap", StopFlag(), []
@@ -118,7 +116,7 @@ def test_a_recorder_beside_the_node_sees_the_run(
     assert counts[0] > 30
 
 
-def test_nobody_to_command_is_a_sentence() -> None:
+def test_a_command_without_a_node_is_a_sentence() -> None:
     with pytest.raises(NetworkError, match="no node serves 'beam': start it with tauten serve"):
         send_command("beam", Network(free_ports()), OperatorCommand.STOP)
 
@@ -133,13 +131,13 @@ def test_a_histogram_counts_what_it_is_given() -> None:
     assert found.total == pytest.approx(3.00035)
 
 
-def test_a_rate_the_machine_cannot_hold_is_refused_when_asked_for(
+def test_a_rate_the_computer_cannot_hold_is_refused_when_it_was_requested(
     caplog: pytest.LogCaptureFixture,
 ) -> None:
-    check_rate(50.0, 0.015, asked=True)
+    check_rate(50.0, 0.015, requested=True)
     with pytest.raises(RateError, match=r"100 Hz cannot be held.* 15.0 ms here; use --rate 53 or"):
-        check_rate(100.0, 0.015, asked=True)
-    check_rate(100.0, 0.015, asked=False)
+        check_rate(100.0, 0.015, requested=True)
+    check_rate(100.0, 0.015, requested=False)
     assert "100 Hz cannot be held" in caplog.text
     assert rate_for(0.015) == 53.0
 

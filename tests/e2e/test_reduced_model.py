@@ -40,7 +40,7 @@ def thumb_file(original: Path, tmp_path: Path) -> Path:
     return folder / "thumb.toml"
 
 
-def ask(file: Path, **settings: object) -> None:
+def configure(file: Path, **settings: object) -> None:
     """Add a [model] table to a robot file."""
     lines = [f"{key} = {str(value).lower()}" for key, value in settings.items()]
     file.write_text(file.read_text() + "\n".join(["[model]", 'states = "thumb.states"', *lines]))
@@ -56,7 +56,7 @@ def test_one_campaign_makes_both_bases(original: Path) -> None:
     assert states.origin.r - states.origin.responses == 8
 
 
-def test_inspect_tells_where_a_state_basis_comes_from(
+def test_inspect_prints_where_a_state_basis_comes_from(
     original: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     states = original.parent / "thumb.states"
@@ -68,7 +68,7 @@ def test_inspect_tells_where_a_state_basis_comes_from(
 
 
 def test_switch_is_in_file_and_arguments(thumb_file: Path) -> None:
-    ask(thumb_file, order='"reduced"')
+    configure(thumb_file, order='"reduced"')
     setup = load_setup(thumb_file, basis="thumb.basis")
     assert isinstance(setup.robot, ReducedRobot)
     assert setup.metadata()["model"] == "reduced"
@@ -79,7 +79,7 @@ def test_switch_is_in_file_and_arguments(thumb_file: Path) -> None:
 
 
 def test_model_that_errs_too_much_is_refused_unless_accepted(thumb_file: Path) -> None:
-    ask(thumb_file, max_tip_error=1e-9)
+    configure(thumb_file, max_tip_error=1e-9)
     with pytest.raises(StateBasisError, match="allowed are 1e-06 mm"):
         load_setup(thumb_file, model="reduced")
     accepted = load_setup(thumb_file, model="reduced", accept_error=True)
@@ -89,7 +89,7 @@ def test_model_that_errs_too_much_is_refused_unless_accepted(thumb_file: Path) -
 def test_reduce_keeps_no_model_that_errs_too_much(
     thumb_file: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    ask(thumb_file, max_tip_error=1e-9)
+    configure(thumb_file, max_tip_error=1e-9)
     folder = thumb_file.parent
     (folder / "thumb.states").unlink()
     more = ("--step", 2e-4, "--k", 3, "--states", "--state-modes", 8)
@@ -111,14 +111,16 @@ def test_missing_state_basis_is_one_sentence(
 def test_damaged_state_basis_is_refused(thumb_file: Path) -> None:
     file = thumb_file.parent / "thumb.states"
     file.write_bytes(file.read_bytes()[:-200])
-    ask(thumb_file)
+    configure(thumb_file)
     with pytest.raises(StateBasisError, match="no readable tauten state basis"):
         load_setup(thumb_file, model="reduced")
 
 
 def test_full_model_watches_and_takes_over(thumb_file: Path) -> None:
     """With a bound that nothing keeps the full model takes over, from where the reduced one was."""
-    ask(thumb_file, max_tip_error=1e-9, check_period=0.01, fall_back=True, fall_back_rate=25.0)
+    configure(
+        thumb_file, max_tip_error=1e-9, check_period=0.01, fall_back=True, fall_back_rate=25.0
+    )
     setup = load_setup(thumb_file, basis="thumb.basis", model="reduced", accept_error=True)
     loop = ControlLoop(Controller(setup.robot, setup.contact))
     fall_back = make_fall_back(setup)
@@ -152,7 +154,7 @@ def test_full_model_watches_and_takes_over(thumb_file: Path) -> None:
 
 
 def test_model_where_it_was_trained_is_well(thumb_file: Path) -> None:
-    ask(thumb_file, check_period=0.01)
+    configure(thumb_file, check_period=0.01)
     setup = load_setup(thumb_file, basis="thumb.basis", model="reduced")
     controller, fall_back = Controller(setup.robot, setup.contact), make_fall_back(setup)
     assert fall_back is not None
@@ -173,8 +175,8 @@ def test_model_where_it_was_trained_is_well(thumb_file: Path) -> None:
 
 
 def test_run_of_the_reduced_model_replays(thumb_file: Path, tmp_path: Path) -> None:
-    """Served as a process: health says how well the model is, and the replay decides the same."""
-    ask(thumb_file, order='"reduced"', check_period=0.05)
+    """Served as a process: health has the error of the model, and the replay decides the same."""
+    configure(thumb_file, order='"reduced"', check_period=0.05)
     port, log = free_ports(), tmp_path / "log.mcap"
     serving = ("serve", thumb_file, "--basis", "thumb.basis", "--port", port, "--record", log)
     process = start(tmp_path / "serve.txt", *serving)

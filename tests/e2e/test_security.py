@@ -133,7 +133,7 @@ def accepted(session: zenoh.Session) -> dict[str, int]:
 
 
 def drive(session: zenoh.Session, beam: Robot) -> None:
-    """Send some targets and a command, as whoever the session belongs to."""
+    """Send some targets and a command with the rights of the session."""
     for _ in range(20):
         target = encode_point(point_at(beam, 0.003))
         session.put(KEYS.targets(("tip",))[0], target, encoding=f"{CDR};{POINT}")
@@ -150,7 +150,7 @@ def test_a_viewer_reads_but_does_not_command(connect: Connect, node: Process, be
     assert ticks.try_recv() is not None
     assert ask_metrics(viewer, "beam") is not None
     assert accepted(viewer) == {"targets": 0, "commands": 0}
-    # nor does anybody but the node say what the cables do
+    # and only the node can publish actuation
     forged = viewer.declare_publisher(KEYS.actuation)
     seen = operator.declare_subscriber(KEYS.actuation, zenoh.handlers.RingChannel(200))
     for _ in range(10):
@@ -185,7 +185,7 @@ def test_strangers_are_not_let_in(site: Site, tmp_path: Path) -> None:
         zenoh.open(plain)
 
 
-def test_a_router_that_is_somebody_else_is_not_trusted(site: Site, tmp_path: Path) -> None:
+def test_a_router_of_another_authority_is_refused(site: Site, tmp_path: Path) -> None:
     trustme.CA().cert_pem.write_to_path(str(tmp_path / "ca.pem"))
     with pytest.raises(zenoh.ZError, match="Unable to connect"):
         zenoh.open(read_config(site.client("operator")))

@@ -67,7 +67,7 @@ def test_end_moment_rolls_a_beam_into_a_circle() -> None:
 
 
 @pytest.mark.parametrize("count", [1, 4])
-def test_cantilever_bends_as_euler_and_bernoulli_say(count: int) -> None:
+def test_cantilever_bends_as_in_euler_bernoulli_theory(count: int) -> None:
     """Small deflection of a thin beam, whatever the number of elements and the direction."""
     L, material, profile = 1.0, Material(2e11, 0.3, 7800.0), tube(0.004, 0.003)
     EI = material.young_modulus * profile.bending[0]

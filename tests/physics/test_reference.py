@@ -19,7 +19,7 @@ from tauten.model.mesh import TetMesh, checked, read_mesh
 from tauten.model.numerics import Array, Ints
 from tauten.model.schema import RobotConfig
 from tauten.model.tetra import TetRobot
-from tauten.model.tetra import robot as robot_room
+from tauten.model.tetra import robot as robot_module
 
 ROUTE = np.array(
     [[-x, 12.5, 2.5] for x in (17.5, 32.5, 47.5, 62.5, 77.5)]
@@ -62,7 +62,8 @@ def edge_rotations(x: Array, tets: Ints) -> Array:
 def assemble_with_edge_rotations(rest: Array):  # type: ignore[no-untyped-def]
     """`tetrahedra.assemble`, rotations from the edges as SOFA's 'polar' has them, written plainly."""
 
-    def assemble(x, tets, gradients, volumes, lame, exact, slot, length, force, K):  # type: ignore[no-untyped-def]
+    def assemble(x, tets, rest_arrays, lame, exact, places, force, K):  # type: ignore[no-untyped-def]
+        (gradients, volumes), (slot, length) = rest_arrays, places
         lam, mu = lame
         R = edge_rotations(x, tets) @ np.swapaxes(edge_rotations(rest, tets), 1, 2)
         A = np.swapaxes(R, 1, 2) @ np.einsum("eai,eaj->eij", x[tets], gradients)
@@ -105,7 +106,7 @@ def test_finger_with_sofas_rotations_gives_sofas_digits(
     reference: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     mesh = read_mesh(reference / "softrobots_finger.vtk", "mm")
-    monkeypatch.setattr(robot_room, "assemble", assemble_with_edge_rotations(mesh.nodes))
+    monkeypatch.setattr(robot_module, "assemble", assemble_with_edge_rotations(mesh.nodes))
     _, tip_error, tension_error = pull_curve(softrobots_finger(mesh), reference, every=10)
     assert tip_error.max() < 1e-4  # mm, of up to 78 mm of travel
     assert np.abs(tension_error).max() < 1e-5
@@ -164,7 +165,7 @@ def test_beam_under_gravity_follows_sofas_load_curve(
     robot = beam(reference)
     if sofas_rotations:
         patched = assemble_with_edge_rotations(robot.mesh.nodes)
-        monkeypatch.setattr(robot_room, "assemble", patched)
+        monkeypatch.setattr(robot_module, "assemble", patched)
     curve = np.loadtxt(reference / "beam_coarse_gravity_polar.csv", delimiter=",", skiprows=1)
     end = robot.mesh.nodes[:, 0] > 1.0 - 1e-9
     state = Simulator(robot, contact="none").state

@@ -129,8 +129,8 @@ def test_linear_elements_of_the_general_kernel_are_those_of_the_fast_one() -> No
     slot, length = body.pattern.blocks(body.mesh.tets)
     fast, values = np.zeros_like(f), np.zeros(K.nnz)
     mesh = body.mesh
-    arrays = (mesh.tets, rest_gradients(mesh), mesh.volumes, law.lame)
-    assemble(x, *arrays, True, slot, length, fast, values)
+    rest = (rest_gradients(mesh), mesh.volumes)
+    assemble(x, mesh.tets, rest, law.lame, True, (slot, length), fast, values)
     assert np.allclose(f, fast, atol=1e-12 * np.abs(f).max())
     assert np.allclose(K.data, values, atol=1e-11 * np.abs(values).max())
 

@@ -1,4 +1,4 @@
-"""What nature says about the elements: patches, rigid motion, derivatives, energy."""
+"""Elements against mechanics: patches, rigid motion, derivatives, energy."""
 
 from __future__ import annotations
 
@@ -20,7 +20,8 @@ def forces(mesh: TetMesh, x: Array, exact: bool) -> tuple[Array, sp.csc_array]:
     pattern = make_pattern(np.zeros(len(mesh.nodes), dtype=bool), [mesh.tets])
     slot, length = pattern.blocks(mesh.tets)
     f, K = np.zeros_like(x), np.zeros(len(pattern.indices))
-    assemble(x, mesh.tets, rest_gradients(mesh), mesh.volumes, LAME, exact, slot, length, f, K)
+    rest = (rest_gradients(mesh), mesh.volumes)
+    assemble(x, mesh.tets, rest, LAME, exact, (slot, length), f, K)
     return f, sp.csc_array((K, pattern.indices, pattern.indptr))
 
 
@@ -102,7 +103,7 @@ def test_held_rotation_tangent_is_exact_where_nothing_is_strained() -> None:
     assert abs(held - exact).max() < 1e-9 * abs(exact).max()
 
 
-def test_held_rotation_tangent_stays_positive_semidefinite() -> None:
+def test_tangent_of_held_rotations_is_positive_semidefinite() -> None:
     mesh = box_mesh((0.02, 0.02, 0.02), (2, 2, 2))
     x = mesh.nodes * [0.4, 1.2, 0.7]  # crushed so far that the exact tangent is indefinite
     for exact, definite in ((False, True), (True, False)):

@@ -4,6 +4,7 @@ that jump."""
 from __future__ import annotations
 
 import json
+import re
 import selectors
 import socket
 import subprocess
@@ -15,6 +16,7 @@ from pathlib import Path
 
 from support.processes import Process
 
+ROUTER_FILE = Path(__file__).parents[2] / "docker" / "zenoh" / "router.json5"
 ROUTER = """\
 import json, sys, time, zenoh
 config = zenoh.Config()
@@ -35,8 +37,10 @@ main()
 
 
 def start_router(output: Path, port: int) -> Process:
-    """A Zenoh router as a process, on TCP."""
+    """A Zenoh router as a process, on TCP, that waits for a client as the one in docker/zenoh does."""
+    (wait,) = re.findall(r"wait_before_close: (\d+)", ROUTER_FILE.read_text(encoding="utf-8"))
     settings = {
+        "transport/link/tx/queue/congestion_control/block/wait_before_close": int(wait),
         "mode": "router",
         "listen/endpoints": [f"tcp/127.0.0.1:{port}"],
         "scouting/multicast/enabled": False,
@@ -51,7 +55,7 @@ def start_router(output: Path, port: int) -> Process:
 
 
 def start_jumping(output: Path, jump: Path, *arguments: object) -> Process:
-    """A `tauten` command whose wall clock is off by as many nanoseconds as a file says."""
+    """A `tauten` command whose wall clock is off by a number of nanoseconds that is read from a file."""
     command = [sys.executable, "-c", JUMPING, str(jump), *(str(a) for a in arguments)]
     with output.open("wb") as sink:
         return Process(subprocess.Popen(command, stdout=sink, stderr=subprocess.STDOUT), output)
@@ -80,8 +84,9 @@ class Wire(Enum):
     """What a wire does with what is put in."""
 
     WHOLE = 0
-    SILENT = 1  # nothing comes through, nobody is told
+    SILENT = 1  # nothing passes, and no connection is closed
     CUT = 2  # connections break and cannot be made
+    DEAF = 3  # the near end sends, and does not read what it is sent
 
 
 class Proxy:
@@ -92,6 +97,7 @@ class Proxy:
         self._target = target
         self._listener = socket.create_server(("127.0.0.1", port))
         self._open = True
+        self._far: set[socket.socket] = set()  # connections to the target
         self._thread = threading.Thread(target=self._run)
         self._thread.start()
 
@@ -109,7 +115,11 @@ class Proxy:
                 if self.state is Wire.CUT:
                     for key in [k for k in selector.get_map().values() if k.data is not None]:
                         self._drop(selector, key.fileobj)
-                for key, _ in selector.select(0.02):
+                ready = [key for key, _ in selector.select(0.02)]
+                if self.state is Wire.DEAF:
+                    ready = [key for key in ready if key.fileobj not in self._far]
+                    time.sleep(0.002)  # what is not read is ready at once
+                for key in ready:
                     if key.fileobj.fileno() >= 0:
                         self._pass(selector, key)
             for key in [k for k in selector.get_map().values() if k.data is not None]:
@@ -125,6 +135,7 @@ class Proxy:
             except ConnectionRefusedError:
                 near.close()
                 return
+            self._far.add(far)
             selector.register(near, selectors.EVENT_READ, far)
             selector.register(far, selectors.EVENT_READ, near)
             return
@@ -142,5 +153,6 @@ class Proxy:
             return
         other = selector.unregister(one).data
         selector.unregister(other)
+        self._far -= {one, other}
         one.close()
         other.close()

@@ -1,4 +1,4 @@
-"""What tests ask of a node that serves the small robot, and of the log it leaves."""
+"""Checks of a node that serves the small robot, and of its log."""
 
 from __future__ import annotations
 
@@ -100,7 +100,7 @@ def last_health(served: Served) -> dict[str, Diagnostic]:
 def wait_health(
     served: Served, wanted: Callable[[dict[str, Diagnostic]], bool]
 ) -> dict[str, Diagnostic]:
-    """Wait for a health message that says something; at most a minute."""
+    """Wait for a health message with an entry; at most a minute."""
     end = time.monotonic() + 60.0
     while not wanted(found := last_health(served)):
         assert time.monotonic() < end, found

@@ -98,7 +98,7 @@ Start = Callable[..., Process]
 
 @dataclasses.dataclass
 class Served:
-    """A node, and a session of somebody who talks to it."""
+    """A node, and a session of a client."""
 
     process: Process
     session: zenoh.Session

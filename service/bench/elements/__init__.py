@@ -1,10 +1,10 @@
-"""What elements and materials cost and how far they err."""
+"""Times and errors of elements and materials."""
 
 from tauten.service.bench.elements.study import (
     ElementBench,
     ElementBenchSettings,
-    Equilibrium,
-    MeshCase,
+    ElementCase,
+    ElementEquilibrium,
     bench_elements,
     parse_law,
 )
@@ -12,8 +12,8 @@ from tauten.service.bench.elements.study import (
 __all__ = [
     "ElementBench",
     "ElementBenchSettings",
-    "Equilibrium",
-    "MeshCase",
+    "ElementEquilibrium",
+    "ElementCase",
     "bench_elements",
     "parse_law",
 ]

@@ -52,7 +52,7 @@ class ElementBenchSettings:
 
 
 @dataclass(frozen=True, slots=True)
-class Equilibrium:
+class ElementEquilibrium:
     """A robot at rest under pulled lengths.
 
     Attributes:
@@ -83,7 +83,7 @@ class Variant:
     """What is made of a robot file.
 
     Attributes:
-        element: what its mesh is made of.
+        element: type of the mesh's elements.
         law: of its material.
         refinements: how often its mesh is refined.
     """
@@ -94,11 +94,11 @@ class Variant:
 
 
 @dataclass(frozen=True, slots=True)
-class MeshCase:
+class ElementCase:
     """One element, law and mesh.
 
     Attributes:
-        element: what the mesh is made of.
+        element: type of the mesh's elements.
         law: of the material.
         refinements: how often the file's mesh was refined.
         nodes: nodes.
@@ -115,7 +115,7 @@ class MeshCase:
     nonzeros: int
     assembly_ms: Spread
     step_ms: Spread
-    equilibria: tuple[Equilibrium, ...]
+    equilibria: tuple[ElementEquilibrium, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,8 +133,8 @@ class ElementBench:
     machine: HostInfo
     robot: str
     factorisation: str
-    references: tuple[MeshCase, ...]
-    cases: tuple[MeshCase, ...]
+    references: tuple[ElementCase, ...]
+    cases: tuple[ElementCase, ...]
 
 
 def bench_elements(settings: ElementBenchSettings, progress: Progress) -> ElementBench:
@@ -159,7 +159,7 @@ def bench_elements(settings: ElementBenchSettings, progress: Progress) -> Elemen
             progress(share, f"reference, {law}")
             fine = Variant("quadratic", law, settings.reference)
             robot = load_variant(settings.robot, fine)
-            reference = measure(robot, settings, fine)
+            reference = measure_elements(robot, settings, fine)
             references.append(reference)
             for element, count in plan:
                 progress(share, f"{element}, {law}, {count} refinements")
@@ -167,7 +167,7 @@ def bench_elements(settings: ElementBenchSettings, progress: Progress) -> Elemen
                     continue
                 variant = Variant(element, law, count)
                 robot = load_variant(settings.robot, variant)
-                cases.append(compared(measure(robot, settings, variant), reference))
+                cases.append(compared(measure_elements(robot, settings, variant), reference))
     machine = host_info()
     return ElementBench(machine, robot.name, robot.linear_solver, tuple(references), tuple(cases))
 
@@ -197,14 +197,22 @@ def load_variant(name: str, variant: Variant) -> TetRobot:
     return build_robot(changed, mesh, str(path))
 
 
-def measure(robot: TetRobot, settings: ElementBenchSettings, variant: Variant) -> MeshCase:
-    """Equilibria along the pulls, then times at the last one."""
+def measure_elements(
+    robot: TetRobot, settings: ElementBenchSettings, variant: Variant
+) -> ElementCase:
+    """Equilibria along the pulls, then times at the last one.
+
+    Args:
+        robot: of one kind of element.
+        settings: pulls and contact.
+        variant: which elements and refinement.
+    """
     simulator = Simulator(robot, contact="full" if settings.contact else "none")
     equilibria = []
     for pull in settings.pulls:
         report = simulator.settle(pull=pull * robot.limits.pull_max, tolerance=1e-6)
         equilibria.append(
-            Equilibrium(
+            ElementEquilibrium(
                 pull=pull,
                 converged=report.converged,
                 factorisations=report.iterations,
@@ -213,8 +221,8 @@ def measure(robot: TetRobot, settings: ElementBenchSettings, variant: Variant) -
                 contact_force=float(simulator.lam_c.sum()),
             )
         )
-    assembly, step = times(robot, settings.pulls[-1] * robot.limits.pull_max)
-    return MeshCase(
+    assembly, step = time_step(robot, settings.pulls[-1] * robot.limits.pull_max)
+    return ElementCase(
         element=variant.element,
         law=variant.law,
         refinements=variant.refinements,
@@ -226,7 +234,7 @@ def measure(robot: TetRobot, settings: ElementBenchSettings, variant: Variant) -
     )
 
 
-def times(robot: TetRobot, pull: Array) -> tuple[Spread, Spread]:
+def time_step(robot: TetRobot, pull: Array) -> tuple[Spread, Spread]:
     """Times of assembly and of a step while the cables are pulled to `pull` (n_a,) [ms]."""
     simulator, assembly, step = Simulator(robot, contact="none"), [], []
     for share in np.linspace(0.0, 1.0, TIMED_STEPS + 3):
@@ -239,13 +247,13 @@ def times(robot: TetRobot, pull: Array) -> tuple[Spread, Spread]:
     return spread(assembly[3:]), spread(step[3:])
 
 
-def compared(case: MeshCase, reference: MeshCase) -> MeshCase:
+def compared(case: ElementCase, reference: ElementCase) -> ElementCase:
     """The case with its differences from the reference."""
     pairs = zip(case.equilibria, reference.equilibria, strict=True)
     return replace(case, equilibria=tuple(with_errors(one, other) for one, other in pairs))
 
 
-def with_errors(one: Equilibrium, reference: Equilibrium) -> Equilibrium:
+def with_errors(one: ElementEquilibrium, reference: ElementEquilibrium) -> ElementEquilibrium:
     """An equilibrium with its differences from the reference; without any where one of them was not found."""
     if not (one.converged and reference.converged):
         return one

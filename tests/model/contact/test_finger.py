@@ -74,7 +74,7 @@ def test_both_solvers_on_the_finger(closed: Simulator) -> None:
 
 
 def test_mirrored_finger_has_mirrored_gaps(closed: Simulator) -> None:
-    """Detection knows no handedness: the mirror image has the same gaps and mirrored normals."""
+    """Detection is invariant under reflection: the mirror image has the same gaps and mirrored normals."""
     mirror = np.array([1.0, -1.0, 1.0])
     finger = closed.robot
     x = finger.nodes(closed.state)

@@ -108,7 +108,7 @@ def test_a_folded_surface_touches_its_other_flank() -> None:
     np.testing.assert_allclose(crossed.gap, -expected[crossed.slots], atol=1e-12)
 
 
-def test_pairs_keep_their_slots_and_do_not_see_each_other() -> None:
+def test_pairs_keep_their_slots_and_are_independent() -> None:
     x, triangles = sheet(0.01, 2)
     v = len(x)
     x = np.vstack([x, x + np.array([0, 0, 0.05])])

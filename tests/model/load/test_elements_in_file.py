@@ -36,7 +36,7 @@ def beam(element: str = "linear", material: object = None, **changes: object) ->
     return build_robot(RobotConfig.model_validate(settings), MESH, "beam.toml")
 
 
-def test_files_that_say_nothing_mean_linear_corotational() -> None:
+def test_the_default_is_linear_corotational() -> None:
     robot = beam()
     assert isinstance(robot.elements, Elements)
     assert robot.digest == beam(material={**RUBBER, "law": "corotational"}).digest

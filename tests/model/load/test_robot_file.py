@@ -138,7 +138,7 @@ def test_bad_files_name_file_field_found_and_allowed(folder: Path, message: str)
 
 
 def test_tables_of_other_layers_are_theirs(folder: Path) -> None:
-    """The model reads the rate; a table that nobody reads is an error."""
+    """The model reads the rate; a table that no layer reads is an error."""
     others = "[controller]\nrate = 80.0\nqp_solver = 3\n[service]\nrelease_time = 1e300\n[model]\nx = 1\n"
     robot = load(folder, GOOD + others)
     assert (robot.integration.rate, robot.h) == (80.0, 1 / 80.0)

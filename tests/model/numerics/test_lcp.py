@@ -1,4 +1,4 @@
-"""The complementarity solvers against each other, other libraries, and what contact asks of them."""
+"""The complementarity solvers against each other, against other libraries, and on contact problems."""
 
 import numpy as np
 import pytest
@@ -88,7 +88,7 @@ def test_one_contact_by_hand() -> None:
 
 
 def test_a_wound_cable_and_a_contact_in_one_problem() -> None:
-    """δ_a − pull = W_aa T + W_ac λ − pull: the cable stays taut, the contact takes its share."""
+    """δ_a − pull = W_aa T + W_ac λ − pull: the cable remains taut, the contact has a force."""
     W = np.array([[4e-3, -1e-3], [-1e-3, 2e-3]])
     pull, gap = 8e-3, 1e-3
     result = solve_lcp(W, np.array([-pull, gap]))
@@ -150,7 +150,7 @@ def test_what_no_force_can_open_is_not_called_solved() -> None:
     assert not solve_pgs(np.diag([1e-3, 0.0]), np.array([-1e-3, -1e-4])).converged
 
 
-def test_gauss_seidel_says_when_it_gave_up() -> None:
+def test_gauss_seidel_reports_that_it_has_not_converged() -> None:
     W, delta_free, _ = contact_problem(np.random.default_rng(3), 150, 20)
     early = solve_pgs(W, delta_free, max_sweeps=2)
     assert not early.converged

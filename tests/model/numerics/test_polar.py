@@ -61,7 +61,7 @@ def test_inverted_elements_get_a_rotation_and_leave_others_alone() -> None:
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
 @pytest.mark.parametrize("entry", [(0, 0), (1, 1), (2, 1)])
-def test_numbers_that_are_not_finite_stay_where_they_are(
+def test_matrices_that_are_not_finite_do_not_change_others(
     bad: float, entry: tuple[int, int]
 ) -> None:
     F = stretched(np.random.default_rng(1), LANES, 1.0)

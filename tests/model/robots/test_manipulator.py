@@ -172,7 +172,7 @@ def test_robot_survives_pickling(arm: BeamRobot, bent: Simulator) -> None:
     np.testing.assert_allclose(again.v_free, system.v_free, rtol=1e-9, atol=1e-12)
 
 
-def test_digest_tells_robots_apart(arm: BeamRobot, tmp_path: Path) -> None:
+def test_different_robots_have_different_digests(arm: BeamRobot, tmp_path: Path) -> None:
     assert load_robot("manipulator_1290").digest == arm.digest
     assert load_robot("manipulator").digest != arm.digest
     assert load_robot("manipulator_1290", young_scale=1.01).digest != arm.digest

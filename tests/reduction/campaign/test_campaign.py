@@ -173,7 +173,7 @@ def test_worker_counts(thumb: TetRobot) -> None:
         pass
 
 
-def test_dask_without_a_scheduler_says_so() -> None:
+def test_dask_without_a_scheduler_is_a_sentence() -> None:
     with (
         pytest.raises(executors.ClusterError, match=r"distributed|no Dask scheduler replies"),
         executors.dask_cluster("tcp://127.0.0.1:9", timeout=0.5),

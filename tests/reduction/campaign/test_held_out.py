@@ -27,7 +27,7 @@ def test_gravity_forces_and_release(thumb: Robot, steps: int) -> None:
     assert release.argmax() not in (0, len(release) - 1)
 
 
-def test_a_stable_path_stays_where_it_is(thumb: Robot, thumb_ramp: Snapshots) -> None:
+def test_a_stable_path_is_unchanged(thumb: Robot, thumb_ramp: Snapshots) -> None:
     """A perturbation of a millionth moves a robot that does not buckle by micrometres."""
     some = thumb_ramp.select(np.arange(4, len(thumb_ramp), 5))
     apart = sensitivity(thumb, some)

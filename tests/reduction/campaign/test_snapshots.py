@@ -4,7 +4,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tauten.reduction.campaign import Origin, SnapshotError, Snapshots, join
+from tauten.reduction.campaign import Origin, SnapshotError, Snapshots, join_snapshots
 
 ORIGIN = Origin("thumb", "ab" * 32, "ramp", (("python", "3.11"), ("numpy", "2.0")))
 
@@ -36,7 +36,7 @@ def test_round_trip(tmp_path: Path) -> None:
 
 
 def test_join_keeps_order_and_select_takes_it_apart() -> None:
-    whole = join([some(3, run=0), some(4, run=1)])
+    whole = join_snapshots([some(3, run=0), some(4, run=1)])
     assert len(whole) == 7
     np.testing.assert_array_equal(whole.run, [0, 0, 0, 1, 1, 1, 1])
     np.testing.assert_array_equal(whole.select(whole.run == 1).lam, some(4, run=1).lam)
@@ -52,9 +52,9 @@ def test_digest_is_of_the_forces_not_of_their_memory_layout() -> None:
 def test_different_origins_do_not_mix() -> None:
     other = dataclasses.replace(some(3), origin=dataclasses.replace(ORIGIN, robot="octopus"))
     with pytest.raises(SnapshotError, match="different origin"):
-        join([some(3), other])
+        join_snapshots([some(3), other])
     with pytest.raises(SnapshotError, match="no snapshots to join"):
-        join([])
+        join_snapshots([])
 
 
 def test_columns_must_agree() -> None:

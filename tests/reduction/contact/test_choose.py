@@ -61,7 +61,7 @@ def test_held_out_error_is_above_training_and_falls(curve: Curve) -> None:
         assert (falls > 0.0).all()
 
 
-def test_a_contact_never_shown_is_seen_as_error(
+def test_a_contact_absent_from_training_is_an_error(
     thumb_ramp: Snapshots, thumb_problems: Problems
 ) -> None:
     """Modes fitted to light contact do not hold what closes later."""

@@ -119,7 +119,7 @@ def test_round_trip(basis: ContactBasis, tmp_path: Path) -> None:
     assert again.provenance.versions[0][0] == "python"
 
 
-def test_file_name_must_say_what_it_is(basis: ContactBasis, tmp_path: Path) -> None:
+def test_file_name_must_have_its_suffix(basis: ContactBasis, tmp_path: Path) -> None:
     with pytest.raises(BasisError, match=r"thumb.npz: a contact basis file ends in .basis"):
         basis.save(tmp_path / "thumb.npz")
 

@@ -134,13 +134,13 @@ def test_no_contact_at_all() -> None:
 
 def test_k_beyond_the_rank() -> None:
     S = np.outer([1.0, 2.0, 3.0], [1.0, 2.0, 0.5, 0.1])
-    with pytest.raises(ValueError, match=r"k = 2 modes asked for, but the snapshots have rank 1"):
+    with pytest.raises(ValueError, match=r"k = 2 modes requested, but the snapshots have rank 1"):
         factorise(S, 2)
     with pytest.raises(ValueError, match="at least 1"):
         factorise(S, 0)
 
 
-def test_unknown_method_lists_the_known() -> None:
+def test_unknown_method_lists_the_methods() -> None:
     with pytest.raises(ValueError, match="'pca' is unknown: choose one of hals, "):
         factorise(np.ones((3, 3)), 1, "pca")  # type: ignore[arg-type]
 

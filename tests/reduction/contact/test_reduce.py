@@ -11,10 +11,10 @@ from tauten.model.numerics import Array
 from tauten.reduction.campaign import Snapshots, ramp
 from tauten.reduction.contact import (
     BasisError,
+    BasisQuality,
     ChoiceError,
     ContactBasis,
     Fit,
-    Quality,
     ReduceSettings,
     Reduction,
     coverage,
@@ -42,12 +42,12 @@ def whole(thumb: Robot, reduction: Reduction) -> ContactBasis:
 
 def basis_of(robot: Robot, snapshots: Snapshots, Psi: Array) -> ContactBasis:
     """A basis whose provenance says nothing about its quality."""
-    nothing = Quality(0.0, 0.0, 0.0)
+    nothing = BasisQuality(0.0, 0.0, 0.0)
     origin = provenance(robot, snapshots, ReduceSettings(), Fit(Psi, 0.0, Psi.shape[1]), nothing)
     return ContactBasis(Psi, origin)
 
 
-def test_basis_says_where_it_comes_from(thumb: Robot, reduction: Reduction) -> None:
+def test_basis_records_its_origin(thumb: Robot, reduction: Reduction) -> None:
     origin = reduction.basis.provenance
     assert (origin.robot, origin.robot_digest) == ("thumb", thumb.digest)
     assert (origin.k, origin.method, origin.weighting, origin.seed) == (4, "energy", "equal", 0)
@@ -77,7 +77,7 @@ def test_automatic_k_is_the_smallest_within_tolerance(
 
 def test_too_many_modes_are_refused(thumb: Robot, tmp_path: Path) -> None:
     many = ReduceSettings(k=1000)
-    with pytest.raises(ChoiceError, match="k = 1000 modes asked for, but the snapshots have rank"):
+    with pytest.raises(ChoiceError, match="k = 1000 modes requested, but the snapshots have rank"):
         reduce_robot(thumb, ramp(thumb, step=1e-3), tmp_path, many, show_progress=False)
 
 

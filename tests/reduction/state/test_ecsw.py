@@ -9,7 +9,7 @@ from scipy.optimize import nnls
 from tauten.model.numerics import Array, sparse_nnls
 from tauten.model.tetra import TetRobot
 from tauten.reduction.campaign import Snapshots
-from tauten.reduction.state import Sample, contributions, pod, sample_elements
+from tauten.reduction.state import ElementSample, contributions, pod, sample_elements
 
 
 def alphas_of(robot: TetRobot, Phi: Array, snapshots: Snapshots) -> Array:
@@ -24,7 +24,7 @@ def Phi(thumb: TetRobot, thumb_ramp: Snapshots) -> Array:
 
 
 @pytest.fixture(scope="module")
-def sample(thumb: TetRobot, Phi: Array, thumb_ramp: Snapshots) -> Sample:
+def sample(thumb: TetRobot, Phi: Array, thumb_ramp: Snapshots) -> ElementSample:
     return sample_elements(thumb, Phi, alphas_of(thumb, Phi, thumb_ramp), tolerance=1e-2)
 
 
@@ -57,7 +57,7 @@ def test_nnls_takes_columns_of_any_scale_and_leaves_zeros_alone() -> None:
 
 
 def test_sample_is_small_and_meets_its_tolerance(
-    thumb: TetRobot, Phi: Array, thumb_ramp: Snapshots, sample: Sample
+    thumb: TetRobot, Phi: Array, thumb_ramp: Snapshots, sample: ElementSample
 ) -> None:
     assert sample.error <= 1e-2
     assert len(sample.elements) < thumb.n_elements / 5
@@ -70,7 +70,7 @@ def test_sample_is_small_and_meets_its_tolerance(
 
 
 def test_finer_tolerance_takes_more_elements(
-    thumb: TetRobot, Phi: Array, thumb_ramp: Snapshots, sample: Sample
+    thumb: TetRobot, Phi: Array, thumb_ramp: Snapshots, sample: ElementSample
 ) -> None:
     finer = sample_elements(thumb, Phi, alphas_of(thumb, Phi, thumb_ramp), tolerance=1e-3)
     assert finer.error <= 1e-3

@@ -157,7 +157,7 @@ def test_equilibria_are_those_of_the_full_thumb(
     assert max(apart) < 1e-4  # of 50 mm
 
 
-def test_controller_does_not_tell_them_apart(thumb: TetRobot, reduced: ReducedRobot) -> None:
+def test_controller_decides_the_same_with_either(thumb: TetRobot, reduced: ReducedRobot) -> None:
     """The same targets ask the same pulls of the cable."""
     goals = [
         np.array([0.0075 + 0.006 * s, 0.0075, -0.05 + 0.001 * s]) for s in np.linspace(0, 1, 25)
@@ -195,7 +195,7 @@ def test_projection_undoes_lifting(reduced: ReducedRobot) -> None:
     np.testing.assert_allclose(back.v, state.v, atol=1e-10)
 
 
-def test_state_that_is_not_finite_is_told(reduced: ReducedRobot) -> None:
+def test_state_that_is_not_finite_is_an_error(reduced: ReducedRobot) -> None:
     with pytest.raises(FactorisationError, match="positive definite"):
         reduced.linearise(State(np.full(reduced.n, np.nan), np.zeros(reduced.n)))
 
@@ -205,7 +205,7 @@ def test_basis_of_another_robot_is_refused(finger: TetRobot, reduced: ReducedRob
         reduced_robot(finger, reduced.states)
 
 
-def test_what_detection_remembers_changes_nothing(
+def test_earlier_detection_does_not_change_the_result(
     thumb_ramp: Snapshots, reduced: ReducedRobot
 ) -> None:
     robot = reduced.fork()

@@ -40,7 +40,7 @@ def test_file_gives_back_what_was_saved(states: StateBasis, tmp_path: Path) -> N
     assert found.digest() == states.digest()
 
 
-def test_digest_tells_bases_apart(states: StateBasis) -> None:
+def test_different_bases_have_different_digests(states: StateBasis) -> None:
     other = dataclasses.replace(states, weights=states.weights + 1e-12)
     assert other.digest() != states.digest()
 

@@ -76,7 +76,7 @@ def record(name: str, folder: Path) -> Path:
     share, seconds = RUNS[name]
     setup = load_setup(name)
     robot, path = setup.robot, folder / f"{name}.mcap"
-    # the path of the file is nobody's business, the robot is found by its name
+    # the path of the file is left out; the robot is found by its name
     recorder = LogRecorder(path, {**setup.metadata(), "robot_path": ""})
     ticks = round(seconds / robot.h)
     targets = reached(setup, share, ticks)
@@ -87,8 +87,8 @@ def record(name: str, folder: Path) -> Path:
         done = index / ticks
         following = done >= IDLE and not HOLD <= done < HOLD + IDLE
         goal = targets[index] if following else None
-        asked = None if goal is None else goal + feedback.correction
-        action = loop.tick(asked, Signals(following, shutdown=done >= STOP))
+        goal_of_model = None if goal is None else goal + feedback.correction
+        action = loop.tick(goal_of_model, Signals(following, shutdown=done >= STOP))
         write(recorder, setup, index, action, goal, feedback.correction)
         loop.prepare()
         plant.step(tension=action.actuation.tension)

@@ -19,8 +19,8 @@ from tauten.service.bench import (
     Outcome,
     Trace,
     bench_closed_loop,
+    case_outcome,
     follow,
-    judge,
     make_cases,
     planned,
     settling,
@@ -37,7 +37,7 @@ def cases(beam: Robot) -> list[Case]:
     return make_cases(beam, 4.0, 0, lambda: None)
 
 
-def test_cases_start_at_rest_and_stay_in_reach(beam: Robot, cases: list[Case]) -> None:
+def test_cases_start_at_rest_and_are_within_reach(beam: Robot, cases: list[Case]) -> None:
     assert tuple(case.name for case in cases) == CASES
     rest = beam.effector(beam.rest())
     for case in cases:
@@ -57,7 +57,7 @@ def test_a_robot_of_another_stiffness_settles_in_closed_loop_only(
     found: dict[bool, Outcome] = {}
     for closed in (False, True):
         trace = follow(controller, plant, cases[0], closed, "tension")
-        found[closed] = judge(cases[0], trace, beam.h, "none", closed, scale, "tension")
+        found[closed] = case_outcome(cases[0], trace, beam.h, "none", closed, scale, "tension")
     assert found[True].end_mm < 0.01 * 1e3 * LENGTH
     assert found[False].end_mm > 3.0 * found[True].end_mm
     assert found[False].settling_s is None
@@ -92,7 +92,7 @@ def test_settling_counts_from_the_step_to_the_last_time_outside() -> None:
 def test_a_figure_is_drawn(beam: Robot, cases: list[Case], tmp_path: Path) -> None:
     case = Case("circle", cases[1].targets[:30], 0)
     trace = follow(Controller(beam), Simulator(beam, "none"), case, True, "pull")
-    outcome = judge(case, trace, beam.h, "none", True, 1.0, "pull")
+    outcome = case_outcome(case, trace, beam.h, "none", True, 1.0, "pull")
     found = CaseRuns("circle", case, ((outcome, trace),))
     draw_case(found, beam.h, tmp_path / "circle.png")
     assert (tmp_path / "circle.png").read_bytes().startswith(b"\x89PNG")

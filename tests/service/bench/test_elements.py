@@ -52,9 +52,9 @@ def test_elements_are_compared_with_the_fine_quadratic_mesh(beam: Path) -> None:
         robot=str(beam), laws=("corotational", "neo-hookean"), pulls=(0.1, 0.3), refinements=1,
         reference=1,
     )  # fmt: skip
-    told: list[str] = []
-    result = bench_elements(settings, lambda _share, what: told.append(what))
-    assert len(told) == 12
+    messages: list[str] = []
+    result = bench_elements(settings, lambda _share, what: messages.append(what))
+    assert len(messages) == 12
     assert [case.nodes for case in result.references] == [2025, 2025]
     errors = {}
     for case in result.cases:

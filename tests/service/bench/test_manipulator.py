@@ -41,7 +41,7 @@ def arm() -> Robot:
     return load_robot("manipulator_1290")
 
 
-def test_bending_tensions_pull_where_they_are_told() -> None:
+def test_bending_tensions_bend_towards_their_angle() -> None:
     shape, rng = ArmShape(), np.random.default_rng(0)
     for _ in range(20):
         angles, forces = rng.uniform(-7.0, 7.0, 3), rng.uniform(1.0, 50.0, 3)
@@ -80,7 +80,7 @@ def test_speed_is_measured_in_both_postures(arm: Robot) -> None:
 def test_certified_basis_follows_the_full_arm(
     arm: Robot, tmp_path_factory: pytest.TempPathFactory
 ) -> None:
-    """Held-out postures: within the millimetres that were asked for, far from them without certificate."""
+    """Held-out postures: within the tolerance in millimetres, far from them without certificate."""
     design = random_postures(arm, count=2, steps=5, seed=3)
     runs = run_campaign(arm, design, tmp_path_factory.mktemp("held"), show_progress=False)
     assert runs.converged.all()

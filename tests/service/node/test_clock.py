@@ -9,7 +9,7 @@ from tauten.service.node import Clock, punctual_clock
 
 
 class Hand:
-    """A time that only moves when told to."""
+    """A clock that advances by explicit calls only."""
 
     def __init__(self) -> None:
         self.time = 100.0

@@ -67,7 +67,7 @@ def test_a_model_that_is_lost_corrects_nothing(bad: float) -> None:
 
 
 def with_delay(feedback: Feedback, delay: float, seconds: float) -> np.ndarray:
-    """Error (k,) of a robot that is off its model, measured late, whose model does not know of the delay."""
+    """Error (k,) of a robot unlike its model, whose late measurement is compared with the present model."""
     target, steps = np.array([[0.01, 0.02, 0.0]]), round(delay / H)
     robot, error = [np.zeros((1, 3))] * (steps + 1), []
     for _ in range(round(seconds / H)):

@@ -1,4 +1,4 @@
-"""The whole node, with whatever can arrive in whatever order: every message that leaves is judged.
+"""The whole node with random messages in random order: every message that it publishes is checked.
 
 The node's own code with real Zenoh sessions, its beats given by hand so that hundreds of runs take
 seconds.

@@ -62,7 +62,9 @@ def test_rounding_is_clamped_but_not_reported() -> None:
 
 
 @given(st.floats(0.0, 0.04), st.floats(0.0, 5.0))
-def test_a_release_is_as_long_as_asked_and_as_the_rate_needs(pulled: float, seconds: float) -> None:
+def test_a_release_takes_its_time_and_at_least_that_of_the_rate(
+    pulled: float, seconds: float
+) -> None:
     start = REST.with_values(np.array([pulled, 0.0]), np.array([1.0, 1.0]), clamped=False)
     last, ramp = start, []
     for wanted in LIMITER.release(start, seconds):

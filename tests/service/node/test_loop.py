@@ -63,7 +63,7 @@ def test_it_idles_at_rest_then_follows_then_holds(loop: ControlLoop) -> None:
     held = run(loop, None, 50)
     assert held.mode is Mode.HOLD
     np.testing.assert_array_equal(held.actuation.pull, following.actuation.pull)
-    # a robot whose cables are held stays where it is
+    # a robot whose cables are held does not move
     assert (
         np.linalg.norm(held.actuation.effector - following.actuation.effector, axis=1).max() < 5e-4
     )
@@ -80,7 +80,7 @@ def test_a_goal_out_of_reach_is_approached_within_the_limits(loop: ControlLoop) 
     assert (action.actuation.tension <= limits.tension_max).all()
 
 
-def test_a_release_ends_slack_after_the_time_asked_for(loop: ControlLoop) -> None:
+def test_a_release_ends_slack_after_its_time(loop: ControlLoop) -> None:
     before = run(loop, goal_at(loop, 0.004), 60)
     actions = release(loop)
     h, least = loop.controller.robot.h, ServiceSettings().release_time
@@ -117,7 +117,7 @@ def test_after_an_operators_stop_and_reset_it_follows_as_at_first(loop: ControlL
     assert run(loop, goal, 1).mode is Mode.HOLD
 
 
-# the inbox lets nothing farther through; NaN and infinity are for the controller to refuse
+# the subscriber refuses positions farther away; the controller refuses NaN and infinity
 numbers = st.floats(-1e6, 1e6) | st.floats(-0.2, 0.2) | st.sampled_from([np.nan, np.inf])
 goals = st.none() | st.lists(numbers, min_size=6, max_size=6).map(
     lambda values: np.array(values).reshape(2, 3)
@@ -162,7 +162,7 @@ def one_cable(max_tension: float) -> Robot:
     )
 
 
-def test_a_hold_above_the_largest_tension_says_both_and_keeps_the_pull() -> None:
+def test_a_hold_above_the_largest_tension_reports_both_and_keeps_the_pull() -> None:
     """The winches of a weaker cable are wound to where the stronger one pulls with 3 N."""
     simulator = Simulator(one_cable(20.0), contact="none")
     assert simulator.settle(tension=[3.0]).converged
@@ -179,7 +179,7 @@ def test_a_hold_above_the_largest_tension_says_both_and_keeps_the_pull() -> None
 
 
 def test_after_a_clamp_the_next_decision_starts_from_what_left(loop: ControlLoop) -> None:
-    """A robot whose limiter is tighter than its controller: what leaves and what follows stay together."""
+    """The limiter's limits are tighter than the controller's; decisions start from what was published."""
     controller = loop.controller
     limits = controller.robot.limits
     tight = ActuationLimiter(replace(limits, rate=0.25 * limits.rate), controller.robot.h)

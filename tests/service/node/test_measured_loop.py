@@ -123,7 +123,7 @@ def test_an_enable_tries_again(beam: Robot) -> None:
     targets = swing(beam, 450)
     assert rig.follow(targets)[-1] is Cause.IMPLAUSIBLE
     mirrored = False
-    assert rig.follow(targets[:50])[-1] is Cause.IMPLAUSIBLE  # it holds and cannot know
+    assert rig.follow(targets[:50])[-1] is Cause.IMPLAUSIBLE  # the fault is kept without motion
     assert rig.loop.command(OperatorCommand.ENABLE)
     rig.measured.after_command(OperatorCommand.ENABLE)
     assert set(rig.follow(targets)[50:]) == {Cause.NONE}

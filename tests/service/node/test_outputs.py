@@ -1,4 +1,4 @@
-"""What a tick was is told where there is time to spare: later where there is none, never lost, in order."""
+"""Ticks are published in time that is left, later where there is none, complete and in order."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ def listener(beam_file: Path) -> Iterator[Listener]:
     inside.close()  # type: ignore[no-untyped-call]
 
 
-def test_ticks_without_time_are_told_later_and_in_order(listener: Listener) -> None:
+def test_ticks_without_time_are_published_later_and_in_order(listener: Listener) -> None:
     known = len(listener.listen())
     listener.tick(WAITING, late=True)
     assert len(listener.listen()) == known
@@ -93,7 +93,7 @@ def test_ticks_without_time_are_told_later_and_in_order(listener: Listener) -> N
     assert heard == list(range(heard[0], heard[0] + len(heard)))
 
 
-def test_ticks_that_wait_are_told_of_before_the_node_ends(listener: Listener) -> None:
+def test_ticks_that_wait_are_published_before_the_node_ends(listener: Listener) -> None:
     known = len(listener.listen())
     listener.tick(5, late=True)
     stop = StopFlag()
@@ -104,7 +104,7 @@ def test_ticks_that_wait_are_told_of_before_the_node_ends(listener: Listener) ->
     assert heard == list(range(heard[0], heard[0] + len(heard)))
 
 
-def test_health_comes_from_a_node_that_never_has_time(listener: Listener) -> None:
+def test_health_is_published_by_a_node_without_time_left(listener: Listener) -> None:
     listener.tick(5, late=False)
     time.sleep(0.1)
     while listener.health.try_recv() is not None:

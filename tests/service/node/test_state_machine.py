@@ -73,7 +73,7 @@ def test_an_operator_holds_stops_and_resets() -> None:
     assert commanded(RUNNING, OperatorCommand.RESET, released=True) is None
 
 
-def test_a_node_that_waits_stays_idle_until_enabled() -> None:
+def test_a_node_that_waits_is_idle_until_enabled() -> None:
     waiting = after(NodeState(enabled=False), TARGET)
     assert (waiting.mode, waiting.cause) == (Mode.IDLE, Cause.OPERATOR)
     enabled = commanded(waiting, OperatorCommand.ENABLE, released=False)

@@ -1,4 +1,4 @@
-"""Paths start where they should, stay where they should, and files are checked line by line."""
+"""Start and extent of paths, and checks of path files line by line."""
 
 from pathlib import Path
 
@@ -56,7 +56,7 @@ def test_a_csv_without_times_has_the_rate(finger: Robot, tmp_path: Path) -> None
     np.testing.assert_array_equal(path.points, [[2.0, 1.0, 3.0], [5.0, 4.0, 6.0]])
     assert path.times.tolist() == [0.0, 0.1]
     np.testing.assert_allclose(path.at(0.05), [3.5, 2.5, 4.5])
-    np.testing.assert_array_equal(path.at(9.0), [5.0, 4.0, 6.0])  # the last point stays
+    np.testing.assert_array_equal(path.at(9.0), [5.0, 4.0, 6.0])  # the last point is kept
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ import pytest
 
 from tauten.service.plant import free_ports
 
-ASK = "from tauten.service.plant import free_ports; print(free_ports())"
+RESERVE = "from tauten.service.plant import free_ports; print(free_ports())"
 
 
 def test_a_port_is_given_once() -> None:
@@ -26,7 +26,7 @@ def test_a_port_is_given_once() -> None:
 
 def test_another_process_is_given_none_of_them() -> None:
     first = subprocess.Popen(
-        [sys.executable, "-c", f"{ASK}; input()"], stdin=subprocess.PIPE, stdout=subprocess.PIPE
+        [sys.executable, "-c", f"{RESERVE}; input()"], stdin=subprocess.PIPE, stdout=subprocess.PIPE
     )
     assert first.stdin is not None and first.stdout is not None
     try:

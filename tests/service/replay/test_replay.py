@@ -172,7 +172,7 @@ def test_a_robot_whose_file_is_gone_is_looked_up_by_name(log: Path, tmp_path: Pa
         replay(tmp_path / "log.mcap", 1e-4)
 
 
-def test_the_report_says_what_happened(log: Path) -> None:
+def test_the_report_has_the_numbers_of_the_run(log: Path) -> None:
     run = read_run(log)
     report = make_report(run)
     following = TICKS - 10 - 5

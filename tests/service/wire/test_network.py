@@ -75,7 +75,7 @@ def test_a_stream_finds_a_node_that_starts_again(open_one: Open) -> None:
         node.close()  # type: ignore[no-untyped-call]
 
 
-def test_a_second_node_is_told_that_the_port_is_taken(open_one: Open) -> None:
+def test_a_second_node_fails_with_a_sentence_about_the_port(open_one: Open) -> None:
     open_one(Role.NODE)
     with pytest.raises(NetworkError, match=r"is another node of 'r' running"):
         open_one(Role.NODE)
@@ -114,30 +114,30 @@ def test_a_bad_zenoh_configuration_is_a_sentence(tmp_path: Path) -> None:
         read_config(path)
 
 
-def test_an_outlet_knows_whether_anybody_listens(open_one: Open) -> None:
+def test_a_publisher_finds_whether_there_is_a_subscriber(open_one: Open) -> None:
     """Also when the listener was there first, when it goes, and when its whole session does."""
     node, other = open_one(Role.NODE), open_one(Role.OTHER)
     early = other.declare_subscriber("tauten/r/early")
 
-    def becomes(outlet: Publisher, heard: bool) -> bool:
+    def becomes(publisher: Publisher, heard: bool) -> bool:
         end = time.monotonic() + 10.0
-        while outlet.has_subscribers is not heard and time.monotonic() < end:
+        while publisher.has_subscribers is not heard and time.monotonic() < end:
             time.sleep(0.01)
-        return outlet.has_subscribers is heard
+        return publisher.has_subscribers is heard
 
-    outlet, silent = (
+    publisher, silent = (
         Publisher(node, "tauten/r/late", TICK),
         Publisher(node, "tauten/r/silent", TICK),
     )
     assert becomes(Publisher(node, "tauten/r/early", TICK), True)
-    assert not outlet.has_subscribers
+    assert not publisher.has_subscribers
     late = other.declare_subscriber("tauten/*/late")
-    assert becomes(outlet, True)
+    assert becomes(publisher, True)
     late.undeclare()  # type: ignore[no-untyped-call]
-    assert becomes(outlet, False)
+    assert becomes(publisher, False)
     again = other.declare_subscriber("tauten/r/late", zenoh.handlers.RingChannel(1))
-    assert becomes(outlet, True)
+    assert becomes(publisher, True)
     assert not silent.has_subscribers
     other.close()  # type: ignore[no-untyped-call]
-    assert becomes(outlet, False)
+    assert becomes(publisher, False)
     del early, again  # which end with their variables

@@ -1,4 +1,4 @@
-"""Targets are judged one by one; only good and young ones become goals."""
+"""Each target is checked; only valid ones that are not too old become goals."""
 
 from collections import deque
 from dataclasses import dataclass
@@ -76,7 +76,7 @@ def test_there_is_no_goal_before_the_first_target(targets: PositionSubscriber) -
     assert targets.latest(0.0, HERE) is None
 
 
-def test_the_latest_target_wins_and_others_stay_where_they_are(
+def test_the_latest_target_is_used_and_other_effectors_keep_theirs(
     targets: PositionSubscriber, queues: list[Queue]
 ) -> None:
     queues[0].put((0.01, 0.0, -0.1))
@@ -193,7 +193,7 @@ def test_age_counts_from_the_header_where_clocks_agree(
 
 
 @pytest.mark.parametrize("off", [-3600.0, 3600.0, 1.0, -CLOCKS_AGREE - 1.0])
-def test_clocks_that_do_not_agree_say_nothing_about_age(
+def test_times_of_clocks_that_do_not_agree_are_not_used_for_the_age(
     targets: PositionSubscriber, queues: list[Queue], off: float
 ) -> None:
     made = int(1e9 * (WALL + off))
