@@ -52,7 +52,13 @@ def largest_entry(E: Array, s: int) -> tuple[int, int]:
 
 @kernel
 def swap_rows(E: Array, s: int, i: int) -> None:
-    """Exchange two rows."""
+    """Exchange two rows.
+
+    Args:
+        E: (p, q), changed in place.
+        s: number of one row.
+        i: number of the other.
+    """
     if i != s:
         for j in range(E.shape[1]):
             E[s, j], E[i, j] = E[i, j], E[s, j]
@@ -60,7 +66,13 @@ def swap_rows(E: Array, s: int, i: int) -> None:
 
 @kernel
 def swap_columns(E: Array, s: int, j: int) -> None:
-    """Exchange two columns."""
+    """Exchange two columns.
+
+    Args:
+        E: (p, q), changed in place.
+        s: number of one column.
+        j: number of the other.
+    """
     if j != s:
         for i in range(len(E)):
             E[i, s], E[i, j] = E[i, j], E[i, s]
@@ -68,7 +80,13 @@ def swap_columns(E: Array, s: int, j: int) -> None:
 
 @kernel
 def clear_below(E: Array, X: Array, s: int) -> None:
-    """Subtract row s from the rows below it, leaving the factors of L in column s."""
+    """Subtract row s from the rows below it, leaving the factors of L in column s.
+
+    Args:
+        E: (p, p), changed in place.
+        X: (p, q), takes part in the row operations.
+        s: number of the row.
+    """
     for i in range(s + 1, len(E)):
         factor = E[i, s] / E[s, s]
         E[i, s] = factor
@@ -80,7 +98,13 @@ def clear_below(E: Array, X: Array, s: int) -> None:
 
 @kernel
 def solve_upper(E: Array, X: Array, rank: int) -> None:
-    """X[:rank] <- U⁻¹ X[:rank], with U the upper triangle of E[:rank, :rank]."""
+    """X[:rank] <- U⁻¹ X[:rank], with U the upper triangle of E[:rank, :rank].
+
+    Args:
+        E: (p, p) of `eliminate`.
+        X: (p, q), changed in place.
+        rank: of E.
+    """
     for s in range(rank - 1, -1, -1):
         for j in range(X.shape[1]):
             total = X[s, j]
@@ -91,7 +115,13 @@ def solve_upper(E: Array, X: Array, rank: int) -> None:
 
 @kernel
 def solve_transposed(E: Array, x: Array, rank: int) -> None:
-    """X[:rank] <- (L U)⁻ᵀ x, with the triangles of E[:rank, :rank]; the order is the pivots'."""
+    """X[:rank] <- (L U)⁻ᵀ x, with the triangles of E[:rank, :rank]; the order is the pivots'.
+
+    Args:
+        E: (p, p) of `eliminate`.
+        x: (p,), changed in place.
+        rank: of E.
+    """
     for s in range(rank):
         for i in range(s):
             x[s] -= E[i, s] * x[i]
