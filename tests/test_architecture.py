@@ -33,6 +33,7 @@ ORDER = (
     "controller.qpcc",
     "controller",
     "service.process",
+    "service.check",
     "service.wire",
     "service.log",
     "service",

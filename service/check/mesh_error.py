@@ -1,0 +1,297 @@
+"""How far equilibria on a mesh are from those on meshes that are finer or of higher order."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tauten.model.numerics import Array
+from tauten.service.check.findings import Finding, Level, graded, worst
+from tauten.service.check.mesh_variants import Load, LoadedState, Variant, VariantStates
+
+FORCE = (0.03, 0.1)  # relative; from here on doubtful and wrong
+TIP = (0.003, 0.01)  # of the robot's size
+LEAST_FORCE = 0.05  # of the largest: smaller forces are compared with this
+LEAST_ORDER, LARGEST_ORDER = 0.5, 4.0  # observed orders that are extrapolated with
+
+
+@dataclass(frozen=True, slots=True)
+class Reference:
+    """What the answer of an exact mesh under a load is taken to be.
+
+    Attributes:
+        state: tensions, tips and contact force.
+        source: how it was found: the meshes that were extrapolated, or the mesh.
+        order: observed order of convergence of the tip where it was extrapolated, otherwise None.
+    """
+
+    state: LoadedState
+    source: str
+    order: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class LoadError:
+    """Differences from the reference under one load; None where one of both was not found.
+
+    Attributes:
+        tension: difference of the tension that differs most, positive where the mesh is too stiff; relative
+            to the largest tension of the reference, or to a twentieth of its largest under any load.
+        tip: largest distance of an effector from the reference [m].
+        contact: relative difference of the contact force, as for tension; None where nothing touches.
+    """
+
+    tension: float | None
+    tip: float | None
+    contact: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class VariantErrors:
+    """Errors of one mesh.
+
+    Attributes:
+        variant: the mesh.
+        nodes: its nodes.
+        errors: one a load.
+        tension, tip, contact: of greatest amount over all loads; None where there is none.
+        level: fine, doubtful or wrong.
+    """
+
+    variant: Variant
+    nodes: int
+    errors: tuple[LoadError, ...]
+    tension: float | None
+    tip: float | None
+    contact: float | None
+    level: Level
+
+
+@dataclass(frozen=True, slots=True)
+class MeshErrorEstimate:
+    """The error of a robot's mesh.
+
+    Attributes:
+        loads: what was compared.
+        references: one a load; None where none was found.
+        variants: errors of every mesh, the robot's own first.
+        states: their equilibria.
+        complete: whether all meshes were compared under all loads.
+        verdict: one sentence.
+        advice: what to change; "" where nothing is.
+    """
+
+    loads: tuple[Load, ...]
+    references: tuple[Reference | None, ...]
+    variants: tuple[VariantErrors, ...]
+    states: tuple[VariantStates, ...]
+    complete: bool
+    verdict: str
+    advice: str
+
+    @property
+    def finding(self) -> Finding:
+        """The verdict as a line among others."""
+        level = self.variants[0].level if self.variants else "doubtful"
+        return Finding("error of the mesh", level, self.verdict, self.advice)
+
+
+def estimate_error(
+    loads: tuple[Load, ...], found: tuple[VariantStates, ...], size: float, complete: bool
+) -> MeshErrorEstimate:
+    """Compare meshes.
+
+    Args:
+        loads: the loads.
+        found: equilibria of the meshes, the robot's own first.
+        size: of the robot, which errors of the tip are compared with [m].
+        complete: whether all meshes were compared under all loads.
+    """
+    references = tuple(reference_state(found, index) for index in range(len(loads)))
+    known = [item.state for item in references if item is not None]
+    scales = tuple(
+        max((value(state) for state in known), default=0.0)
+        for value in (largest_tension, lambda state: state.contact_force)
+    )
+    variants = tuple(variant_errors(item, references, scales, size) for item in found)
+    verdict, advice = judged(variants, references)
+    return MeshErrorEstimate(loads, references, variants, found, complete, verdict, advice)
+
+
+def largest_tension(state: LoadedState) -> float:
+    """The largest tension of a state [N]."""
+    return max(state.tension, default=0.0)
+
+
+def reference_state(found: tuple[VariantStates, ...], index: int) -> Reference | None:
+    """The extrapolated limit where three refinements show an order, otherwise the finest quadratic mesh.
+
+    Args:
+        found: equilibria of the meshes, the robot's own first.
+        index: of the load.
+    """
+    if not found:
+        return None
+    own = found[0].variant.element
+    settled = [item for item in found if len(item.states) > index and item.states[index].converged]
+    levels = sorted(
+        (item for item in settled if item.variant.element == own),
+        key=lambda item: item.variant.refinements,
+    )[-3:]
+    if len(levels) == 3:
+        extrapolated = extrapolated_state([item.states[index] for item in levels])
+        if extrapolated is not None:
+            state, order = extrapolated
+            return Reference(state, f"{own} meshes refined up to twice, extrapolated", order)
+    finest = max(
+        (item for item in settled if item.variant.element == "quadratic"),
+        key=lambda item: item.variant.refinements,
+        default=None,
+    )
+    if finest is None or finest is found[0]:
+        return None
+    return Reference(finest.states[index], f"{finest.variant.name} elements", None)
+
+
+def extrapolated_state(states: list[LoadedState]) -> tuple[LoadedState, float] | None:
+    """Richardson extrapolation of three states, each on a mesh twice as fine as the one before.
+
+    Returns:
+        The limit and the observed order of the tip; None where a quantity shows no order of convergence.
+    """
+    names = ("tension", "tip", "contact_force")
+    limits, orders = [], []
+    for name in names:
+        values = [np.atleast_1d(getattr(state, name)) for state in states]
+        limit = richardson(*values)
+        if limit is None:
+            return None
+        limits.append(limit[0])
+        orders.append(limit[1])
+    tension, tip, contact = limits
+    state = LoadedState(True, tuple(tension.tolist()), tuple(tip.tolist()), float(contact[0]))
+    return state, orders[1]
+
+
+def richardson(coarse: Array, middle: Array, fine: Array) -> tuple[Array, float] | None:
+    """The limit of a quantity (m,) on meshes of sizes 4 h, 2 h and h, with its observed order.
+
+    The order is log2 |middle − coarse| / |fine − middle| (Roache 1994).
+
+    Returns:
+        The limit (m,) and the order; None where the order is not between `LEAST_ORDER` and `LARGEST_ORDER`.
+    """
+    first, second = np.linalg.norm(middle - coarse), np.linalg.norm(fine - middle)
+    if second <= 1e-9 * max(float(np.linalg.norm(fine)), 1e-12):
+        return fine, LARGEST_ORDER
+    ratio = float(first / second)
+    if not 2.0**LEAST_ORDER <= ratio <= 2.0**LARGEST_ORDER:
+        return None
+    return fine + (fine - middle) / (ratio - 1.0), float(np.log2(ratio))
+
+
+def variant_errors(
+    found: VariantStates,
+    references: tuple[Reference | None, ...],
+    scales: tuple[float, ...],
+    size: float,
+) -> VariantErrors:
+    """Errors of one mesh.
+
+    Args:
+        found: its equilibria.
+        references: one a load.
+        scales: largest tension and contact force of the references [N].
+        size: of the robot [m].
+    """
+    errors = tuple(
+        load_error(state, None if reference is None else reference.state, scales)
+        for state, reference in zip(found.states, references, strict=False)
+    )
+    tension, tip, contact = (
+        max((getattr(item, name) for item in errors if getattr(item, name) is not None),
+            key=abs, default=None)
+        for name in ("tension", "tip", "contact")
+    )  # fmt: skip
+    levels = [graded(abs(value), *FORCE) for value in (tension, contact) if value is not None]
+    levels += [] if tip is None else [graded(tip / size, *TIP)]
+    unsettled = any(not state.converged for state in found.states)
+    level: Level = "wrong" if unsettled else "doubtful"
+    if levels and not unsettled:
+        level = worst(tuple(Finding("", item, "") for item in levels))
+    return VariantErrors(found.variant, found.nodes, errors, tension, tip, contact, level)
+
+
+def load_error(
+    state: LoadedState, reference: LoadedState | None, scales: tuple[float, ...]
+) -> LoadError:
+    """Differences of a state from the reference.
+
+    Args:
+        state: on a mesh.
+        reference: under the same load.
+        scales: largest tension and contact force of the references [N].
+    """
+    if reference is None or not state.converged:
+        return LoadError(None, None, None)
+    change = np.subtract(state.tension, reference.tension)  # (n_a,)
+    most = max(largest_tension(reference), LEAST_FORCE * scales[0], 1e-9)
+    tips = np.subtract(state.tip, reference.tip).reshape(-1, 3)
+    contact = None
+    if scales[1] > 0.0:
+        pushing = max(reference.contact_force, LEAST_FORCE * scales[1])
+        contact = (state.contact_force - reference.contact_force) / pushing
+    return LoadError(
+        tension=float(change[np.abs(change).argmax()] / most),
+        tip=float(np.linalg.norm(tips, axis=1).max()),
+        contact=contact,
+    )
+
+
+def judged(
+    variants: tuple[VariantErrors, ...], references: tuple[Reference | None, ...]
+) -> tuple[str, str]:
+    """The verdict on the first mesh, and what to change."""
+    sources = list(dict.fromkeys(item.source for item in references if item is not None))
+    if not variants or variants[0].tension is None or not sources:
+        return (
+            "no equilibrium was found both on this mesh and on a better one",
+            "smaller --share, or more --refinements",
+        )
+    own = variants[0]
+    stiff = {"fine": "fine", "doubtful": "not accurate", "wrong": "wrong"}[own.level]
+    if own.level != "fine" and own.tension is not None and own.tension > FORCE[0]:
+        stiff = "too stiff"
+    sentence = (
+        f"{own.variant.name} elements are {stiff}: {listed(own)}, against {' and '.join(sources)}"
+    )
+    if own.level == "fine":
+        return sentence, ""
+    others = [item for item in variants[1:] if item.tension is not None and item.level == "fine"]
+    if not others:
+        return (
+            sentence,
+            "no mesh compared is fine: refine where strain is large, or --refinements 2",
+        )
+    best = min(others, key=lambda item: (item.variant.relative_cost, item.nodes))
+    advice = f"set mesh.element = {best.variant.element!r}"
+    if best.variant.element == own.variant.element:
+        advice = "refine the mesh"
+    elif best.variant.refinements:
+        advice += " and refine the mesh"
+    if f"{best.variant.name} elements" in sources:
+        return sentence, f"{advice} (the reference itself; --refinements 2 measures its error)"
+    return sentence, f"{advice} ({listed(best)})"
+
+
+def listed(errors: VariantErrors) -> str:
+    """The largest errors of a mesh in words."""
+    parts = []
+    if errors.tension is not None:
+        parts.append(f"tension {100.0 * errors.tension:+.1f} %")
+    if errors.tip is not None:
+        parts.append(f"tip {1e3 * errors.tip:.2f} mm")
+    if errors.contact is not None:
+        parts.append(f"contact force {100.0 * errors.contact:+.1f} %")
+    return ", ".join(parts)
