@@ -13,6 +13,7 @@ from tauten.service.check.mesh_variants import Load, LoadedState, Variant, Varia
 FORCE = (0.03, 0.1)  # relative; from here on doubtful and wrong
 TIP = (0.003, 0.01)  # of the robot's size
 LEAST_FORCE = 0.05  # of the largest: smaller forces are compared with this
+SMALL = 0.3  # of what is doubtful: such changes need no order of convergence
 LEAST_ORDER, LARGEST_ORDER = 0.5, 4.0  # observed orders that are extrapolated with
 
 
@@ -23,7 +24,7 @@ class Reference:
     Attributes:
         state: tensions, tips and contact force.
         source: how it was found: the meshes that were extrapolated, or the mesh.
-        order: observed order of convergence of the tip where it was extrapolated, otherwise None.
+        order: observed order of convergence of the tension where it was extrapolated, otherwise None.
     """
 
     state: LoadedState
@@ -108,7 +109,7 @@ def estimate_error(
         size: of the robot, which errors of the tip are compared with [m].
         complete: whether all meshes were compared under all loads.
     """
-    references = tuple(reference_state(found, index) for index in range(len(loads)))
+    references = tuple(reference_state(found, index, size) for index in range(len(loads)))
     known = [item.state for item in references if item is not None]
     scales = tuple(
         max((value(state) for state in known), default=0.0)
@@ -124,12 +125,13 @@ def largest_tension(state: LoadedState) -> float:
     return max(state.tension, default=0.0)
 
 
-def reference_state(found: tuple[VariantStates, ...], index: int) -> Reference | None:
+def reference_state(found: tuple[VariantStates, ...], index: int, size: float) -> Reference | None:
     """The extrapolated limit where three refinements show an order, otherwise the finest quadratic mesh.
 
     Args:
         found: equilibria of the meshes, the robot's own first.
         index: of the load.
+        size: of the robot [m].
     """
     if not found:
         return None
@@ -140,7 +142,7 @@ def reference_state(found: tuple[VariantStates, ...], index: int) -> Reference |
         key=lambda item: item.variant.refinements,
     )[-3:]
     if len(levels) == 3:
-        extrapolated = extrapolated_state([item.states[index] for item in levels])
+        extrapolated = extrapolated_state([item.states[index] for item in levels], size)
         if extrapolated is not None:
             state, order = extrapolated
             return Reference(state, f"{own} meshes refined up to twice, extrapolated", order)
@@ -151,44 +153,61 @@ def reference_state(found: tuple[VariantStates, ...], index: int) -> Reference |
     )
     if finest is None or finest is found[0]:
         return None
-    return Reference(finest.states[index], f"{finest.variant.name} elements", None)
+    source = finest.variant.phrase
+    if len(levels) == 3:
+        source += f" ({own} meshes show no order of convergence)"
+    return Reference(finest.states[index], source, None)
 
 
-def extrapolated_state(states: list[LoadedState]) -> tuple[LoadedState, float] | None:
+def extrapolated_state(
+    states: list[LoadedState], size: float
+) -> tuple[LoadedState, float | None] | None:
     """Richardson extrapolation of three states, each on a mesh twice as fine as the one before.
 
+    Args:
+        states: from coarse to fine.
+        size: of the robot [m].
+
     Returns:
-        The limit and the observed order of the tip; None where a quantity shows no order of convergence.
+        The limit and the observed order of the tension; None where a quantity shows no order of convergence
+        and its last change is not small.
     """
-    names = ("tension", "tip", "contact_force")
-    limits, orders = [], []
-    for name in names:
+    found = []
+    for name in ("tension", "tip", "contact_force"):
         values = [np.atleast_1d(getattr(state, name)) for state in states]
-        limit = richardson(*values)
+        largest = float(np.abs(values[-1]).max(initial=0.0))
+        small = SMALL * (TIP[0] * size if name == "tip" else FORCE[0] * largest)
+        limit = richardson(values[0], values[1], values[2], small)
         if limit is None:
             return None
-        limits.append(limit[0])
-        orders.append(limit[1])
-    tension, tip, contact = limits
+        found.append(limit)
+    (tension, order), (tip, _), (contact, _) = found
     state = LoadedState(True, tuple(tension.tolist()), tuple(tip.tolist()), float(contact[0]))
-    return state, orders[1]
+    return state, order
 
 
-def richardson(coarse: Array, middle: Array, fine: Array) -> tuple[Array, float] | None:
-    """The limit of a quantity (m,) on meshes of sizes 4 h, 2 h and h, with its observed order.
+def richardson(
+    coarse: Array, middle: Array, fine: Array, small: float = 0.0
+) -> tuple[Array, float | None] | None:
+    """The limit of a quantity on meshes of sizes 4 h, 2 h and h, with its observed order.
 
     The order is log2 |middle − coarse| / |fine − middle| (Roache 1994).
 
+    Args:
+        coarse: (m,) with size 4 h.
+        middle: (m,) with size 2 h.
+        fine: (m,) with size h.
+        small: change from the middle to the fine mesh that needs no order.
+
     Returns:
-        The limit (m,) and the order; None where the order is not between `LEAST_ORDER` and `LARGEST_ORDER`.
+        The limit (m,) and the order. Where it is not between `LEAST_ORDER` and `LARGEST_ORDER`: the fine
+        value without order where the last change is small, otherwise None.
     """
-    first, second = np.linalg.norm(middle - coarse), np.linalg.norm(fine - middle)
-    if second <= 1e-9 * max(float(np.linalg.norm(fine)), 1e-12):
-        return fine, LARGEST_ORDER
-    ratio = float(first / second)
-    if not 2.0**LEAST_ORDER <= ratio <= 2.0**LARGEST_ORDER:
-        return None
-    return fine + (fine - middle) / (ratio - 1.0), float(np.log2(ratio))
+    first, second = float(np.linalg.norm(middle - coarse)), float(np.linalg.norm(fine - middle))
+    if second * 2.0**LEAST_ORDER <= first <= second * 2.0**LARGEST_ORDER and second > 0.0:
+        ratio = first / second
+        return fine + (fine - middle) / (ratio - 1.0), float(np.log2(ratio))
+    return (fine, None) if second <= small else None
 
 
 def variant_errors(
@@ -263,9 +282,7 @@ def judged(
     stiff = {"fine": "fine", "doubtful": "not accurate", "wrong": "wrong"}[own.level]
     if own.level != "fine" and own.tension is not None and own.tension > FORCE[0]:
         stiff = "too stiff"
-    sentence = (
-        f"{own.variant.name} elements are {stiff}: {listed(own)}, against {' and '.join(sources)}"
-    )
+    sentence = f"{own.variant.phrase} are {stiff}: {listed(own)}, against {' and '.join(sources)}"
     if own.level == "fine":
         return sentence, ""
     others = [item for item in variants[1:] if item.tension is not None and item.level == "fine"]
@@ -280,7 +297,7 @@ def judged(
         advice = "refine the mesh"
     elif best.variant.refinements:
         advice += " and refine the mesh"
-    if f"{best.variant.name} elements" in sources:
+    if any(source.startswith(best.variant.phrase) for source in sources):
         return sentence, f"{advice} (the reference itself; --refinements 2 measures its error)"
     return sentence, f"{advice} ({listed(best)})"
 

@@ -15,6 +15,7 @@ from tauten.service.check.findings import Finding
 POOR = 0.2  # mean ratio; the deformation of an element below it is badly resolved
 BAD = 0.05  # mean ratio; such an element limits the accuracy of what is around it
 USUAL_SIZE = (0.005, 3.0)  # m; a soft robot smaller or larger is probably in another unit
+LEAST_FILLED = 0.02  # of the mesh's length; cables that reach over less are in another unit
 NEAR = 0.05  # of the mesh's size; how far outside its bounding box a cable may run
 
 
@@ -47,21 +48,22 @@ def length_unit(config: RobotConfig, mesh: TetMesh) -> Finding:
     """Whether the mesh has the size of a robot, and where its cables are."""
     unit = config.mesh.length_unit
     points = np.array([point for _, point in named_points(config)])  # (p, 3)
-    inside = {}
+    size, spread = (float(np.ptp(item, axis=0).max()) for item in (mesh.nodes, points))
+    inside, filled = {}, {}
     for name, scale in UNITS.items():
-        nodes = mesh.nodes * (scale / UNITS[unit])
-        slack = NEAR * float(np.ptp(nodes, axis=0).max())
-        low, high = nodes.min(axis=0) - slack, nodes.max(axis=0) + slack
-        # a mesh that is far larger than what it holds has the wrong unit too
-        fills = float(np.ptp(points, axis=0).max()) > 0.01 * float(np.ptp(nodes, axis=0).max())
-        inside[name] = int(((points >= low) & (points <= high)).all(axis=1).sum()) * fills
-    size = float(np.ptp(mesh.nodes, axis=0).max())
+        factor = scale / UNITS[unit]
+        low = factor * mesh.nodes.min(axis=0) - NEAR * factor * size
+        high = factor * mesh.nodes.max(axis=0) + NEAR * factor * size
+        inside[name] = int(((points >= low) & (points <= high)).all(axis=1).sum())
+        filled[name] = spread / (factor * size)
     found = f"{1e3 * size:.4g} mm long with length_unit = {unit!r}"
-    best = max(inside, key=lambda name: (inside[name], name == unit))
-    if best != unit:
+    best = max(UNITS, key=lambda name: (inside[name], filled[name], name == unit))
+    # points that fill the mesh, or a fair part of it, are no reason for another unit
+    if best != unit and (inside[unit] < inside[best] or 0.0 < filled[unit] < LEAST_FILLED):
         advice = (
-            f"set mesh.length_unit = {best!r}: {inside[best]} of {len(points)} points of cables and "
-            f"effectors would lie in the mesh, now {inside[unit]}"
+            f"set mesh.length_unit = {best!r}: then {inside[best]} of {len(points)} points of cables and "
+            f"effectors lie within its bounding box and reach over {100.0 * filled[best]:.2g} % of it, now "
+            f"{inside[unit]} and {100.0 * filled[unit]:.2g} %"
         )
         return Finding("length unit", "wrong", found, advice)
     if not USUAL_SIZE[0] <= size <= USUAL_SIZE[1]:
@@ -110,10 +112,10 @@ def points_outside(config: RobotConfig, mesh: TetMesh) -> Finding:
     named = named_points(config)
     points = np.array([point for _, point in named])  # (p, 3)
     held = attach(sound, points, subject, np.inf)
-    inner = np.maximum(held.weights, 0.0)
-    inner /= inner.sum(axis=1, keepdims=True)
-    nearest = np.einsum("pa,pai->pi", inner, sound.nodes[held.nodes])  # (p, 3)
-    distance = np.linalg.norm(points - nearest, axis=1)  # (p,)
+    corners = sound.nodes[held.nodes]  # (p, 4, 3)
+    inverse = np.linalg.inv(np.swapaxes(corners[:, 1:] - corners[:, :1], 1, 2))  # (p, 3, 3)
+    gradients = np.concatenate([-inverse.sum(axis=1, keepdims=True), inverse], axis=1)  # (p, 4, 3)
+    distance = (-held.weights / np.linalg.norm(gradients, axis=2)).max(axis=1)  # (p,) to a face
     beyond = np.flatnonzero(distance > 1e-9 * sound.size)
     if not len(beyond):
         return Finding(subject, "fine", f"all {len(points)} points in the mesh")
@@ -122,7 +124,7 @@ def points_outside(config: RobotConfig, mesh: TetMesh) -> Finding:
     refused = bool((distance > np.maximum(allowed, 1e-9 * sound.size)).any())
     far = int(distance.argmax())
     found = (
-        f"{len(beyond)} of {len(points)} points outside of the mesh, {named[far][0]} by about "
+        f"{len(beyond)} of {len(points)} points outside of the mesh, {named[far][0]} by at least "
         f"{1e3 * distance[far]:.2g} mm"
     )
     advice = "move them into the body; max_outside only extrapolates the nearest element"

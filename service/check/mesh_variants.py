@@ -31,10 +31,20 @@ class Variant:
 
     @property
     def name(self) -> str:
-        """In tables and sentences."""
-        times = ("", ", refined once", ", refined twice")
+        """In tables."""
+        return self.element + self.refined
+
+    @property
+    def phrase(self) -> str:
+        """In sentences."""
+        return f"{self.element} elements{self.refined}"
+
+    @property
+    def refined(self) -> str:
+        """How often, in words; "" for the mesh of the file."""
+        words = ("", ", refined once", ", refined twice")
         count = self.refinements
-        return self.element + (times[count] if count < 3 else f", refined {count} times")
+        return words[count] if count < len(words) else f", refined {count} times"
 
     @property
     def relative_cost(self) -> int:

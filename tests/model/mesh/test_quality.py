@@ -47,7 +47,7 @@ def test_a_flattened_tetrahedron_has_a_small_mean_ratio() -> None:
 def test_parts_are_joined_by_faces_alone() -> None:
     one = box_mesh((1.0, 1.0, 1.0), (2, 1, 1))
     assert set(part_numbers(one.tets)) == {0}
-    second = TetMesh(one.nodes + [3.0, 0.0, 0.0], one.tets)
+    second = TetMesh(one.nodes + np.array([3.0, 0.0, 0.0]), one.tets)
     both = np.vstack([one.tets, second.tets + len(one.nodes)])
     assert np.bincount(part_numbers(both)).tolist() == [len(one.tets), len(one.tets)]
 
