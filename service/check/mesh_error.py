@@ -57,6 +57,7 @@ class VariantErrors:
         nodes: its nodes.
         errors: one a load.
         tension, tip, contact: of greatest amount over all loads; None where there is none.
+        unsettled: equilibria that were not found.
         level: fine, doubtful or wrong.
     """
 
@@ -66,6 +67,7 @@ class VariantErrors:
     tension: float | None
     tip: float | None
     contact: float | None
+    unsettled: int
     level: Level
 
 
@@ -116,7 +118,7 @@ def estimate_error(
         for value in (largest_tension, lambda state: state.contact_force)
     )
     variants = tuple(variant_errors(item, references, scales, size) for item in found)
-    verdict, advice = judged(variants, references)
+    verdict, advice = judged(variants, references, complete)
     return MeshErrorEstimate(loads, references, variants, found, complete, verdict, advice)
 
 
@@ -235,11 +237,13 @@ def variant_errors(
     )  # fmt: skip
     levels = [graded(abs(value), *FORCE) for value in (tension, contact) if value is not None]
     levels += [] if tip is None else [graded(tip / size, *TIP)]
-    unsettled = any(not state.converged for state in found.states)
+    unsettled = sum(not state.converged for state in found.states)
     level: Level = "wrong" if unsettled else "doubtful"
     if levels and not unsettled:
         level = worst(tuple(Finding("", item, "") for item in levels))
-    return VariantErrors(found.variant, found.nodes, errors, tension, tip, contact, level)
+    return VariantErrors(
+        found.variant, found.nodes, errors, tension, tip, contact, unsettled, level
+    )
 
 
 def load_error(
@@ -269,13 +273,23 @@ def load_error(
 
 
 def judged(
-    variants: tuple[VariantErrors, ...], references: tuple[Reference | None, ...]
+    variants: tuple[VariantErrors, ...],
+    references: tuple[Reference | None, ...],
+    complete: bool,
 ) -> tuple[str, str]:
-    """The verdict on the first mesh, and what to change."""
+    """The verdict on the first mesh, and what to change.
+
+    Args:
+        variants: errors of the meshes, the robot's own first.
+        references: one a load.
+        complete: whether all meshes were compared under all loads.
+    """
     sources = list(dict.fromkeys(item.source for item in references if item is not None))
     if not variants or variants[0].tension is None or not sources:
+        if not complete:
+            return "stopped before a better mesh was compared", ""
         return (
-            "no equilibrium was found both on this mesh and on a better one",
+            "under no load an equilibrium was found both on this mesh and on a better one",
             "smaller --share, or more --refinements",
         )
     own = variants[0]
@@ -311,4 +325,6 @@ def listed(errors: VariantErrors) -> str:
         parts.append(f"tip {1e3 * errors.tip:.2f} mm")
     if errors.contact is not None:
         parts.append(f"contact force {100.0 * errors.contact:+.1f} %")
+    if errors.unsettled:
+        parts.append(f"{errors.unsettled} of {len(errors.errors)} equilibria not found")
     return ", ".join(parts)

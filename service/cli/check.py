@@ -24,7 +24,7 @@ def check(
     markdown: Annotated[Path | None, typer.Option(help="Page to put the tables into.")] = None,
     share: Annotated[
         list[float] | None,
-        typer.Option(min=0.0, max=1.0, help="Share of each cable's largest pull, or several."),
+        typer.Option(min=0.01, max=1.0, help="Share of each cable's largest pull, or several."),
     ] = None,
     refinements: Annotated[
         int,

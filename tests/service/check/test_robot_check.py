@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import meshio
@@ -12,8 +13,10 @@ from support.bodies import box_mesh
 from support.processes import run_main
 
 from tauten.model import Simulator, load_robot
+from tauten.model.load import robot_path
 from tauten.model.mesh import TetMesh
-from tauten.service.check import CheckSettings, Finding, RobotCheck, check_robot
+from tauten.model.schema import RobotConfig, model_tables, read_toml, validated
+from tauten.service.check import CheckSettings, Finding, RobotCheck, Variant, check_robot
 from tauten.service.process import StopFlag
 
 SIZE = (0.2, 0.02, 0.02)
@@ -241,11 +244,40 @@ def test_beams_are_checked_as_far_as_applies() -> None:
     assert result.estimate is None
 
 
-def test_the_shipped_finger_is_too_stiff_with_linear_elements() -> None:
-    result = checked("finger", shares=(0.25,))
+def test_the_shipped_finger_is_too_stiff_with_linear_elements(tmp_path: Path) -> None:
+    shipped = robot_path("finger")
+    text = re.sub(r"(?m)^element = .*$", "", shipped.read_text(encoding="utf-8"))
+    mesh = validated(RobotConfig, model_tables(read_toml(shipped)), shipped).mesh.file
+    copy = tmp_path / "finger.toml"
+    found = text.replace(
+        f'file = "{mesh}"', f'file = "{shipped.parent / mesh}"\nelement = "linear"'
+    )
+    copy.write_text(found, encoding="utf-8")
+    result = checked(str(copy), shares=(0.1,))
     assert result.estimate is not None
-    if result.estimate.variants[0].variant.element != "linear":
-        pytest.skip("the finger has better elements by now")
     assert "linear elements are too stiff" in result.estimate.verdict
-    assert result.estimate.variants[0].tension is not None
-    assert result.estimate.variants[0].tension > 0.5
+    own = result.estimate.variants[0]
+    assert own.variant == Variant("linear", 0)
+    assert own.tension is not None
+    assert own.tension > 0.2
+
+
+def test_a_stop_on_the_first_mesh_gives_no_verdict(tmp_path: Path) -> None:
+    stop = StopFlag()
+    settings = CheckSettings(write(tmp_path), (0.1, 0.2), 1)
+    result = check_robot(settings, stop, lambda _share, what: stop.request())
+    assert not result.complete
+    assert result.level == "doubtful"
+    assert result.estimate is not None
+    assert result.estimate.verdict == "stopped before a better mesh was compared"
+
+
+def test_an_equilibrium_that_is_not_found_is_said(tmp_path: Path) -> None:
+    """A cable of 0.11 m that is to be 0.3 m shorter."""
+    robot = write(tmp_path, None, ("max_pull = 0.05", "max_pull = 0.3"))
+    result = checked(robot, shares=(0.1, 1.0), refinements=0)
+    assert result.estimate is not None
+    own = result.estimate.variants[0]
+    assert own.unsettled == 1
+    assert own.level == "wrong"
+    assert "1 of 2 equilibria not found" in result.estimate.verdict
