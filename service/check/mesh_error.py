@@ -7,13 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from tauten.model.numerics import Array
+from tauten.model.schema import ElementName
 from tauten.service.check.findings import Finding, Level, graded, worst
 from tauten.service.check.mesh_variants import Load, LoadedState, Variant, VariantStates
 
 FORCE = (0.03, 0.1)  # relative; from here on doubtful and wrong
 TIP = (0.003, 0.01)  # of the robot's size
 LEAST_FORCE = 0.05  # of the largest: smaller forces are compared with this
-SMALL = 0.3  # of what is doubtful: such changes need no order of convergence
 LEAST_ORDER, LARGEST_ORDER = 0.5, 4.0  # observed orders that are extrapolated with
 
 
@@ -111,7 +111,7 @@ def estimate_error(
         size: of the robot, which errors of the tip are compared with [m].
         complete: whether all meshes were compared under all loads.
     """
-    references = tuple(reference_state(found, index, size) for index in range(len(loads)))
+    references = tuple(reference_state(found, index) for index in range(len(loads)))
     known = [item.state for item in references if item is not None]
     scales = tuple(
         max((value(state) for state in known), default=0.0)
@@ -127,33 +127,26 @@ def largest_tension(state: LoadedState) -> float:
     return max(state.tension, default=0.0)
 
 
-def reference_state(found: tuple[VariantStates, ...], index: int, size: float) -> Reference | None:
-    """The extrapolated limit where three refinements show an order, otherwise the finest quadratic mesh.
+def reference_state(found: tuple[VariantStates, ...], index: int) -> Reference | None:
+    """The extrapolated limit of what shows an order over three refinements, the rest of the finest quadratic.
 
     Args:
         found: equilibria of the meshes, the robot's own first.
         index: of the load.
-        size: of the robot [m].
     """
     if not found:
         return None
     own = found[0].variant.element
     settled = [item for item in found if len(item.states) > index and item.states[index].converged]
-    levels = sorted(
-        (item for item in settled if item.variant.element == own),
-        key=lambda item: item.variant.refinements,
-    )[-3:]
+    settled.sort(key=lambda item: item.variant.refinements)
+    levels = [item.states[index] for item in settled if item.variant.element == own][-3:]
+    quadratic = [item for item in settled if item.variant.element == "quadratic"]
+    finest = quadratic[-1] if quadratic and quadratic[-1] is not found[0] else None
     if len(levels) == 3:
-        extrapolated = extrapolated_state([item.states[index] for item in levels], size)
+        extrapolated = extrapolated_state(levels, own, finest, index)
         if extrapolated is not None:
-            state, order = extrapolated
-            return Reference(state, f"{own} meshes refined up to twice, extrapolated", order)
-    finest = max(
-        (item for item in settled if item.variant.element == "quadratic"),
-        key=lambda item: item.variant.refinements,
-        default=None,
-    )
-    if finest is None or finest is found[0]:
+            return extrapolated
+    if finest is None:
         return None
     source = finest.variant.phrase
     if len(levels) == 3:
@@ -162,35 +155,42 @@ def reference_state(found: tuple[VariantStates, ...], index: int, size: float) -
 
 
 def extrapolated_state(
-    states: list[LoadedState], size: float
-) -> tuple[LoadedState, float | None] | None:
+    levels: list[LoadedState], own: ElementName, finest: VariantStates | None, index: int
+) -> Reference | None:
     """Richardson extrapolation of three states, each on a mesh twice as fine as the one before.
 
     Args:
-        states: from coarse to fine.
-        size: of the robot [m].
+        levels: from coarse to fine.
+        own: what their meshes are made of.
+        finest: quadratic mesh from which quantities without an order of convergence are taken.
+        index: of the load.
 
     Returns:
-        The limit and the observed order of the tension; None where a quantity shows no order of convergence
-        and its last change is not small.
+        None where the tension has no order of convergence, or there is no quadratic mesh where one is needed.
     """
-    found = []
-    for name in ("tension", "tip", "contact_force"):
-        values = [np.atleast_1d(getattr(state, name)) for state in states]
-        largest = float(np.abs(values[-1]).max(initial=0.0))
-        small = SMALL * (TIP[0] * size if name == "tip" else FORCE[0] * largest)
-        limit = richardson(values[0], values[1], values[2], small)
-        if limit is None:
+    names = {"tension": "tension", "tip": "tip", "contact_force": "contact force"}
+    limits: dict[str, tuple[Array, float | None]] = {}
+    for name in names:
+        found = richardson(*(np.atleast_1d(getattr(state, name)) for state in levels))
+        if found is not None:
+            limits[name] = found
+    missing = [text for name, text in names.items() if name not in limits]
+    source = f"{own} meshes extrapolated"
+    state = levels[-1]
+    if missing:
+        if finest is None or "tension" in missing:
             return None
-        found.append(limit)
-    (tension, order), (tip, _), (contact, _) = found
-    state = LoadedState(True, tuple(tension.tolist()), tuple(tip.tolist()), float(contact[0]))
-    return state, order
+        source += f" ({' and '.join(missing)}: {finest.variant.phrase})"
+        state = finest.states[index]
+    changed = {name: tuple(limit.tolist()) for name, (limit, _) in limits.items()}
+    contact = changed.get("contact_force", (state.contact_force,))
+    state = LoadedState(
+        True, changed["tension"], changed.get("tip", state.tip), max(contact[0], 0.0)
+    )
+    return Reference(state, source, limits["tension"][1])
 
 
-def richardson(
-    coarse: Array, middle: Array, fine: Array, small: float = 0.0
-) -> tuple[Array, float | None] | None:
+def richardson(coarse: Array, middle: Array, fine: Array) -> tuple[Array, float | None] | None:
     """The limit of a quantity on meshes of sizes 4 h, 2 h and h, with its observed order.
 
     The order is log2 |middle − coarse| / |fine − middle| (Roache 1994).
@@ -199,17 +199,18 @@ def richardson(
         coarse: (m,) with size 4 h.
         middle: (m,) with size 2 h.
         fine: (m,) with size h.
-        small: change from the middle to the fine mesh that needs no order.
 
     Returns:
-        The limit (m,) and the order. Where it is not between `LEAST_ORDER` and `LARGEST_ORDER`: the fine
-        value without order where the last change is small, otherwise None.
+        The limit (m,) and the order; no order where the quantity does not change any more. None where the
+        order is not between `LEAST_ORDER` and `LARGEST_ORDER`.
     """
     first, second = float(np.linalg.norm(middle - coarse)), float(np.linalg.norm(fine - middle))
-    if second * 2.0**LEAST_ORDER <= first <= second * 2.0**LARGEST_ORDER and second > 0.0:
-        ratio = first / second
-        return fine + (fine - middle) / (ratio - 1.0), float(np.log2(ratio))
-    return (fine, None) if second <= small else None
+    if second <= 1e-9 * float(np.linalg.norm(fine)):
+        return fine, None
+    if not second * 2.0**LEAST_ORDER <= first <= second * 2.0**LARGEST_ORDER:
+        return None
+    ratio = first / second
+    return fine + (fine - middle) / (ratio - 1.0), float(np.log2(ratio))
 
 
 def variant_errors(
@@ -311,7 +312,7 @@ def judged(
         advice = "refine the mesh"
     elif best.variant.refinements:
         advice += " and refine the mesh"
-    if any(source.startswith(best.variant.phrase) for source in sources):
+    if any(source.startswith(best.variant.phrase) for source in sources) and best.tension == 0.0:
         return sentence, f"{advice} (the reference itself; --refinements 2 measures its error)"
     return sentence, f"{advice} ({listed(best)})"
 

@@ -4,12 +4,19 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter
 
 from tauten.service.check import MeshErrorEstimate
 
 COLOURS = {"linear": "#d55e00", "smoothed": "#009e73", "quadratic": "#0072b2"}
+QUANTITIES = (
+    ("tension", "tension [%]", 1e2),
+    ("tip", "tip [mm]", 1e3),
+    ("contact", "contact force [%]", 1e2),
+)
 EXACT = 1e-6  # errors are drawn on a logarithmic scale; the reference's own are zero
 
 
@@ -21,15 +28,18 @@ def draw_mesh_error(estimate: MeshErrorEstimate, path: str | Path) -> None:
         path: of the figure; its suffix decides the format.
     """
     figure = Figure(figsize=(10.0, 3.4), layout="constrained")
-    panels = figure.subplots(1, 3)
-    quantities = (("tension", "tension [%]", 1e2), ("tip", "tip [mm]", 1e3))
-    for axes, (name, label, scale) in zip(
-        panels, (*quantities, ("contact", "contact force [%]", 1e2)), strict=True
-    ):
+    quantities = [
+        item
+        for item in QUANTITIES
+        if any(getattr(variant, item[0]) is not None for variant in estimate.variants)
+    ]
+    panels = figure.subplots(1, max(len(quantities), 1), squeeze=False)[0]
+    for axes, (name, label, scale) in zip(panels, quantities, strict=bool(quantities)):
         draw_quantity(axes, estimate, name, scale)
         axes.set_xlabel("nodes")
         axes.set_ylabel(f"largest error of {label}")
         axes.grid(visible=True, which="both", alpha=0.3)
+        whole_decades(axes)
     handles, labels = panels[0].get_legend_handles_labels()
     if handles:
         panels[0].legend(handles, labels)
@@ -54,3 +64,13 @@ def draw_quantity(axes: Axes, estimate: MeshErrorEstimate, name: str, scale: flo
         points = sorted(point for point in points if point[1] > EXACT)
         if points:
             axes.loglog(*zip(*points, strict=True), "o-", color=colour, label=element)
+
+
+def whole_decades(axes: Axes) -> None:
+    """Limits at powers of ten, and labels at these alone."""
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    for axis, limits in ((axes.xaxis, axes.get_xlim()), (axes.yaxis, axes.get_ylim())):
+        low, high = np.log10(limits)
+        axis.set_minor_formatter(NullFormatter())
+        axis.set_view_interval(10.0 ** np.floor(low), 10.0 ** np.ceil(high), ignore=True)
