@@ -8,7 +8,7 @@ import pytest
 from tauten.service.check import richardson
 
 
-@pytest.mark.parametrize("order", [0.8, 1.2, 2.0, 3.0])
+@pytest.mark.parametrize("order", [1.1, 1.2, 2.0, 3.0])
 def test_a_power_law_is_extrapolated_to_its_limit(order: float) -> None:
     limit, slope = np.array([0.3, -2.0, 5.0]), np.array([0.2, 0.1, -0.4])
     found = richardson(*(limit + slope * h**order for h in (4.0, 2.0, 1.0)))

@@ -268,6 +268,17 @@ def test_the_shipped_finger_is_too_stiff_with_linear_elements(tmp_path: Path) ->
     assert own.tension > 0.2
 
 
+def test_where_no_mesh_is_fine_the_better_element_is_named(tmp_path: Path) -> None:
+    """One element over the thickness: linear meshes show no order yet, and a cable of 30 % is far."""
+    estimate = checked(write(tmp_path), shares=(0.04,), refinements=2).estimate
+    assert estimate is not None
+    print(
+        estimate.verdict,
+        [(i.variant.name, i.tension, i.tip) for i in estimate.variants],
+        estimate.advice,
+    )
+
+
 def test_a_stop_on_the_first_mesh_gives_no_verdict(tmp_path: Path) -> None:
     stop = StopFlag()
     settings = CheckSettings(write(tmp_path), (0.1, 0.2), 1)
