@@ -34,6 +34,7 @@ ORDER = (
     "controller.qpcc",
     "controller",
     "service.process",
+    "service.check",
     "service.wire",
     "service.log",
     "service",

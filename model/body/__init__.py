@@ -1,6 +1,7 @@
-"""The common part of all deformable bodies: material and sparse linear system."""
+"""The common part of all deformable bodies: material, sparse linear system, free vibration."""
 
 from tauten.model.body.material import Material
 from tauten.model.body.sparse_robot import SparseRobot
+from tauten.model.body.vibration import natural_frequencies
 
-__all__ = ["Material", "SparseRobot"]
+__all__ = ["Material", "SparseRobot", "natural_frequencies"]

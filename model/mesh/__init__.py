@@ -1,22 +1,41 @@
 """Tetrahedral meshes: reading, checks, refinement, surfaces, regions."""
 
 from tauten.model.mesh.quadratic import QuadraticMesh, quadratic_mesh, read_quadratic_mesh
+from tauten.model.mesh.quality import (
+    mean_ratios,
+    part_numbers,
+    read_unchecked_mesh,
+    wall_thickness,
+)
 from tauten.model.mesh.regions import in_box
 from tauten.model.mesh.surface import boundary_triangles, spread_points, triangle_areas
-from tauten.model.mesh.tet_mesh import EDGES, MeshError, TetMesh, checked, oriented, read_mesh
+from tauten.model.mesh.tet_mesh import (
+    EDGES,
+    UNITS,
+    MeshError,
+    TetMesh,
+    checked,
+    oriented,
+    read_mesh,
+)
 
 __all__ = [
     "EDGES",
     "MeshError",
     "QuadraticMesh",
     "TetMesh",
+    "UNITS",
     "boundary_triangles",
     "checked",
     "in_box",
+    "mean_ratios",
     "oriented",
+    "part_numbers",
     "quadratic_mesh",
     "read_mesh",
     "read_quadratic_mesh",
+    "read_unchecked_mesh",
     "spread_points",
     "triangle_areas",
+    "wall_thickness",
 ]

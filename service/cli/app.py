@@ -14,6 +14,7 @@ import typer
 from tauten.service.cli.bench import bench
 from tauten.service.cli.bench_elements import elements
 from tauten.service.cli.bench_node import node
+from tauten.service.cli.check import check
 from tauten.service.cli.closed_loop import closed_loop
 from tauten.service.cli.compare import compare
 from tauten.service.cli.operate import alive, command, doctor, metrics, record
@@ -174,7 +175,7 @@ def stream(
 _COMMANDS = (
     *(serve, plant, stream, demo, replay, solve),
     *(command, record, metrics, alive, doctor),
-    *(reduce, inspect, compare),
+    *(reduce, inspect, compare, check),
 )
 for _command in _COMMANDS:
     app.command()(_command)

@@ -2,6 +2,7 @@
 
 from tauten.service.tables.arm import ARM_BEGIN, ARM_END, arm_tables, sentences, write_arm_tables
 from tauten.service.tables.basis import basis_tables, found_robot, kept_curve, ranges
+from tauten.service.tables.check import check_tables, write_check_tables
 from tauten.service.tables.closed_loop import closed_loop_tables, write_closed_loop_tables
 from tauten.service.tables.contact_basis import (
     CONTACT_BASIS_BEGIN,
@@ -31,6 +32,7 @@ __all__ = [
     "basis_tables",
     "by_method",
     "certificate",
+    "check_tables",
     "closed_loop_tables",
     "contact_basis_tables",
     "element_tables",
@@ -44,6 +46,7 @@ __all__ = [
     "reduced_tables",
     "sentences",
     "write_arm_tables",
+    "write_check_tables",
     "write_closed_loop_tables",
     "write_contact_basis_tables",
     "write_element_tables",

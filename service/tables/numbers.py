@@ -23,26 +23,31 @@ class Numbers:
 
     Attributes:
         title: what it is about; "" for none.
-        columns: their names; the first is text, the others numbers.
+        columns: their names.
         rows: cells.
+        text_columns: how many of the first columns are text, the others are numbers.
     """
 
     title: str
     columns: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
+    text_columns: int = 1
 
     def rich(self) -> Table:
         """For the terminal."""
         table = Table(title=escape(self.title))
         for index, name in enumerate(self.columns):
-            table.add_column(escape(name), justify="right" if index else "left")
+            table.add_column(
+                escape(name), justify="right" if index >= self.text_columns else "left"
+            )
         for row in self.rows:
             table.add_row(*map(escape, row))
         return table
 
     def markdown(self) -> str:
         """For the docs."""
-        rule = [":--", *["--:"] * (len(self.columns) - 1)]
+        text = self.text_columns
+        rule = [":--"] * text + ["--:"] * (len(self.columns) - text)
         lines = [" | ".join(row) for row in (self.columns, rule, *self.rows)]
         title = f"**{self.title}**\n\n" if self.title else ""
         return title + "\n".join(f"| {line} |" for line in lines) + "\n"

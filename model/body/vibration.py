@@ -1,0 +1,40 @@
+"""Free vibration about a state of equilibrium."""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.linalg import LinearOperator, eigsh
+
+from tauten.model.body.sparse_robot import SparseRobot
+from tauten.model.numerics import Array, make_factorisation
+from tauten.model.robot import State
+
+
+def natural_frequencies(robot: SparseRobot, state: State, count: int) -> Array:
+    """The lowest natural frequencies without damping, cables slack, no contact: (count,) [Hz].
+
+    Solves K x = ω² M x with the exact tangent K at the state and the lumped mass M of the nodes that are not
+    fixed, by Lanczos iterations with the inverse of K (scipy's ARPACK).
+
+    Args:
+        robot: the robot; its workspace is left alone.
+        state: about which it vibrates.
+        count: how many; fewer where the robot has few degrees of freedom.
+
+    Raises:
+        FactorisationError: K is not positive definite, the body is not held or the state not stable.
+    """
+    pattern, n = robot.pattern, robot.n
+    _, values = robot.forces(state, exact=True)
+    K = sp.csc_array((values, pattern.indices, pattern.indptr), shape=(n, n))
+    factors = make_factorisation(pattern.indptr, pattern.indices, robot.linear_solver)
+    factors.refactor(values)
+    start = np.random.default_rng(0).standard_normal(n)  # the same answer every time
+    inverse = LinearOperator((n, n), matvec=lambda b: factors.solve(np.ravel(b)), dtype=float)
+    found = eigsh(
+        K, k=min(count, n - 1), M=sp.diags_array(robot.mass, format="csc"), sigma=0.0,
+        OPinv=inverse, return_eigenvectors=False, v0=start, tol=1e-9,
+    )  # fmt: skip
+    frequencies: Array = np.sqrt(np.maximum(np.sort(found), 0.0)) / (2.0 * np.pi)
+    return frequencies

@@ -1,0 +1,101 @@
+"""What can be wrong with a tetrahedral mesh: badly shaped elements, loose parts, thin walls."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.csgraph import connected_components
+
+from tauten.model.mesh.surface import FACES
+from tauten.model.mesh.tet_mesh import (
+    EDGES,
+    MeshError,
+    TetMesh,
+    kinds_of,
+    read_with_meshio,
+    used_nodes,
+)
+from tauten.model.numerics import Array, Ints
+
+PARALLEL = 1e-9  # of a triangle's edges: rays whose determinant is smaller do not cross it
+
+
+def read_unchecked_mesh(path: Path, length_unit: str = "m") -> TetMesh:
+    """Read tetrahedra as they are in the file, of quadratic ones the corners.
+
+    Args:
+        path: the mesh file.
+        length_unit: unit of its coordinates, one of "m", "cm", "mm".
+
+    Raises:
+        MeshError: the file is not readable, holds no tetrahedra, or corners that are no nodes.
+    """
+    raw = read_with_meshio(path)
+    kinds = kinds_of(raw)
+    kind = "tetra10" if "tetra10" in kinds else "tetra"
+    if kind not in kinds:
+        raise MeshError(f"{path}: no tetrahedra found; mesh the volume")
+    nodes, cells = used_nodes(raw, kind, length_unit, path)
+    used, numbers = np.unique(cells[:, :4], return_inverse=True)
+    return TetMesh(nodes[used], numbers.reshape(-1, 4))
+
+
+def mean_ratios(mesh: TetMesh) -> Array:
+    """Mean ratio of each tetrahedron, 12 (3 V)^(2/3) / Σ l²: (e,).
+
+    It is 1 for a regular tetrahedron, 0 for a flat one and negative for an inverted one (Liu and Joe 1994).
+    """
+    edges = mesh.nodes[mesh.tets[:, EDGES[:, 1]]] - mesh.nodes[mesh.tets[:, EDGES[:, 0]]]
+    squares = np.einsum("eki,eki->e", edges, edges)  # (e,) sum over six edges
+    volumes = 3.0 * mesh.volumes
+    signed = 12.0 * np.cbrt(volumes) * np.abs(np.cbrt(volumes))
+    ratios: Array = signed / np.maximum(squares, np.finfo(float).tiny)
+    return ratios
+
+
+def part_numbers(tets: Ints) -> Ints:
+    """Number of the part that each tetrahedron (e, 4) belongs to, parts being joined by faces: (e,)."""
+    faces = np.sort(tets[:, FACES], axis=2).reshape(-1, 3)  # (4 e, 3)
+    _, face = np.unique(faces, axis=0, return_inverse=True)
+    face = face.ravel()
+    owner = np.repeat(np.arange(len(tets)), 4)
+    incidence = sp.csr_array(
+        (np.ones(len(face)), (owner, face)), shape=(len(tets), int(face.max()) + 1)
+    )
+    _, part = connected_components(incidence @ incidence.T, directed=False)
+    numbers: Ints = part.astype(np.int64)
+    return numbers
+
+
+def wall_thickness(vertices: Array, boundary: Ints, triangles: Ints) -> Array:
+    """Distance from the centre of each triangle, straight into the body, to its other side.
+
+    Args:
+        vertices: (v, 3) positions [m].
+        boundary: (b, 3) vertex ids of the whole surface, seen from outside counter-clockwise.
+        triangles: (t, 3) those to measure at.
+
+    Returns:
+        (t,) thickness [m]; inf where the ray leaves the body through no triangle.
+    """
+    a, b, c = (vertices[boundary[:, i]] for i in range(3))
+    edge1, edge2 = b - a, c - a  # (b, 3)
+    outward = np.cross(edge1, edge2)
+    thickness = np.full(len(triangles), np.inf)
+    for index, corners in enumerate(vertices[triangles]):
+        normal = np.cross(corners[1] - corners[0], corners[2] - corners[0])
+        direction = -normal / np.linalg.norm(normal)
+        # Möller and Trumbore (1997), only triangles that the ray leaves through
+        leaving = np.flatnonzero(outward @ direction > PARALLEL * np.linalg.norm(outward, axis=1))
+        p = np.cross(direction, edge2[leaving])
+        scale = np.einsum("bi,bi->b", edge1[leaving], p)
+        s = corners.mean(axis=0) - a[leaving]
+        u = np.einsum("bi,bi->b", s, p) / scale
+        q = np.cross(s, edge1[leaving])
+        v = q @ direction / scale
+        t = np.einsum("bi,bi->b", edge2[leaving], q) / scale
+        crossed = (u >= -1e-9) & (v >= -1e-9) & (u + v <= 1.0 + 1e-9) & (t > 0.0)
+        thickness[index] = t[crossed].min(initial=np.inf)
+    return thickness

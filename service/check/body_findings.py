@@ -1,0 +1,102 @@
+"""What a robot's body says about itself: mass, sag, vibration, thickness of its walls."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from tauten.model import Simulator, TetRobot
+from tauten.model.beams import BeamRobot
+from tauten.model.body import natural_frequencies
+from tauten.model.mesh import boundary_triangles, wall_thickness
+from tauten.model.numerics import FactorisationError
+from tauten.service.check.findings import Finding, graded
+
+SAG = (0.1, 0.5)  # of the size; from here on doubtful and wrong
+FREQUENCIES = 3
+STEPS_A_PERIOD = 10.0  # below it implicit Euler damps most of the first vibration
+
+
+def body_findings(
+    robot: TetRobot | BeamRobot, groups: int, alarm_distance: float
+) -> Iterator[Finding]:
+    """Mass, sag under gravity, natural frequencies and, of tetrahedra, thin walls.
+
+    Args:
+        robot: the robot.
+        groups: degrees of freedom of a node: 3 for tetrahedra, 6 for beams.
+        alarm_distance: from which contact is looked for [m].
+    """
+    yield Finding("moving mass", "fine", f"{1e3 * robot.mass[::groups].sum():.4g} g")
+    yield sag(robot)
+    yield vibration(robot)
+    if isinstance(robot, TetRobot):
+        yield thin_walls(robot, alarm_distance)
+
+
+def sag(robot: TetRobot | BeamRobot) -> Finding:
+    """Displacement under gravity with slack cables, relative to the size of the body."""
+    subject = "sag under gravity"
+    if not robot.gravity.any():
+        return Finding(subject, "fine", "no gravity in the robot file")
+    advice = "check young_modulus [Pa], density [kg/m³], gravity and mesh.length_unit"
+    simulator = Simulator(robot, contact="none")
+    try:
+        converged = simulator.settle(tension=np.zeros(robot.n_a), tolerance=1e-6).converged
+    except FactorisationError:
+        converged = False
+    if not converged:
+        return Finding(subject, "wrong", "the body does not come to rest", advice)
+    points = simulator.robot.points(simulator.state) - robot.points(robot.rest())  # (P, 3)
+    moved = float(np.linalg.norm(points, axis=1).max())
+    level = graded(moved / robot.size, *SAG)
+    found = f"{1e3 * moved:.3g} mm, {100.0 * moved / robot.size:.2g} % of the size"
+    return Finding(subject, level, found, "" if level == "fine" else advice)
+
+
+def vibration(robot: TetRobot | BeamRobot) -> Finding:
+    """The lowest natural frequencies against the control rate."""
+    subject = "natural frequencies"
+    try:
+        frequencies = natural_frequencies(robot, robot.rest(), FREQUENCIES)
+    except FactorisationError:
+        return Finding(subject, "wrong", "the body is not held", "check fixed")
+    scheme = robot.integration
+    listed = ", ".join(f"{value:.3g}" for value in frequencies)
+    found = f"{listed} Hz at {scheme.rate:g} Hz of control"
+    first = float(frequencies[0])
+    if scheme.static:
+        if first < scheme.rate:
+            advice = 'integration.scheme = "quasi-static" leaves the first vibration out'
+            return Finding(subject, "doubtful", found, advice)
+        return Finding(subject, "fine", found)
+    if scheme.rate >= STEPS_A_PERIOD * first:
+        return Finding(subject, "fine", found)
+    advice = (
+        f"a period of the first vibration has {scheme.rate / first:.2g} steps, implicit Euler damps it; "
+        f"controller.rate = {STEPS_A_PERIOD * first:.3g} would resolve it"
+    )
+    return Finding(subject, "doubtful", found, advice)
+
+
+def thin_walls(robot: TetRobot, alarm_distance: float) -> Finding:
+    """Thickness of the body behind the surfaces that may touch, against the alarm distance."""
+    subject = "walls that may touch"
+    pairs = robot.contacts.pairs
+    if not pairs:
+        return Finding(subject, "fine", "no contacts in the robot file")
+    nodes, boundary = robot.mesh.nodes, boundary_triangles(robot.mesh.tets)
+    triangles = np.unique(np.concatenate([pair.triangles for pair in pairs]), axis=0)
+    thickness = wall_thickness(nodes, boundary, triangles)  # (t,)
+    thin = int((thickness < alarm_distance).sum())
+    at = int(thickness.argmin())
+    where = ", ".join(f"{value:.4g}" for value in nodes[triangles[at]].mean(axis=0))
+    found = (
+        f"{1e3 * thickness[at]:.3g} mm at least, at ({where}) m; {thin} of {len(triangles)} triangles "
+        f"thinner than the alarm distance of {1e3 * alarm_distance:g} mm"
+    )
+    if not thin:
+        return Finding(subject, "fine", found)
+    advice = f"set contact.alarm_distance below {thickness[at]:.2g} m"
+    return Finding(subject, "wrong", found, advice)

@@ -1,0 +1,342 @@
+"""How far equilibria on a mesh are from those on meshes that are finer or of higher order."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tauten.model.numerics import Array
+from tauten.model.schema import ElementName
+from tauten.service.check.findings import Finding, Level, graded, worst
+from tauten.service.check.mesh_variants import Load, LoadedState, Variant, VariantStates
+
+FORCE = (0.03, 0.1)  # relative; from here on doubtful and wrong
+TIP = (0.003, 0.01)  # of the robot's size
+LEAST_FORCE = 0.25  # of the largest: smaller forces are compared with this
+LEAST_ORDER, LARGEST_ORDER = 1.0, 4.0  # observed orders that are extrapolated with
+
+
+@dataclass(frozen=True, slots=True)
+class Reference:
+    """What the answer of an exact mesh under a load is taken to be.
+
+    Attributes:
+        state: tensions, tips and contact force.
+        source: how it was found: the meshes that were extrapolated, or the mesh.
+        order: observed order of convergence of the tension where it was extrapolated, otherwise None.
+    """
+
+    state: LoadedState
+    source: str
+    order: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class LoadError:
+    """Differences from the reference under one load; None where one of both was not found.
+
+    Attributes:
+        tension: difference of the tension that differs most, positive where the mesh is too stiff; relative
+            to the largest tension of the reference, or to a quarter of its largest under any load.
+        tip: largest distance of an effector from the reference [m].
+        contact: relative difference of the contact force, as for tension; None where nothing touches.
+    """
+
+    tension: float | None
+    tip: float | None
+    contact: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class VariantErrors:
+    """Errors of one mesh.
+
+    Attributes:
+        variant: the mesh.
+        nodes: its nodes.
+        errors: one a load.
+        tension, tip, contact: of greatest amount over all loads; None where there is none.
+        unsettled: equilibria that were not found.
+        level: fine, doubtful or wrong.
+    """
+
+    variant: Variant
+    nodes: int
+    errors: tuple[LoadError, ...]
+    tension: float | None
+    tip: float | None
+    contact: float | None
+    unsettled: int
+    level: Level
+
+
+@dataclass(frozen=True, slots=True)
+class MeshErrorEstimate:
+    """The error of a robot's mesh.
+
+    Attributes:
+        loads: what was compared.
+        references: one a load; None where none was found.
+        variants: errors of every mesh, the robot's own first.
+        states: their equilibria.
+        complete: whether all meshes were compared under all loads.
+        verdict: one sentence.
+        advice: what to change; "" where nothing is.
+    """
+
+    loads: tuple[Load, ...]
+    references: tuple[Reference | None, ...]
+    variants: tuple[VariantErrors, ...]
+    states: tuple[VariantStates, ...]
+    complete: bool
+    verdict: str
+    advice: str
+
+    @property
+    def finding(self) -> Finding:
+        """The verdict as a line among others."""
+        level = self.variants[0].level if self.variants else "doubtful"
+        return Finding("error of the mesh", level, self.verdict, self.advice)
+
+
+def estimate_error(
+    loads: tuple[Load, ...], found: tuple[VariantStates, ...], size: float, complete: bool
+) -> MeshErrorEstimate:
+    """Compare meshes.
+
+    Args:
+        loads: the loads.
+        found: equilibria of the meshes, the robot's own first.
+        size: of the robot, which errors of the tip are compared with [m].
+        complete: whether all meshes were compared under all loads.
+    """
+    references = tuple(reference_state(found, index) for index in range(len(loads)))
+    known = [item.state for item in references if item is not None]
+    scales = tuple(
+        max((value(state) for state in known), default=0.0)
+        for value in (largest_tension, lambda state: state.contact_force)
+    )
+    variants = tuple(variant_errors(item, references, scales, size) for item in found)
+    verdict, advice = judged(variants, references, complete)
+    return MeshErrorEstimate(loads, references, variants, found, complete, verdict, advice)
+
+
+def largest_tension(state: LoadedState) -> float:
+    """The largest tension of a state [N]."""
+    return max(state.tension, default=0.0)
+
+
+def reference_state(found: tuple[VariantStates, ...], index: int) -> Reference | None:
+    """The extrapolated limit of what shows an order over three refinements, the rest of the finest quadratic.
+
+    Args:
+        found: equilibria of the meshes, the robot's own first.
+        index: of the load.
+    """
+    if not found:
+        return None
+    own = found[0].variant.element
+    settled = [item for item in found if len(item.states) > index and item.states[index].converged]
+    settled.sort(key=lambda item: item.variant.refinements)
+    levels = [item.states[index] for item in settled if item.variant.element == own][-3:]
+    quadratic = [item for item in settled if item.variant.element == "quadratic"]
+    finest = quadratic[-1] if quadratic and quadratic[-1] is not found[0] else None
+    if len(levels) == 3:
+        extrapolated = extrapolated_state(levels, own, finest, index)
+        if extrapolated is not None:
+            return extrapolated
+    if finest is None:
+        return None
+    source = finest.variant.phrase
+    if len(levels) == 3:
+        source += f" ({own} meshes show no order of convergence)"
+    return Reference(finest.states[index], source, None)
+
+
+def extrapolated_state(
+    levels: list[LoadedState], own: ElementName, finest: VariantStates | None, index: int
+) -> Reference | None:
+    """Richardson extrapolation of three states, each on a mesh twice as fine as the one before.
+
+    Args:
+        levels: from coarse to fine.
+        own: what their meshes are made of.
+        finest: quadratic mesh from which quantities without an order of convergence are taken.
+        index: of the load.
+
+    Returns:
+        None where the tension has no order of convergence, or there is no quadratic mesh where one is needed.
+    """
+    names = {"tension": "tension", "tip": "tip", "contact_force": "contact force"}
+    limits: dict[str, tuple[Array, float | None]] = {}
+    for name in names:
+        found = richardson(*(np.atleast_1d(getattr(state, name)) for state in levels))
+        if found is not None:
+            limits[name] = found
+    missing = [text for name, text in names.items() if name not in limits]
+    source = f"{own} meshes extrapolated"
+    state = levels[-1]
+    if missing:
+        if finest is None or "tension" in missing:
+            return None
+        source += f" ({' and '.join(missing)}: {finest.variant.phrase})"
+        state = finest.states[index]
+    changed = {name: tuple(limit.tolist()) for name, (limit, _) in limits.items()}
+    contact = changed.get("contact_force", (state.contact_force,))
+    state = LoadedState(
+        True, changed["tension"], changed.get("tip", state.tip), max(contact[0], 0.0)
+    )
+    return Reference(state, source, limits["tension"][1])
+
+
+def richardson(coarse: Array, middle: Array, fine: Array) -> tuple[Array, float | None] | None:
+    """The limit of a quantity on meshes of sizes 4 h, 2 h and h, with its observed order.
+
+    The order is log2 |middle − coarse| / |fine − middle| (Roache 1994).
+
+    Args:
+        coarse: (m,) with size 4 h.
+        middle: (m,) with size 2 h.
+        fine: (m,) with size h.
+
+    Returns:
+        The limit (m,) and the order; no order where the quantity does not change any more. None where the
+        order is not between `LEAST_ORDER` and `LARGEST_ORDER`.
+    """
+    first, second = float(np.linalg.norm(middle - coarse)), float(np.linalg.norm(fine - middle))
+    if second <= 1e-9 * float(np.linalg.norm(fine)):
+        return fine, None
+    if not second * 2.0**LEAST_ORDER <= first <= second * 2.0**LARGEST_ORDER:
+        return None
+    ratio = first / second
+    return fine + (fine - middle) / (ratio - 1.0), float(np.log2(ratio))
+
+
+def variant_errors(
+    found: VariantStates,
+    references: tuple[Reference | None, ...],
+    scales: tuple[float, ...],
+    size: float,
+) -> VariantErrors:
+    """Errors of one mesh.
+
+    Args:
+        found: its equilibria.
+        references: one a load.
+        scales: largest tension and contact force of the references [N].
+        size: of the robot [m].
+    """
+    errors = tuple(
+        load_error(state, None if reference is None else reference.state, scales)
+        for state, reference in zip(found.states, references, strict=False)
+    )
+    tension, tip, contact = (
+        max((getattr(item, name) for item in errors if getattr(item, name) is not None),
+            key=abs, default=None)
+        for name in ("tension", "tip", "contact")
+    )  # fmt: skip
+    levels = [graded(abs(value), *FORCE) for value in (tension, contact) if value is not None]
+    levels += [] if tip is None else [graded(tip / size, *TIP)]
+    unsettled = sum(not state.converged for state in found.states)
+    level: Level = "wrong" if unsettled else "doubtful"
+    if levels and not unsettled:
+        level = worst(tuple(Finding("", item, "") for item in levels))
+    return VariantErrors(
+        found.variant, found.nodes, errors, tension, tip, contact, unsettled, level
+    )
+
+
+def load_error(
+    state: LoadedState, reference: LoadedState | None, scales: tuple[float, ...]
+) -> LoadError:
+    """Differences of a state from the reference.
+
+    Args:
+        state: on a mesh.
+        reference: under the same load.
+        scales: largest tension and contact force of the references [N].
+    """
+    if reference is None or not state.converged:
+        return LoadError(None, None, None)
+    change = np.subtract(state.tension, reference.tension)  # (n_a,)
+    most = max(largest_tension(reference), LEAST_FORCE * scales[0], 1e-9)
+    tips = np.subtract(state.tip, reference.tip).reshape(-1, 3)
+    contact = None
+    if scales[1] > 0.0:
+        pushing = max(reference.contact_force, LEAST_FORCE * scales[1])
+        contact = (state.contact_force - reference.contact_force) / pushing
+    return LoadError(
+        tension=float(change[np.abs(change).argmax()] / most),
+        tip=float(np.linalg.norm(tips, axis=1).max()),
+        contact=contact,
+    )
+
+
+def judged(
+    variants: tuple[VariantErrors, ...],
+    references: tuple[Reference | None, ...],
+    complete: bool,
+) -> tuple[str, str]:
+    """The verdict on the first mesh, and what to change.
+
+    Args:
+        variants: errors of the meshes, the robot's own first.
+        references: one a load.
+        complete: whether all meshes were compared under all loads.
+    """
+    sources = list(dict.fromkeys(item.source for item in references if item is not None))
+    if not variants or variants[0].tension is None or not sources:
+        if not complete:
+            return "stopped before a better mesh was compared", ""
+        return (
+            "under no load an equilibrium was found both on this mesh and on a better one",
+            "smaller --share, or more --refinements",
+        )
+    own = variants[0]
+    stiff = {"fine": "fine", "doubtful": "not accurate", "wrong": "wrong"}[own.level]
+    if own.level != "fine" and own.tension is not None and own.tension > FORCE[0]:
+        stiff = "too stiff"
+    sentence = f"{own.variant.phrase} are {stiff}: {listed(own)}, against {' and '.join(sources)}"
+    if own.level == "fine":
+        return sentence, ""
+    others = [item for item in variants[1:] if item.tension is not None and item.level == "fine"]
+    if not others:
+        return sentence, "refine the mesh where strain is large" + better_element(variants)
+    best = min(others, key=lambda item: (item.variant.relative_cost, item.nodes))
+    advice = f"set mesh.element = {best.variant.element!r}"
+    if best.variant.element == own.variant.element:
+        advice = "refine the mesh"
+    elif best.variant.refinements:
+        advice += " and refine the mesh"
+    if any(source.startswith(best.variant.phrase) for source in sources) and best.tension == 0.0:
+        return sentence, f"{advice} (the reference itself; --refinements 2 measures its error)"
+    return sentence, f"{advice} ({listed(best)})"
+
+
+def better_element(variants: tuple[VariantErrors, ...]) -> str:
+    """What other elements on the mesh of the file leave of the error, "" where that is not half as much.
+
+    Args:
+        variants: errors of the meshes, the robot's own first.
+    """
+    tensions = {item: abs(item.tension) for item in variants if item.tension is not None}
+    same = [item for item in tensions if item.variant.refinements == 0]
+    best = min(same, key=lambda item: tensions[item])
+    if 2.0 * tensions[best] > tensions[variants[0]]:
+        return ""
+    return f"; mesh.element = {best.variant.element!r} alone leaves {listed(best)}"
+
+
+def listed(errors: VariantErrors) -> str:
+    """The largest errors of a mesh in words."""
+    parts = []
+    if errors.tension is not None:
+        parts.append(f"tension {100.0 * errors.tension:+.1f} %")
+    if errors.tip is not None:
+        parts.append(f"tip {1e3 * errors.tip:.2f} mm")
+    if errors.contact is not None:
+        parts.append(f"contact force {100.0 * errors.contact:+.1f} %")
+    if errors.unsettled:
+        parts.append(f"{errors.unsettled} of {len(errors.errors)} equilibria not found")
+    return ", ".join(parts)

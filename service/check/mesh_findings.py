@@ -1,0 +1,131 @@
+"""What can be seen in a mesh file before a robot is built from it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from tauten.model.mesh import UNITS, TetMesh, mean_ratios, part_numbers
+from tauten.model.numerics import Array
+from tauten.model.points import attach
+from tauten.model.schema import RobotConfig
+from tauten.service.check.findings import Finding
+
+POOR = 0.2  # mean ratio; the deformation of an element below it is badly resolved
+BAD = 0.05  # mean ratio; such an element limits the accuracy of what is around it
+USUAL_SIZE = (0.005, 3.0)  # m; a soft robot smaller or larger is probably in another unit
+LEAST_FILLED = 0.02  # of the mesh's length; cables that reach over less are in another unit
+NEAR = 0.05  # of the mesh's size; how far outside its bounding box a cable may run
+
+
+def mesh_findings(config: RobotConfig, mesh: TetMesh) -> Iterator[Finding]:
+    """Length unit, shape of elements, loose parts, points outside of the mesh.
+
+    Args:
+        config: the robot file.
+        mesh: its tetrahedra as they are in the file.
+    """
+    yield length_unit(config, mesh)
+    yield element_shapes(mesh)
+    yield loose_parts(mesh)
+    yield points_outside(config, mesh)
+
+
+def named_points(config: RobotConfig) -> list[tuple[str, Array]]:
+    """Points of cables and effectors with the fields they come from, each (3,) [m]."""
+    cables = [
+        (f"cables.{i}.points.{j}", np.array(point))
+        for i, cable in enumerate(config.cables)
+        for j, point in enumerate(cable.points)
+    ]
+    return cables + [
+        (f"effectors.{i}.point", np.array(item.point)) for i, item in enumerate(config.effectors)
+    ]
+
+
+def length_unit(config: RobotConfig, mesh: TetMesh) -> Finding:
+    """Whether the mesh has the size of a robot, and where its cables are."""
+    unit = config.mesh.length_unit
+    points = np.array([point for _, point in named_points(config)])  # (p, 3)
+    size, spread = (float(np.ptp(item, axis=0).max()) for item in (mesh.nodes, points))
+    inside, filled = {}, {}
+    for name, scale in UNITS.items():
+        factor = scale / UNITS[unit]
+        low = factor * mesh.nodes.min(axis=0) - NEAR * factor * size
+        high = factor * mesh.nodes.max(axis=0) + NEAR * factor * size
+        inside[name] = int(((points >= low) & (points <= high)).all(axis=1).sum())
+        filled[name] = spread / (factor * size)
+    found = f"{1e3 * size:.4g} mm long with length_unit = {unit!r}"
+    best = max(UNITS, key=lambda name: (inside[name], filled[name], name == unit))
+    # points that fill the mesh, or a fair part of it, are no reason for another unit
+    if best != unit and (inside[unit] < inside[best] or 0.0 < filled[unit] < LEAST_FILLED):
+        advice = (
+            f"set mesh.length_unit = {best!r}: then {inside[best]} of {len(points)} points of cables and "
+            f"effectors lie within its bounding box and reach over {100.0 * filled[best]:.2g} % of it, now "
+            f"{inside[unit]} and {100.0 * filled[unit]:.2g} %"
+        )
+        return Finding("length unit", "wrong", found, advice)
+    if not USUAL_SIZE[0] <= size <= USUAL_SIZE[1]:
+        return Finding("length unit", "doubtful", found, "check mesh.length_unit")
+    return Finding("length unit", "fine", found)
+
+
+def element_shapes(mesh: TetMesh) -> Finding:
+    """Inverted, flat and badly shaped elements."""
+    ratios = mean_ratios(mesh)
+    if (ratios < 0.0).all():
+        ratios = -ratios  # the other corner convention, which the reader accepts
+    inverted, flat = int((ratios < 0.0).sum()), int(((ratios >= 0.0) & (ratios < 1e-6)).sum())
+    poor = int((ratios < POOR).sum())
+    first = int(ratios.argmin())
+    found = (
+        f"mean ratio {ratios.min():.2f} at least, {np.median(ratios):.2f} median; "
+        f"{poor} of {len(ratios)} below {POOR:g}"
+    )
+    if inverted or flat:
+        found += f"; {inverted} inverted, {flat} flat, the worst is {first}"
+        return Finding("shape of elements", "wrong", found, "mesh the volume anew")
+    if poor:
+        advice = f"improve the mesh around element {first} (gmsh: Mesh.Optimize, Netgen)"
+        return Finding(
+            "shape of elements", "wrong" if ratios.min() < BAD else "doubtful", found, advice
+        )
+    return Finding("shape of elements", "fine", found)
+
+
+def loose_parts(mesh: TetMesh) -> Finding:
+    """Parts of the mesh that no face joins."""
+    sizes = np.sort(np.bincount(part_numbers(mesh.tets)))[::-1]
+    if len(sizes) == 1:
+        return Finding("loose parts", "fine", "one body")
+    stray = ", ".join(map(str, sizes[1:6])) + (", ..." if len(sizes) > 6 else "")
+    found = f"{len(sizes)} parts, beside the largest of {sizes[0]} elements: {stray}"
+    return Finding("loose parts", "wrong", found, "join them by faces or delete the small ones")
+
+
+def points_outside(config: RobotConfig, mesh: TetMesh) -> Finding:
+    """Cable points and effectors outside of the mesh, allowed by `max_outside` or not."""
+    subject = "cables and effectors"
+    volumes = np.abs(mesh.volumes)
+    sound = TetMesh(mesh.nodes, mesh.tets[volumes > 1e-9 * volumes.mean()])
+    named = named_points(config)
+    points = np.array([point for _, point in named])  # (p, 3)
+    held = attach(sound, points, subject, np.inf)
+    corners = sound.nodes[held.nodes]  # (p, 4, 3)
+    inverse = np.linalg.inv(np.swapaxes(corners[:, 1:] - corners[:, :1], 1, 2))  # (p, 3, 3)
+    gradients = np.concatenate([-inverse.sum(axis=1, keepdims=True), inverse], axis=1)  # (p, 4, 3)
+    distance = (-held.weights / np.linalg.norm(gradients, axis=2)).max(axis=1)  # (p,) to a face
+    beyond = np.flatnonzero(distance > 1e-9 * sound.size)
+    if not len(beyond):
+        return Finding(subject, "fine", f"all {len(points)} points in the mesh")
+    allowed = [cable.max_outside for cable in config.cables for _ in cable.points]
+    allowed += [item.max_outside for item in config.effectors]
+    refused = bool((distance > np.maximum(allowed, 1e-9 * sound.size)).any())
+    far = int(distance.argmax())
+    found = (
+        f"{len(beyond)} of {len(points)} points outside of the mesh, {named[far][0]} by at least "
+        f"{1e3 * distance[far]:.2g} mm"
+    )
+    advice = "move them into the body; max_outside only extrapolates the nearest element"
+    return Finding(subject, "wrong" if refused else "doubtful", found, advice)

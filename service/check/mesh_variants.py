@@ -1,0 +1,181 @@
+"""The same robot on other meshes, under the same loads."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from tauten.model import Simulator, TetRobot
+from tauten.model.load import build_robot
+from tauten.model.mesh import QuadraticMesh, TetMesh, read_mesh, read_quadratic_mesh
+from tauten.model.numerics import FactorisationError
+from tauten.model.schema import ElementName, RobotConfig
+
+TOLERANCE = 1e-6  # m; movement of the last step of an equilibrium
+
+
+@dataclass(frozen=True, slots=True)
+class Variant:
+    """What a robot's mesh is replaced by.
+
+    Attributes:
+        element: what it is made of.
+        refinements: how often every tetrahedron of the file is cut into eight.
+    """
+
+    element: ElementName
+    refinements: int
+
+    @property
+    def name(self) -> str:
+        """In tables."""
+        return self.element + self.refined
+
+    @property
+    def phrase(self) -> str:
+        """In sentences."""
+        return f"{self.element} elements{self.refined}"
+
+    @property
+    def refined(self) -> str:
+        """How often, in words; "" for the mesh of the file."""
+        words = ("", ", refined once", ", refined twice")
+        count = self.refinements
+        return words[count] if count < len(words) else f", refined {count} times"
+
+    @property
+    def relative_cost(self) -> int:
+        """Number of nodes relative to the linear mesh of the file, roughly."""
+        return int(8 ** (self.refinements + (self.element == "quadratic")))
+
+
+@dataclass(frozen=True, slots=True)
+class Load:
+    """One cable pulled; the others keep their length at rest, or are slack.
+
+    Attributes:
+        cable: its number.
+        name: its name.
+        share: of its largest pull.
+        pull: pulled length [m].
+    """
+
+    cable: int
+    name: str
+    share: float
+    pull: float
+
+
+@dataclass(frozen=True, slots=True)
+class LoadedState:
+    """An equilibrium.
+
+    Attributes:
+        converged: whether it was found.
+        tension: (n_a,) of every cable [N].
+        tip: (3 p,) of every effector [m].
+        contact_force: sum of all contact forces [N].
+    """
+
+    converged: bool
+    tension: tuple[float, ...]
+    tip: tuple[float, ...]
+    contact_force: float
+
+
+@dataclass(frozen=True, slots=True)
+class VariantStates:
+    """Equilibria of one variant.
+
+    Attributes:
+        variant: the mesh.
+        nodes: its nodes.
+        states: one a load; fewer where the work was stopped.
+    """
+
+    variant: Variant
+    nodes: int
+    states: tuple[LoadedState, ...]
+
+
+def make_loads(robot: TetRobot, shares: tuple[float, ...]) -> tuple[Load, ...]:
+    """Every cable alone at shares of its largest pull, in ascending order."""
+    return tuple(
+        Load(cable, name, share, share * float(robot.limits.pull_max[cable]))
+        for cable, name in enumerate(robot.cable_names)
+        for share in sorted(shares)
+    )
+
+
+def chosen_variants(element: ElementName, refinements: int) -> tuple[Variant, ...]:
+    """The meshes to compare, in the order of their use: the robot's own, the finest quadratic, others.
+
+    Args:
+        element: of the robot file.
+        refinements: of linear and smoothed elements at most; quadratic ones have one less, as their nodes are
+            those of a refined linear mesh, except where the robot itself is quadratic.
+    """
+    finest = refinements if element == "quadratic" else max(refinements - 1, 0)
+    own = [Variant(element, count) for count in range(refinements + 1)]
+    quadratic = [Variant("quadratic", count) for count in range(finest, -1, -1)]
+    smoothed = [] if element == "smoothed" else [Variant("smoothed", 0)]
+    return tuple(dict.fromkeys([own[0], *quadratic, *smoothed, *own[1:]]))
+
+
+def variant_robot(config: RobotConfig, path: Path, variant: Variant) -> TetRobot:
+    """The robot of a file on another mesh.
+
+    Args:
+        config: the robot file.
+        path: of the file.
+        variant: the mesh.
+
+    Raises:
+        RobotFileError, MeshError: it cannot be built.
+    """
+    section = config.mesh.model_copy(update={"element": variant.element})
+    file = path.parent / config.mesh.file
+    mesh: TetMesh | QuadraticMesh
+    if variant.element == "quadratic":
+        mesh = read_quadratic_mesh(file, config.mesh.length_unit)
+    else:
+        mesh = read_mesh(file, config.mesh.length_unit)
+    for _ in range(variant.refinements):
+        mesh = mesh.refine()
+    return build_robot(config.model_copy(update={"mesh": section}), mesh, str(path))
+
+
+def equilibria(
+    robot: TetRobot, loads: tuple[Load, ...], stopped: Callable[[], bool]
+) -> Iterator[LoadedState]:
+    """The robot at rest under each load, until `stopped`.
+
+    Args:
+        robot: the robot.
+        loads: in ascending order for each cable, which starts from rest.
+        stopped: read before each load.
+    """
+    simulator, cable = Simulator(robot, contact="full"), -1
+    for load in loads:
+        if stopped():
+            return
+        if load.cable != cable:
+            simulator.reset()
+            cable = load.cable
+        pull = np.zeros(robot.n_a)
+        pull[cable] = load.pull
+        try:
+            converged = simulator.settle(pull=pull, tolerance=TOLERANCE).converged
+        except FactorisationError:
+            converged = False
+        yield LoadedState(
+            converged,
+            tuple(simulator.tension.tolist()),
+            tuple(simulator.effector.ravel().tolist()),
+            float(simulator.lam_c.sum()),
+        )
+        if not converged:
+            simulator.reset()

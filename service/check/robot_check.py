@@ -1,0 +1,150 @@
+"""`tauten check`: everything about a robot's mesh and body in one result."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from tauten.model import MeshError, RobotFileError, TetRobot, load_robot
+from tauten.model.beams import BeamRobot
+from tauten.model.load import robot_path
+from tauten.model.mesh import read_unchecked_mesh
+from tauten.model.schema import RobotConfig, model_tables, read_toml, validated
+from tauten.service.check.body_findings import body_findings
+from tauten.service.check.findings import Finding, Level, worst
+from tauten.service.check.mesh_error import MeshErrorEstimate, estimate_error
+from tauten.service.check.mesh_findings import mesh_findings
+from tauten.service.check.mesh_variants import (
+    Variant,
+    VariantStates,
+    chosen_variants,
+    equilibria,
+    make_loads,
+    variant_robot,
+)
+from tauten.service.process import StopFlag, one_blas_thread
+
+Progress = Callable[[float, str], None]
+
+
+@dataclass(frozen=True, slots=True)
+class CheckSettings:
+    """What is checked.
+
+    Attributes:
+        robot: a robot file, or the name of a shipped robot.
+        shares: of every cable's largest pull, at which meshes are compared; none: no comparison.
+        refinements: of the robot's mesh to compare with, 0 to 3; three meshes or more are extrapolated.
+    """
+
+    robot: str
+    shares: tuple[float, ...] = (0.25, 0.5)
+    refinements: int = 1
+
+
+@dataclass(frozen=True, slots=True)
+class RobotCheck:
+    """What was found.
+
+    Attributes:
+        robot: its name.
+        findings: line by line.
+        estimate: error of the mesh; None for beams, where it was not wanted, and where the robot cannot be
+            built.
+        refused: why the robot cannot be built; "" where it can.
+        complete: whether everything was looked at.
+    """
+
+    robot: str
+    findings: tuple[Finding, ...]
+    estimate: MeshErrorEstimate | None = None
+    refused: str = ""
+    complete: bool = True
+
+    @property
+    def level(self) -> Level:
+        """The worst level of all findings."""
+        return "wrong" if self.refused else worst(self.findings)
+
+
+def check_robot(settings: CheckSettings, stop: StopFlag, progress: Progress) -> RobotCheck:
+    """Check a robot; when `stop` is raised, what was found until then.
+
+    Args:
+        settings: what is checked.
+        stop: read before each equilibrium.
+        progress: called with the share of the work just done, and what comes next.
+
+    Raises:
+        RobotFileError: the robot file cannot be read.
+        MeshError: its mesh file cannot be read.
+    """
+    path = robot_path(settings.robot)
+    raw = model_tables(read_toml(path))
+    with one_blas_thread():
+        if "beams" in raw:
+            return check_beams(path, progress)
+        config = validated(RobotConfig, raw, path)
+        mesh = read_unchecked_mesh(path.parent / config.mesh.file, config.mesh.length_unit)
+        progress(0.0, "mesh")
+        findings = tuple(mesh_findings(config, mesh))
+        own = Variant(config.mesh.element, 0)
+        try:
+            robot = variant_robot(config, path, own)
+        except (RobotFileError, MeshError) as error:
+            return RobotCheck(config.name, findings, refused=str(error))
+        progress(0.02, "body")
+        findings += tuple(body_findings(robot, 3, config.contact.alarm_distance))
+        progress(0.08, own.name)
+        if not settings.shares:
+            return RobotCheck(config.name, findings)
+        estimate = compare_meshes(settings, config, path, robot, stop, progress)
+    return RobotCheck(
+        config.name, (*findings, estimate.finding), estimate, complete=estimate.complete
+    )
+
+
+def check_beams(path: Path, progress: Progress) -> RobotCheck:
+    """What applies to a robot made of beams."""
+    robot = load_robot(path)
+    assert isinstance(robot, BeamRobot)
+    progress(0.1, "beams")
+    findings = tuple(body_findings(robot, 6, 0.0))
+    note = Finding("error of the mesh", "doubtful", "beams are not refined, their error is unknown")
+    return RobotCheck(robot.name, (*findings, note))
+
+
+def compare_meshes(
+    settings: CheckSettings,
+    config: RobotConfig,
+    path: Path,
+    robot: TetRobot,
+    stop: StopFlag,
+    progress: Progress,
+) -> MeshErrorEstimate:
+    """The same loads on the robot's mesh and on others.
+
+    Args:
+        settings: what is compared.
+        config: the robot file.
+        path: of the file.
+        robot: the robot on its own mesh.
+        stop: read before each equilibrium.
+        progress: called with the share of the work just done, and what comes next.
+    """
+    loads = make_loads(robot, settings.shares)
+    variants = chosen_variants(config.mesh.element, settings.refinements)
+    total = sum(variant.relative_cost for variant in variants) * len(loads)
+    found: list[VariantStates] = []
+    for variant in variants:
+        if stop.requested:
+            break
+        made = robot if variant == variants[0] else variant_robot(config, path, variant)
+        states = []
+        for state in equilibria(made, loads, lambda: stop.requested):
+            states.append(state)
+            progress(0.9 * variant.relative_cost / total, variant.name)
+        found.append(VariantStates(variant, made.n_nodes, tuple(states)))
+    complete = len(found) == len(variants) and len(found[-1].states) == len(loads)
+    return estimate_error(loads, tuple(found), robot.size, complete)

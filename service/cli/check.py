@@ -1,0 +1,68 @@
+"""`tauten check`: how wrong a robot's mesh is, and what is not plausible in its file."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.progress import Progress
+
+from tauten.service.cli.bench import Json
+from tauten.service.process import write_text
+
+
+def check(
+    robot: Annotated[str, typer.Argument(help="A shipped robot's name, or a robot file.")],
+    json_file: Json = None,
+    figure: Annotated[
+        Path | None, typer.Option(help="Picture of errors over nodes to draw.")
+    ] = None,
+    markdown: Annotated[Path | None, typer.Option(help="Page to put the tables into.")] = None,
+    share: Annotated[
+        list[float] | None,
+        typer.Option(min=0.01, max=1.0, help="Share of each cable's largest pull, or several."),
+    ] = None,
+    refinements: Annotated[
+        int,
+        typer.Option(min=0, max=3, help="Refinements to compare with; from 2 on extrapolated."),
+    ] = 1,
+    compare: Annotated[
+        bool, typer.Option("--compare/--no-compare", help="Compare with better meshes.")
+    ] = True,
+) -> None:
+    """Error of the mesh in tension, tip and contact force; elements, units, mass, sag, frequencies, walls.
+
+    The exit code is 1 where something is wrong, 2 where the robot cannot be built. Ctrl-C keeps what is done.
+    """
+    from tauten.model import RobotFileError
+    from tauten.service.check import CheckSettings, check_robot
+    from tauten.service.plots import draw_mesh_error
+    from tauten.service.process import stop_on_signals
+    from tauten.service.tables import check_tables, write_check_tables
+
+    shares = tuple(share or (0.25, 0.5)) if compare else ()
+    settings = CheckSettings(robot, shares, refinements)
+    with stop_on_signals() as stop, Progress(console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("check", total=1.0)
+        result = check_robot(
+            settings, stop, lambda done, what: bar.update(task, advance=done, description=what)
+        )
+    for table in check_tables(result):
+        Console(width=200).print(table.rich())
+    if json_file is not None:
+        numbers = {**asdict(result), "level": result.level}
+        write_text(json_file, json.dumps(numbers, indent=2) + "\n")
+    if result.refused:
+        raise RobotFileError(result.refused)
+    if markdown is not None:
+        write_check_tables(result, markdown)
+    if figure is not None:
+        if result.estimate is None:
+            raise typer.BadParameter("--figure: there are no errors to draw without a comparison")
+        draw_mesh_error(result.estimate, figure)
+    if result.level == "wrong":
+        raise typer.Exit(1)

@@ -1,0 +1,76 @@
+"""Figure of the error of meshes against their nodes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter
+
+from tauten.service.check import MeshErrorEstimate
+
+COLOURS = {"linear": "#d55e00", "smoothed": "#009e73", "quadratic": "#0072b2"}
+QUANTITIES = (
+    ("tension", "tension [%]", 1e2),
+    ("tip", "tip [mm]", 1e3),
+    ("contact", "contact force [%]", 1e2),
+)
+EXACT = 1e-6  # errors are drawn on a logarithmic scale; the reference's own are zero
+
+
+def draw_mesh_error(estimate: MeshErrorEstimate, path: str | Path) -> None:
+    """Draw the largest error of tension, tip and contact force over the nodes of each mesh.
+
+    Args:
+        estimate: the errors.
+        path: of the figure; its suffix decides the format.
+    """
+    figure = Figure(figsize=(10.0, 3.4), layout="constrained")
+    quantities = [
+        item
+        for item in QUANTITIES
+        if any(getattr(variant, item[0]) is not None for variant in estimate.variants)
+    ]
+    panels = figure.subplots(1, max(len(quantities), 1), squeeze=False)[0]
+    for axes, (name, label, scale) in zip(panels, quantities, strict=bool(quantities)):
+        draw_quantity(axes, estimate, name, scale)
+        axes.set_xlabel("nodes")
+        axes.set_ylabel(f"largest error of {label}")
+        axes.grid(visible=True, which="both", alpha=0.3)
+        whole_decades(axes)
+    handles, labels = panels[0].get_legend_handles_labels()
+    if handles:
+        panels[0].legend(handles, labels)
+    figure.savefig(path, dpi=150)
+
+
+def draw_quantity(axes: Axes, estimate: MeshErrorEstimate, name: str, scale: float) -> None:
+    """One curve for each kind of element; the mesh that is the reference itself is left out.
+
+    Args:
+        axes: to draw on.
+        estimate: the errors.
+        name: of the quantity.
+        scale: from SI to the unit of the axis.
+    """
+    for element, colour in COLOURS.items():
+        points = [
+            (item.nodes, scale * abs(getattr(item, name)))
+            for item in estimate.variants
+            if item.variant.element == element and getattr(item, name) is not None
+        ]
+        points = sorted(point for point in points if point[1] > EXACT)
+        if points:
+            axes.loglog(*zip(*points, strict=True), "o-", color=colour, label=element)
+
+
+def whole_decades(axes: Axes) -> None:
+    """Limits at powers of ten, and labels at these alone."""
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    for axis, limits in ((axes.xaxis, axes.get_xlim()), (axes.yaxis, axes.get_ylim())):
+        low, high = np.log10(limits)
+        axis.set_minor_formatter(NullFormatter())
+        axis.set_view_interval(10.0 ** np.floor(low), 10.0 ** np.ceil(high), ignore=True)

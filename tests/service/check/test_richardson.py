@@ -1,0 +1,29 @@
+"""Extrapolation and grading, without robots."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tauten.service.check import richardson
+
+
+@pytest.mark.parametrize("order", [1.1, 1.2, 2.0, 3.0])
+def test_a_power_law_is_extrapolated_to_its_limit(order: float) -> None:
+    limit, slope = np.array([0.3, -2.0, 5.0]), np.array([0.2, 0.1, -0.4])
+    found = richardson(*(limit + slope * h**order for h in (4.0, 2.0, 1.0)))
+    assert found is not None
+    np.testing.assert_allclose(found[0], limit, rtol=1e-12)
+    assert found[1] == pytest.approx(order)
+
+
+def test_values_without_an_order_are_not_extrapolated() -> None:
+    """Diverging, hardly converging, and faster than any element."""
+    for values in ((1.0, 1.1, 1.3), (1.0, 1.1, 1.19), (1.0, 2.0, 2.001)):
+        assert richardson(*(np.array([value]) for value in values)) is None
+
+
+def test_values_that_do_not_change_are_their_own_limit() -> None:
+    still = [np.array([value]) for value in (0.5, 0.4, 0.4)]
+    assert richardson(*still) == (pytest.approx(0.4), None)
+    assert richardson(*(np.zeros(1) for _ in range(3))) == (pytest.approx(0.0), None)
