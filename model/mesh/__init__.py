@@ -1,12 +1,7 @@
 """Tetrahedral meshes: reading, checks, refinement, surfaces, regions."""
 
 from tauten.model.mesh.quadratic import QuadraticMesh, quadratic_mesh, read_quadratic_mesh
-from tauten.model.mesh.quality import (
-    mean_ratios,
-    part_numbers,
-    read_unchecked_mesh,
-    wall_thickness,
-)
+from tauten.model.mesh.quality import mean_ratios, part_numbers, read_unchecked_mesh, wall_thickness
 from tauten.model.mesh.regions import in_box
 from tauten.model.mesh.surface import boundary_triangles, spread_points, triangle_areas
 from tauten.model.mesh.tet_mesh import (

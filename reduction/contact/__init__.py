@@ -21,6 +21,7 @@ from tauten.reduction.contact.weighting import Weighting, snapshot_weights
 __all__ = [
     "BasisError",
     "BasisMethod",
+    "BasisQuality",
     "ChoiceError",
     "ContactBasis",
     "ContactProblem",
@@ -28,7 +29,6 @@ __all__ = [
     "Fit",
     "METHODS",
     "Method",
-    "BasisQuality",
     "ReduceSettings",
     "Reduction",
     "SUFFIX",

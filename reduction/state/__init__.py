@@ -8,8 +8,8 @@ from tauten.reduction.state.reduce import StateSettings, held_out_snapshots, red
 from tauten.reduction.state.robot import ReducedRobot, reduced_robot
 
 __all__ = [
-    "ReducedRobot",
     "ElementSample",
+    "ReducedRobot",
     "StateBasis",
     "StateBasisError",
     "StateOrigin",

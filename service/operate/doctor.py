@@ -28,7 +28,7 @@ _FAST = frozenset({"pardiso", "cholmod"})
 
 
 @dataclass(frozen=True, slots=True)
-class Finding:
+class HostFinding:
     """One line of the examination: subject, result, and advice where the result is not good."""
 
     what: str
@@ -36,7 +36,7 @@ class Finding:
     advice: str = ""
 
 
-def examine(setup: Setup, seconds: float) -> list[Finding]:
+def examine(setup: Setup, seconds: float) -> list[HostFinding]:
     """Examine machine, libraries, clock and network, and run the loop without cables.
 
     Args:
@@ -45,10 +45,10 @@ def examine(setup: Setup, seconds: float) -> list[Finding]:
     """
     facts = host_info()
     found = [
-        Finding("processor", f"{facts.processor}, {facts.cores} may be used"),
-        Finding("system", f"{facts.system}, Python {facts.python}"),
-        *(Finding(name, version) for name, version in facts.versions.items()),
-        Finding("load", f"{facts.load:.1f} processes", _busy(facts.load, facts.cores)),
+        HostFinding("processor", f"{facts.processor}, {facts.cores} may be used"),
+        HostFinding("system", f"{facts.system}, Python {facts.python}"),
+        *(HostFinding(name, version) for name, version in facts.versions.items()),
+        HostFinding("load", f"{facts.load:.1f} processes", _busy(facts.load, facts.cores)),
     ]
     with one_blas_thread():
         found += [_factorisation(setup, facts.factorisations), _blas()]
@@ -61,21 +61,23 @@ def _busy(load: float, cores: int) -> str:
     return "other programs compete for the processors" if load > cores else ""
 
 
-def _factorisation(setup: Setup, installed: tuple[str, ...]) -> Finding:
+def _factorisation(setup: Setup, installed: tuple[str, ...]) -> HostFinding:
     name = setup.robot.linear_solver
     slow = name == "superlu" and not _FAST & set(installed)
     advice = "pip install 'tauten[fast]' for a faster one" if slow else ""
-    return Finding("factorisation", f"{name} in use, installed: {', '.join(installed)}", advice)
+    return HostFinding("factorisation", f"{name} in use, installed: {', '.join(installed)}", advice)
 
 
-def _blas() -> Finding:
+def _blas() -> HostFinding:
     pools = [(pool["internal_api"], pool["num_threads"]) for pool in threadpool_info()]
     many = [name for name, threads in pools if threads > 1]
     text = ", ".join(f"{name} {threads}" for name, threads in pools)
-    return Finding("threads of BLAS and OpenMP", text, "more than one slows down" if many else "")
+    return HostFinding(
+        "threads of BLAS and OpenMP", text, "more than one slows down" if many else ""
+    )
 
 
-def _clock() -> list[Finding]:
+def _clock() -> list[HostFinding]:
     resolution = time.get_clock_info("monotonic").resolution
     late = []
     for _ in range(_SLEEPS):
@@ -85,18 +87,18 @@ def _clock() -> list[Finding]:
     p50, p99 = (1e3 * float(value) for value in np.percentile(late, [50.0, 99.0]))
     advice = "processors sleep deeply or are busy: try --priority and --cpus" if p99 > 2.0 else ""
     return [
-        Finding("clock resolution", f"{1e9 * resolution:.0f} ns"),
-        Finding("waking up late, p50 / p99", f"{p50:.2f} / {p99:.2f} ms", advice),
+        HostFinding("clock resolution", f"{1e9 * resolution:.0f} ns"),
+        HostFinding("waking up late, p50 / p99", f"{p50:.2f} / {p99:.2f} ms", advice),
     ]
 
 
-def _realtime() -> Finding:
+def _realtime() -> HostFinding:
     if realtime_permitted():
-        return Finding("SCHED_FIFO", "permitted")
-    return Finding("SCHED_FIFO", "not permitted", "needs CAP_SYS_NICE or rtprio; optional")
+        return HostFinding("SCHED_FIFO", "permitted")
+    return HostFinding("SCHED_FIFO", "not permitted", "needs CAP_SYS_NICE or rtprio; optional")
 
 
-def _network() -> Finding:
+def _network() -> HostFinding:
     port = free_ports()
     sessions = [open_session(Network(port), role, "doctor") for role in (Role.NODE, Role.OTHER)]
     here, there = sessions
@@ -117,10 +119,12 @@ def _network() -> Finding:
         session.close()  # type: ignore[no-untyped-call]
     p50, p99 = (1e3 * float(value) for value in np.percentile(times, [50.0, 99.0]))
     advice = "no answer on loopback: a firewall?" if p50 > 40.0 else ""
-    return Finding("Zenoh round trip on loopback, p50 / p99", f"{p50:.2f} / {p99:.2f} ms", advice)
+    return HostFinding(
+        "Zenoh round trip on loopback, p50 / p99", f"{p50:.2f} / {p99:.2f} ms", advice
+    )
 
 
-def _rate(setup: Setup, seconds: float) -> list[Finding]:
+def _rate(setup: Setup, seconds: float) -> list[HostFinding]:
     robot, controller = setup.robot, warm_controller(setup)
     step = step_seconds(controller)
     rate, best = 1.0 / robot.h, rate_for(step)
@@ -137,9 +141,9 @@ def _rate(setup: Setup, seconds: float) -> list[Finding]:
     p99 = 1e3 * float(np.percentile(late, 99.0))
     advice = f"this machine holds {best:g} Hz" if clock.missed > _LATE * len(late) else ""
     return [
-        Finding("robot", f"{robot.name}, {robot.n} unknowns, basis {setup.basis_name}"),
-        Finding("control step", f"{1e3 * step:.2f} ms, allows {best:g} Hz"),
-        Finding("rate, requested / achieved", f"{rate:g} / {achieved:.1f} Hz", advice),
-        Finding("deadlines missed / ticks", f"{clock.missed} / {len(late)}"),
-        Finding("tick jitter p99", f"{p99:.2f} ms"),
+        HostFinding("robot", f"{robot.name}, {robot.n} unknowns, basis {setup.basis_name}"),
+        HostFinding("control step", f"{1e3 * step:.2f} ms, allows {best:g} Hz"),
+        HostFinding("rate, requested / achieved", f"{rate:g} / {achieved:.1f} Hz", advice),
+        HostFinding("deadlines missed / ticks", f"{clock.missed} / {len(late)}"),
+        HostFinding("tick jitter p99", f"{p99:.2f} ms"),
     ]

@@ -14,9 +14,9 @@ from tauten.service.replay.report import (
 from tauten.service.replay.run import RecordedRun, read_run
 
 __all__ = [
+    "RecordedRun",
     "Replay",
     "RunReport",
-    "RecordedRun",
     "Spread",
     "TICKS",
     "VERDICT",

@@ -12,8 +12,8 @@ from tauten.service.bench.elements.study import (
 __all__ = [
     "ElementBench",
     "ElementBenchSettings",
-    "ElementEquilibrium",
     "ElementCase",
+    "ElementEquilibrium",
     "bench_elements",
     "parse_law",
 ]

@@ -79,7 +79,7 @@ class ElementEquilibrium:
 
 
 @dataclass(frozen=True, slots=True)
-class Variant:
+class ElementVariant:
     """What is made of a robot file.
 
     Attributes:
@@ -157,7 +157,7 @@ def bench_elements(settings: ElementBenchSettings, progress: Progress) -> Elemen
     with one_blas_thread():
         for law in settings.laws:
             progress(share, f"reference, {law}")
-            fine = Variant("quadratic", law, settings.reference)
+            fine = ElementVariant("quadratic", law, settings.reference)
             robot = load_variant(settings.robot, fine)
             reference = measure_elements(robot, settings, fine)
             references.append(reference)
@@ -165,7 +165,7 @@ def bench_elements(settings: ElementBenchSettings, progress: Progress) -> Elemen
                 progress(share, f"{element}, {law}, {count} refinements")
                 if (element, count) == ("quadratic", settings.reference):
                     continue
-                variant = Variant(element, law, count)
+                variant = ElementVariant(element, law, count)
                 robot = load_variant(settings.robot, variant)
                 cases.append(compared(measure_elements(robot, settings, variant), reference))
     machine = host_info()
@@ -184,7 +184,7 @@ def parse_law(name: str) -> LawName:
     raise ValueError(f"law is {name!r}, to compare are {', '.join(LAWS)}")
 
 
-def load_variant(name: str, variant: Variant) -> TetRobot:
+def load_variant(name: str, variant: ElementVariant) -> TetRobot:
     """A robot file with another element and another law for its material outside of `materials`."""
     path = robot_path(name)
     config = validated(RobotConfig, model_tables(read_toml(path)), path)
@@ -198,7 +198,7 @@ def load_variant(name: str, variant: Variant) -> TetRobot:
 
 
 def measure_elements(
-    robot: TetRobot, settings: ElementBenchSettings, variant: Variant
+    robot: TetRobot, settings: ElementBenchSettings, variant: ElementVariant
 ) -> ElementCase:
     """Equilibria along the pulls, then times at the last one.
 
