@@ -11,6 +11,7 @@ from tauten.model.enrichment import (
     default_enrichment,
     worst_rows,
 )
+from tauten.model.equilibrium import Ending
 from tauten.model.forward_step import ForwardStep, forward_step
 from tauten.model.limits import Limits
 from tauten.model.load.robot import load_robot
@@ -28,6 +29,7 @@ __all__ = [
     "ContactRows",
     "ContactSpace",
     "EmptySpace",
+    "Ending",
     "Enrichment",
     "EnrichmentLoop",
     "Forces",

@@ -12,8 +12,9 @@ from tauten.model.compliance import row_compliance
 from tauten.model.condensed_step import Forces, condense_step, no_forces
 from tauten.model.contact_space import ContactSpace
 from tauten.model.enrichment import NO_ENRICHMENT, Enrichment, contact_model
+from tauten.model.equilibrium import Command, Ending, Invertible, Search
 from tauten.model.forward_step import ForwardStep, forward_step
-from tauten.model.numerics import Anderson, Array, solve_lcp
+from tauten.model.numerics import Anderson, Array, FactorisationError, solve_lcp
 from tauten.model.robot import Robot, State
 from tauten.model.system import Integration
 
@@ -21,6 +22,8 @@ LARGEST = 1e6  # m or N; no cable is pulled farther or harder
 SMOOTHING = (
     1e-6  # regularisation of smooth forces relative to the diagonal of W; larger is smoother
 )
+FIRST_LOAD_STEP, LEAST_LOAD_STEP = 0.25, 1.0 / 64.0  # shares of the way to the command
+LOAD_STEP_ITERATIONS = 40  # for a load step; a longer search does not pay
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,11 +32,13 @@ class Report:
 
     Attributes:
         converged: whether contact, and for settling the equilibrium, met its tolerance.
-        iterations: linearised steps taken.
+        iterations: linearised steps taken, of all attempts.
         movement: largest displacement of a node in the last step [m].
         residual: complementarity of the contacts [m].
         deepest_gap: smallest predicted gap [m], +inf without any candidate in range.
         extra_columns: unit columns in the last step.
+        ending: how it ended; for a step, whether it met its constraints.
+        share: of the way from the load before to the command that the state has come; 1 at the command.
     """
 
     converged: bool
@@ -42,6 +47,8 @@ class Report:
     residual: float
     deepest_gap: float
     extra_columns: int
+    ending: Ending
+    share: float
 
 
 class Simulator:
@@ -146,7 +153,7 @@ class Simulator:
             FactorisationError: the state has diverged.
         """
         result, movement = self._advance(*self._checked(pull, tension))
-        return _report(result, 1, movement)
+        return _report(result, 1, movement, self._cause(result, Ending.SETTLED))
 
     def settle(
         self,
@@ -154,35 +161,102 @@ class Simulator:
         tension: Sequence[float] | Array | None = None,
         tolerance: float = 1e-7,
         max_iterations: int = 200,
+        load_steps: bool = True,
     ) -> Report:
         """Move to equilibrium under pulled lengths [m] or tensions [N].
 
         Newton steps of the quasi-static system, each at most a twentieth of the body long, near the end
-        accelerated by Anderson's method, because the tangent leaves out how contact normals turn.
+        accelerated by Anderson's method, because the tangent leaves out how contact normals turn. Where
+        steps do not become shorter, a line search on a merit function bounds them
+        (`tauten.model.equilibrium`).
+
+        Where that does not converge, the load moves from that at the start to the command in steps that
+        grow and shrink. Where even the shortest finds no equilibrium, the state is the last one found, and
+        the report says for which share of the way and why.
 
         Args:
             pull: (n_a,) pulled lengths [m].
             tension: (n_a,) tensions, not negative [N].
             tolerance: largest displacement of a node in the last step [m].
-            max_iterations: linearised steps at most, at least 1; then `converged` is False.
+            max_iterations: linearised steps at most, at least 1, of the first attempt, and again of all load
+                steps; then `converged` is False.
+            load_steps: without them there is one attempt, and its last finite state is kept.
 
         Raises:
             ValueError: not exactly one of pull and tension, a wrong shape, not finite, negative tensions,
                 values beyond 1e6, or `max_iterations` below 1.
-            FactorisationError: the state has diverged.
         """
         if max_iterations < 1:
             raise ValueError(f"max_iterations: found {max_iterations}, expected at least 1")
-        command = self._checked(pull, tension)
+        command = Command(*self._checked(pull, tension))
+        before = self._state, self._forces
+        report = self._attempt(command, tolerance, max_iterations)
+        if report.converged or not load_steps:
+            return report
+        self._state, self._forces = before
+        return self._in_load_steps(command, tolerance, max_iterations, report)
+
+    def _in_load_steps(
+        self, command: Command, tolerance: float, max_iterations: int, failed: Report
+    ) -> Report:
+        """Settle in load steps after a failed attempt; the state is the last equilibrium found."""
+        rows = self.robot.rows(self._state, contacts=False)
+        start = self._forces.tension if command.pull is None else rows.actuators.delta
+        share, step, taken = 0.0, FIRST_LOAD_STEP, 0
+        while share < 1.0 and step >= LEAST_LOAD_STEP and taken < max_iterations:
+            following = min(share + step, 1.0)
+            good = self._state, self._forces
+            load = command.at(start + following * (command.value - start))
+            report = self._attempt(load, tolerance, min(LOAD_STEP_ITERATIONS, max_iterations))
+            taken += report.iterations
+            if report.converged:
+                share, step = following, 2.0 * step
+                if share == 1.0:
+                    return replace(report, iterations=failed.iterations + taken)
+            else:
+                (self._state, self._forces), failed = (
+                    good,
+                    replace(report, iterations=failed.iterations),
+                )
+                step *= 0.5
+        return replace(failed, iterations=failed.iterations + taken, share=share)
+
+    def _attempt(self, command: Command, tolerance: float, max_iterations: int) -> Report:
+        """Newton steps to one load; where they diverge, the last finite state is kept."""
         near = 2e-3 * self.robot.size  # from here on the iteration is nearly linear
-        taken, anderson = 0, Anderson(depth=5)
+        anderson, search = Anderson(depth=5), Search(self.robot, self._space, command)
+        result, movement, taken, ending = None, np.inf, 0, Ending.OUT_OF_ITERATIONS
         while taken < max_iterations:
             taken += 1
-            result, movement = self._advance(*command, self._static, anderson, near)
-            if movement < tolerance or not np.isfinite(movement):
+            before = self._state, self._forces
+            try:
+                result, movement = self._advance(
+                    command.pull, command.tension, self._static, anderson, near, search
+                )
+            except FactorisationError:
+                movement = np.nan
+            if not np.isfinite(movement) or not np.isfinite(self._state.q).all():
+                (self._state, self._forces), ending = before, Ending.NOT_FINITE
+                break
+            if movement < tolerance:
+                ending = Ending.SETTLED
                 break
         self._state = State(self._state.q, np.zeros_like(self._state.v))
-        return _report(result, taken, movement, settled=movement < tolerance)
+        if result is None:
+            return Report(False, taken, np.inf, np.inf, np.inf, 0, Ending.NOT_FINITE, 0.0)
+        return _report(result, taken, movement, self._cause(result, ending))
+
+    def _cause(self, result: ForwardStep, ending: Ending) -> Ending:
+        """The reason behind an ending, from the last step and the state it led to."""
+        if not result.converged or not result.prediction.within_tolerance:
+            return Ending.NO_EQUILIBRIUM
+        if ending is Ending.SETTLED:
+            return ending
+        if isinstance(self.robot, Invertible) and self.robot.inverted(self._state) > 0:
+            return Ending.INVERTED
+        if not result.prediction.step.system.exact:
+            return Ending.LIMIT_POINT
+        return ending
 
     def smooth_contact_forces(self) -> Array:
         """The equilibrium's contact forces of nearly least norm: (n_c,) [N].
@@ -212,6 +286,7 @@ class Simulator:
         integration: Integration | None = None,
         anderson: Anderson | None = None,
         near: float = 0.0,
+        search: Search | None = None,
     ) -> tuple[ForwardStep, float]:
         """One step, and the largest displacement of a node in it [m]."""
         contacts = self._space.k > 0 or self._enrichment.rounds > 0
@@ -223,8 +298,8 @@ class Simulator:
         movement, dv = self.robot.displacement(system.h * (system.v + solved.dv)), solved.dv
         if anderson is not None and movement < near:
             dv = anderson.next(system.h * dv) / system.h
-        elif anderson is not None:
-            dv = dv * min(1.0, 0.05 * self.robot.size / movement)
+        elif search is not None:
+            dv = dv * search.share(solved, movement, min(1.0, 0.05 * self.robot.size / movement))
         self._state = self.robot.advance(self._state, system, dv)
         self._forces = solved.step.split(solved.lam, self._space.k)
         return result, movement
@@ -250,13 +325,18 @@ class Simulator:
         return (value, None) if tension is None else (None, value)
 
 
-def _report(result: ForwardStep, iterations: int, movement: float, settled: bool = True) -> Report:
+def _report(
+    result: ForwardStep, iterations: int, movement: float, ending: Ending = Ending.SETTLED
+) -> Report:
     solved = result.prediction
+    converged = result.converged and solved.within_tolerance and ending is Ending.SETTLED
     return Report(
-        converged=settled and result.converged and solved.within_tolerance,
+        converged=converged,
         iterations=iterations,
         movement=movement,
         residual=result.residual,
         deepest_gap=solved.deepest_gap,
         extra_columns=len(solved.step.extra),
+        ending=ending,
+        share=1.0 if converged else 0.0,
     )

@@ -136,6 +136,7 @@ class System:
         v_free: (n,) velocity after a step without constraint forces (10) [m/s].
         residual: norm of the forces out of balance, without constraints [N].
         factorisation: factors of A.
+        exact: whether A has the exact tangent, which is then positive definite.
     """
 
     h: float
@@ -143,6 +144,7 @@ class System:
     v_free: Array
     residual: float
     factorisation: Factorisation
+    exact: bool = True
 
     def solve(self, B: Array) -> Array:
         """A⁻¹ B for B (n, m), best column-major: (n, m)."""

@@ -142,9 +142,10 @@ class SparseRobot(ABC):
         for exact in (True, False):
             force, K = self.forces(state, tension, exact)
             try:
-                return make_system(
+                system = make_system(
                     self.pattern, self.factorisation, scheme, K, self.mass, force, state.v
                 )
+                return system if exact else dataclasses.replace(system, exact=False)
             except FactorisationError:
                 # the exact tangent may be indefinite (buckling, compression); the other one is not
                 if not exact:

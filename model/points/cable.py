@@ -3,6 +3,9 @@
 δ_a = L(q₀) − L(q) is the length pulled in, H_a = −∂L/∂q, the force on the body is H_aᵀ λ_a.
 Since H_a turns with the body, a tension adds λ_a ∂²L/∂q² to the tangent (positive semidefinite:
 L is convex).
+
+An equilibrium in which the ends of a segment have met is common: a trunk curls until its discs meet. There
+|d| has a kink, which Newton's method does not pass, so that lengths are rounded below `SHORTEST`.
 """
 
 from __future__ import annotations
@@ -16,6 +19,8 @@ import scipy.sparse as sp
 from tauten.model.numerics import Array, Ints, kernel
 from tauten.model.points.material_points import MaterialPoints
 from tauten.model.rows import Rows
+
+SHORTEST = 5e-4  # m, distance of a segment's ends below which its length is rounded
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,6 +110,23 @@ def make_cables(cables: list[Cable], x0: Array) -> CableSet:
 
 
 @kernel
+def blunted(length: float) -> tuple[float, float, float]:
+    """Length f of a segment as the cable has it [m], f'(length) / length and f''(length) [1/m].
+
+    |d| itself from `SHORTEST` on; below, the even polynomial of fourth degree that continues it with two
+    derivatives.
+
+    Args:
+        length: distance of the segment's ends [m].
+    """
+    if length >= SHORTEST:
+        return length, 1.0 / length, 0.0
+    t = length / SHORTEST
+    value = SHORTEST * (0.375 + 0.75 * t * t - 0.125 * t**4)
+    return value, (1.5 - 0.5 * t * t) / SHORTEST, 1.5 * (1.0 - t * t) / SHORTEST
+
+
+@kernel
 def cable_gradients(
     x: Array, owner: Ints, nodes: Ints, weights: Array, offset: Array, n_a: int
 ) -> tuple[Array, Array]:
@@ -127,11 +149,11 @@ def cable_gradients(
             for i in range(3):
                 d[i] += weights[s, a] * x[nodes[s, a], i]
         ell = np.sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2])
-        length[owner[s]] += ell
-        if ell > 0.0:
-            for a in range(8):
-                for i in range(3):
-                    gradient[s, a, i] = weights[s, a] * d[i] / ell
+        value, slope, _ = blunted(ell)
+        length[owner[s]] += value
+        for a in range(8):
+            for i in range(3):
+                gradient[s, a, i] = weights[s, a] * d[i] * slope
     return length, gradient
 
 
@@ -167,16 +189,18 @@ def add_cable_stiffness(  # noqa: C901  one flat loop nest is what numba compile
             for i in range(3):
                 d[i] += weights[s, a] * x[nodes[s, a], i]
         ell = np.sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2])
-        if force <= 0.0 or ell <= 0.0:
+        if force <= 0.0:
             continue
+        _, slope, curvature = blunted(ell)
+        along = (curvature - slope) / (ell * ell) if ell > 0.0 else 0.0
         for a in range(8):
             for b in range(8):
-                w = force * weights[s, a] * weights[s, b] / ell
+                w = force * weights[s, a] * weights[s, b]
                 if slot[s, a, b] < 0 or w == 0.0:
                     continue
                 for j in range(3):
                     for i in range(3):
-                        part = -d[i] * d[j] / (ell * ell)
+                        part = along * d[i] * d[j]
                         if i == j:
-                            part += 1.0
+                            part += slope
                         K[slot[s, a, b] + j * column_length[s, b] + i] += w * part

@@ -169,6 +169,12 @@ class TetRobot(SparseRobot):
             )
         return energy - float(self.load @ (state.q - self.rest().q))
 
+    def inverted(self, state: State) -> int:
+        """Number of tetrahedra that are turned inside out."""
+        corners = self.nodes(state)[self.mesh.tets]  # (e, 4, 3)
+        volumes = np.linalg.det(corners[:, 1:] - corners[:, :1])  # (e,), of either sign
+        return int((volumes < 0.0).sum())
+
     def rows(self, state: State, contacts: bool = True) -> RobotRows:
         """Rows of effectors, cables and, with `contacts`, contacts at this state."""
         x = self.nodes(state)

@@ -51,8 +51,8 @@ class Chunk:
 def solve_chunk(chunk: Chunk) -> Snapshots:
     """Solve for one equilibrium after the other and record forces and configurations.
 
-    An equilibrium that does not converge or diverges is recorded as not converged, with zero contact
-    forces, and the next one starts from the last state that converged.
+    An equilibrium that is found neither at once nor in load steps is recorded as not converged, with zero
+    contact forces, and the next one starts from the last state that converged.
     """
     with threadpool_limits(1):  # the order of sums depends on the number of threads
         simulator = Simulator(chunk.robot, contact="full")

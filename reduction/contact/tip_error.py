@@ -48,9 +48,6 @@ def tip_errors(
         held: whether the stored pulled lengths or the stored tensions are prescribed. Errors are larger
             with tensions.
         max_iterations: of an equilibrium; more are needed where snapshots are far apart.
-
-    Raises:
-        FactorisationError: the reduced model diverges.
     """
     simulator = Simulator(robot, contact=basis, enrichment=enrichment)
     error = np.full(len(snapshots), np.nan)

@@ -7,8 +7,8 @@ from typing import Literal
 
 import numpy as np
 
-from tauten.model import ContactSpace, Simulator, State, default_enrichment
-from tauten.model.numerics import Array, FactorisationError
+from tauten.model import ContactSpace, Ending, Simulator, State, default_enrichment
+from tauten.model.numerics import Array
 from tauten.reduction.state.robot import ReducedRobot
 
 STEPS = 3  # Newton steps towards equilibrium; the first one shows the error to first order
@@ -34,19 +34,16 @@ class TipCheck:
         self._full = Simulator(robot.full, "none" if contact == "none" else "full")
 
     def __call__(self, state: State, tension: Array, pull: Array) -> float:
-        """Largest distance of an effector between the two models [m]; +inf where a factorisation fails.
+        """Largest distance of an effector between the two models [m]; +inf where one of them diverges.
 
         Args:
             state: of the reduced model.
             tension: (n_a,) cable tensions there [N].
             pull: (n_a,) pulled lengths that both are to reach [m].
         """
-        try:
-            apart = self._settled(self._reduced, state, tension, pull) - self._settled(
-                self._full, self._robot.lifted(state), tension, pull
-            )
-        except FactorisationError:
-            return np.inf
+        apart = self._settled(self._reduced, state, tension, pull) - self._settled(
+            self._full, self._robot.lifted(state), tension, pull
+        )
         distance = float(np.linalg.norm(apart, axis=1).max())
         return distance if np.isfinite(distance) else np.inf
 
@@ -54,5 +51,7 @@ class TipCheck:
         """Effectors (p, 3) after a few steps towards equilibrium [m]."""
         simulator.reset()
         simulator.start_from(state, replace(simulator.forces, tension=tension))
-        simulator.settle(pull=pull, max_iterations=STEPS)
+        report = simulator.settle(pull=pull, max_iterations=STEPS, load_steps=False)
+        if report.ending is Ending.NOT_FINITE:
+            return np.full_like(simulator.effector, np.nan)
         return simulator.effector

@@ -84,7 +84,9 @@ class Reachable:
         found = []
         for share in shares:
             pull = share * limits.pull_max
-            report = simulator.settle(pull=pull, tolerance=_SETTLED, max_iterations=_MAX_STEPS)
+            report = simulator.settle(
+                pull=pull, tolerance=_SETTLED, max_iterations=_MAX_STEPS, load_steps=False
+            )
             if not report.movement < _NEARLY_SETTLED:
                 shown = ", ".join(f"{1e3 * value:.1f}" for value in pull)
                 name = simulator.robot.name

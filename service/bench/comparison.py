@@ -26,6 +26,7 @@ class Equilibrium:
         tension: (n_a,) [N].
         pull: (n_a,) [m].
         lam_c: (n_c,) contact forces [N].
+        share: of the command that the robot has an equilibrium for; less than 1 where the load was shortened.
     """
 
     state: State
@@ -33,6 +34,7 @@ class Equilibrium:
     tension: Array
     pull: Array
     lam_c: Array
+    share: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,6 +49,8 @@ class Comparison:
         pushing: candidates that push.
         contact_force_n: sum of the contact forces.
         deepest_overlap_mm: of candidates and surfaces without contact.
+        share: of the command, with and without contact; less than 1 where the robot has no equilibrium
+            farther on.
     """
 
     robot: str
@@ -56,12 +60,13 @@ class Comparison:
     pushing: int
     contact_force_n: float
     deepest_overlap_mm: float
+    share: tuple[float, float]
 
 
 def equilibrium(
     robot: Robot, contact: str, pull: Array | None, tension: Array | None
 ) -> Equilibrium:
-    """Settle on the way to a command and there.
+    """Settle on the way to a command and there, or as far as there are equilibria.
 
     Args:
         robot: what is commanded.
@@ -70,20 +75,25 @@ def equilibrium(
         tension: (n_a,) [N].
 
     Raises:
-        CompareError: no equilibrium was found.
+        CompareError: no equilibrium was found on the way.
     """
     simulator = Simulator(robot, contact=contact)  # type: ignore[arg-type]
-    report = None
-    for share in np.linspace(0.0, 1.0, _STEPS + 1)[1:]:
+    share = 0.0
+    for following in np.linspace(0.0, 1.0, _STEPS + 1)[1:]:
         report = simulator.settle(
-            pull=None if pull is None else share * pull,
-            tension=None if tension is None else share * tension,
+            pull=None if pull is None else following * pull,
+            tension=None if tension is None else following * tension,
         )
-    if report is None or not report.converged:
-        raise CompareError(f"{robot.name}: found no equilibrium with contact {contact!r}")
+        share += report.share * (following - share)
+        if not report.converged:
+            if share == 0.0:
+                raise CompareError(
+                    f"{robot.name}: found no equilibrium with contact {contact!r}: {report.ending.value}"
+                )
+            break
     lam_c = simulator.smooth_contact_forces() if contact == "full" else np.zeros(robot.n_c)
     return Equilibrium(
-        simulator.state, simulator.effector, simulator.tension, simulator.pull, lam_c
+        simulator.state, simulator.effector, simulator.tension, simulator.pull, lam_c, share
     )
 
 
@@ -105,4 +115,5 @@ def compare_equilibria(robot: Robot, touching: Equilibrium, passing: Equilibrium
         pushing=int((touching.lam_c > 0.0).sum()),
         contact_force_n=float(touching.lam_c.sum()),
         deepest_overlap_mm=1e3 * max(0.0, -float(gaps.min(initial=0.0))),
+        share=(touching.share, passing.share),
     )

@@ -14,7 +14,6 @@ from tauten.controller import Controller, ControllerSettings, advance, decide, p
 from tauten.model import Enrichment, Robot, default_enrichment, worst_rows
 from tauten.model.numerics import (
     Array,
-    FactorisationError,
     LcpResult,
     complementarity,
     distances,
@@ -185,10 +184,7 @@ def _tip_errors(
     robot: Robot, path: Snapshots, basis: ContactBasis, enrichment: Enrichment | None
 ) -> tuple[float | None, float | None, int, int]:
     """Largest and mean effector error [mm], equilibria that did not settle, most extra columns."""
-    try:
-        found = tip_errors(robot, path, basis, enrichment)
-    except FactorisationError:  # diverged: the path has no result
-        return None, None, len(path), 0
+    found = tip_errors(robot, path, basis, enrichment)
     errors = 1e3 * found.error[~np.isnan(found.error)]
     unsettled = int((~found.converged).sum())
     if len(errors) == 0:

@@ -11,7 +11,6 @@ import numpy as np
 from tauten.model import Simulator, TetRobot
 from tauten.model.load import build_robot
 from tauten.model.mesh import QuadraticMesh, TetMesh, read_mesh, read_quadratic_mesh
-from tauten.model.numerics import FactorisationError
 from tauten.model.schema import ElementName, RobotConfig
 
 TOLERANCE = 1e-6  # m; movement of the last step of an equilibrium
@@ -167,10 +166,7 @@ def equilibria(
             cable = load.cable
         pull = np.zeros(robot.n_a)
         pull[cable] = load.pull
-        try:
-            converged = simulator.settle(pull=pull, tolerance=TOLERANCE).converged
-        except FactorisationError:
-            converged = False
+        converged = simulator.settle(pull=pull, tolerance=TOLERANCE).converged
         yield LoadedState(
             converged,
             tuple(simulator.tension.tolist()),

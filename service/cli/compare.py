@@ -54,6 +54,12 @@ def compare(
     draw_comparison(loaded, touching, passing, side, figure)
     if json_file is not None:
         write_text(json_file, json.dumps(asdict(found), indent=2) + "\n")
+    for share, what in zip(found.share, ("with", "without"), strict=True):
+        if share < 1.0:
+            Console().print(
+                f"{loaded.name} has no equilibrium {what} contact under more than {share:.0%} of the "
+                "command: shown is the last one."
+            )
     Console().print(
         f"{loaded.name}: {found.pushing} candidates push with {found.contact_force_n:.2f} N together; "
         f"effectors {', '.join(f'{d:.2f}' for d in found.apart_mm)} mm from where they are without "

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from support.bodies import beam_robot, box_mesh
 
-from tauten.model import Robot, Simulator
+from tauten.model import Ending, Robot, Simulator
 
 SIZE = (0.1, 0.02, 0.02)
 
@@ -75,3 +75,15 @@ def test_a_start_elsewhere_continues_as_the_other_does(beam: Robot) -> None:
         simulator.step(pull=[0.002])
         other.step(pull=[0.002])
     np.testing.assert_array_equal(simulator.effector, other.effector)
+
+
+@pytest.mark.parametrize("held", [{"tension": [1e6]}, {"pull": [1e3]}])
+def test_a_load_far_beyond_the_robot_leaves_a_finite_state(
+    beam: Robot, held: dict[str, list[float]]
+) -> None:
+    simulator = Simulator(beam, contact="none")
+    report = simulator.settle(**held)
+    assert np.isfinite(simulator.state.q).all()
+    assert np.isfinite(simulator.tension).all()
+    assert report.converged is (report.ending is Ending.SETTLED)
+    assert report.converged is (report.share == 1.0)

@@ -28,6 +28,14 @@ def test_contact_opens_what_overlaps(finger: Robot) -> None:
     assert found.tension_n[0][0] > 2.0 * found.tension_n[1][0]
 
 
+def test_a_load_without_equilibrium_is_shortened(finger: Robot) -> None:
+    pull = np.array([0.5])  # m, four times the length of the finger
+    passing = equilibrium(finger, "none", pull, None)
+    assert 0.0 < passing.share < 1.0
+    assert passing.pull[0] == pytest.approx(passing.share * pull[0], abs=1e-6)
+    assert compare_equilibria(finger, passing, passing).share == (passing.share, passing.share)
+
+
 def test_command_draws_and_writes(tmp_path: Path) -> None:
     picture, numbers = tmp_path / "finger.png", tmp_path / "finger.json"
     code = run_main(

@@ -1,11 +1,12 @@
 """Start and extent of paths, and checks of path files line by line."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from tauten.model import Robot
+from tauten.model import Robot, TetRobot
 from tauten.service.plant import SHAPES, PathError, PathSettings, Plane, make_path, save_path
 
 SETTINGS = PathSettings(size=0.01, period=4.0)
@@ -86,3 +87,13 @@ def test_other_names_are_refused(finger: Robot, tmp_path: Path) -> None:
         make_path("square", finger, SETTINGS)
     with pytest.raises(PathError, match="cannot be read"):
         make_path(str(tmp_path / "none.csv"), finger, SETTINGS)
+
+
+@pytest.mark.slow
+def test_reach_goes_on_where_there_is_no_equilibrium(finger: TetRobot) -> None:
+    """Ten times the pull that the winch has: the path goes as far as the finger does."""
+    far = replace(finger, limits=replace(finger.limits, pull_max=10.0 * finger.limits.pull_max))
+    path = make_path("reach", far, PathSettings(period=4.0, fraction=1.0))
+    assert path.shortened > 0
+    assert np.isfinite(path.points).all()
+    assert np.ptp(path.points, axis=0).max() > 0.05  # m

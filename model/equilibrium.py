@@ -1,0 +1,172 @@
+"""The merit function of an equilibrium, and the line search on it.
+
+An equilibrium under held pulled lengths is a minimum of the potential Π(q) of elasticity, gravity and outer
+forces under the constraints c(q) ≥ 0 of cables, δ_a − pull, and contacts, δ_c; under given tensions the
+work λ_aᵀ δ_a of the cables joins the potential. A linearised step solves the quadratic program of that
+problem with the tangent as Hessian, so that its direction decreases the exact penalty function
+
+    φ(q) = Π(q) − λ_aᵀ δ_a(q) + Σ w_i max(0, −c_i(q)),   w_i > λ_i
+
+wherever the tangent is positive definite (Nocedal and Wright, Numerical Optimization, 2006, 18.3).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+
+from tauten.model.contact_space import ContactSpace
+from tauten.model.enrichment import PredictedStep
+from tauten.model.numerics import Array
+from tauten.model.robot import Robot, State
+
+WEIGHT = 2.0  # of a constraint's violation, relative to the largest force on it
+PATIENCE = 16  # steps that may be longer than the shortest so far, before they are searched along
+HALVINGS = 6  # of a step at most
+LOBATTO = ((0.5, 4.0 / 6.0), (1.0, 1.0 / 6.0))  # Simpson's rule without its first point
+
+
+class Ending(Enum):
+    """How the search for an equilibrium ended."""
+
+    SETTLED = "settled"
+    LIMIT_POINT = "the tangent loses definiteness before the load is reached"
+    INVERTED = "elements turn inside out"
+    NO_EQUILIBRIUM = "no forces of cables and contacts meet their constraints"
+    OUT_OF_ITERATIONS = "the steps do not become small"
+    NOT_FINITE = "the state has diverged"
+
+
+@runtime_checkable
+class Conservative(Protocol):
+    """A robot with a potential."""
+
+    def potential(self, state: State) -> float:
+        """Elastic energy minus the work of gravity and outer forces since rest [J]."""
+
+
+@runtime_checkable
+class Invertible(Protocol):
+    """A robot whose elements may turn inside out."""
+
+    def inverted(self, state: State) -> int:
+        """Number of elements that are turned inside out."""
+
+
+@dataclass(frozen=True, slots=True)
+class Command:
+    """What is held: pulled lengths (n_a,) [m] or tensions (n_a,) [N], the other is None."""
+
+    pull: Array | None
+    tension: Array | None
+
+    @property
+    def value(self) -> Array:
+        """Whichever is held: (n_a,)."""
+        held = self.pull if self.tension is None else self.tension
+        assert held is not None
+        return held
+
+    def at(self, value: Array) -> Command:
+        """The same kind of command with other values (n_a,)."""
+        return Command(value, None) if self.tension is None else Command(None, value)
+
+
+class Merit:
+    """The merit φ along the steps of one command; weights only grow, so that φ does not cycle."""
+
+    def __init__(self, robot: Robot, space: ContactSpace, command: Command) -> None:
+        """Start with no weights."""
+        self._robot, self._space, self._command = robot, space, command
+        self._cables = np.zeros(robot.n_a)
+        self._modes = np.zeros(space.k)
+        self._slots = np.zeros(robot.n_c)
+        self._touching = False
+
+    def observe(self, solved: PredictedStep) -> None:
+        """Raise the weights above the forces of a step."""
+        forces = solved.step.split(solved.lam, self._space.k)
+        self._cables = np.maximum(self._cables, WEIGHT * forces.tension)
+        self._modes = np.maximum(self._modes, WEIGHT * forces.beta)
+        self._slots[forces.extra] = np.maximum(
+            self._slots[forces.extra], WEIGHT * forces.extra_beta
+        )
+        self._touching = bool((self._modes > 0.0).any() or (self._slots > 0.0).any())
+
+    def share(self, solved: PredictedStep, largest: float) -> float:
+        """Which share of a step decreases the merit: `largest`, or half of it some times.
+
+        Where none does, the one with the smallest merit. Shares with forces that are not finite are
+        refused; 0.0 where all are.
+
+        Args:
+            solved: the step with its forces.
+            largest: the share to try first.
+        """
+        state, share = solved.step.state, largest
+        before = self._constraints(state)
+        best, least = 0.0, np.inf
+        for _ in range(HALVINGS + 1):
+            after = self._robot.advance(state, solved.step.system, share * solved.dv)
+            change = self._energy_change(solved, share, after) + self._constraints(after) - before
+            if change < 0.0:
+                return share
+            if change < least:
+                best, least = share, change
+            share *= 0.5
+        return best
+
+    def _constraints(self, state: State) -> float:
+        """Work of given tensions and weighted violations [J]."""
+        rows, command = self._robot.rows(state, contacts=self._touching), self._command
+        delta = rows.actuators.delta
+        if command.pull is None:
+            value = -float(command.value @ delta)
+        else:
+            value = float(self._cables @ np.maximum(command.pull - delta, 0.0))
+        if self._touching:
+            gaps = rows.contacts
+            value += float(self._slots[gaps.slots] @ np.maximum(-gaps.rows.delta, 0.0))
+            reduced = self._space.reduce(gaps)
+            value += float(self._modes[reduced.modes] @ np.maximum(-reduced.delta, 0.0))
+        return value
+
+    def _energy_change(self, solved: PredictedStep, share: float, after: State) -> float:
+        """Change of the potential in a share of a step [J]; without potential, the forces' work."""
+        robot, state, system = self._robot, solved.step.state, solved.step.system
+        if isinstance(robot, Conservative):
+            return robot.potential(after) - robot.potential(state)
+        step = share * system.h * solved.dv
+        mean = robot.forces(state)[0] / 6.0
+        for place, weight in LOBATTO:
+            mean += (
+                weight * robot.forces(robot.advance(state, system, place * share * solved.dv))[0]
+            )
+        return -float(mean @ step)
+
+
+class Search:
+    """When steps towards an equilibrium are searched along, and with which merit."""
+
+    def __init__(self, robot: Robot, space: ContactSpace, command: Command) -> None:
+        """Start without a search."""
+        self._merit = Merit(robot, space, command)
+        self._shortest, self._stalled = np.inf, 0
+
+    def share(self, solved: PredictedStep, movement: float, largest: float) -> float:
+        """The share of a step to take; where steps do not become shorter, one that decreases the merit.
+
+        Args:
+            solved: the step with its forces.
+            movement: largest displacement of a node in it [m].
+            largest: share that is allowed.
+        """
+        self._stalled = 0 if movement < self._shortest else self._stalled + 1
+        self._shortest = min(self._shortest, movement)
+        if self._stalled <= PATIENCE:
+            return largest
+        self._merit.observe(solved)
+        return self._merit.share(solved, largest)

@@ -1,0 +1,51 @@
+"""Cables whose segments close: a cable pulls two parts of the body together until they meet."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tauten.model.points.cable import SHORTEST, add_cable_stiffness, blunted, cable_gradients
+
+NODES = np.arange(8)[None]
+WEIGHTS = np.array([[-0.4, -0.3, -0.2, -0.1, 0.1, 0.2, 0.3, 0.4]])
+OWNER, OFFSET = np.zeros(1, dtype=np.int64), np.zeros((1, 3))
+
+
+def segment(distance: float) -> np.ndarray:
+    """Positions (8, 3) [m] of the nodes of one segment with a distance between its ends."""
+    generator = np.random.default_rng(1)
+    x = 1e-3 * generator.standard_normal((8, 3))
+    d = WEIGHTS[0] @ x
+    direction = np.array([2.0, -1.0, 2.0]) / 3.0
+    x[4:] += distance * direction - d
+    return x
+
+
+def gradient(x: np.ndarray) -> np.ndarray:
+    """Derivative of the segment's length by all positions: (24,)."""
+    return cable_gradients(x, OWNER, NODES, WEIGHTS, OFFSET, 1)[1].ravel()
+
+
+@pytest.mark.parametrize("share", [0.0, 0.3, 0.95, 3.0])
+def test_lengths_gradients_and_curvatures_agree(share: float) -> None:
+    x, step = segment(share * SHORTEST), 1e-7
+    moves = step * np.eye(24).reshape(24, 8, 3)
+    lengths = [
+        [cable_gradients(x + sign * move, OWNER, NODES, WEIGHTS, OFFSET, 1)[0][0] for move in moves]
+        for sign in (1.0, -1.0)
+    ]
+    assert np.allclose((np.array(lengths[0]) - lengths[1]) / (2.0 * step), gradient(x), atol=1e-6)
+    slopes = np.array([gradient(x + move) - gradient(x - move) for move in moves]) / (2.0 * step)
+    K = np.zeros(24 * 24)
+    slot = (3 * np.arange(8)[:, None] + 24 * 3 * np.arange(8))[None]
+    column_length = np.full((1, 8), 24, dtype=np.int64)
+    add_cable_stiffness(x, OWNER, NODES, WEIGHTS, OFFSET, np.array([1.0]), (slot, column_length), K)
+    tangent = K.reshape(24, 24).T
+    assert np.allclose(tangent, slopes, atol=1e-4 * np.abs(tangent).max())
+    assert np.linalg.eigvalsh(tangent).min() > -1e-9 * np.abs(tangent).max()
+
+
+def test_longer_segments_keep_their_length() -> None:
+    assert blunted(1.001 * SHORTEST)[0] == 1.001 * SHORTEST
+    assert 0.0 < blunted(0.0)[0] < SHORTEST
