@@ -2,8 +2,8 @@
 
 Which modes push and which are open is a piece; on a piece the problem is a convex QP. Start from the
 contact forces at the previous tensions, solve the piece, check the multipliers of the pairs of which
-both sides are zero, flip those whose multipliers show that the objective decreases in the adjacent piece, repeat until none does. docs/qpcc.md
-explains it with a picture.
+both sides are zero, flip those whose multipliers show that the objective decreases in the adjacent
+piece, repeat until there are none. docs/qpcc.md explains it with a picture.
 """
 
 from __future__ import annotations
