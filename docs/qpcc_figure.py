@@ -71,7 +71,7 @@ def one_cable() -> Qpcc:
 
 @dataclass(slots=True)
 class Watched(Descent):
-    """A descent that remembers the points it takes."""
+    """A descent that records its points."""
 
     points: list[DescentPoint] = field(default_factory=list)
 

@@ -142,7 +142,7 @@ def write_qpcc(path: Path, problem: Qpcc, start: Start | None = None) -> None:
 
 
 def read_qpcc(path: Path) -> tuple[Qpcc, Start | None]:
-    """A problem of `write_qpcc`, and where its solution started where the file says so.
+    """A problem of `write_qpcc`, and the start of its solution where the file has one.
 
     Raises:
         OSError: the file cannot be read.
