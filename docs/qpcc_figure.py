@@ -20,7 +20,7 @@ from matplotlib.colors import ListedColormap
 from tauten.controller.qpcc import (
     Budget,
     Descent,
-    Point,
+    DescentPoint,
     Qpcc,
     scale,
     solve_daqp,
@@ -71,13 +71,13 @@ def one_cable() -> Qpcc:
 
 @dataclass(slots=True)
 class Watched(Descent):
-    """A descent that remembers the points it takes."""
+    """A descent that records its points."""
 
-    points: list[Point] = field(default_factory=list)
+    points: list[DescentPoint] = field(default_factory=list)
 
-    def visit(self, piece: Array) -> Point | None:
+    def solve_new_piece(self, piece: Array) -> DescentPoint | None:
         """As the descent does."""
-        point = Descent.visit(self, piece)
+        point = Descent.solve_new_piece(self, piece)
         if point is not None:
             self.points.append(point)
         return point

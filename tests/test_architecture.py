@@ -53,8 +53,6 @@ MOST_MODULES = 15
 MOST_LINES = 400
 MOST_PARAMETERS = 8
 DOCUMENTED = 3  # parameters of a public function from which on its docstring lists them
-# Of these folders only sizes and imports are checked.
-SOLVER = ("controller.qpcc", "service.bench.qpcc")
 # `serve` is the process that a robot depends on: none of these is loaded by it.
 LABORATORY = ("service.bench", "service.tables", "service.plots", "service.cli")
 
@@ -170,7 +168,7 @@ def parameters(function: ast.FunctionDef) -> list[str]:
 
 
 # Commands of the command line document their options themselves.
-CHECKED = [path for path in MODULES if folder_of(path) not in (*SOLVER, "service.cli")]
+CHECKED = [path for path in MODULES if folder_of(path) != "service.cli"]
 
 
 @pytest.mark.parametrize("path", CHECKED, ids=lambda path: str(path.relative_to(ROOT)))
@@ -192,7 +190,6 @@ def test_a_class_name_has_one_meaning() -> None:
     names = Counter(
         node.name
         for path in MODULES
-        if folder_of(path) not in SOLVER
         for node in ast.parse(path.read_text(encoding="utf-8")).body
         if isinstance(node, ast.ClassDef) and not node.name.startswith("_")
     )

@@ -1,6 +1,6 @@
 """Quadratic programs with complementarity constraints: problem, solver, certificate."""
 
-from tauten.controller.qpcc.descent import Budget, Descent, Point, solve_piece
+from tauten.controller.qpcc.descent import Budget, Descent, DescentPoint, solve_piece
 from tauten.controller.qpcc.homotopy import relaxation
 from tauten.controller.qpcc.piece import parabola
 from tauten.controller.qpcc.problem import Qpcc, Start, read_qpcc, write_qpcc
@@ -24,7 +24,7 @@ __all__ = [
     "Certificate",
     "Descent",
     "KeptQp",
-    "Point",
+    "DescentPoint",
     "Qp",
     "QpAnswer",
     "Qpcc",

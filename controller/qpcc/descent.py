@@ -28,7 +28,7 @@ MOST_BRANCHES = 64  # nonnegative least squares problems per degenerate point
 
 
 @dataclass(frozen=True, slots=True)
-class Point:
+class DescentPoint:
     """A feasible point, as a rule the optimum of a piece.
 
     Attributes:
@@ -58,7 +58,7 @@ class Point:
         no_gain = self.settled or self.residuals.largest_gain <= ACTIVE
         return self.residuals.stationarity <= EXACT and no_gain
 
-    def beats(self, other: Point) -> bool:
+    def beats(self, other: DescentPoint) -> bool:
         """Lower by more than round-off, or as low and stationary where the other is not."""
         mine, others = self.residuals, other.residuals
         margin = NOISE * (mine.terms + others.terms)
@@ -110,16 +110,16 @@ class Descent:
     problem: Scaled
     backend: Backend
     budget: Budget
-    best: Point | None = None
+    best: DescentPoint | None = None
     tried: set[bytes] = field(default_factory=set)
 
     def has_point(self) -> bool:
         """Whether a feasible point has been found."""
         return self.best is not None
 
-    def run(self, piece: Bools) -> Point | None:
+    def run(self, piece: Bools) -> DescentPoint | None:
         """Descend from a piece to a stationary point; None when the piece is empty or was tried."""
-        current = self.visit(piece)
+        current = self.solve_new_piece(piece)
         while current is not None and not current.stationary:
             following = self.improve(current) or self.settle(current)
             if following is None:
@@ -127,7 +127,7 @@ class Descent:
             current = following
         return current
 
-    def visit(self, piece: Bools) -> Point | None:
+    def solve_new_piece(self, piece: Bools) -> DescentPoint | None:
         """Solve a piece unless it was solved before or the budget is spent."""
         key = piece.tobytes()
         if key in self.tried or not self.budget.spend():
@@ -138,23 +138,23 @@ class Descent:
             self.keep(point)
         return point
 
-    def stay(self, z: Array, piece: Bools) -> None:
-        """Remember a point, with what round-off took outside its bounds brought back, if it is feasible."""
+    def keep_point(self, z: Array, piece: Bools) -> None:
+        """Clip a point to its bounds, which round-off may violate; keep it if feasible and the best."""
         n_a, rows = len(self.problem.lb), len(self.problem.r)
         z = np.concatenate(
             [np.clip(z[:n_a], self.problem.lb, self.problem.ub), np.maximum(z[n_a:], 0.0)]
         )
         alpha, dual = np.zeros(n_a), np.zeros(rows)
-        point = Point(piece, z, alpha, dual, residuals(self.problem, z, alpha, dual))
+        point = DescentPoint(piece, z, alpha, dual, residuals(self.problem, z, alpha, dual))
         if point.feasible:
             self.keep(point)
 
-    def keep(self, point: Point) -> None:
-        """Remember a point when it is the best so far."""
+    def keep(self, point: DescentPoint) -> None:
+        """Keep a point if it is the best so far."""
         if self.best is None or point.beats(self.best):
             self.best = point
 
-    def improve(self, current: Point) -> Point | None:
+    def improve(self, current: DescentPoint) -> DescentPoint | None:
         """A better or stationary neighbour: all pairs that gain flipped, else one by one, largest first."""
         gain = current.residuals.gain
         wrong = np.flatnonzero(gain > ACTIVE)
@@ -162,7 +162,7 @@ class Descent:
         flips: list[Ints] = [wrong, *wrong[:, None]] if len(wrong) > 1 else [wrong]
         return self.first_better(current, flipped(current.piece, flips))
 
-    def settle(self, current: Point) -> Point | None:
+    def settle(self, current: DescentPoint) -> DescentPoint | None:
         """Decide a degenerate point, of which multipliers are not unique: a better one, or itself settled.
 
         A tree over the pairs of which both sides are zero, each node the nearest point to zero of the
@@ -178,7 +178,7 @@ class Descent:
             alpha, dual, direction, both = best_multipliers(self.problem, current.z, sides)
             found = residuals(self.problem, current.z, alpha, dual)
             if count == 0:
-                strong = Point(current.piece, current.z, alpha, dual, found)
+                strong = DescentPoint(current.piece, current.z, alpha, dual, found)
                 if strong.stationary:
                     self.keep(strong)
                     return strong
@@ -202,7 +202,13 @@ class Descent:
         return point
 
     def follow(self, piece: Bools, direction: Array, both: Bools) -> tuple[int | None, Bools]:
-        """The pair that a direction (n,) opens on both sides, None without one, and where it leads."""
+        """The pair that a direction (n,) opens on both sides, None without one, and where it leads.
+
+        Args:
+            piece: (k,) the piece of the current point.
+            direction: (n,) of descent, scaled.
+            both: (k,) undecided pairs of which both sides are zero.
+        """
         k = len(piece)
         beta = direction[len(direction) - k :]
         w = self.problem.R[k : 2 * k] @ direction
@@ -213,20 +219,26 @@ class Descent:
             return None, into
         return pair, into
 
-    def first_better(self, current: Point, pieces: Iterable[Bools]) -> Point | None:
+    def first_better(self, current: DescentPoint, pieces: Iterable[Bools]) -> DescentPoint | None:
         """The first of some pieces whose optimum is better, or as good and stationary."""
         for piece in pieces:
-            point = self.visit(piece)
+            point = self.solve_new_piece(piece)
             if point is not None and point.beats(current):
                 return point
         return None
 
 
-def solve_piece(problem: Scaled, piece: Bools, backend: Backend) -> Point | None:
-    """Optimum of one piece; None when it is empty or could not be solved."""
+def solve_piece(problem: Scaled, piece: Bools, backend: Backend) -> DescentPoint | None:
+    """Optimum of one piece; None when it is empty or could not be solved.
+
+    Args:
+        problem: scaled.
+        piece: (k,) the modes that push.
+        backend: solves the QP of the piece.
+    """
     if len(problem.lb) == 1 and backend is solve_daqp:
         found, z, alpha, dual, values = solve_one_cable(problem, piece)
-        point = Point(piece, z, alpha, dual, values)
+        point = DescentPoint(piece, z, alpha, dual, values)
         if found and point.feasible:
             return point
     possible, H, f, A, lower, upper, reduction = reduce_piece(problem, piece)
@@ -235,7 +247,7 @@ def solve_piece(problem: Scaled, piece: Bools, backend: Backend) -> Point | None
     answer = backend(Qp(H, f, A, lower, upper))
     if answer.infeasible or not np.abs(answer.y).max(initial=0.0) < ENDLESS:
         return None
-    point = Point(piece, *recover(problem, piece, reduction, answer.y, answer.multipliers))
+    point = DescentPoint(piece, *recover(problem, piece, reduction, answer.y, answer.multipliers))
     return point if point.feasible else None
 
 

@@ -13,7 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from tauten.controller.qpcc.descent import Descent, Point
+from tauten.controller.qpcc.descent import Descent, DescentPoint
 from tauten.controller.qpcc.homotopy import of_order_one, relaxation
 from tauten.controller.qpcc.qp import ENDLESS, UNBOUNDED, Qp, solve_daqp
 from tauten.controller.qpcc.residuals import OPEN, PUSHES, residuals
@@ -23,8 +23,10 @@ from tauten.model.numerics import Bools, Ints
 SIGMA = 1e-8  # chooses among points that violate the limits equally
 
 
-def least_violation(descent: Descent, piece: Bools) -> Point | None:
-    """The point that violates the limits least, seen from a piece; where it does not, descend from there.
+def least_violation(descent: Descent, piece: Bools) -> DescentPoint | None:
+    """The point that violates the limits least, found by a descent from a piece.
+
+    Where its violation is zero the descent of the problem itself continues from there.
 
     `dual[2k:]` of the point is minus its violations.
     """
@@ -38,13 +40,19 @@ def least_violation(descent: Descent, piece: Bools) -> Point | None:
     z, alpha = best.z[own_variables(n_a, p, k)], best.alpha[:n_a]
     descent.run(best.piece)
     if descent.best is None:
-        descent.stay(z, best.piece)
+        descent.keep_point(z, best.piece)
     found = residuals(problem, z, alpha, np.zeros(len(problem.r)))
     return replace(best, z=z, alpha=alpha, residuals=found)
 
 
 def own_variables(n_a: int, p: int, k: int) -> Ints:
-    """Where a and β are among (a, s, β)."""
+    """Where a and β are among (a, s, β).
+
+    Args:
+        n_a: number of tensions.
+        p: number of limits, each with a slack s.
+        k: number of contact modes.
+    """
     return np.concatenate([np.arange(n_a), np.arange(n_a + p, n_a + p + k)])
 
 
@@ -65,7 +73,7 @@ def elastic(problem: Scaled, k: int) -> Scaled:
 
 
 def all_empty(descent: Descent) -> bool:
-    """Look for a feasible point in all pieces, depth first; whether there is shown to be none.
+    """Search all pieces for a feasible point, depth first; True when it is proved that none exists.
 
     A node fixes some modes and relaxes the others to β >= 0, w >= 0. Every relaxation is solved from the
     beginning, because a kept workspace may take feasible ones for empty (ex9.1.7 of MacMPEC). Ends at the
@@ -94,7 +102,7 @@ def all_empty(descent: Descent) -> bool:
         piece = np.where(sides == 0, beta > w, sides == PUSHES)
         descent.run(piece)
         if descent.best is None:  # where the piece is too badly conditioned to be eliminated
-            descent.stay(tau * answer.y, piece)
+            descent.keep_point(tau * answer.y, piece)
         if descent.best is not None:
             return False
         free = np.flatnonzero(sides == 0)

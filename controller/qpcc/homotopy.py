@@ -2,7 +2,7 @@
 
     min f(z) + ρ β'w(z)   subject to   (2),  w >= 0,  β >= 0                                  (6)
 
-β'w is zero on every piece and positive elsewhere, so that its weight ρ pulls the relaxation's optimum into
+β'w is zero on every piece and positive elsewhere, so that its weight ρ moves the relaxation's optimum into
 a piece. As in LCQPow (Hall, Nurkanović, Messerer, Diehl, IEEE Control Systems Letters 6, 2022) the penalty
 is linearised, so that from one QP to the next only the linear term changes and the workspace is kept.
 """
@@ -77,7 +77,13 @@ def of_order_one(problem: Scaled) -> tuple[float, Scaled]:
 
 
 def relaxation(problem: Scaled, H: Array, f: Array) -> Qp:
-    """The QP with an objective (n, n), (n,) over the problem without complementarity."""
+    """The QP with an objective (n, n), (n,) over the problem without complementarity.
+
+    Args:
+        problem: scaled.
+        H: (n, n) Hessian of the objective, scaled.
+        f: (n,) gradient of the objective at zero, scaled.
+    """
     k = len(problem.c) - len(problem.lb)
     zero, free = np.zeros(k), np.full(k, UNBOUNDED)
     r, limits = problem.r[k : 2 * k], slice(2 * k, None)

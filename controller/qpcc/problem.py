@@ -103,7 +103,13 @@ Warm = Start | Solution | Bools | None
 
 
 def start_of(warm: Warm, n_a: int, k: int) -> tuple[Array, Bools]:
-    """Tensions and piece to start from; what does not fit the problem is ignored."""
+    """Tensions and piece to start from; what does not fit the problem is ignored.
+
+    Args:
+        warm: the last solution, a `Start`, a piece (k,) alone, or None.
+        n_a: number of tensions.
+        k: number of contact modes.
+    """
     lam_a, piece = np.zeros(n_a), np.zeros(k, dtype=np.bool_)
     if warm is None:
         return lam_a, piece
@@ -136,7 +142,7 @@ def write_qpcc(path: Path, problem: Qpcc, start: Start | None = None) -> None:
 
 
 def read_qpcc(path: Path) -> tuple[Qpcc, Start | None]:
-    """A problem of `write_qpcc`, and where its solution started where the file says so.
+    """A problem of `write_qpcc`, and the start of its solution where the file has one.
 
     Raises:
         OSError: the file cannot be read.

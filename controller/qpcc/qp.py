@@ -62,7 +62,7 @@ class QpAnswer:
     """The answer of a library.
 
     Attributes:
-        infeasible: the library says that there is no feasible point; y is then not to be used.
+        infeasible: the library reports that there is no feasible point; y is then not to be used.
         y: (n,).
         multipliers: (n + m,) Hy + f + (I, A')·multipliers = 0; positive at upper, negative at lower.
     """

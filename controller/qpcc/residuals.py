@@ -75,7 +75,14 @@ def row_values(problem: Scaled, z: Array) -> tuple[Array, Array]:
 
 @kernel
 def pair_values(problem: Scaled, z: Array, values: Array, sizes: Array) -> tuple[Array, Array]:
-    """β and w of every pair, both relative to the terms of w: (k,), (k,)."""
+    """β and w of every pair, both relative to the terms of w: (k,), (k,).
+
+    Args:
+        problem: scaled.
+        z: (n,) the point, scaled.
+        values: (2k + p,) of `row_values`.
+        sizes: (2k + p,) of `row_values`.
+    """
     n_a = len(problem.lb)
     k = len(z) - n_a
     beta, w = np.zeros(k), np.zeros(k)
@@ -101,7 +108,14 @@ def pair_weight(problem: Scaled, i: int) -> float:
 
 @kernel
 def limit_residual(problem: Scaled, z: Array, values: Array, sizes: Array) -> float:
-    """Largest violation of bounds and limits, relative."""
+    """Largest violation of bounds and limits, relative.
+
+    Args:
+        problem: scaled.
+        z: (n,) the point, scaled.
+        values: (2k + p,) of `row_values`.
+        sizes: (2k + p,) of `row_values`.
+    """
     n_a = len(problem.lb)
     worst = 0.0
     for j in range(n_a):
@@ -168,7 +182,14 @@ def gradient(problem: Scaled, z: Array) -> tuple[Array, Array]:
 
 @kernel
 def add_multipliers(problem: Scaled, alpha: Array, dual: Array, total: Array) -> None:
-    """Add (alpha, 0) + R'dual to a gradient (n,), in place."""
+    """Add (alpha, 0) + R'dual to a gradient (n,), in place.
+
+    Args:
+        problem: scaled.
+        alpha: (n_a,) multipliers of the bounds.
+        dual: (2k + p,) multipliers of the rows.
+        total: (n,) gradient, overwritten.
+    """
     n_a = len(alpha)
     k = len(total) - n_a
     for j in range(n_a):
@@ -183,7 +204,14 @@ def add_multipliers(problem: Scaled, alpha: Array, dual: Array, total: Array) ->
 
 @kernel
 def residuals(problem: Scaled, z: Array, alpha: Array, dual: Array) -> Residuals:
-    """Objective and residuals of a point (n,), its multipliers of bounds (n_a,) and rows (2k + p,)."""
+    """Objective and residuals of a point (n,), its multipliers of bounds (n_a,) and rows (2k + p,).
+
+    Args:
+        problem: scaled.
+        z: (n,) the point, scaled.
+        alpha: (n_a,) multipliers of the bounds.
+        dual: (2k + p,) multipliers of the rows.
+    """
     n_a = len(problem.lb)
     k = len(z) - n_a
     values, sizes = row_values(problem, z)
@@ -193,7 +221,7 @@ def residuals(problem: Scaled, z: Array, alpha: Array, dual: Array) -> Residuals
     for i in range(k):
         primal = max(primal, -beta[i], -w[i])
         crossed = max(crossed, min(beta[i], w[i]))
-    # both signs of both sides of a pair: which of them a piece may have, its gains say
+    # both signs of both sides of a pair: the gains show which of them the piece does not permit
     allowed, both = signs_allowed(problem, z, values, sizes, beta, w, np.zeros(k, dtype=np.int64))
     alpha, dual = permitted_multipliers(alpha, dual, allowed, both)
     total, terms = gradient(problem, z)
@@ -221,7 +249,14 @@ def residuals(problem: Scaled, z: Array, alpha: Array, dual: Array) -> Residuals
 def permitted_multipliers(
     alpha: Array, dual: Array, allowed: Bools, both: Bools
 ) -> tuple[Array, Array]:
-    """The multipliers (n_a,), (2k + p,), 0 where a sign is not allowed; of pairs at zero any sign counts."""
+    """The multipliers (n_a,), (2k + p,), 0 where a sign is not allowed; of pairs at zero any sign counts.
+
+    Args:
+        alpha: (n_a,) multipliers of the bounds.
+        dual: (2k + p,) multipliers of the rows.
+        allowed: (n_a + 2k + p, 2) of `signs_allowed`.
+        both: (k,) pairs with both sides zero.
+    """
     n_a, k = len(alpha), len(both)
     alpha, dual = alpha.copy(), dual.copy()
     for j in range(n_a):

@@ -58,19 +58,32 @@ class Units(NamedTuple):
 
 def scale(problem: Qpcc) -> tuple[int, Scaled, Units]:
     """Whether the numbers are USABLE, NOT_FINITE or CROSSED_LIMITS, and the problem without units."""
-    return scaled_arrays(*in_rows(problem))
+    return scaled_arrays(in_rows(problem))
 
 
-def in_rows(problem: Qpcc) -> list[Array]:
+class QpccArrays(NamedTuple):
+    """The arrays of a `Qpcc`, with the same names, shapes and units, as kernels take them."""
+
+    Q: Array
+    c: Array
+    lb: Array
+    ub: Array
+    G: Array
+    g_lo: Array
+    g_hi: Array
+    M: Array
+    m: Array
+
+
+def in_rows(problem: Qpcc) -> QpccArrays:
     """The arrays of a problem, contiguous: a kernel is compiled anew for every memory layout."""
-    return [np.ascontiguousarray(array, dtype=np.float64) for array in problem.arrays]
+    return QpccArrays(*(np.ascontiguousarray(array, dtype=np.float64) for array in problem.arrays))
 
 
 @kernel
-def scaled_arrays(
-    Q: Array, c: Array, lb: Array, ub: Array, G: Array, g_lo: Array, g_hi: Array, M: Array, m: Array
-) -> tuple[int, Scaled, Units]:
+def scaled_arrays(problem: QpccArrays) -> tuple[int, Scaled, Units]:
     """What `scale` returns, from the arrays of a `Qpcc`."""
+    Q, c, lb, ub, G, g_lo, g_hi, M, m = problem
     n_a, k = len(lb), len(m)
     column = column_units(Q, G, M, n_a)
     R, r, lo, hi = scaled_rows(column, G, g_lo, g_hi, M, m)
@@ -110,7 +123,16 @@ def has_nan(values: Array) -> bool:
 def scaled_rows(
     column: Array, G: Array, g_lo: Array, g_hi: Array, M: Array, m: Array
 ) -> tuple[Array, Array, Array, Array]:
-    """R, r, lo, hi of `Scaled`."""
+    """R, r, lo, hi of `Scaled`.
+
+    Args:
+        column: (n,) units of z.
+        G: (p, n) rows of the limits.
+        g_lo: (p,) lower limits.
+        g_hi: (p,) upper limits.
+        M: (k, n) complementarity rows.
+        m: (k,) constants of these rows.
+    """
     k, p, n = len(m), len(g_lo), len(column)
     R, r = np.zeros((2 * k + p, n)), np.zeros(2 * k + p)
     lo, hi = np.zeros(2 * k + p), np.full(2 * k + p, UNBOUNDED)
@@ -148,7 +170,13 @@ def total(matrix: Array, vector: Array) -> float:
 
 @kernel
 def in_order(lower: Array, upper: Array, end: float) -> bool:
-    """Whether a number between -end and end fits between each pair of limits."""
+    """Whether a number between -end and end fits between each pair of limits.
+
+    Args:
+        lower: (m,) lower limits.
+        upper: (m,) upper limits.
+        end: magnitude that the number must be below.
+    """
     fits = True
     for i in range(len(lower)):
         fits = fits and lower[i] <= upper[i] and lower[i] < end and upper[i] > -end
@@ -174,7 +202,14 @@ def largest_magnitude(values: Array) -> float:
 
 @kernel
 def column_units(Q: Array, G: Array, M: Array, n_a: int) -> Array:
-    """Units of z: one of β_i moves its own gap by about one, one of a_j a contact or a limit."""
+    """Units of z: one of β_i moves its own gap by about one, one of a_j a contact or a limit.
+
+    Args:
+        Q: (n, n) Hessian [m²/N²].
+        G: (p, n) rows of the limits.
+        M: (k, n) complementarity rows [m/N].
+        n_a: number of tensions.
+    """
     n = Q.shape[0]
     column = np.ones(n)
     for i in range(n - n_a):

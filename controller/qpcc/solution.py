@@ -20,7 +20,7 @@ class Status(Enum):
     MAX_PIVOTS = (
         "pivot or time limit reached: raise max_pivots or time_limit; the best point is returned"
     )
-    NOT_FINITE = "NaN or infinity in the problem: look at the target and the model state"
+    NOT_FINITE = "NaN or infinity in the problem: check the target and the model state"
 
     @property
     def ok(self) -> bool:

@@ -1,9 +1,9 @@
 """Solve quadratic programs with complementarity constraints: an active set over pieces.
 
 Which modes push and which are open is a piece; on a piece the problem is a convex QP. Start from the
-contact forces at the previous tensions, solve the piece, look at the multipliers of the pairs of which
-both sides are zero, flip those that say the objective falls beyond, repeat until none does. docs/qpcc.md
-explains it with a picture.
+contact forces at the previous tensions, solve the piece, check the multipliers of the pairs of which
+both sides are zero, flip those whose multipliers show that the objective decreases in the adjacent
+piece, repeat until there are none. docs/qpcc.md explains it with a picture.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import Literal
 
 import numpy as np
 
-from tauten.controller.qpcc.descent import Budget, Descent, Point
+from tauten.controller.qpcc.descent import Budget, Descent, DescentPoint
 from tauten.controller.qpcc.feasible import all_empty, least_violation
 from tauten.controller.qpcc.homotopy import penalty_homotopy
 from tauten.controller.qpcc.problem import Qpcc, Warm, start_of
@@ -25,6 +25,7 @@ from tauten.controller.qpcc.scaling import (
     CROSSED_LIMITS,
     NOT_FINITE,
     USABLE,
+    QpccArrays,
     Scaled,
     Units,
     in_rows,
@@ -55,7 +56,7 @@ class QpccSettings:
 
 
 DEFAULT = QpccSettings()
-NO_PIECE = ("complementarity",)  # what is in conflict where no limit can be blamed
+NO_PIECE = ("complementarity",)  # what is in conflict where no limit is the cause
 
 
 def solve_qpcc(problem: Qpcc, warm: Warm = None, settings: QpccSettings = DEFAULT) -> Solution:
@@ -76,7 +77,7 @@ def solve_qpcc(problem: Qpcc, warm: Warm = None, settings: QpccSettings = DEFAUL
     backend = qp_backend(settings.solver)
     budget = Budget(settings.max_pivots, perf_counter() + settings.time_limit)
     given, guess = start_of(warm, len(problem.lb), len(problem.m))
-    numbers, scaled, units, lam_a, found, piece, z = start(given, guess, *in_rows(problem))
+    numbers, scaled, units, lam_a, found, piece, z = start(given, guess, in_rows(problem))
     if numbers == NOT_FINITE:
         return nothing(problem, Status.NOT_FINITE, lam_a)
     if numbers == CROSSED_LIMITS:
@@ -84,7 +85,7 @@ def solve_qpcc(problem: Qpcc, warm: Warm = None, settings: QpccSettings = DEFAUL
     descent = Descent(scaled, backend, budget)
     descent.run(piece)
     if found and (descent.best is None or not descent.best.stationary):
-        descent.stay(z, piece)
+        descent.keep_point(z, piece)
     twice = settings.second_start == "always" or (warm is None and settings.second_start == "cold")
     if twice:
         penalty_homotopy(descent)
@@ -103,22 +104,27 @@ def solve_qpcc(problem: Qpcc, warm: Warm = None, settings: QpccSettings = DEFAUL
 
 @kernel
 def start(
-    lam_a: Array, guess: Bools, Q: Array, c: Array, lb: Array, ub: Array, G: Array, g_lo: Array,
-    g_hi: Array, M: Array, m: Array,
-) -> tuple[int, Scaled, Units, Array, bool, Bools, Array]:  # fmt: skip
+    lam_a: Array, guess: Bools, problem: QpccArrays
+) -> tuple[int, Scaled, Units, Array, bool, Bools, Array]:
     """The scaled problem, and the contact forces at given tensions.
+
+    Args:
+        lam_a: (n_a,) tensions to start from [N].
+        guess: (k,) modes that are expected to push.
+        problem: contiguous arrays of the QPCC.
 
     Returns:
         Whether the numbers are USABLE, the scaled problem, its units; the tensions lam_a (n_a,) within their
         bounds; whether contact forces were found there, which modes push, z = (a, β) scaled.
     """
-    numbers, scaled, units = scaled_arrays(Q, c, lb, ub, G, g_lo, g_hi, M, m)
+    numbers, scaled, units = scaled_arrays(problem)
+    lb, ub = problem.lb, problem.ub
     a = np.zeros(len(lb))
     for j in range(len(lb)):
         within = min(max(lam_a[j], lb[j]), ub[j])
         a[j] = within if abs(within) < np.inf else 0.0
     if numbers != USABLE:
-        return numbers, scaled, units, a, False, guess, np.zeros(len(c))
+        return numbers, scaled, units, a, False, guess, np.zeros(len(problem.c))
     found, pushes, z = contact_forces(scaled, a / units.column[: len(a)], guess)
     return numbers, scaled, units, a, found, pushes if found else guess, z
 
@@ -129,6 +135,11 @@ def contact_forces(problem: Scaled, a: Array, guess: Bools) -> tuple[bool, Bools
 
     0 <= w = N β + q ⟂ β >= 0 by the active set of `model.lcp`, for which N must be symmetric and positive
     semidefinite, as compliances are; elsewhere the answer may fail the test.
+
+    Args:
+        problem: scaled.
+        a: (n_a,) tensions, scaled.
+        guess: (k,) modes that are expected to push.
     """
     n_a, k = len(a), len(guess)
     N = problem.R[k : 2 * k, n_a:].copy()
@@ -147,8 +158,15 @@ def contact_forces(problem: Scaled, a: Array, guess: Bools) -> tuple[bool, Bools
     return found, pushes, np.concatenate((a, beta))
 
 
-def finish(problem: Qpcc, best: Point, units: Units, budget: Budget) -> Solution:
-    """The best point of a descent, in the problem's units."""
+def finish(problem: Qpcc, best: DescentPoint, units: Units, budget: Budget) -> Solution:
+    """The best point of a descent, in the problem's units.
+
+    Args:
+        problem: the QPCC.
+        best: the best point found, scaled.
+        units: of the scaled problem.
+        budget: QPs and time of the solve.
+    """
     status = Status.OK
     if not best.stationary:
         status = Status.MAX_PIVOTS if budget.exhausted else Status.FEASIBLE_ONLY
@@ -156,11 +174,18 @@ def finish(problem: Qpcc, best: Point, units: Units, budget: Budget) -> Solution
 
 
 def infeasible(
-    problem: Qpcc, units: Units, violating: Point, status: Status, pivots: int
+    problem: Qpcc, units: Units, violating: DescentPoint, status: Status, pivots: int
 ) -> Solution:
     """The least violating point, with the names of the limits in conflict.
 
     Those are the limits it violates, and the bounds that keep it from violating them less.
+
+    Args:
+        problem: the QPCC.
+        units: of the scaled problem.
+        violating: the point of least violation, scaled.
+        status: INFEASIBLE or NOT_FOUND.
+        pivots: number of QPs solved.
     """
     limits = violating.dual[2 * len(problem.m) :]  # (p,) minus the violations
     pressing = 1e-6 * np.abs(limits).max(initial=0.0)
@@ -179,12 +204,21 @@ def infeasible(
 def solution_at(
     problem: Qpcc,
     units: Units,
-    point: Point,
+    point: DescentPoint,
     status: Status,
     pivots: int,
     conflict: tuple[str, ...] = (),
 ) -> Solution:
-    """A point in the problem's units."""
+    """A point in the problem's units.
+
+    Args:
+        problem: the QPCC.
+        units: of the scaled problem.
+        point: scaled.
+        status: how the solve ended.
+        pivots: number of QPs solved.
+        conflict: names of the limits in conflict.
+    """
     n_a, z, found = len(problem.lb), point.z * units.column, point.residuals
     lam_a = np.minimum(np.maximum(z[:n_a], problem.lb), problem.ub)  # exact beyond UNBOUNDED too
     return Solution(
@@ -202,7 +236,15 @@ def solution_at(
 def nothing(
     problem: Qpcc, status: Status, lam_a: Array, conflict: tuple[str, ...] = (), pivots: int = 0
 ) -> Solution:
-    """The tensions of the start, where there is no point to return."""
+    """The tensions of the start, where there is no point to return.
+
+    Args:
+        problem: the QPCC.
+        status: how the solve ended.
+        lam_a: (n_a,) tensions of the start [N].
+        conflict: names of the limits in conflict.
+        pivots: number of QPs solved.
+    """
     k = len(problem.m)
     unknown = Certificate(np.inf, np.inf, np.inf, np.inf)
     piece = np.zeros(k, dtype=np.bool_)

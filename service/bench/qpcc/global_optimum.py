@@ -31,13 +31,13 @@ from tauten.controller.qpcc import (
 )
 from tauten.model.numerics import Array, Ints, kernel
 
-GAP = 1e-7  # relative; nodes that promise less are not looked at
+GAP = 1e-7  # relative; nodes whose bound allows less improvement are discarded
 FLAT = 1e-9  # slope of the Lagrangian, relative to its terms, that round-off may leave
 
 
 @dataclass(frozen=True, slots=True)
 class GlobalOptimum:
-    """What a search has shown.
+    """Result of a search.
 
     Attributes:
         objective: of the best point found, +inf without any.
@@ -79,7 +79,13 @@ def branch_and_bound(problem: Qpcc, start: Start | None, seconds: float) -> Glob
 
 
 def explore(descent: Descent, offset: float, end: float) -> float:
-    """Lowest bound of all nodes that are left; that of the best point where none is, +inf without one."""
+    """Lowest bound of all nodes that are left; that of the best point where none is, +inf without one.
+
+    Args:
+        descent: collects the best point, with the scaled problem.
+        offset: constant of the objective, scaled.
+        end: value of `perf_counter` at which to stop [s].
+    """
     problem = descent.problem
     n_a, k = len(problem.lb), len(problem.c) - len(problem.lb)
     M, m = problem.R[k : 2 * k], problem.r[k : 2 * k]

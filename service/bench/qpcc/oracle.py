@@ -1,6 +1,6 @@
 """Exact answers to QPCCs, slowly: what the solver is measured against.
 
-`enumerate_pieces` looks at all 2ᵏ pieces, `scip_optimum` asks a mixed-integer solver that shares no code
+`enumerate_pieces` solves all 2ᵏ pieces, `scip_optimum` calls a mixed-integer solver that shares no code
 with ours (Bolusani et al., The SCIP Optimization Suite 9.0, 2024; package pyscipopt).
 """
 
@@ -32,7 +32,7 @@ def enumerate_pieces(problem: Qpcc, solver: str = "daqp") -> tuple[float, Bools]
 
 
 def scip_optimum(problem: Qpcc, seconds: float = 60.0) -> tuple[float, float]:
-    """The objective that SCIP finds and the bound it proves; both +inf when it says infeasible.
+    """The objective that SCIP finds and the bound it proves; both +inf when it reports infeasibility.
 
     +inf and -inf when it fails, as its LP solver does on some degenerate problems.
 

@@ -1,4 +1,4 @@
-"""How good QPCC solutions are: against oracles, against staying, by their certificates."""
+"""How good QPCC solutions are: compared with global optima, with kept tensions, and by their certificates."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ from tauten.service.bench.qpcc.random_problems import (
 from tauten.service.bench.qpcc.recorded import load_recorded
 
 ONE_START = QpccSettings(second_start="never")
-STAYING = QpccSettings(max_pivots=0, second_start="never")
+KEPT_TENSIONS = QpccSettings(max_pivots=0, second_start="never")
 SEARCH_TIME = 0.2  # s of branch and bound a problem, where the optimum is not known otherwise
-ENUMERABLE = 7  # modes of which all pieces are looked at
+ENUMERABLE = 7  # modes of which all pieces are enumerated
 ROBOTS = (
     (1, 5, 150), (3, 10, 150), (3, 23, 150), (9, 23, 150), (9, 40, 150), (12, 100, 40),
 )  # fmt: skip
@@ -93,7 +93,7 @@ class Quality:
         residual: largest residual that `solve_qpcc` certifies in a solution that is OK.
         judged: largest primal or complementarity residual as judged independently of the solver.
         strong: share of the OK ones that are strongly stationary as judged independently; the rest was
-            settled by looking at all pieces around.
+            settled by solving all pieces that touch the point.
         stay: problems whose tensions before satisfy the limits.
         worse_than_staying: of them, solutions that are worse than these.
     """
@@ -166,7 +166,13 @@ def collections(folder: Path) -> Iterator[tuple[str, list[QpccCase]]]:
 
 
 def measure(name: str, cases: list[QpccCase], progress: Callable[[], None]) -> Quality:
-    """Solve a set of problems in all ways."""
+    """Solve a set of problems in all ways.
+
+    Args:
+        name: of the set.
+        cases: the problems.
+        progress: called after each problem.
+    """
     kinds = ("descent", "cold", "warm") if cases[0].start else ("descent", "cold")
     tally = _Tally({kind: [] for kind in kinds}, {kind: Counter() for kind in kinds})
     for case in cases:
@@ -187,7 +193,13 @@ def measure(name: str, cases: list[QpccCase], progress: Callable[[], None]) -> Q
 
 
 def solve_all_ways(case: QpccCase, kinds: tuple[str, ...], tally: _Tally) -> None:
-    """One problem: every start, the oracle, the judges."""
+    """One problem: every start, the oracle, the judges.
+
+    Args:
+        case: the problem.
+        kinds: of start, as in `Gaps`.
+        tally: sums over the set, updated.
+    """
     problem, start = case.problem, case.start
     solutions = {
         "descent": solve_qpcc(problem, None, ONE_START),
@@ -209,9 +221,9 @@ def solve_all_ways(case: QpccCase, kinds: tuple[str, ...], tally: _Tally) -> Non
         excess = 0.0 if excess <= case.slack else excess
         relative = 0.0 if excess <= margin * 1e-3 else excess / max(abs(best), margin, TINY)
         tally.excess[kind].append(relative)
-        look(problem, solution, tally)
+        inspect(problem, solution, tally)
     if start is not None:
-        compare_with_staying(problem, start, solutions["warm"], tally)
+        compare_with_kept_tensions(problem, start, solutions["warm"], tally)
 
 
 def optimum(case: QpccCase, solutions: list[Solution]) -> tuple[float, bool]:
@@ -226,8 +238,14 @@ def optimum(case: QpccCase, solutions: list[Solution]) -> tuple[float, bool]:
     return min([search.objective, *found]), search.proved
 
 
-def look(problem: Qpcc, solution: Solution, tally: _Tally) -> None:
-    """The residuals of a solution, by the solver and independently of it."""
+def inspect(problem: Qpcc, solution: Solution, tally: _Tally) -> None:
+    """The residuals of a solution, by the solver and independently of it.
+
+    Args:
+        problem: the QPCC.
+        solution: its solution.
+        tally: sums over the set, updated.
+    """
     if not solution.status.usable:
         return
     judged = certify(problem, solution.lam_a, solution.beta)
@@ -239,9 +257,16 @@ def look(problem: Qpcc, solution: Solution, tally: _Tally) -> None:
         tally.strong += judged.stationarity <= 1e-8
 
 
-def compare_with_staying(problem: Qpcc, start: Start, warm: Solution, tally: _Tally) -> None:
-    """Count solutions worse than the tensions before with the contact forces they cause."""
-    stay = solve_qpcc(problem, start, STAYING)
+def compare_with_kept_tensions(problem: Qpcc, start: Start, warm: Solution, tally: _Tally) -> None:
+    """Count solutions worse than the tensions before with the contact forces they cause.
+
+    Args:
+        problem: the QPCC.
+        start: tensions and piece of the step before.
+        warm: solution from this start.
+        tally: sums over the set, updated.
+    """
+    stay = solve_qpcc(problem, start, KEPT_TENSIONS)
     if stay.status.usable:
         tally.stay += 1
         tally.worse += not warm.objective <= stay.objective * (1.0 + ROUND_OFF)

@@ -48,12 +48,27 @@ def known_global(rng: Random, n_a: int, k: int, degenerate: int = 0) -> Known:
 
 
 def known_stationary(rng: Random, n_a: int, k: int, degenerate: int = 0) -> Known:
-    """A problem with a known strongly stationary point, as a rule not its global optimum."""
+    """A problem with a known strongly stationary point, as a rule not its global optimum.
+
+    Args:
+        rng: source of randomness.
+        n_a: number of tensions.
+        k: number of pairs.
+        degenerate: number of pairs of which both sides are zero at the point.
+    """
     return with_solution(rng, n_a, k, degenerate, signs=rng.choice([-1.0, 1.0], size=k))
 
 
 def with_solution(rng: Random, n_a: int, k: int, degenerate: int, signs: Array) -> Known:
-    """QPECgen: multipliers of the active sides get the signs given, those of degenerate pairs are >= 0."""
+    """QPECgen: multipliers of the active sides get the signs given, those of degenerate pairs are >= 0.
+
+    Args:
+        rng: source of randomness.
+        n_a: number of tensions.
+        k: number of pairs.
+        degenerate: number of pairs of which both sides are zero at the point.
+        signs: (k,) of the multipliers of the active sides.
+    """
     n = n_a + k
     M = np.hstack([rng.normal(size=(k, n_a)), semidefinite(rng, k, k)])  # (k, n)
     Q = semidefinite(rng, n, max(1, n // 2)) + np.diag(np.r_[np.full(n_a, 1e-2), np.zeros(k)])
@@ -84,7 +99,13 @@ def with_solution(rng: Random, n_a: int, k: int, degenerate: int, signs: Array) 
 
 
 def semidefinite(rng: Random, n: int, rank: int) -> Array:
-    """A random matrix (n, n), positive semidefinite of a given rank."""
+    """A random matrix (n, n), positive semidefinite of a given rank.
+
+    Args:
+        rng: source of randomness.
+        n: rows and columns.
+        rank: of the matrix.
+    """
     factor = rng.normal(size=(n, rank)) / np.sqrt(max(rank, 1))
     product: Array = factor @ factor.T
     return product
@@ -159,9 +180,15 @@ def robot_like(rng: Random, n_a: int, k: int, rank: int | None = None) -> RobotL
 
 
 def degenerate(rng: Random, n_a: int, k: int) -> Qpcc:
-    """A robot-like problem with one of the degeneracies that robots have."""
+    """A robot-like problem with one of the degeneracies that robots have.
+
+    Args:
+        rng: source of randomness.
+        n_a: number of tensions.
+        k: number of contact modes.
+    """
     kind = rng.integers(6)
-    if kind == 0:  # more candidates than the mesh can tell apart
+    if kind == 0:  # contacts that depend on each other linearly
         return robot_like(rng, n_a, k, rank=max(2, (n_a + k) // 2)).problem()
     problem = robot_like(rng, n_a, k).problem()
     n = n_a + k
@@ -175,7 +202,7 @@ def degenerate(rng: Random, n_a: int, k: int) -> Qpcc:
             M=problem.M[np.r_[0 : k - 1, 0]][:, twin],
             m=problem.m[np.r_[0 : k - 1, 0]],
         )
-    if kind == 2:  # the effector feels nothing
+    if kind == 2:  # the effector does not move with any force
         return replace(problem, Q=1e-16 * np.eye(n), c=np.zeros(n))
     if kind == 3:  # limits that leave one tension
         return replace(problem, ub=np.zeros(n_a))

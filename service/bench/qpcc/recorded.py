@@ -1,4 +1,4 @@
-"""Recorded inverse problems: what the controller was asked, step by step, in one compact file.
+"""Recorded inverse problems: the input of every control step, in one compact file.
 
 A file holds the input of `inverse_problem`, not its output, so that a replay goes through the same code as
 the robot did; of the symmetric compliance one triangle. Plain arrays, no pickle.
@@ -111,7 +111,13 @@ FIELDS = {
 
 
 def step_of(arrays: dict[str, Any], parts: dict[str, list[Any]], i: int) -> Recorded:
-    """Step i of a file."""
+    """Step i of a file.
+
+    Args:
+        arrays: of the file, by name.
+        parts: arrays W, delta_free and piece, split into steps.
+        i: index of the step.
+    """
     n_e, n_a, n_c = int(arrays["n_e"]), int(arrays["n_a"]), int(arrays["n_c"][i])
     m = n_e + n_a + n_c
     W = np.zeros((m, m))

@@ -39,8 +39,8 @@ Kind = Literal["descent", "cold", "warm"]
 
 
 @dataclass(frozen=True, slots=True)
-class Asked:
-    """A problem of a control step, and the answer to the step before."""
+class StepProblem:
+    """A problem of a control step, and the solution of the step before."""
 
     problem: Qpcc
     before: Solution
@@ -58,7 +58,7 @@ class SolveTimes:
             solution of the step before.
         problems: how many.
         ms: times of a solve; of every problem the fastest of some, so that the p99 is that of problems and
-            not of whatever else the machine did.
+            not of other load on the machine.
         pivots: pieces solved.
         statuses: how often each status came.
     """
@@ -73,9 +73,9 @@ class SolveTimes:
     statuses: dict[str, int]
 
 
-def make_problems(size: Size) -> list[Asked]:
+def make_problems(size: Size) -> list[StepProblem]:
     """Control steps of random robots whose compliance drifts and whose target moves."""
-    asked, n_a = [], size.n_a
+    problems, n_a = [], size.n_a
     for seed in range(size.robots):
         robot = robot_like(np.random.default_rng(seed), n_a, size.k)
         free = robot.delta_free[3 : 3 + n_a]
@@ -84,20 +84,22 @@ def make_problems(size: Size) -> list[Asked]:
             problem = robot.problem(step, pull)
             solution = solve_qpcc(problem, before)
             if before is not None:
-                asked.append(Asked(problem, before))
+                problems.append(StepProblem(problem, before))
             if solution.status.usable:
                 pull = problem.G @ np.concatenate([solution.lam_a, solution.beta]) + free
                 before = solution
             elif before is None:
-                break  # a robot that cannot even start is no robot
-    return asked
+                break  # without a solution of its first step a robot has no warm start
+    return problems
 
 
-def time_solves(asked: list[Asked], solver: str, kind: Kind, fastest_of: int) -> SolveTimes:
-    """Solve all problems and look at the clock.
+def time_solves(
+    problems: list[StepProblem], solver: str, kind: Kind, fastest_of: int
+) -> SolveTimes:
+    """Measure the time of all solves.
 
     Args:
-        asked: the problems.
+        problems: the problems.
         solver: QP library of the pieces.
         kind: of start, see `SolveTimes`.
         fastest_of: solves of a problem, of which the fastest counts.
@@ -105,7 +107,7 @@ def time_solves(asked: list[Asked], solver: str, kind: Kind, fastest_of: int) ->
     settings = QpccSettings(solver, second_start="cold" if kind == "cold" else "never")
     times, pivots = [], []
     statuses: Counter[str] = Counter()
-    for one in asked:
+    for one in problems:
         start = one.before if kind == "warm" else None
         fastest = np.inf
         for _ in range(fastest_of):
@@ -117,10 +119,10 @@ def time_solves(asked: list[Asked], solver: str, kind: Kind, fastest_of: int) ->
         statuses[solution.status.name] += 1
     return SolveTimes(
         solver=solver,
-        n_a=len(asked[0].problem.lb),
-        k=len(asked[0].problem.m),
+        n_a=len(problems[0].problem.lb),
+        k=len(problems[0].problem.m),
         start=kind,
-        problems=len(asked),
+        problems=len(problems),
         ms=spread(times),
         pivots=spread(pivots),
         statuses=dict(statuses),
