@@ -163,8 +163,8 @@ def test_after_a_pause_no_tick_follows_an_old_target(served: Served, beam: Robot
     paused.send_signal(signal.SIGSTOP)
     stopped = time.time_ns()
     follow(served, beam, 3.0)
-    paused.send_signal(signal.SIGCONT)
     resumed = time.time_ns()
+    paused.send_signal(signal.SIGCONT)
     follow(served, beam, 1.0)
     assert served.process.end() == 0
     ticks, joints, _ = recorded(served.log, beam)

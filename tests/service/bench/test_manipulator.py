@@ -125,7 +125,7 @@ def test_tables_and_figure(arm: Robot, tmp_path) -> None:  # type: ignore[no-unt
     draw_posture_errors(errors, tmp_path / "errors.png")
     assert (tmp_path / "errors.png").stat().st_size > 10_000
     speed = Speed(4500, "bent", 2250, 50, 1000.0, 1000, False, 20.0, 5.0, 40.0, 10.0, 15.0)
-    contact = Comparison("manipulator", ([], []), ([], []), [300.0], 50, 400.0, 20.0)
+    contact = Comparison("manipulator", ([], []), ([], []), [300.0], 50, 400.0, 20.0, (1.0, 1.0))
     one = Spread(1.0, 2.0, 3.0)
     stages = StepTimes(
         "reduced, k = 23", 200, dict.fromkeys(STAGES, one), dict.fromkeys(WHOLE, one), 40.0, 2250.0,
