@@ -2,7 +2,7 @@
 
 from tauten.service.check.findings import Finding
 from tauten.service.check.mesh_error import MeshErrorEstimate, VariantErrors, richardson
-from tauten.service.check.mesh_variants import Variant
+from tauten.service.check.mesh_variants import Variant, variant_robot
 from tauten.service.check.robot_check import CheckSettings, RobotCheck, check_robot
 
 __all__ = [
@@ -14,4 +14,5 @@ __all__ = [
     "VariantErrors",
     "check_robot",
     "richardson",
+    "variant_robot",
 ]

@@ -9,8 +9,7 @@ from time import perf_counter
 import numpy as np
 
 from tauten.model import Simulator, TetRobot
-from tauten.model.load import build_robot, robot_path
-from tauten.model.mesh import read_mesh
+from tauten.model.load import robot_path
 from tauten.model.numerics import Array
 from tauten.model.schema import (
     ElementName,
@@ -20,6 +19,7 @@ from tauten.model.schema import (
     read_toml,
     validated,
 )
+from tauten.service.check import Variant, variant_robot
 from tauten.service.process import HostInfo, host_info, one_blas_thread
 from tauten.service.replay import Spread, spread
 
@@ -188,13 +188,9 @@ def load_variant(name: str, variant: ElementVariant) -> TetRobot:
     """A robot file with another element and another law for its material outside of `materials`."""
     path = robot_path(name)
     config = validated(RobotConfig, model_tables(read_toml(path)), path)
-    mesh = read_mesh(path.parent / config.mesh.file, config.mesh.length_unit)
-    for _ in range(variant.refinements):
-        mesh = mesh.refine()
     material = config.material.model_copy(update={"law": variant.law})
-    section = config.mesh.model_copy(update={"element": variant.element})
-    changed = config.model_copy(update={"material": material, "mesh": section})
-    return build_robot(changed, mesh, str(path))
+    mesh = Variant(variant.element, variant.refinements)
+    return variant_robot(config.model_copy(update={"material": material}), path, mesh)
 
 
 def measure_elements(
