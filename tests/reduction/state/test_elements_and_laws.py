@@ -1,4 +1,4 @@
-"""Reduced robots of every element and law: exact with all modes and elements, near the full model with few."""
+"""Reduced robots of every element and law: exact with all modes and elements, near the full one with few."""
 
 from __future__ import annotations
 
