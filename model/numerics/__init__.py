@@ -19,6 +19,7 @@ from tauten.model.numerics.nnls import coordinates, distances
 from tauten.model.numerics.polar import LANES, polar_rotations
 from tauten.model.numerics.quaternions import (
     conjugate,
+    from_rotation_vector,
     normalised,
     product,
     quaternion,
@@ -70,6 +71,7 @@ __all__ = [
     "dot",
     "eliminate",
     "forward_substitute",
+    "from_rotation_vector",
     "installed_backends",
     "kernel",
     "length",

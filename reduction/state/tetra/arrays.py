@@ -50,24 +50,6 @@ class Tendons(NamedTuple):
     rest_length: Array
 
 
-class Dynamics(NamedTuple):
-    """Mass, damping and time step.
-
-    Attributes:
-        mass: (r, r) Φᵀ M Φ [kg].
-        h: time step [s].
-        static: whether inertia and damping are left out.
-        a: of the Rayleigh damping a M + b_K K [1/s].
-        b_K: of the Rayleigh damping [s].
-    """
-
-    mass: Array
-    h: float
-    static: bool
-    a: float
-    b_K: float
-
-
 class Work(NamedTuple):
     """Workspace of the kernels, allocated once.
 
@@ -79,7 +61,6 @@ class Work(NamedTuple):
             (9 s + 3 g, r), and Z begins with G.
         force: (r,) [N].
         K: (r, r) tangent [N/m].
-        A: (r, r) matrix of the step.
         L: (r, r) its Cholesky factor.
         v_free: (r,) [m/s].
     """
@@ -91,7 +72,6 @@ class Work(NamedTuple):
     Y: Array
     force: Array
     K: Array
-    A: Array
     L: Array
     v_free: Array
 
@@ -111,7 +91,6 @@ def make_work(body: Body, tendons: Tendons) -> Work:
         Y=np.empty((z, r)),
         force=np.empty(r),
         K=np.empty((r, r)),
-        A=np.empty((r, r)),
         L=np.zeros((r, r)),
         v_free=np.empty(r),
     )
