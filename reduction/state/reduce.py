@@ -21,6 +21,7 @@ from tauten.reduction.state.modes import Pod, campaign_responses, enriched, pod
 from tauten.reduction.state.robot import reduced_robot
 
 HELD_OUT = 5  # every fifth run, or snapshot of few runs, is held out of the training
+MANY_RUNS = 20  # from so many runs on, what is held out has neighbours in the training
 MOST_MODES = 100  # largest r
 CHECKS = 200  # largest number of held-out equilibria compared
 
@@ -157,7 +158,7 @@ def origin_of(
 def held_out_snapshots(snapshots: Snapshots) -> Bools:
     """Which snapshots are held out of the training: (s,) bool; whole runs where there are enough."""
     runs = np.unique(snapshots.run)
-    if len(runs) >= HELD_OUT:
+    if len(runs) >= MANY_RUNS:
         held: Bools = np.searchsorted(runs, snapshots.run) % HELD_OUT == HELD_OUT - 1
     else:
         held = np.arange(len(snapshots)) % HELD_OUT == HELD_OUT - 1

@@ -1,8 +1,8 @@
 """How the turning of a tree of beams changes the power of loads: second derivatives of loaded points.
 
 Loads are forces on points that move with the nodes. The points beyond an element have, in the frame of its
-first end, the positions y = r + ρ with the chord r = exp(φ/2) u and ρ turned by exp(φ). A strain rate dε moves
-them by V + Ω x ρ, and with θ(a) = J_l(a) da, the spin of exp(a),
+first end, the positions y = r + ρ with the chord r = exp(φ/2) u and ρ turned by exp(φ). Strain rates dε
+move them by V + Ω x ρ, and with θ(a) = J_l(a) da, the spin of exp(a),
 
     V = exp(φ/2) du + θ(φ/2) x r,   Ω = θ(φ)
     ∂²(Σ F·y) = ω·(V x F + A Ω)                                  one turn ω before the element
@@ -35,6 +35,7 @@ from tauten.model.numerics import (
     scale,
     subtract,
 )
+from tauten.reduction.state.beams.motion import unit_vector
 
 
 @kernel
@@ -164,17 +165,16 @@ def load_terms(
         s[0, j], s[1, j], s[2, j] = column
     for i in range(3):
         s[i, 0], s[i, 1], s[i, 2] = rotate(back, (s[i, 0], s[i, 1], s[i, 2]))
-    trace, rf = s[0, 0] + s[1, 1] + s[2, 2], dot(r, f)
+    trace = s[0, 0] + s[1, 1] + s[2, 2]
     theta_h, theta = np.empty((3, 3)), np.empty((3, 3))  # columns: spins of unit changes of φ
     moved = np.empty((6, 3))  # V of each strain
     for i in range(3):
-        unit = (1.0 if i == 0 else 0.0, 1.0 if i == 1 else 0.0, 1.0 if i == 2 else 0.0)
+        unit = unit_vector(i)
         h, e = spin(half, scale(0.5, unit)), spin(phi, unit)
         along, across = rotate(turn, unit), cross(h, r)
         for k in range(3):
             theta_h[k, i], theta[k, i] = h[k], e[k]
             moved[i, k], moved[3 + i, k] = along[k], across[k]
-    C[:] = 0.0
     for i in range(6):
         b = cross(row(moved, i), f)
         if i >= 3:
@@ -185,22 +185,37 @@ def load_terms(
                 b[2] + s[2, 0] * e[0] + s[2, 1] * e[1] + s[2, 2] * e[2] - trace * e[2],
             )
         B[0, i], B[1, i], B[2, i] = rotate(frame, b)
+    C[:] = 0.0
     for j in range(3):
         h_j = (theta_h[0, j], theta_h[1, j], theta_h[2, j])
         for i in range(3):
             C[i, 3 + j] = dot(f, cross(h_j, row(moved, i)))
             C[3 + j, i] = C[i, 3 + j]
-            value = 0.0
-            for p in range(3):
-                value -= rf * theta_h[p, i] * theta_h[p, j] + trace * theta[p, i] * theta[p, j]
-                for q in range(3):
-                    mean = 0.5 * (r[p] * f[q] + r[q] * f[p])
-                    value += theta_h[p, i] * mean * theta_h[q, j]
-                    value += theta[p, i] * 0.5 * (s[p, q] + s[q, p]) * theta[q, j]
-            C[3 + i, 3 + j] = value
+    add_form(np.outer(np.array(r), np.array(f)), theta_h, C)
+    add_form(s, theta, C)
     add_spin_change(cross(r, f), half, 0.25, C)
     moment = (s[1, 2] - s[2, 1], s[2, 0] - s[0, 2], s[0, 1] - s[1, 0])
     add_spin_change(moment, phi, 1.0, C)
+
+
+@kernel
+def add_form(S: Array, theta: Array, C: Array) -> None:
+    """Add θᵀ (S − tr(S) I) θ to the block of φ of the symmetric C (6, 6).
+
+    Args:
+        S: (3, 3); its symmetric part counts [N m].
+        theta: (3, 3) spins of unit changes of φ, in columns.
+        C: (6, 6) accumulated.
+    """
+    trace = S[0, 0] + S[1, 1] + S[2, 2]
+    for i in range(3):
+        for j in range(3):
+            value = 0.0
+            for p in range(3):
+                value -= trace * theta[p, i] * theta[p, j]
+                for q in range(3):
+                    value += theta[p, i] * 0.5 * (S[p, q] + S[q, p]) * theta[q, j]
+            C[3 + i, 3 + j] += value
 
 
 @kernel

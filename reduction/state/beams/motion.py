@@ -35,6 +35,12 @@ from tauten.model.numerics import (
 
 
 @kernel
+def unit_vector(i: int) -> Vector3:
+    """Along axis i."""
+    return (1.0 if i == 0 else 0.0, 1.0 if i == 1 else 0.0, 1.0 if i == 2 else 0.0)
+
+
+@kernel
 def follow(strains: Array, Phi: Array, beams: BeamArrays, x: Array, Q: Array, J: Array) -> None:
     """Positions and rotations of all nodes, and their derivatives along the modes.
 
@@ -61,7 +67,7 @@ def follow(strains: Array, Phi: Array, beams: BeamArrays, x: Array, Q: Array, J:
             Q[b, i] = end[i]
         gamma, eta, tau, _, _, _ = angle_functions(dot(phi, phi) ** 0.5)
         for i in range(3):
-            unit = (1.0 if i == 0 else 0.0, 1.0 if i == 1 else 0.0, 1.0 if i == 2 else 0.0)
+            unit = unit_vector(i)
             along = rotate(frame, unit)
             turn = scale(1.0 / gamma, subtract(unit, scale(eta * phi[i], phi)))
             lean = subtract(scale(0.5, turn), scale(0.5 * tau / gamma, cross(phi, unit)))

@@ -98,7 +98,8 @@ class ReducedBeamRobot(ReducedRobot):
         """The state of the full robot: nodes that follow the strains Φ α, and their velocities."""
         work, dof = self.moved(state.q), self.full.dof
         q = np.hstack([work.x[dof >= 0], work.Q[dof >= 0]]).ravel()
-        return State(q, (work.J @ state.v).reshape(-1, 6)[dof >= 0].ravel())
+        v: Array = (work.J @ state.v).reshape(-1, 6)[dof >= 0].ravel()
+        return State(q, v)
 
     def projected(self, state: State) -> State:
         """The nearest state to one of the full robot: strains in their energy, velocities in the mass."""
@@ -106,7 +107,8 @@ class ReducedBeamRobot(ReducedRobot):
         J, v = self.moved(alpha).J, np.zeros((self.full.n_nodes, 6))
         v[self.full.dof >= 0] = state.v.reshape(-1, 6)
         weighted = self.mass[:, None] * J
-        return State(alpha, np.linalg.solve(J.T @ weighted, weighted.T @ v.ravel()))
+        rate: Array = np.linalg.solve(J.T @ weighted, weighted.T @ v.ravel())
+        return State(alpha, rate)
 
     def moved(self, alpha: Array) -> BeamWork:
         """The motion at a state (r,); computed where it is not that of the last call."""

@@ -1,9 +1,9 @@
 """Beams as a tree: elements that lead away from the fixed nodes, and their natural strains.
 
-The natural strains of an element are (u − u₀, φ) of `tauten.model.beams.elements`: chord and relative rotation
-of its ends in its own frame, six numbers that rigid motion does not change. Where one path leads from the fixed
-nodes to every free one, they determine the configuration, and any values of them are possible: they are
-coordinates of the robot, as the angles of a serial arm are.
+The natural strains of an element are (u − u₀, φ) of `tauten.model.beams.elements`: chord and relative
+rotation of its ends in its own frame, six numbers that rigid motion does not change. Where one path leads
+from the fixed nodes to every free one, they determine the configuration, and any values of them are possible:
+they are coordinates of the robot, as the angles of a serial arm are.
 """
 
 from __future__ import annotations
@@ -59,7 +59,13 @@ class BeamTree:
         return natural_strains(*robot.pose(State(q, q)), self.beams)
 
     def rates(self, robot: BeamRobot, q: Array, motion: Array) -> Array:
-        """Rates of the natural strains (6 e, k) of velocities (n, k) at a configuration (n_q,)."""
+        """Rates of the natural strains: (6 e, k).
+
+        Args:
+            robot: whose beams these are.
+            q: (n_q,) configuration.
+            motion: (n, k) velocities of the free degrees of freedom.
+        """
         every = np.zeros((2 * robot.n_nodes, 3, motion.shape[1]))
         every[robot.pattern.dof >= 0] = motion.reshape(-1, 3, motion.shape[1])
         x, Q = robot.pose(State(q, q))
@@ -78,9 +84,9 @@ def make_tree(robot: BeamRobot) -> BeamTree:
     """
     body = robot.body
     touching: list[list[int]] = [[] for _ in range(robot.n_nodes)]
-    for k, (a, b) in enumerate(body.ends):
-        touching[a].append(k)
-        touching[b].append(k)
+    for k, both in enumerate(body.ends):
+        for end in both:
+            touching[end].append(k)
     roots = np.flatnonzero(robot.dof < 0)
     reached, order, ends = set(roots.tolist()), [], []
     waiting, used = deque(roots.tolist()), np.zeros(len(body.ends), dtype=bool)
@@ -90,8 +96,8 @@ def make_tree(robot: BeamRobot) -> BeamTree:
             if used[k]:
                 continue
             used[k] = True
-            a, b = body.ends[k]
-            other = int(b if node == a else a)
+            a, b = (int(end) for end in body.ends[k])
+            other = b if node == a else a
             if other in reached:
                 raise StateBasisError(
                     f"robot {robot.name}: beams.{k} from node {a} to node {b} closes a loop; state bases "

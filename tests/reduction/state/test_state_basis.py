@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tauten.model import load_robot
 from tauten.model.tetra import TetRobot
 from tauten.reduction.contact import ContactBasis
 from tauten.reduction.state import StateBasis, StateBasisError, StateOrigin
@@ -124,8 +123,3 @@ def test_shipped_basis_fits_the_shipped_finger(finger: TetRobot) -> None:
     assert states.origin.tip_mean < 2e-3 * 0.1  # a fifth of a percent of its length
     product = states.Phi.T @ (finger.mass[:, None] * states.Phi) / (finger.mass.sum() / 3.0)
     np.testing.assert_allclose(product, np.eye(states.r), atol=1e-9)
-
-
-def test_robot_made_of_beams_is_refused(states: StateBasis) -> None:
-    with pytest.raises(StateBasisError, match="only robots made of tetrahedra have state bases"):
-        states.check_robot(load_robot("manipulator"))
