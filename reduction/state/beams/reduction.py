@@ -43,7 +43,7 @@ class ReducibleBeamRobot:
     @property
     def default_motion(self) -> float:
         """Relative projection error that a basis is allowed, a share in the root of the strain energy."""
-        return 5e-4
+        return 5e-3
 
     @property
     def n_elements(self) -> int:

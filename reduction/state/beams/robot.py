@@ -107,8 +107,8 @@ class ReducedBeamRobot(ReducedRobot):
         J, v = self.moved(alpha).J, np.zeros((self.full.n_nodes, 6))
         v[self.full.dof >= 0] = state.v.reshape(-1, 6)
         weighted = self.mass[:, None] * J
-        rate: Array = np.linalg.solve(J.T @ weighted, weighted.T @ v.ravel())
-        return State(alpha, rate)
+        rate = np.linalg.solve(J.T @ weighted, weighted.T @ v.ravel())
+        return State(alpha, rate.astype(float))
 
     def moved(self, alpha: Array) -> BeamWork:
         """The motion at a state (r,); computed where it is not that of the last call."""

@@ -110,8 +110,8 @@ def make_tree(robot: BeamRobot) -> BeamTree:
     numbers = np.array(order, dtype=np.int64)
     turned_round = np.array(ends)[:, 0] != body.ends[numbers, 0]
     axes = body.axes[numbers].copy()
-    for k in np.flatnonzero(turned_round):
-        axes[k] = product(tuple(axes[k]), BACKWARDS)
+    for e in np.flatnonzero(turned_round):
+        axes[e] = product(tuple(axes[e]), BACKWARDS)
     D = np.ascontiguousarray(body.D[numbers])
     beams = BeamArrays(np.array(ends, dtype=np.int64), axes, D, body.length[numbers].copy())
     return BeamTree(beams, D.ravel())
