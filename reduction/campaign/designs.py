@@ -18,6 +18,9 @@ from tauten.model import Robot
 from tauten.model.numerics import Array
 
 
+RAMP_STEPS = 800  # equilibria of a ramp, about, unless its step is given
+
+
 class DesignError(ValueError):
     """A design that cannot be run; the text names what was found and what is allowed."""
 
@@ -105,17 +108,19 @@ class Ranges:
             )
 
 
-def ramp(robot: Robot, step: float = 5e-5) -> Design:
+def ramp(robot: Robot, step: float | None = None) -> Design:
     """One run a cable: pulled from rest to its limit in equal steps, as in the paper.
 
     Args:
         robot: its limits and gravity are used.
-        step: of the pulled length [m]; the finger's 40 mm make 800 snapshots.
+        step: of the pulled length [m]; default: so that all runs together have about 800 snapshots.
 
     Raises:
         DesignError: the step is not positive or beyond the largest pull.
     """
     limit = robot.limits.pull_max  # (n_a,)
+    if step is None:
+        step = min(float(limit.sum()) / RAMP_STEPS, float(limit.min()))
     if not 0.0 < step <= limit.min():
         raise DesignError(f"ramp step is {step} m: allowed are 0 to {limit.min()} m, above 0")
     runs = []

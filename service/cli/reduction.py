@@ -36,7 +36,9 @@ def reduce(
     design: Annotated[
         str, typer.Option(help="ramp, plackett-burman, latin-hypercube, or a CSV of loads.")
     ] = "ramp",
-    step: Annotated[float, typer.Option(help="Step of the ramp [m].")] = 5e-5,
+    step: Annotated[
+        float | None, typer.Option(help="Step of the ramp [m]; default: about 800 equilibria.")
+    ] = None,
     steps: Annotated[int, typer.Option(min=1, help="Steps of a run, in the other designs.")] = 100,
     runs: Annotated[int, typer.Option(help="Runs of the Latin hypercube.")] = 20,
     pull: Annotated[
@@ -185,7 +187,7 @@ def _basis_path(path: Path) -> Path:
 
 
 def _design(
-    name: str, robot: Robot, step: float, ranges: Ranges, runs: int, steps: int, seed: int
+    name: str, robot: Robot, step: float | None, ranges: Ranges, runs: int, steps: int, seed: int
 ) -> Design:
     from tauten.reduction.campaign import (
         DesignError,

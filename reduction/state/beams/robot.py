@@ -68,6 +68,8 @@ class ReducedBeamRobot(ReducedRobot):
         carrying: (6 s, r) their rows of Φ.
         stiffness: (r, r) Φᵀ D Φ.
         mass: (6 n_nodes,) lumped mass [kg] and rotary inertia [kg m²].
+        stations: coordinates of the cables' stations as rows over them.
+        cable: (p,) cable of each station.
         work: motion and factors.
     """
 
@@ -77,6 +79,8 @@ class ReducedBeamRobot(ReducedRobot):
     carrying: Array
     stiffness: Array
     mass: Array
+    stations: Entries
+    cable: Ints
     work: BeamWork
 
     @property
@@ -178,11 +182,11 @@ class ReducedBeamRobot(ReducedRobot):
         if tension is not None:
             stations = cables.stations
             points, arms = stations.place(work.x, work.Q)
-            motion = rows_of(stations, arms, stations.coordinates, work.J)
+            motion = rows_of(stations, arms, self.stations, work.J)
             tension_rows(points, cables.first, cables.owner, tension, motion, work.Z, work.Y)
             K += work.Z.T @ work.Y
             _, pulls = cables.pulled(points)
-            along = np.repeat(tension, np.diff(cables.starts))[:, None] * pulls.vectors
+            along = tension[self.cable][:, None] * pulls.vectors
             add_point_loads(along, stations.nodes, stations.weights, arms, force, moment)
         if not exact:
             return K
@@ -214,7 +218,7 @@ class ReducedBeamRobot(ReducedRobot):
         """
         integration = integration or self.integration
         scheme, work = scheme_of(integration), self.moved(state.q)
-        mass = np.zeros((0, 0)) if scheme.static else work.J.T @ (self.mass[:, None] * work.J)
+        mass = np.zeros((0, 0)) if scheme.static else self.projected_mass(work)
         v, v_free = (np.zeros(self.n) if scheme.static else state.v), np.empty(self.n)
         for exact in (True, False):  # buckling makes the exact tangent indefinite
             force, K = self.forces(state, tension, exact)
@@ -222,6 +226,12 @@ class ReducedBeamRobot(ReducedRobot):
                 residual = float(np.linalg.norm(force))
                 return System(scheme.h, v, v_free, residual, DenseFactors(work.L), exact)
         raise FactorisationError("the reduced model's matrix is not positive definite")
+
+    def projected_mass(self, work: BeamWork) -> Array:
+        """The mass Jᵀ M J (r, r)."""
+        weighted = np.sqrt(self.mass)[:, None] * work.J
+        mass: Array = weighted.T @ weighted  # one factor twice: half the work
+        return mass
 
     def rows(self, state: State, contacts: bool = True) -> RobotRows:
         """Rows of effectors, cables and, where `contacts` is true, contacts at this state."""
@@ -307,5 +317,7 @@ def make_reduced(robot: BeamRobot, tree: BeamTree, Phi: Array, elements: Ints) -
         carrying=Phi[rows],
         stiffness=Phi.T @ (tree.D[:, None] * Phi),
         mass=mass.ravel(),
+        stations=robot.cables.stations.coordinates,
+        cable=np.repeat(np.arange(robot.n_a), np.diff(robot.cables.starts)),
         work=make_beam_work(robot, Phi, len(elements)),
     )
