@@ -17,7 +17,6 @@ from scipy.spatial.transform import Rotation
 from tauten.model import Robot
 from tauten.model.numerics import Array
 
-
 RAMP_STEPS = 800  # equilibria of a ramp, about, unless its step is given
 
 

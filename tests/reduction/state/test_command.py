@@ -76,9 +76,15 @@ def test_reduce_states_of_beams(tmp_path: Path, capsys: pytest.CaptureFixture[st
     assert run_main("reduce", file, *design, "--k", 3, "--states", *places) == 0
     said = capsys.readouterr().out
     states = StateBasis.load(tmp_path / "arm.states")
+    assert (
+        run_main("reduce", file, *design, "--k", 3, "--states", *places) == 0
+    )  # of the kept campaign
+    again = StateBasis.load(tmp_path / "arm.states")
+    np.testing.assert_array_equal(again.Phi, states.Phi)
     assert f"{states.origin.sample} of 42 elements" in said
     assert states.origin.tip_max < 1e-3  # of 180 mm
-    file.write_text(file.read_text() + '\n[model]\norder = "reduced"\nstates = "arm.states"\n')
+    chosen = '[model]\norder = "reduced"\nstates = "arm.states"\n'
+    file.write_text(file.read_text().replace("[model]\n", chosen))
     setup = load_setup(file, basis="arm.basis")
     assert isinstance(setup.robot, ReducedRobot)
     controller = Controller(setup.robot, setup.contact)
