@@ -12,8 +12,16 @@ from tauten.model.schema.material import (
     RegionMaterialSettings,
     SolidMaterialSettings,
 )
-from tauten.model.schema.section import (
+from tauten.model.schema.region import (
+    AnyRegion,
     Box,
+    Facing,
+    Intersection,
+    Region,
+    Selection,
+    check_regions,
+)
+from tauten.model.schema.section import (
     Direction,
     Distance,
     Name,
@@ -83,6 +91,13 @@ class SurfaceSettings(Section):
     normal: Direction | None = None
     max_angle_deg: Annotated[float, Field(gt=0.0, le=180.0)] = 45.0
 
+    def region(self) -> Region:
+        """The same as a region."""
+        if self.normal is None:
+            return self.box
+        facing = Facing(kind="normal", direction=self.normal, max_angle_deg=self.max_angle_deg)
+        return Intersection(kind="intersection", of=[self.box, facing])
+
 
 class ContactSettings(Section):
     """Candidate points spread over one surface against the triangles of another."""
@@ -141,7 +156,13 @@ class RobotSettings(Section):
     frame: Name = "base"
     gravity: Gravity = (0.0, 0.0, -9.81)
     material: MaterialSettings
-    fixed: Annotated[list[Box], Field(min_length=1)]
+    fixed: Annotated[
+        list[Selection],
+        Field(min_length=1, description="Regions, or their names, whose nodes do not move."),
+    ]
+    regions: Annotated[
+        tuple[AnyRegion, ...], Field(description="Regions that other tables use by name.")
+    ] = ()
     cables: Annotated[list[CableSettings], Field(min_length=1)]
     effectors: Annotated[list[EffectorSettings], Field(min_length=1)]
     contacts: tuple[ContactSettings, ...] = ()
@@ -155,6 +176,28 @@ class RobotSettings(Section):
         check_unique("effectors", [effector.name for effector in self.effectors])
         return self
 
+    def named_regions(self) -> dict[str, Region]:
+        """Regions by name.
+
+        Raises:
+            ValueError: one without a name, or a name used twice.
+        """
+        for index, region in enumerate(self.regions):
+            if region.name is None:
+                raise ValueError(f"regions.{index}: it needs a name")
+        names = [region.name or "" for region in self.regions]
+        check_unique("regions", names)
+        return dict(zip(names, self.regions, strict=True))
+
+    def selections(self) -> list[tuple[str, Region | str]]:
+        """Selections outside of `regions`, with the fields they come from."""
+        return [(f"fixed.{index}", item) for index, item in enumerate(self.fixed)]
+
+    @model_validator(mode="after")
+    def _regions(self) -> Self:
+        check_regions(self.named_regions(), self.selections())
+        return self
+
 
 class RobotConfig(RobotSettings):
     """The file of a robot made of tetrahedra."""
@@ -166,9 +209,21 @@ class RobotConfig(RobotSettings):
 
     @model_validator(mode="after")
     def _surfaces(self) -> RobotConfig:
-        check_unique("surfaces", [surface.name for surface in self.surfaces])
-        check_surfaces(self.contacts, {surface.name for surface in self.surfaces})
+        check_surfaces(self.contacts, set(self.named_regions()))
         return self
+
+    def named_regions(self) -> dict[str, Region]:
+        """Regions and surfaces by name."""
+        surfaces = {surface.name: surface.region() for surface in self.surfaces}
+        regions = super().named_regions()
+        check_unique("surfaces", [surface.name for surface in self.surfaces])
+        check_unique("surfaces and regions", [*surfaces, *regions])
+        return {**regions, **surfaces}
+
+    def selections(self) -> list[tuple[str, Region | str]]:
+        """Selections outside of `regions`, with the fields they come from."""
+        materials = enumerate(self.materials)
+        return super().selections() + [(f"materials.{i}.region", m.region) for i, m in materials]
 
 
 def check_unique(what: str, names: list[str]) -> None:

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 
 
 class RobotFileError(ValueError):
@@ -62,19 +62,6 @@ Distance = Annotated[float, in_range(1e-9, 1.0, "m")]  # alarm distance and tole
 Rate = Annotated[float, Field(gt=0.0, le=10_000.0), in_range(1e-2, 1e4, "Hz")]
 
 
-class Box(Section):
-    """Nodes, elements or triangles between two corners [m]."""
-
-    lower: tuple[float, float, float]
-    upper: tuple[float, float, float]
-
-    @model_validator(mode="after")
-    def _ordered(self) -> Box:
-        if any(low > high for low, high in zip(self.lower, self.upper, strict=True)):
-            raise ValueError(f"lower {self.lower} must not exceed upper {self.upper}")
-        return self
-
-
 def read_text(path: Path, parse: Callable[[str], Any], kind: str) -> Any:
     """The contents of a file that holds TOML or JSON, not validated.
 
@@ -122,7 +109,9 @@ def validated(kind: type[S], raw: object, source: str | Path, prefix: str = "") 
         return kind.model_validate(raw)
     except ValidationError as error:
         first = error.errors()[0]
-        field = ".".join([prefix] * bool(prefix) + [str(part) for part in first["loc"]])
+        # a part in angle brackets names the kind of a table, see `tauten.model.schema.region`
+        parts = [str(part) for part in first["loc"] if not str(part).startswith("<")]
+        field = ".".join([prefix] * bool(prefix) + parts)
         found = "" if isinstance(first["input"], dict) else f", found {shown(first['input'])}"
         more = f" (and {error.error_count() - 1} more)" if error.error_count() > 1 else ""
         message = first["msg"].removeprefix("Value error, ")
