@@ -103,12 +103,13 @@ class Selector:
         if isinstance(selection, str):
             return self._mask(self.named[selection], part)
         if isinstance(selection, Union | Intersection | Difference):
-            masks = [self._mask(item, part) for item in selection.of]
+            masks = np.array([self._mask(item, part) for item in selection.of])
+            combined: Bools = masks[0] & ~masks[1:].any(axis=0)
             if isinstance(selection, Union):
-                return np.any(masks, axis=0)
+                combined = masks.any(axis=0)
             if isinstance(selection, Intersection):
-                return np.all(masks, axis=0)
-            return masks[0] & ~np.any(masks[1:], axis=0)
+                combined = masks.all(axis=0)
+            return combined
         if isinstance(selection, Box | Sphere | Cylinder | HalfSpace | Everything):
             return inside(self._centres(part), selection)
         if not len(self.tets):

@@ -59,8 +59,8 @@ def squared_distance(p: Array, corners: Array) -> float:
         s, t = (g11 * d0 - g01 * d1) / area, (g00 * d1 - g01 * d0) / area
         if s >= 0.0 and t >= 0.0 and s + t <= 1.0:
             r = ap - s * ab - t * ac
-            return np.dot(r, r)
-    best = np.inf
+            return float(np.dot(r, r))
+    best: float = np.inf
     for i in range(3):  # otherwise the nearest point lies on an edge
         start, edge = corners[i], corners[(i + 1) % 3] - corners[i]
         length = np.dot(edge, edge)
@@ -68,5 +68,5 @@ def squared_distance(p: Array, corners: Array) -> float:
         if length > 0.0:
             share = min(max(np.dot(p - start, edge) / length, 0.0), 1.0)
         r = p - start - share * edge
-        best = min(best, np.dot(r, r))
+        best = min(best, float(np.dot(r, r)))
     return best

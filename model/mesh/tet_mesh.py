@@ -175,7 +175,11 @@ def read_with_meshio(path: Path) -> Any:
         io.StringIO()
     )  # meshio prints why it cannot read a file and then exits the interpreter
     try:
-        with contextlib.redirect_stdout(printed), contextlib.redirect_stderr(io.StringIO()):
+        with (
+            contextlib.redirect_stdout(printed),
+            contextlib.redirect_stderr(io.StringIO()),
+            np.errstate(over="ignore"),  # a text STL whose first bytes meshio multiplies as a size
+        ):
             return meshio.read(path)
     except SystemExit as error:
         reason = " ".join(printed.getvalue().split()) or "its contents are not of this format"
