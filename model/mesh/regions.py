@@ -104,11 +104,11 @@ class Selector:
             return self._mask(self.named[selection], part)
         if isinstance(selection, Union | Intersection | Difference):
             masks = np.array([self._mask(item, part) for item in selection.of])
-            combined: Bools = masks[0] & ~masks[1:].any(axis=0)
+            combined: Bools = masks[0] & ~np.asarray(masks[1:].any(axis=0))
             if isinstance(selection, Union):
-                combined = masks.any(axis=0)
+                combined = np.asarray(masks.any(axis=0))
             if isinstance(selection, Intersection):
-                combined = masks.all(axis=0)
+                combined = np.asarray(masks.all(axis=0))
             return combined
         if isinstance(selection, Box | Sphere | Cylinder | HalfSpace | Everything):
             return inside(self._centres(part), selection)
