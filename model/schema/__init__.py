@@ -5,6 +5,7 @@ from tauten.model.schema.material import LawName, MaterialSettings
 from tauten.model.schema.robot_file import (
     CableSettings,
     Changes,
+    ControlPeriod,
     ElementName,
     RobotConfig,
     RobotSettings,
@@ -32,6 +33,7 @@ __all__ = [
     "Box",
     "CableSettings",
     "Changes",
+    "ControlPeriod",
     "ElementName",
     "LARGEST_COORDINATE",
     "LawName",

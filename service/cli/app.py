@@ -32,6 +32,7 @@ from tauten.service.cli.options import (
 )
 from tauten.service.cli.reduction import inspect, reduce
 from tauten.service.cli.runs import demo, replay
+from tauten.service.cli.schema import schema
 from tauten.service.cli.solve import solve
 from tauten.service.process import set_up_logging
 
@@ -175,7 +176,7 @@ def stream(
 _COMMANDS = (
     *(serve, plant, stream, demo, replay, solve),
     *(command, record, metrics, alive, doctor),
-    *(reduce, inspect, compare, check),
+    *(reduce, inspect, compare, check, schema),
 )
 for _command in _COMMANDS:
     app.command()(_command)
