@@ -26,7 +26,7 @@ class TubeSettings(Section):
     name: Name = Field(description="Name of the cross-section, used once.")
     outer: Thickness = Field(description="Outer diameter [m].")
     inner: Annotated[float, Field(ge=0.0)] = Field(
-        0.0, description="Inner diameter [m], by default 0: solid."
+        default=0.0, description="Inner diameter [m], by default 0: solid."
     )
 
     @model_validator(mode="after")

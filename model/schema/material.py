@@ -50,20 +50,26 @@ class SolidMaterialSettings(MaterialSettings):
 
     model_config = ConfigDict(json_schema_extra=_required)
 
-    law: LawName = Field("corotational", description="Law of elasticity, by default corotational.")
+    law: LawName = Field(
+        default="corotational", description="Law of elasticity, by default corotational."
+    )
     silicone: str | None = Field(
-        None,
+        default=None,
         description="Name of a measured silicone (a Yeoh law), which gives the values that the table does "
         "not set; by default none.",
     )
     c10: float | None = Field(
-        None, description="First constant of Mooney-Rivlin and Yeoh [Pa]; by default none."
+        default=None, description="First constant of Mooney-Rivlin and Yeoh [Pa]; by default none."
     )
     c01: float | None = Field(
-        None, description="Second constant of Mooney-Rivlin [Pa]; by default 0."
+        default=None, description="Second constant of Mooney-Rivlin [Pa]; by default 0."
     )
-    c20: float | None = Field(None, description="Second constant of Yeoh [Pa]; by default 0.")
-    c30: float | None = Field(None, description="Third constant of Yeoh [Pa]; by default 0.")
+    c20: float | None = Field(
+        default=None, description="Second constant of Yeoh [Pa]; by default 0."
+    )
+    c30: float | None = Field(
+        default=None, description="Third constant of Yeoh [Pa]; by default 0."
+    )
 
     @model_validator(mode="before")
     @classmethod

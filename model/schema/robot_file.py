@@ -46,11 +46,11 @@ class MeshSettings(Section):
         description="Mesh file, relative to the robot file: tetrahedra, in any format of meshio."
     )
     length_unit: Literal["m", "cm", "mm"] = Field(
-        "m",
+        default="m",
         description="Unit of lengths in the mesh file, by default m. The robot file itself is in SI units.",
     )
     element: ElementName = Field(
-        "linear",
+        default="linear",
         description="Element of the body: linear tetrahedra (default); quadratic ones, with midpoints "
         "added to a linear mesh; smoothed: linear ones with strain smoothed around edges and change of "
         "volume smoothed around nodes.",
@@ -66,18 +66,18 @@ class CableSettings(Section):
         "the last."
     )
     pull_point: Point | None = Field(
-        None,
+        default=None,
         description="Where the cable starts, fixed in space [m]; by default it starts at the first of "
         "`points`.",
     )
     min_tension: NonNegative = Field(
-        0.0, description="Least tension that is decided [N], by default 0."
+        default=0.0, description="Least tension that is decided [N], by default 0."
     )
     max_tension: Annotated[Positive, in_range(0.0, 1e6, "N")] = Field(
         description="Largest tension [N]."
     )
     min_pull: Annotated[float, in_range(-1e3, 1e3, "m")] = Field(
-        0.0,
+        default=0.0,
         description="Least pulled length [m], at most 0. The default 0 means that the winch does not pay "
         "out more cable than the robot has at rest: a cable on the outer side of a bend then holds the "
         "robot back. Give a negative value for a winch that lets cable out beyond rest.",
@@ -118,11 +118,11 @@ class SurfaceSettings(Section):
     name: Name = Field(description="Name of the surface, used once.")
     box: Box = Field(description="Box in which the centres of the triangles lie [m].")
     normal: Direction | None = Field(
-        None,
+        default=None,
         description="Direction near which the outward normals of the triangles are; by default any.",
     )
     max_angle_deg: Annotated[float, Field(gt=0.0, le=180.0)] = Field(
-        45.0,
+        default=45.0,
         description="Largest angle between `normal` and the normal of a triangle [deg], by default 45.",
     )
 
@@ -139,12 +139,12 @@ class ContactRange(Section):
     """Distances of contact handling [m]."""
 
     alarm_distance: Distance = Field(
-        2e-3,
+        default=2e-3,
         description="Distance up to which candidates and surfaces are compared [m], by default 2e-3; less "
         "than the thickness of the thinnest wall in contact.",
     )
     tolerance: Distance = Field(
-        5e-5,
+        default=5e-5,
         description="Overlap beyond which a decision adds a contact column [m], by default 5e-5.",
     )
 
@@ -153,17 +153,18 @@ class IntegrationSettings(Section):
     """Time integration; the time step is `ControlPeriod`."""
 
     scheme: Literal["implicit-euler", "quasi-static"] = Field(
-        "implicit-euler",
+        default="implicit-euler",
         description="With inertia and damping (implicit-euler, default) or without (quasi-static).",
     )
     rayleigh_mass: Annotated[NonNegative, Field(le=1e6)] = Field(
-        0.0, description="Damping proportional to mass [1/s], by default 0."
+        default=0.0, description="Damping proportional to mass [1/s], by default 0."
     )
     rayleigh_stiffness: Annotated[NonNegative, Field(le=1e3)] = Field(
-        0.0, description="Damping proportional to stiffness [s], by default 0."
+        default=0.0, description="Damping proportional to stiffness [s], by default 0."
     )
     factorisation: BackEnd = Field(
-        "auto", description="Sparse factorisation; auto (default): the fastest that is installed."
+        default="auto",
+        description="Sparse factorisation; auto (default): the fastest that is installed.",
     )
 
 
@@ -173,20 +174,20 @@ class ControlPeriod(Section):
     model_config = ConfigDict(extra="ignore")
 
     rate: Rate = Field(
-        50.0, description="Control rate [Hz], by default 50; a time step is 1 / rate."
+        default=50.0, description="Control rate [Hz], by default 50; a time step is 1 / rate."
     )
 
 
 class Changes(Section):
     """The arguments with which `load_robot` changes a robot file."""
 
-    rate: Rate | None = Field(None, description="Control rate [Hz].")
+    rate: Rate | None = Field(default=None, description="Control rate [Hz].")
     refinements: Annotated[int, Field(ge=0, le=4)] = Field(
-        0, description="How often every tetrahedron is cut into eight."
+        default=0, description="How often every tetrahedron is cut into eight."
     )
-    factorisation: BackEnd | None = Field(None, description="Sparse factorisation.")
+    factorisation: BackEnd | None = Field(default=None, description="Sparse factorisation.")
     young_scale: Annotated[float, in_range(1e-6, 1e6, "")] = Field(
-        1.0, description="Factor of Young's modulus, unitless."
+        default=1.0, description="Factor of Young's modulus, unitless."
     )
 
 
@@ -204,11 +205,12 @@ class RobotSettings(Section):
 
     name: Name = Field(description="Name of the robot, part of every key on the wire.")
     frame: Name = Field(
-        "base",
+        default="base",
         description="Name of the robot's frame, in the headers of messages; by default base.",
     )
     gravity: Gravity = Field(
-        (0.0, 0.0, -9.81), description="Acceleration of gravity [m/s²], by default 9.81 along −z."
+        default=(0.0, 0.0, -9.81),
+        description="Acceleration of gravity [m/s²], by default 9.81 along −z.",
     )
     material: MaterialSettings = Field(description="Material of the body.")
     fixed: Annotated[list[Box], Field(min_length=1)] = Field(
@@ -222,12 +224,16 @@ class RobotSettings(Section):
         "are plain."
     )
     contacts: tuple[ContactSettings, ...] = Field(
-        (), description="Pairs of surfaces that may touch, one table each; by default none."
+        default=(), description="Pairs of surfaces that may touch, one table each; by default none."
     )
-    contact: ContactRange = Field(ContactRange(), description="Distances of contact handling.")
-    integration: IntegrationSettings = Field(IntegrationSettings(), description="Time integration.")
+    contact: ContactRange = Field(
+        default=ContactRange(), description="Distances of contact handling."
+    )
+    integration: IntegrationSettings = Field(
+        default=IntegrationSettings(), description="Time integration."
+    )
     controller: ControlPeriod = Field(
-        ControlPeriod(), description="Control rate and inverse control."
+        default=ControlPeriod(), description="Control rate and inverse control."
     )
 
     @model_validator(mode="after")
@@ -242,13 +248,14 @@ class RobotConfig(RobotSettings):
 
     material: SolidMaterialSettings = Field(description="Material of the body.")
     materials: tuple[RegionMaterialSettings, ...] = Field(
-        (),
+        default=(),
         description="Other materials in parts of the body, one table each; a later one replaces an earlier "
         "one.",
     )
     mesh: MeshSettings = Field(description="Mesh of the body.")
     surfaces: tuple[SurfaceSettings, ...] = Field(
-        (), description="Named parts of the body's surface, one table each; by default none."
+        default=(),
+        description="Named parts of the body's surface, one table each; by default none.",
     )
 
     @model_validator(mode="after")
