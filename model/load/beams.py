@@ -233,7 +233,7 @@ def on_vertebra(
             raise RobotFileError(
                 f"{what}: point {number} at {point.tolist()} m lies {distances[best]:.3g} m outside "
                 f"of the nearest vertebra {disc.name!r} of radius {disc.radius} m, "
-                f"allowed is {slack:g} m"
+                f"allowed is {slack:g} m: move it, or set max_outside"
             )
         ids.append(disc.node)
     return attach_to_nodes(body.nodes, np.array(ids), np.array(points))

@@ -22,6 +22,7 @@ from tauten.model.schema.region import (
 from tauten.model.schema.robot_file import (
     CableSettings,
     Changes,
+    ControlPeriod,
     ElementName,
     RobotConfig,
     RobotSettings,
@@ -49,6 +50,7 @@ __all__ = [
     "Box",
     "CableSettings",
     "Changes",
+    "ControlPeriod",
     "Cylinder",
     "Difference",
     "ElementName",
