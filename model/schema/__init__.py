@@ -1,6 +1,7 @@
 """The contents of robot files, validated field by field."""
 
 from tauten.model.schema.beam_file import BarSettings, BeamConfig, Structure, TubeSettings, Vertebra
+from tauten.model.schema.body import BodySettings, ElementName, MeshSettings, RotationSettings
 from tauten.model.schema.material import LawName, MaterialSettings
 from tauten.model.schema.region import (
     AnyRegion,
@@ -23,7 +24,6 @@ from tauten.model.schema.robot_file import (
     CableSettings,
     Changes,
     ControlPeriod,
-    ElementName,
     RobotConfig,
     RobotSettings,
     SurfaceSettings,
@@ -47,6 +47,7 @@ __all__ = [
     "AnyRegion",
     "BarSettings",
     "BeamConfig",
+    "BodySettings",
     "Box",
     "CableSettings",
     "Changes",
@@ -62,6 +63,7 @@ __all__ = [
     "LARGEST_COORDINATE",
     "LawName",
     "MaterialSettings",
+    "MeshSettings",
     "Name",
     "NearStl",
     "Positive",
@@ -70,6 +72,7 @@ __all__ = [
     "RobotConfig",
     "RobotFileError",
     "RobotSettings",
+    "RotationSettings",
     "Section",
     "Selection",
     "Skin",
