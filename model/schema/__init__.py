@@ -1,5 +1,13 @@
 """The contents of robot files, validated field by field."""
 
+from tauten.model.schema.actuators import (
+    ChamberSettings,
+    CouplingSettings,
+    ForceSettings,
+    Kind,
+    Range,
+    SpringSettings,
+)
 from tauten.model.schema.beam_file import BarSettings, BeamConfig, Structure, TubeSettings, Vertebra
 from tauten.model.schema.material import LawName, MaterialSettings
 from tauten.model.schema.robot_file import (
@@ -8,6 +16,7 @@ from tauten.model.schema.robot_file import (
     ElementName,
     RobotConfig,
     RobotSettings,
+    SingleActuator,
     SurfaceSettings,
     check_surfaces,
     model_tables,
@@ -31,18 +40,25 @@ __all__ = [
     "BeamConfig",
     "Box",
     "CableSettings",
+    "ChamberSettings",
     "Changes",
+    "CouplingSettings",
     "ElementName",
+    "ForceSettings",
+    "Kind",
     "LARGEST_COORDINATE",
     "LawName",
     "MaterialSettings",
     "Name",
     "Positive",
+    "Range",
     "Rate",
     "RobotConfig",
     "RobotFileError",
     "RobotSettings",
     "Section",
+    "SingleActuator",
+    "SpringSettings",
     "Structure",
     "SurfaceSettings",
     "TubeSettings",

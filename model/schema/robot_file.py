@@ -3,10 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import ConfigDict, Field, model_validator
 
+from tauten.model.schema.actuators import (
+    HELD,
+    ChamberSettings,
+    CouplingSettings,
+    ForceSettings,
+    Held,
+    Kind,
+    Range,
+    SpringSettings,
+    check_couplings,
+)
 from tauten.model.schema.material import (
     MaterialSettings,
     RegionMaterialSettings,
@@ -46,6 +57,8 @@ class MeshSettings(Section):
 class CableSettings(Section):
     """A cable and the limits of its winch; it starts at `pull_point` when there is one."""
 
+    kind: ClassVar[Kind] = "cable"
+
     name: Name
     points: Annotated[list[Point], Field(min_length=1)]
     pull_point: Point | None = None
@@ -55,6 +68,17 @@ class CableSettings(Section):
     max_pull: Annotated[Positive, in_range(0.0, 1e3, "m")]
     max_rate: Annotated[Positive, in_range(0.0, 1e3, "m/s")]
     max_outside: Annotated[NonNegative, Field(le=10.0)] = 0.0
+    spring: Annotated[
+        SpringSettings | None, Field(description="Spring between winch and cable; default: none.")
+    ] = None
+    held: Annotated[Held, Field(description=HELD)] = "position"
+
+    @property
+    def limits(self) -> Range:
+        """Limits of tension, pulled length and its rate."""
+        return Range(
+            self.min_tension, self.max_tension, self.min_pull, self.max_pull, self.max_rate
+        )
 
     @model_validator(mode="after")
     def _consistent(self) -> CableSettings:
@@ -65,6 +89,9 @@ class CableSettings(Section):
         if self.min_pull > 0.0 or self.min_pull >= self.max_pull:
             raise ValueError(f"min_pull {self.min_pull} must be at most 0, where the robot rests")
         return self
+
+
+SingleActuator = CableSettings | ChamberSettings | ForceSettings
 
 
 class EffectorSettings(Section):
@@ -142,7 +169,16 @@ class RobotSettings(Section):
     gravity: Gravity = (0.0, 0.0, -9.81)
     material: MaterialSettings
     fixed: Annotated[list[Box], Field(min_length=1)]
-    cables: Annotated[list[CableSettings], Field(min_length=1)]
+    cables: tuple[CableSettings, ...] = ()
+    chambers: Annotated[
+        tuple[ChamberSettings, ...], Field(description="Closed cavities under pressure.")
+    ] = ()
+    forces: Annotated[
+        tuple[ForceSettings, ...], Field(description="Forces of fixed direction on the body.")
+    ] = ()
+    couplings: Annotated[
+        tuple[CouplingSettings, ...], Field(description="Motors that drive several actuators each.")
+    ] = ()
     effectors: Annotated[list[EffectorSettings], Field(min_length=1)]
     contacts: tuple[ContactSettings, ...] = ()
     contact: ContactRange = ContactRange()
@@ -153,7 +189,24 @@ class RobotSettings(Section):
     def _names_once(self) -> Self:
         check_unique("cables", [cable.name for cable in self.cables])
         check_unique("effectors", [effector.name for effector in self.effectors])
+        single = self.single_actuators
+        if not single:
+            raise ValueError("a robot needs an actuator: a table cables, chambers or forces")
+        check_unique("actuators", [item.name for item in (*single, *self.couplings)])
+        check_couplings(self.couplings, {item.name: item.kind for item in single})
         return self
+
+    @property
+    def single_actuators(self) -> tuple[SingleActuator, ...]:
+        """All actuators but couplings: cables, chambers, forces as listed."""
+        return (*self.cables, *self.chambers, *self.forces)
+
+    @property
+    def actuators(self) -> tuple[SingleActuator | CouplingSettings, ...]:
+        """In the order of λ_a: a coupling stands where its first member stood, the others vanish."""
+        coupling_of = {name: item for item in self.couplings for name in item.members}
+        found = (coupling_of.get(item.name, item) for item in self.single_actuators)
+        return tuple({item.name: item for item in found}.values())
 
 
 class RobotConfig(RobotSettings):
