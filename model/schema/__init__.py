@@ -1,7 +1,16 @@
 """The contents of robot files, validated field by field."""
 
+from tauten.model.schema.actuators import (
+    ChamberSettings,
+    CouplingSettings,
+    ForceSettings,
+    Kind,
+    Range,
+    SpringSettings,
+)
 from tauten.model.schema.beam_file import BarSettings, BeamConfig, Structure, TubeSettings, Vertebra
 from tauten.model.schema.body import BodySettings, ElementName, MeshSettings, RotationSettings
+from tauten.model.schema.contact import SurfaceSettings, check_surfaces
 from tauten.model.schema.material import LawName, MaterialSettings
 from tauten.model.schema.region import (
     AnyRegion,
@@ -26,8 +35,7 @@ from tauten.model.schema.robot_file import (
     ControlPeriod,
     RobotConfig,
     RobotSettings,
-    SurfaceSettings,
-    check_surfaces,
+    SingleActuator,
     model_tables,
 )
 from tauten.model.schema.section import (
@@ -50,6 +58,7 @@ __all__ = [
     "BodySettings",
     "Box",
     "CableSettings",
+    "ChamberSettings",
     "Changes",
     "ControlPeriod",
     "Cylinder",
@@ -60,6 +69,9 @@ __all__ = [
     "NamedGroup",
     "HalfSpace",
     "Intersection",
+    "CouplingSettings",
+    "ForceSettings",
+    "Kind",
     "LARGEST_COORDINATE",
     "LawName",
     "MaterialSettings",
@@ -67,6 +79,7 @@ __all__ = [
     "Name",
     "NearStl",
     "Positive",
+    "Range",
     "Rate",
     "Region",
     "RobotConfig",
@@ -77,6 +90,8 @@ __all__ = [
     "Selection",
     "Skin",
     "Sphere",
+    "SingleActuator",
+    "SpringSettings",
     "Structure",
     "SurfaceSettings",
     "TubeSettings",
