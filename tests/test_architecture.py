@@ -25,6 +25,7 @@ ORDER = (
     "model.contact",
     "model.body",
     "model.tetra",
+    "model.constraints",
     "model.beams",
     "model.load",
     "model.robots",

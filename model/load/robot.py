@@ -4,22 +4,27 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 from importlib import resources
 from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
+import scipy.sparse as sp
 from numpy.typing import NDArray
+from scipy.sparse.csgraph import connected_components
 
 from tauten.model.actuation import actuators_of
 from tauten.model.actuators import ActuatorParts, place_actuators
 from tauten.model.body import Material
+from tauten.model.constraints import ConstrainedRobot
 from tauten.model.contact import ContactPair, ContactSet
 from tauten.model.limits import limits_of
 from tauten.model.load.actuators import build_actuators, place_points
 from tauten.model.load.beams import build_beam_robot, read_structure
 from tauten.model.load.bodies import AnyMesh, Bodies, build_bodies, read_bodies
+from tauten.model.load.constraints import Constraints, build_constraints, constrained
 from tauten.model.load.elements import place_elements
 from tauten.model.mesh import (
     Selector,
@@ -182,7 +187,9 @@ def scaled(material: M, factor: float, source: str, prefix: str) -> M:
     return validated(type(material), contents, source, prefix)
 
 
-def build_robot(config: RobotConfig, mesh: AnyMesh | Sequence[AnyMesh], source: str) -> TetRobot:
+def build_robot(
+    config: RobotConfig, mesh: AnyMesh | Sequence[AnyMesh], source: str
+) -> TetRobot | ConstrainedRobot:
     """Build a robot from a validated robot file and checked meshes.
 
     Args:
@@ -199,14 +206,19 @@ def build_robot(config: RobotConfig, mesh: AnyMesh | Sequence[AnyMesh], source: 
     meshes = mesh if isinstance(mesh, Sequence) else [mesh]
     bodies = build_bodies(config, meshes, source)
     body, selector, fixed = bodies.parts, bodies.selector, bodies.fixed
-    require_held(bodies, source)
+    constraints = build_constraints(config, bodies)
+    require_held(config, bodies, constraints)
     parts = build_actuators(config, body, selector)
+    coupling = parts.coupling
+    if constraints:  # these nodes are those of a robot in other coordinates
+        parts = replace(parts, coupling=None)
     effectors = build_effectors(config, body.mesh, source)
     pattern = make_pattern(fixed, [*(part.nodes for part in body.domains), *parts.groups])
     contacts = build_contacts(config, selector)
     mass = body.mass[~fixed]  # (n / 3,)
     scheme = config.integration
-    return TetRobot(
+    backend = "superlu" if constraints else scheme.factorisation
+    robot = TetRobot(
         names=names_of(config),
         digest=digest(body, material, fixed, parts, contacts),
         gravity=np.array(config.gravity),
@@ -224,28 +236,45 @@ def build_robot(config: RobotConfig, mesh: AnyMesh | Sequence[AnyMesh], source: 
         effectors=effectors,
         H_e=effector_matrix(effectors, pattern.dof, pattern.n),
         contacts=contacts,
-        factorisation=make_factorisation(pattern.indptr, pattern.indices, scheme.factorisation),
+        factorisation=make_factorisation(pattern.indptr, pattern.indices, backend),
     )
+    return constrained(robot, constraints, config, body.mass, coupling) if constraints else robot
 
 
-def require_held(bodies: Bodies, source: str) -> None:
-    """Raise a RobotFileError where the fixed nodes do not hold every body, or hold all nodes.
+def require_held(config: RobotConfig, bodies: Bodies, constraints: Constraints) -> None:
+    """Raise a RobotFileError where nothing holds a body, or the fixed nodes are all there are.
+
+    Nodes that are fixed or move with a drive hold a body where three of them are not on a line. Bodies that
+    are attached to each other are held together.
 
     Args:
+        config: the robot file.
         bodies: the bodies.
-        source: the robot file's path, for errors.
+        constraints: what joins them.
     """
-    nodes, fixed = bodies.parts.mesh.nodes, bodies.fixed
-    for name in bodies.selector.ranges:
-        held = nodes[bodies.selector.nodes_of(name) & fixed]
-        size = bodies.parts.mesh.size
-        if len(held) == 0 or np.linalg.matrix_rank(held - held[0], tol=1e-6 * size) < 2:
-            of = f" {name!r}" if len(bodies.selector.ranges) > 1 else ""
-            whole = "robot" if not of else f"body{of}"
+    nodes, selector, source = bodies.parts.mesh.nodes, bodies.selector, bodies.selector.source
+    supported = bodies.fixed.copy()
+    for drive in constraints.drives:
+        supported[drive.nodes] = True
+    names = list(selector.ranges)
+    of_body = np.zeros(len(nodes), dtype=np.int64)
+    for number, name in enumerate(names):
+        of_body[selector.nodes_of(name)] = number
+    glued = constraints.glued
+    pairs = np.stack([np.repeat(of_body[glued.nodes], 4), of_body[glued.masters].ravel()])
+    joined = sp.coo_array((np.ones(pairs.shape[1]), pairs), shape=(len(names),) * 2)
+    _, group = connected_components(joined, directed=False)
+    for number, body in enumerate(config.all_bodies):
+        held = nodes[supported & (group[of_body] == group[number])]
+        short = 1e-6 * bodies.parts.mesh.size
+        if not body.free and (
+            len(held) == 0 or np.linalg.matrix_rank(held - held[0], tol=short) < 2
+        ):
+            whole = f"body {body.name!r}" if len(names) > 1 else "robot"
             raise RobotFileError(
                 f"{source}: fixed: needs three nodes not on a line to hold the {whole}"
             )
-    if fixed.all():
+    if bodies.fixed.all():
         raise RobotFileError(f"{source}: fixed: holds every node, no node can move")
 
 

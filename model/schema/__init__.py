@@ -10,6 +10,7 @@ from tauten.model.schema.actuators import (
 )
 from tauten.model.schema.beam_file import BarSettings, BeamConfig, Structure, TubeSettings, Vertebra
 from tauten.model.schema.body import BodySettings, ElementName, MeshSettings, RotationSettings
+from tauten.model.schema.constraints import AttachmentSettings, DriveSettings, RigidSettings
 from tauten.model.schema.contact import SurfaceSettings, check_surfaces
 from tauten.model.schema.material import LawName, MaterialSettings
 from tauten.model.schema.region import (
@@ -53,6 +54,7 @@ from tauten.model.schema.section import (
 
 __all__ = [
     "AnyRegion",
+    "AttachmentSettings",
     "BarSettings",
     "BeamConfig",
     "BodySettings",
@@ -63,6 +65,7 @@ __all__ = [
     "ControlPeriod",
     "Cylinder",
     "Difference",
+    "DriveSettings",
     "ElementName",
     "Everything",
     "Facing",
@@ -82,6 +85,7 @@ __all__ = [
     "Range",
     "Rate",
     "Region",
+    "RigidSettings",
     "RobotConfig",
     "RobotFileError",
     "RobotSettings",

@@ -18,6 +18,7 @@ from tauten.model.schema.actuators import (
     check_couplings,
 )
 from tauten.model.schema.body import BodySettings, ElementName, MeshSettings
+from tauten.model.schema.constraints import AttachmentSettings, DriveSettings, RigidSettings
 from tauten.model.schema.contact import (
     ContactRange,
     ContactSettings,
@@ -117,7 +118,7 @@ class CableSettings(Section):
         return self
 
 
-SingleActuator = CableSettings | ChamberSettings | ForceSettings
+SingleActuator = CableSettings | ChamberSettings | DriveSettings | ForceSettings
 
 
 class EffectorSettings(Section):
@@ -205,6 +206,10 @@ class RobotSettings(Section):
     chambers: Annotated[
         tuple[ChamberSettings, ...], Field(description="Closed cavities under pressure.")
     ] = ()
+    drives: tuple[DriveSettings, ...] = Field(
+        default=(),
+        description="Motors that turn a region about an axis or move it along one; by default none.",
+    )
     forces: Annotated[
         tuple[ForceSettings, ...], Field(description="Forces of fixed direction on the body.")
     ] = ()
@@ -234,7 +239,9 @@ class RobotSettings(Section):
         check_unique("effectors", [effector.name for effector in self.effectors])
         single = self.single_actuators
         if not single:
-            raise ValueError("a robot needs an actuator: a table cables, chambers or forces")
+            raise ValueError(
+                "a robot needs an actuator: a table cables, chambers, drives or forces"
+            )
         check_unique("actuators", [item.name for item in (*single, *self.couplings)])
         check_couplings(self.couplings, {item.name: item.kind for item in single})
         return self
@@ -258,6 +265,7 @@ class RobotSettings(Section):
             (f"fixed.{index}", item) for index, item in enumerate(self.fixed)
         ]
         found += [(f"chambers.{c.name}.surface", c.surface) for c in self.chambers if c.surface]
+        found += [(f"drives.{d.name}.region", d.region) for d in self.drives]
         return found + [(f"forces.{f.name}.region", f.region) for f in self.forces if f.region]
 
     @model_validator(mode="after")
@@ -267,8 +275,8 @@ class RobotSettings(Section):
 
     @property
     def single_actuators(self) -> tuple[SingleActuator, ...]:
-        """All actuators but couplings: cables, chambers, forces as listed."""
-        return (*self.cables, *self.chambers, *self.forces)
+        """All actuators but couplings: cables, chambers, drives, forces as listed."""
+        return (*self.cables, *self.chambers, *self.drives, *self.forces)
 
     @property
     def actuators(self) -> tuple[SingleActuator | CouplingSettings, ...]:
@@ -296,6 +304,14 @@ class RobotConfig(RobotSettings):
     bodies: tuple[BodySettings, ...] = Field(
         default=(), description="Bodies, one table each, instead of `mesh`."
     )
+    rigid: tuple[RigidSettings, ...] = Field(
+        default=(),
+        description="Regions that move as rigid bodies, one table each; by default none.",
+    )
+    attachments: tuple[AttachmentSettings, ...] = Field(
+        default=(),
+        description="What joins regions to each other or to the robot's frame; by default nothing.",
+    )
     surfaces: tuple[SurfaceSettings, ...] = Field(
         default=(),
         description="Named parts of the body's surface, one table each; by default none.",
@@ -309,6 +325,7 @@ class RobotConfig(RobotSettings):
         if self.bodies and self.materials:
             raise ValueError("materials: with bodies they stand in the table of each body")
         check_unique("bodies", [body.name for body in self.bodies])
+        check_unique("rigid", [item.name for item in self.rigid])
         for index, body in enumerate(self.bodies):
             if body.material is None and self.material is None:
                 raise ValueError(f"bodies.{index}.material: Field required, or material for all")
@@ -354,6 +371,10 @@ class RobotConfig(RobotSettings):
         """Selections outside of `regions`, with the fields they come from."""
         found = super().selections()
         found += [(f"materials.{i}.region", item.region) for i, item in enumerate(self.materials)]
+        found += [(f"rigid.{item.name}.region", item.region) for item in self.rigid]
+        for i, item in enumerate(self.attachments):
+            found.append((f"attachments.{i}.region", item.region))
+            found += [(f"attachments.{i}.to", item.to)] if item.to is not None else []
         for b, body in enumerate(self.bodies):
             parts = enumerate(body.materials)
             found += [(f"bodies.{b}.materials.{i}.region", item.region) for i, item in parts]
