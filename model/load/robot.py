@@ -13,15 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tauten.model.body import Material
-from tauten.model.contact import ContactPair, ContactSet
+from tauten.model.contact import ContactSet
 from tauten.model.limits import limits_of
 from tauten.model.load.beams import build_beam_robot, read_structure
 from tauten.model.load.bodies import AnyMesh, Bodies, build_bodies, read_bodies
+from tauten.model.load.contacts import build_contacts
 from tauten.model.load.elements import place_elements
 from tauten.model.mesh import (
-    Selector,
     TetMesh,
-    spread_points,
 )
 from tauten.model.numerics import Bools, make_factorisation
 from tauten.model.points import (
@@ -309,33 +308,6 @@ def place_points(
         raise RobotFileError(str(error)) from error
 
 
-def build_contacts(config: RobotConfig, selector: Selector) -> ContactSet:
-    """Candidates and target surfaces of every contact.
-
-    Args:
-        config: the robot file.
-        selector: of regions of the mesh.
-    """
-    source, nodes_at_rest = selector.source, selector.nodes
-    used = [name for contact in config.contacts for name in (contact.candidates, contact.against)]
-    wanted = dict.fromkeys([*(surface.name for surface in config.surfaces), *used])
-    surfaces = {
-        name: selector.boundary[selector.select_triangles(selector.named[name], f"surfaces.{name}")]
-        for name in wanted
-    }
-    pairs = []
-    for contact in config.contacts:
-        try:
-            nodes, weights = spread_points(
-                nodes_at_rest, surfaces[contact.candidates], contact.points
-            )
-        except ValueError as error:
-            raise RobotFileError(f"{source}: contacts.{contact.candidates}: {error}") from error
-        name = f"{contact.candidates} on {contact.against}"
-        pairs.append(ContactPair(name, nodes, weights, surfaces[contact.against]))
-    return ContactSet(pairs, len(nodes_at_rest), config.contact.alarm_distance)
-
-
 def digest(
     body: BodyParts, material: Material, fixed: Bools, cables: CableSet, contacts: ContactSet
 ) -> str:
@@ -360,6 +332,8 @@ def digest(
     ]
     for pair in contacts.pairs:
         arrays += [pair.nodes, pair.weights, pair.triangles]
+        if len(pair.apart):
+            arrays.append(pair.apart)
     for array in arrays:
         hasher.update(np.round(np.ascontiguousarray(array, dtype=float), 12).tobytes())
     hasher.update(repr(material).encode())

@@ -2,6 +2,13 @@
 
 from tauten.model.schema.beam_file import BarSettings, BeamConfig, Structure, TubeSettings, Vertebra
 from tauten.model.schema.body import BodySettings, ElementName, MeshSettings, RotationSettings
+from tauten.model.schema.contact import (
+    ALARM_DISTANCE,
+    ITSELF,
+    ContactRange,
+    ContactSettings,
+    check_surfaces,
+)
 from tauten.model.schema.material import LawName, MaterialSettings
 from tauten.model.schema.region import (
     AnyRegion,
@@ -27,7 +34,6 @@ from tauten.model.schema.robot_file import (
     RobotConfig,
     RobotSettings,
     SurfaceSettings,
-    check_surfaces,
     model_tables,
 )
 from tauten.model.schema.section import (
@@ -44,6 +50,10 @@ from tauten.model.schema.section import (
 )
 
 __all__ = [
+    "ALARM_DISTANCE",
+    "ITSELF",
+    "ContactRange",
+    "ContactSettings",
     "AnyRegion",
     "BarSettings",
     "BeamConfig",

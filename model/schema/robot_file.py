@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import ConfigDict, Field, model_validator
 
 from tauten.model.schema.body import BodySettings, ElementName, MeshSettings
+from tauten.model.schema.contact import ContactRange, ContactSettings, check_surfaces
 from tauten.model.schema.material import (
     RegionMaterialSettings,
     SolidMaterialSettings,
@@ -23,7 +23,6 @@ from tauten.model.schema.region import (
 )
 from tauten.model.schema.section import (
     Direction,
-    Distance,
     Name,
     NonNegative,
     Point,
@@ -121,28 +120,6 @@ class SurfaceSettings(Section):
             return self.box
         facing = Facing(kind="normal", direction=self.normal, max_angle_deg=self.max_angle_deg)
         return Intersection(kind="intersection", of=[self.box, facing])
-
-
-class ContactSettings(Section):
-    """Candidate points spread over one surface against the triangles of another."""
-
-    candidates: Name = Field(description="Surface that the candidates are spread over.")
-    against: Name = Field(description="Surface that they may touch.")
-    points: Annotated[int, Field(ge=1, le=100_000)] = Field(description="Number of candidates.")
-
-
-class ContactRange(Section):
-    """Distances of contact handling [m]."""
-
-    alarm_distance: Distance = Field(
-        default=2e-3,
-        description="Distance up to which candidates and surfaces are compared [m], by default 2e-3; less "
-        "than the thickness of the thinnest wall in contact.",
-    )
-    tolerance: Distance = Field(
-        default=5e-5,
-        description="Overlap beyond which a decision adds a contact column [m], by default 5e-5.",
-    )
 
 
 class IntegrationSettings(Section):
@@ -353,14 +330,3 @@ def check_unique(what: str, names: list[str]) -> None:
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:
         raise ValueError(f"{what}: name {twice[0]!r} is used twice")
-
-
-def check_surfaces(contacts: Sequence[ContactSettings], known: set[str]) -> None:
-    """Raise a ValueError when a contact names a surface that is not known."""
-    for index, contact in enumerate(contacts):
-        for name in (contact.candidates, contact.against):
-            if name not in known:
-                raise ValueError(
-                    f"contacts.{index}: surface {name!r} is not defined, "
-                    f"known are {', '.join(sorted(known)) or 'none'}"
-                )
