@@ -16,7 +16,7 @@ from tauten.model.numerics.factorisation import (
 from tauten.model.numerics.jit import kernel
 from tauten.model.numerics.lcp import LcpResult, complementarity, solve_lcp, solve_pgs
 from tauten.model.numerics.nnls import coordinates, distances
-from tauten.model.numerics.polar import LANES, polar_rotations
+from tauten.model.numerics.polar import LANES, mirrored_rotation, polar_rotations
 from tauten.model.numerics.quaternions import (
     conjugate,
     normalised,
@@ -25,6 +25,12 @@ from tauten.model.numerics.quaternions import (
     rotate,
     rotation_vector,
     turned,
+)
+from tauten.model.numerics.rotations import (
+    matrix_quaternion,
+    rotated_by,
+    rotation_between,
+    rotation_matrix,
 )
 from tauten.model.numerics.updated_cholesky import (
     append_row,
@@ -74,11 +80,16 @@ __all__ = [
     "kernel",
     "length",
     "make_factorisation",
+    "matrix_quaternion",
+    "mirrored_rotation",
     "normalised",
     "polar_rotations",
     "product",
     "quaternion",
     "rotate",
+    "rotated_by",
+    "rotation_between",
+    "rotation_matrix",
     "rotation_vector",
     "row",
     "scale",

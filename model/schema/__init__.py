@@ -1,6 +1,7 @@
 """The contents of robot files, validated field by field."""
 
 from tauten.model.schema.beam_file import BarSettings, BeamConfig, Structure, TubeSettings, Vertebra
+from tauten.model.schema.effector import COMPONENTS, EffectorKind, EffectorSettings
 from tauten.model.schema.material import LawName, MaterialSettings
 from tauten.model.schema.robot_file import (
     CableSettings,
@@ -31,9 +32,12 @@ __all__ = [
     "BarSettings",
     "BeamConfig",
     "Box",
+    "COMPONENTS",
     "CableSettings",
     "Changes",
     "ControlPeriod",
+    "EffectorKind",
+    "EffectorSettings",
     "ElementName",
     "LARGEST_COORDINATE",
     "LawName",

@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import ConfigDict, Field, model_validator
 
+from tauten.model.schema.effector import EffectorSettings
 from tauten.model.schema.material import (
     MaterialSettings,
     RegionMaterialSettings,
@@ -16,6 +17,7 @@ from tauten.model.schema.section import (
     Box,
     Direction,
     Distance,
+    MaxOutside,
     Name,
     NonNegative,
     Point,
@@ -29,16 +31,6 @@ ElementName = Literal["linear", "quadratic", "smoothed"]
 BackEnd = Literal["auto", "pardiso", "cholmod", "superlu"]
 Acceleration = Annotated[float, in_range(-1e3, 1e3, "m/s²")]
 Gravity = tuple[Acceleration, Acceleration, Acceleration]
-MaxOutside = Annotated[
-    NonNegative,
-    Field(
-        le=10.0,
-        description="How far outside the body its points may lie [m], by default 0; they then move with "
-        "the nearest element.",
-    ),
-]
-
-
 class MeshSettings(Section):
     """The body's mesh."""
 
@@ -102,14 +94,6 @@ class CableSettings(Section):
                 "winch may let out beyond rest"
             )
         return self
-
-
-class EffectorSettings(Section):
-    """A point of the body that is to reach targets."""
-
-    name: Name = Field(description="Name of the effector, used once.")
-    point: Point = Field(description="The point of the body at rest that is to reach targets [m].")
-    max_outside: MaxOutside = 0.0
 
 
 class SurfaceSettings(Section):
