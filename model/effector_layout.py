@@ -3,7 +3,7 @@
 | kind | goal values | rows | unit of a row |
 |---|---|---|---|
 | point, centre | position, 3 | 3 | m |
-| frame | position and quaternion (w, x, y, z), 7 | 6: position, rotation about the frame's own axes | m, rad |
+| frame | position, quaternion (w, x, y, z), 7 | 6: position, rotation about the frame's axes | m, rad |
 | distance, length | 1 | 1 | m |
 | volume | 1 | 1 | m³ |
 
@@ -48,7 +48,9 @@ class Pose:
 
 
 Goal: TypeAlias = "Pose | float | Sequence[float] | Array"  # of one effector, by its kind
-Target: TypeAlias = "Sequence[Goal] | Array"  # of all effectors; an array (p, 3) where all are points
+Target: TypeAlias = (
+    "Sequence[Goal] | Array"  # of all effectors; an array (p, 3) where all are points
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -162,7 +164,7 @@ class EffectorLayout:
         if self.positions_only:
             return goal
         target = self._rows(goal)
-        for (rows, values) in self._rotations():
+        for rows, values in self._rotations():
             r = rotation_between(now[values], goal[values])
             angle = float(np.linalg.norm(r))
             if angle > FARTHEST_PULL:
@@ -192,7 +194,7 @@ class EffectorLayout:
         if self.positions_only:
             return end - start
         change = self._rows(end) - self._rows(start)
-        for (rows, values) in self._rotations():
+        for rows, values in self._rotations():
             change[rows] = rotation_between(start[values], end[values])
         return change
 
@@ -216,10 +218,12 @@ class EffectorLayout:
         """`base` (n_v,) plus the change of rows; quaternions are those of `values` turned by it."""
         result = np.empty(self.n_values)
         for i, kind in enumerate(self.kinds):
-            row, value, size = int(self.row_starts[i]), int(self.value_starts[i]), min(ROWS[kind], 3)
-            result[value : value + size] = (
-                base[value : value + size] + change[row : row + size]
+            row, value, size = (
+                int(self.row_starts[i]),
+                int(self.value_starts[i]),
+                min(ROWS[kind], 3),
             )
+            result[value : value + size] = base[value : value + size] + change[row : row + size]
             if kind == "frame":
                 turn = np.ascontiguousarray(change[row + 3 : row + 6])
                 result[value + 3 : value + 7] = rotated_by(values[value + 3 : value + 7], turn)
@@ -229,7 +233,11 @@ class EffectorLayout:
         """Values (n_v,) without their quaternions, zero in the rows of rotations: (n_e,)."""
         found = np.zeros(self.n_rows)
         for i, kind in enumerate(self.kinds):
-            row, value, size = int(self.row_starts[i]), int(self.value_starts[i]), min(ROWS[kind], 3)
+            row, value, size = (
+                int(self.row_starts[i]),
+                int(self.value_starts[i]),
+                min(ROWS[kind], 3),
+            )
             found[row : row + size] = values[value : value + size]
         return found
 
@@ -237,7 +245,9 @@ class EffectorLayout:
         """Rows and values of every rotation."""
         return [
             (slice(int(row) + 3, int(row) + 6), slice(int(value) + 3, int(value) + 7))
-            for kind, row, value in zip(self.kinds, self.row_starts, self.value_starts, strict=False)
+            for kind, row, value in zip(
+                self.kinds, self.row_starts, self.value_starts, strict=False
+            )
             if kind == "frame"
         ]
 
@@ -249,7 +259,9 @@ class EffectorLayout:
 def _flat(goal: Goal) -> Array:
     """A goal of one effector as its values."""
     if isinstance(goal, Pose):
-        return np.concatenate([np.asarray(goal.position, float), np.asarray(goal.quaternion, float)])
+        return np.concatenate(
+            [np.asarray(goal.position, float), np.asarray(goal.quaternion, float)]
+        )
     return np.atleast_1d(np.asarray(goal, dtype=float)).ravel()
 
 

@@ -10,9 +10,11 @@ from typing import Self
 import scipy.sparse as sp
 
 from tauten.model.contact import ContactSet
+from tauten.model.effector_layout import EffectorLayout
+from tauten.model.effectors import BeamEffectors, NodalEffectors
 from tauten.model.limits import Limits
 from tauten.model.numerics import Array, Factorisation, FactorisationError, Ints, make_factorisation
-from tauten.model.points import AttachedPoints, BeamCables, CableSet, MaterialPoints
+from tauten.model.points import BeamCables, CableSet
 from tauten.model.robot import RobotNames, State
 from tauten.model.rows import ContactRows, PairSlots
 from tauten.model.system import Integration, Pattern, System, make_system
@@ -33,7 +35,7 @@ class SparseRobot(ABC):
         cables: its cables.
         cable_slot: places of the cables' curvature in the pattern.
         limits: limits of tension, pulled length and rate.
-        effectors: points that are to reach targets.
+        effectors: what is to reach targets.
         contacts: candidates and the surfaces they may touch.
         factorisation: workspace of the linear solver.
     """
@@ -48,7 +50,7 @@ class SparseRobot(ABC):
     cables: CableSet | BeamCables
     cable_slot: tuple[Ints, Ints]
     limits: Limits
-    effectors: MaterialPoints | AttachedPoints
+    effectors: NodalEffectors | BeamEffectors
     contacts: ContactSet
     factorisation: Factorisation
 
@@ -79,8 +81,13 @@ class SparseRobot(ABC):
 
     @property
     def n_e(self) -> int:
-        """Effector rows, three a point."""
-        return 3 * len(self.effectors)
+        """Effector rows."""
+        return self.effector_layout.n_rows
+
+    @property
+    def effector_layout(self) -> EffectorLayout:
+        """Kinds of the effectors, their rows, goal values and weights."""
+        return self.effectors.kinds.layout
 
     @property
     def n_c(self) -> int:

@@ -67,7 +67,9 @@ class BeamEffectors:
             n: number of degrees of freedom.
         """
         y, arms = self.points.place(x, Q)
-        blocks = [measure.carrier[None, :, None] * np.eye(3)[:, None] for measure in self.kinds.measures]
+        blocks = [
+            measure.carrier[None, :, None] * np.eye(3)[:, None] for measure in self.kinds.measures
+        ]
         H = self.points.rows(arms, dof, n, self._entries(blocks))
         starts = self.kinds.starts
         places = [
@@ -85,6 +87,4 @@ class BeamEffectors:
             for i, part in enumerate(gradients)
         ]
         vectors = [part.reshape(-1, 3) for part in gradients]
-        return Entries(
-            np.cumsum([0, *counts]), np.concatenate(points), np.concatenate(vectors)
-        )
+        return Entries(np.cumsum([0, *counts]), np.concatenate(points), np.concatenate(vectors))

@@ -5,10 +5,11 @@ of the polar decomposition
 
     A = Σ (x_i − x̄) ρ_iᵀ = R U,   U symmetric                                                  (E1)
 
-(Kabsch, Acta Crystallographica A32, 1976, 922), right-handed also where A is singular, as of a flat region, or
-mirrored: then the smallest direction of U has the other sign. Because Σ ρ_i = 0, the mean x̄ drops out of A, and
-A and x̄ are four points in the sense of `tauten.model.effectors.measure`: x̄ and the columns of A. With
-δR = R [ω]x the derivative follows from the antisymmetric part of Rᵀ δA = [ω]x U + δU,
+(Kabsch, Acta Crystallographica A32, 1976, 922), right-handed also where A is singular, as of a flat
+region, or mirrored: then the smallest direction of U has the other sign. Because Σ ρ_i = 0, the mean x̄
+drops out of A, and both are linear in the nodes: x̄ and the columns of A are four points in the sense of
+`tauten.model.effectors.measure`. With δR = R [ω]x the derivative follows from the antisymmetric part of
+Rᵀ δA = [ω]x U + δU,
 
     (tr(U) I − U) ω = Σ_k e_k x Rᵀ δA_k,                                                        (E2)
 
@@ -26,7 +27,9 @@ from tauten.model.effectors.measure import Measurement
 from tauten.model.numerics import Array, kernel, matrix_quaternion, mirrored_rotation
 
 STRAIGHT = 1e-3  # extent of a region across its longest direction, relative to that along it
-SINGULAR = 1e-12  # relative; added to (E2), so that a region that is crushed to a line gives finite rows
+SINGULAR = (
+    1e-12  # relative; added to (E2), so that a region that is crushed to a line gives finite rows
+)
 
 
 @dataclass(frozen=True, slots=True)

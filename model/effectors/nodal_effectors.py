@@ -60,7 +60,5 @@ def nodal_effectors(
     row = 3 * point[free][:, None] + np.arange(3)
     column = dof[node[free]][:, None] + np.arange(3)
     data = np.repeat(entries.data[free], 3)
-    C = sp.csr_array(
-        (data, (row.ravel(), column.ravel())), shape=(3 * coefficients.shape[0], n)
-    )
+    C = sp.csr_array((data, (row.ravel(), column.ravel())), shape=(3 * coefficients.shape[0], n))
     return NodalEffectors(kinds, coefficients, C)

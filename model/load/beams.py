@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -25,13 +26,13 @@ from tauten.model.beams import (
 from tauten.model.body import Material
 from tauten.model.contact import ContactPair, ContactSet
 from tauten.model.limits import limits_of
-from tauten.model.mesh import in_box, spread_points
+from tauten.model.load.effectors import build_beam_effectors
+from tauten.model.mesh import point_selector, spread_points
 from tauten.model.numerics import Array, Bools, Ints, make_factorisation
 from tauten.model.points import (
     AttachedPoints,
     BeamCables,
     attach_to_nodes,
-    join_attached_points,
     make_beam_cables,
 )
 from tauten.model.robot import names_of
@@ -76,10 +77,10 @@ def build_beam_robot(config: BeamConfig, structure: Structure, source: str) -> B
     body = build_beam_body(structure, profiles, material, source)
     fixed = fixed_beam_nodes(config, body, source)
     cables = build_beam_cables(config, structure, body, source)
-    effectors = [
-        on_vertebra(structure, body, [item.point], f"{source}: effectors.{i}", item.max_outside)
-        for i, item in enumerate(config.effectors)
-    ]
+    selector = point_selector(body.nodes, config.named_regions(), source)
+    effectors = build_beam_effectors(
+        config.effectors, selector, partial(on_vertebra, structure, body)
+    )
     surfaces, named = build_beam_surfaces(structure, profiles, body)
     contacts = build_beam_contacts(config, surfaces, named, body, source)
     pattern = make_pattern(np.repeat(fixed, 2), [groups(body.ends), groups(cables.ends)])
@@ -95,11 +96,11 @@ def build_beam_robot(config: BeamConfig, structure: Structure, source: str) -> B
         pattern=pattern,
         beam_slot=pattern.blocks(groups(body.ends)),
         mass=np.repeat(np.stack([body.mass, body.inertia], axis=1)[free].ravel(), 3),
-        effector_force=np.zeros(3 * len(effectors)),
+        effector_force=np.zeros(3 * len(config.effectors)),
         cables=cables,
         cable_slot=pattern.blocks(groups(cables.ends)),
         limits=limits_of(config.cables),
-        effectors=join_attached_points(effectors),
+        effectors=effectors,
         surfaces=surfaces,
         contacts=contacts,
         factorisation=make_factorisation(pattern.indptr, pattern.indices, scheme.factorisation),
@@ -171,11 +172,9 @@ def fixed_beam_nodes(config: BeamConfig, body: BeamBody, source: str) -> Bools:
         source: the robot file's path, for errors.
     """
     fixed = np.zeros(len(body.nodes), dtype=bool)
-    for index, box in enumerate(config.fixed):
-        chosen = in_box(body.nodes, box)
-        if not chosen.any():
-            raise RobotFileError(f"{source}: fixed.{index}: no node in {box.lower} to {box.upper}")
-        fixed |= chosen
+    selector = point_selector(body.nodes, config.named_regions(), source)
+    for index, region in enumerate(config.fixed):
+        fixed |= selector.select_nodes(region, f"fixed.{index}")
     if fixed.all():
         raise RobotFileError(f"{source}: fixed: holds every node, no node can move")
     return fixed

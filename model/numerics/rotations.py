@@ -20,9 +20,21 @@ def rotation_matrix(q: Array) -> Array:
     """The matrix (3, 3) of a unit quaternion (4,)."""
     w, x, y, z = q[0], q[1], q[2], q[3]
     R = np.empty((3, 3))
-    R[0, 0], R[0, 1], R[0, 2] = 1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)
-    R[1, 0], R[1, 1], R[1, 2] = 2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)
-    R[2, 0], R[2, 1], R[2, 2] = 2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)
+    R[0, 0], R[0, 1], R[0, 2] = (
+        1.0 - 2.0 * (y * y + z * z),
+        2.0 * (x * y - w * z),
+        2.0 * (x * z + w * y),
+    )
+    R[1, 0], R[1, 1], R[1, 2] = (
+        2.0 * (x * y + w * z),
+        1.0 - 2.0 * (x * x + z * z),
+        2.0 * (y * z - w * x),
+    )
+    R[2, 0], R[2, 1], R[2, 2] = (
+        2.0 * (x * z - w * y),
+        2.0 * (y * z + w * x),
+        1.0 - 2.0 * (x * x + y * y),
+    )
     return R
 
 
@@ -63,9 +75,7 @@ def rotation_between(start: Array, end: Array) -> Array:
         end: (4,) unit quaternion.
     """
     first = (start[0], start[1], start[2], start[3])
-    return np.array(
-        rotation_vector(product(conjugate(first), (end[0], end[1], end[2], end[3])))
-    )
+    return np.array(rotation_vector(product(conjugate(first), (end[0], end[1], end[2], end[3]))))
 
 
 @kernel

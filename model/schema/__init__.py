@@ -3,6 +3,23 @@
 from tauten.model.schema.beam_file import BarSettings, BeamConfig, Structure, TubeSettings, Vertebra
 from tauten.model.schema.effector import COMPONENTS, EffectorKind, EffectorSettings
 from tauten.model.schema.material import LawName, MaterialSettings
+from tauten.model.schema.region import (
+    AnyRegion,
+    Box,
+    Cylinder,
+    Difference,
+    Everything,
+    Facing,
+    HalfSpace,
+    Intersection,
+    NamedGroup,
+    NearStl,
+    Region,
+    Selection,
+    Skin,
+    Sphere,
+    Union,
+)
 from tauten.model.schema.robot_file import (
     CableSettings,
     Changes,
@@ -16,7 +33,6 @@ from tauten.model.schema.robot_file import (
 )
 from tauten.model.schema.section import (
     LARGEST_COORDINATE,
-    Box,
     Name,
     Positive,
     Rate,
@@ -29,6 +45,7 @@ from tauten.model.schema.section import (
 )
 
 __all__ = [
+    "AnyRegion",
     "BarSettings",
     "BeamConfig",
     "Box",
@@ -36,22 +53,35 @@ __all__ = [
     "CableSettings",
     "Changes",
     "ControlPeriod",
+    "Cylinder",
+    "Difference",
     "EffectorKind",
     "EffectorSettings",
     "ElementName",
+    "Everything",
+    "Facing",
+    "NamedGroup",
+    "HalfSpace",
+    "Intersection",
     "LARGEST_COORDINATE",
     "LawName",
     "MaterialSettings",
     "Name",
+    "NearStl",
     "Positive",
     "Rate",
+    "Region",
     "RobotConfig",
     "RobotFileError",
     "RobotSettings",
     "Section",
+    "Selection",
+    "Skin",
+    "Sphere",
     "Structure",
     "SurfaceSettings",
     "TubeSettings",
+    "Union",
     "Vertebra",
     "check_surfaces",
     "in_range",

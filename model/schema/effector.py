@@ -6,7 +6,8 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from tauten.model.schema.section import Box, MaxOutside, Name, Point, Section
+from tauten.model.schema.region import Selection
+from tauten.model.schema.section import MaxOutside, Name, Point, Section
 
 EffectorKind = Literal["point", "frame", "centre", "distance", "length", "volume"]
 Weight = Annotated[float, Field(ge=0.0, le=1e6)]
@@ -54,10 +55,10 @@ class EffectorSettings(Section):
         description="Where the passive cable of a length starts, fixed in space [m]; by default it starts "
         "at the first of `points`.",
     )
-    region: Box | None = Field(
+    region: Selection | None = Field(
         None,
-        description="Nodes at rest that a frame is fitted to, or that a centre is the mean of; the box "
-        "around a cavity [m].",
+        description="Region, or the name of one, of the nodes that a frame is fitted to or a centre is the "
+        "mean of; of a volume, the boundary triangles of the cavity's wall.",
     )
     weight: Weight | Annotated[list[Weight], Field(min_length=1)] = Field(
         1.0,

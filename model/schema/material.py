@@ -15,7 +15,8 @@ from tauten.model.materials import (
     stable_neo_hookean,
     yeoh,
 )
-from tauten.model.schema.section import Box, Section
+from tauten.model.schema.region import Selection
+from tauten.model.schema.section import Section
 
 LawName = Literal["corotational", "stable-neo-hookean", "neo-hookean", "mooney-rivlin", "yeoh"]
 
@@ -117,6 +118,12 @@ class SolidMaterialSettings(MaterialSettings):
 
 
 class RegionMaterialSettings(SolidMaterialSettings):
-    """Another material for the elements whose centre lies in the box `region`; a later region replaces it."""
+    """Another material for the elements of a region; a later region replaces it."""
 
-    region: Box = Field(description="Box in which the centres of the elements lie [m].")
+    region: Annotated[
+        Selection,
+        Field(
+            description="Elements that have it: a region or the name of one. Boxes and other shapes select "
+            "elements by their centre."
+        ),
+    ]

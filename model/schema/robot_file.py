@@ -13,8 +13,16 @@ from tauten.model.schema.material import (
     RegionMaterialSettings,
     SolidMaterialSettings,
 )
-from tauten.model.schema.section import (
+from tauten.model.schema.region import (
+    AnyRegion,
     Box,
+    Facing,
+    Intersection,
+    Region,
+    Selection,
+    check_regions,
+)
+from tauten.model.schema.section import (
     Direction,
     Distance,
     MaxOutside,
@@ -31,6 +39,8 @@ ElementName = Literal["linear", "quadratic", "smoothed"]
 BackEnd = Literal["auto", "pardiso", "cholmod", "superlu"]
 Acceleration = Annotated[float, in_range(-1e3, 1e3, "m/s²")]
 Gravity = tuple[Acceleration, Acceleration, Acceleration]
+
+
 class MeshSettings(Section):
     """The body's mesh."""
 
@@ -109,6 +119,13 @@ class SurfaceSettings(Section):
         45.0,
         description="Largest angle between `normal` and the normal of a triangle [deg], by default 45.",
     )
+
+    def region(self) -> Region:
+        """The same as a region."""
+        if self.normal is None:
+            return self.box
+        facing = Facing(kind="normal", direction=self.normal, max_angle_deg=self.max_angle_deg)
+        return Intersection(kind="intersection", of=[self.box, facing])
 
 
 class ContactSettings(Section):
@@ -195,14 +212,17 @@ class RobotSettings(Section):
         (0.0, 0.0, -9.81), description="Acceleration of gravity [m/s²], by default 9.81 along −z."
     )
     material: MaterialSettings = Field(description="Material of the body.")
-    fixed: Annotated[list[Box], Field(min_length=1)] = Field(
-        description="Boxes whose nodes do not move, one table each [m]."
+    fixed: Annotated[list[Selection], Field(min_length=1)] = Field(
+        description="Regions, or their names, whose nodes do not move, one table each."
+    )
+    regions: tuple[AnyRegion, ...] = Field(
+        (), description="Regions that other tables use by name; by default none."
     )
     cables: Annotated[list[CableSettings], Field(min_length=1)] = Field(
         description="Cables, one table each."
     )
     effectors: Annotated[list[EffectorSettings], Field(min_length=1)] = Field(
-        description="Points that are to reach targets, one table each; the first one's keys on the wire "
+        description="What is to reach targets, one table each; the first one's keys on the wire "
         "are plain."
     )
     contacts: tuple[ContactSettings, ...] = Field(
@@ -218,6 +238,32 @@ class RobotSettings(Section):
     def _names_once(self) -> Self:
         check_unique("cables", [cable.name for cable in self.cables])
         check_unique("effectors", [effector.name for effector in self.effectors])
+        return self
+
+    def named_regions(self) -> dict[str, Region]:
+        """Regions by name.
+
+        Raises:
+            ValueError: one without a name, or a name used twice.
+        """
+        for index, region in enumerate(self.regions):
+            if region.name is None:
+                raise ValueError(f"regions.{index}: it needs a name")
+        names = [region.name or "" for region in self.regions]
+        check_unique("regions", names)
+        return dict(zip(names, self.regions, strict=True))
+
+    def selections(self) -> list[tuple[str, Region | str]]:
+        """Selections outside of `regions`, with the fields they come from."""
+        fitted = enumerate(self.effectors)
+        return [
+            *((f"fixed.{index}", item) for index, item in enumerate(self.fixed)),
+            *((f"effectors.{i}.region", e.region) for i, e in fitted if e.region is not None),
+        ]
+
+    @model_validator(mode="after")
+    def _regions(self) -> Self:
+        check_regions(self.named_regions(), self.selections())
         return self
 
 
@@ -237,9 +283,21 @@ class RobotConfig(RobotSettings):
 
     @model_validator(mode="after")
     def _surfaces(self) -> RobotConfig:
-        check_unique("surfaces", [surface.name for surface in self.surfaces])
-        check_surfaces(self.contacts, {surface.name for surface in self.surfaces})
+        check_surfaces(self.contacts, set(self.named_regions()))
         return self
+
+    def named_regions(self) -> dict[str, Region]:
+        """Regions and surfaces by name."""
+        surfaces = {surface.name: surface.region() for surface in self.surfaces}
+        regions = super().named_regions()
+        check_unique("surfaces", [surface.name for surface in self.surfaces])
+        check_unique("surfaces and regions", [*surfaces, *regions])
+        return {**regions, **surfaces}
+
+    def selections(self) -> list[tuple[str, Region | str]]:
+        """Selections outside of `regions`, with the fields they come from."""
+        materials = enumerate(self.materials)
+        return super().selections() + [(f"materials.{i}.region", m.region) for i, m in materials]
 
 
 def check_unique(what: str, names: list[str]) -> None:

@@ -117,19 +117,6 @@ MaxOutside = Annotated[
 ]
 
 
-class Box(Section):
-    """Nodes, elements or triangles between two corners [m]."""
-
-    lower: tuple[float, float, float] = Field(description="Least x, y and z [m].")
-    upper: tuple[float, float, float] = Field(description="Largest x, y and z [m].")
-
-    @model_validator(mode="after")
-    def _ordered(self) -> Box:
-        if any(low > high for low, high in zip(self.lower, self.upper, strict=True)):
-            raise ValueError(f"lower {self.lower} must not exceed upper {self.upper}")
-        return self
-
-
 def read_text(path: Path, parse: Callable[[str], Any], kind: str) -> Any:
     """The contents of a file that holds TOML or JSON, not validated.
 
@@ -177,7 +164,8 @@ def validated(kind: type[S], raw: object, source: str | Path, prefix: str = "") 
         return kind.model_validate(raw)
     except ValidationError as error:
         first = error.errors()[0]
-        place = [str(part) for part in first["loc"]]
+        # a part in angle brackets names the kind of a table, see `tauten.model.schema.region`
+        place = [str(part) for part in first["loc"] if not str(part).startswith("<")]
         if first["type"] == UNKNOWN:
             place.append(first["ctx"]["field"])
         field = ".".join([prefix] * bool(prefix) + place)
