@@ -28,6 +28,7 @@ from tauten.model.schema import COMPONENTS, EffectorKind, EffectorSettings
 
 ROWS = COMPONENTS
 VALUES: dict[EffectorKind, int] = COMPONENTS | {"frame": 7}
+COMPONENT_NAMES = ("x", "y", "z", "rotation about x", "rotation about y", "rotation about z")
 UNIT_LENGTH = 1e-3  # what the length of a quaternion may differ from one by
 # Angle from which on a rotation pulls less [rad]. Half a turn can be made both ways round: there the pull is
 # zero, so that it does not change its direction at once where a target passes that angle.
@@ -48,9 +49,8 @@ class Pose:
 
 
 Goal: TypeAlias = "Pose | float | Sequence[float] | Array"  # of one effector, by its kind
-Target: TypeAlias = (
-    "Sequence[Goal] | Array"  # of all effectors; an array (p, 3) where all are points
-)
+# Of all effectors; an array (p, 3) where all are points or centres; of one effector alone its goal.
+Target: TypeAlias = "Goal | Sequence[Goal]"
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,6 +65,7 @@ class EffectorLayout:
         scale: (n_e,) weights times units: what makes a row a term of the objective, in metres.
         exact: (n_e,) whether a row is to meet its target exactly.
         positions_only: whether all effectors are points or centres, so that values are rows.
+        unweighted: whether the scale is one everywhere.
         row_starts: (p + 1,) first row of each effector.
         value_starts: (p + 1,) first value of each effector.
     """
@@ -76,6 +77,7 @@ class EffectorLayout:
     scale: Array
     exact: Bools
     positions_only: bool
+    unweighted: bool
     row_starts: Ints
     value_starts: Ints
 
@@ -100,6 +102,13 @@ class EffectorLayout:
         """Goal values of an effector."""
         return slice(int(self.value_starts[effector]), int(self.value_starts[effector + 1]))
 
+    def row_name(self, row: int) -> str:
+        """What a row is called in messages."""
+        effector = int(np.searchsorted(self.row_starts, row, side="right")) - 1
+        kind, number = self.kinds[effector], row - int(self.row_starts[effector])
+        component = COMPONENT_NAMES[number] if ROWS[kind] > 1 else kind
+        return f"{component} of effector {self.names[effector]}"
+
     def parts(self) -> list[slice]:
         """Rows that are one vector or number each: positions, rotations, scalars."""
         found = []
@@ -120,17 +129,20 @@ class EffectorLayout:
 
         Args:
             target: (n_v,) values; (p, 3) positions where all effectors are points or centres; or one goal
-                for each effector, by its kind a position (3,), a `Pose` or a number.
+                for each effector, by its kind a position (3,), a `Pose` or a number. Of a single effector
+                its goal alone.
         """
+        if isinstance(target, Pose | float | int):
+            target = [target]
         try:
             values = np.asarray(target, dtype=float)
         except (TypeError, ValueError, OverflowError):
-            return self._joined(target)
+            return self._joined(target) if isinstance(target, Sequence) else None
         if values.shape == (len(self), 3) and self.positions_only:
             values = values.ravel()
         return self.checked(values)
 
-    def _joined(self, target: Target) -> Array | None:
+    def _joined(self, target: Sequence[Goal] | Sequence[float]) -> Array | None:
         try:
             parts = [_flat(goal) for goal in target]
         except (TypeError, ValueError, OverflowError):
@@ -295,6 +307,7 @@ def effector_layout(
         scale=weight * unit,
         exact=np.concatenate(exact),
         positions_only=all(item.kind in ("point", "centre") for item in effectors),
+        unweighted=bool(np.all(weight * unit == 1.0)),
         row_starts=np.cumsum([0, *(ROWS[item.kind] for item in effectors)]),
         value_starts=np.cumsum([0, *(VALUES[item.kind] for item in effectors)]),
     )

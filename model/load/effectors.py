@@ -22,7 +22,7 @@ from tauten.model.effectors import (
     nodal_effectors,
 )
 from tauten.model.mesh import Selector
-from tauten.model.numerics import Array, Ints
+from tauten.model.numerics import Array, Bools, Ints
 from tauten.model.points import (
     AttachedPoints,
     Cable,
@@ -115,7 +115,7 @@ def _on_nodes(
     return FrameMeasure(origin), spread(ids, weights)
 
 
-def _cavity(selector: Selector, chosen: Array, what: str) -> tuple[Ints, VolumeMeasure]:
+def _cavity(selector: Selector, chosen: Bools, what: str) -> tuple[Ints, VolumeMeasure]:
     """Nodes of a cavity's wall, and its volume; wall triangles point out of the body, into the cavity."""
     triangles = selector.boundary[chosen]
     edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])

@@ -83,4 +83,5 @@ def rotated_by(start: Array, r: Array) -> Array:
     """The unit quaternion (4,), w ≥ 0, of `start` (4,) turned about its own axes by a vector r (3,) [rad]."""
     turn = from_rotation_vector((r[0], r[1], r[2]))
     q = np.array(normalised(product((start[0], start[1], start[2], start[3]), turn)))
-    return q if q[0] >= 0.0 else -q
+    positive: Array = q if q[0] >= 0.0 else -q
+    return positive
