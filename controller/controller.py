@@ -250,9 +250,10 @@ class Controller:
             return self._hold(decision.status, decision.conflict)
         return self._take(decision, None, decision.status, decision.conflict)
 
-    def rehearse(self, goal: Array) -> None:
-        """Decide for goal values (n_v,) without effect: code that ran just before runs faster."""
-        if self._prepared is not None and self._decision is None:
+    def rehearse(self, target: Target) -> None:
+        """Decide for a target without effect: code that ran just before runs faster."""
+        goal = self.robot.effector_layout.goal_values(target)
+        if goal is not None and self._prepared is not None and self._decision is None:
             decide(self.robot, self._prepared, goal, self._left.pull, self.settings)
 
     def hold(self) -> Actuation:

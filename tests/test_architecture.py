@@ -21,6 +21,7 @@ ORDER = (
     "model",
     "model.mesh",
     "model.points",
+    "model.effectors",
     "model.contact",
     "model.body",
     "model.tetra",

@@ -19,18 +19,15 @@ from tauten.model.numerics.nnls import coordinates, distances
 from tauten.model.numerics.polar import LANES, mirrored_rotation, polar_rotations
 from tauten.model.numerics.quaternions import (
     conjugate,
+    matrix_quaternion,
     normalised,
     product,
     quaternion,
     rotate,
-    rotation_vector,
-    turned,
-)
-from tauten.model.numerics.rotations import (
-    matrix_quaternion,
     rotated_by,
     rotation_between,
-    rotation_matrix,
+    rotation_vector,
+    turned,
 )
 from tauten.model.numerics.updated_cholesky import (
     append_row,
@@ -89,7 +86,6 @@ __all__ = [
     "rotate",
     "rotated_by",
     "rotation_between",
-    "rotation_matrix",
     "rotation_vector",
     "row",
     "scale",
