@@ -12,6 +12,7 @@ from typing import Protocol
 
 import numpy as np
 
+from tauten.model.actuators import volumes
 from tauten.model.numerics import Array, Ints
 from tauten.model.points import CableSet, cable_gradients
 
@@ -112,10 +113,10 @@ class LengthMeasure:
 
 @dataclass(frozen=True, slots=True)
 class VolumeMeasure:
-    """The volume inside a closed surface.
+    """The volume of a cavity.
 
     Attributes:
-        triangles: (t, 3) its triangles by number of the point, counter-clockwise seen from outside.
+        triangles: (t, 3) its wall by number of the point, normals out of the cavity.
         count: number of points, P.
     """
 
@@ -129,20 +130,8 @@ class VolumeMeasure:
 
     def at(self, y: Array) -> Measurement:
         """The effector for positions y (P, 3) of its points."""
-        volume, gradient = enclosed_volume(y, self.triangles)
-        value = np.array([volume])
-        return Measurement(value, value, y.mean(axis=0), gradient[None])
-
-
-def enclosed_volume(y: Array, triangles: Ints) -> tuple[float, Array]:
-    """Volume inside closed triangles [m³] and its derivative (P, 3) by their corners [m²].
-
-    Args:
-        y: (P, 3) corners [m].
-        triangles: (t, 3) counter-clockwise seen from outside.
-    """
-    a, b, c = (y[triangles[:, i]] for i in range(3))
-    gradient = np.zeros_like(y)
-    for corner, (first, second) in enumerate(((b, c), (c, a), (a, b))):
-        np.add.at(gradient, triangles[:, corner], np.cross(first, second) / 6.0)
-    return float(np.einsum("ti,ti->", a, np.cross(b, c)) / 6.0), gradient
+        mean = y.mean(axis=0)
+        one = np.zeros(len(self.triangles), dtype=np.int64)
+        # relative to the mean, which changes no closed volume: products of large coordinates cancel
+        found, gradient = volumes(y - mean, one, self.triangles, self.triangles, self.count)
+        return Measurement(found[:1], found[:1], mean, gradient[None])

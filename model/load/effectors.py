@@ -7,6 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import scipy.sparse as sp
 
+from tauten.model.actuators import ChamberError, cavity_around, chamber_surface
 from tauten.model.effector_layout import effector_layout
 from tauten.model.effectors import (
     BeamEffectors,
@@ -22,7 +23,7 @@ from tauten.model.effectors import (
     nodal_effectors,
 )
 from tauten.model.mesh import Selector
-from tauten.model.numerics import Array, Bools, Ints
+from tauten.model.numerics import Array, Ints
 from tauten.model.points import (
     AttachedPoints,
     Cable,
@@ -97,12 +98,12 @@ def _on_nodes(
     if item.kind == "length":
         assert item.points is not None
         return length_measure(item.points, item.pull_point), attached(item.points, "points")
+    if item.kind == "volume":
+        measure, ids = _cavity(item, selector, field)
+        return measure, spread(ids, np.eye(len(ids)))
     if item.region is None:
         raise RobotFileError(f"{source}: {field}.region: needed by a frame of a body of tetrahedra")
     what = f"{field}.region"
-    if item.kind == "volume":
-        ids, measure = _cavity(selector, selector.select_triangles(item.region, what), what)
-        return measure, spread(ids, np.eye(len(ids)))
     ids = np.flatnonzero(selector.select_nodes(item.region, what))
     if item.kind == "centre":
         return PositionMeasure(), spread(ids, np.full((1, len(ids)), 1.0 / len(ids)))
@@ -115,22 +116,19 @@ def _on_nodes(
     return FrameMeasure(origin), spread(ids, weights)
 
 
-def _cavity(selector: Selector, chosen: Bools, what: str) -> tuple[Ints, VolumeMeasure]:
-    """Nodes of a cavity's wall, and its volume; wall triangles point out of the body, into the cavity."""
-    triangles = selector.boundary[chosen]
-    edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
-    there, back = ({tuple(edge) for edge in part.tolist()} for part in (edges, edges[:, ::-1]))
-    open_edges = there ^ back
-    if open_edges:
-        raise RobotFileError(
-            f"{selector.source}: {what}: the {len(triangles)} triangles are not closed, "
-            f"{len(open_edges) // 2} edges belong to one of them only"
-        )
-    ids, corners = np.unique(triangles, return_inverse=True)
-    measure = VolumeMeasure(corners.reshape(-1, 3)[:, ::-1].copy(), len(ids))
-    if measure.at(selector.nodes[ids]).values[0] <= 0.0:
-        measure = VolumeMeasure(corners.reshape(-1, 3), len(ids))  # the outside of a body
-    return ids, measure
+def _cavity(item: EffectorSettings, selector: Selector, what: str) -> tuple[VolumeMeasure, Ints]:
+    """The volume of a cavity over the nodes (P,) of its wall."""
+    nodes, boundary = selector.nodes, selector.boundary
+    try:
+        if item.inside is not None:
+            wall = cavity_around(nodes, boundary, np.array(item.inside))
+        else:
+            assert item.region is not None
+            wall = boundary[selector.select_triangles(item.region, f"{what}.region")]
+        ids, corners = np.unique(chamber_surface(nodes, wall), return_inverse=True)
+    except ChamberError as error:
+        raise RobotFileError(f"{selector.source}: {what}: {error}") from error
+    return VolumeMeasure(corners.reshape(-1, 3), len(ids)), ids
 
 
 def length_measure(

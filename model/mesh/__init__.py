@@ -18,6 +18,7 @@ from tauten.model.mesh.tet_mesh import (
     checked,
     oriented,
     read_mesh,
+    read_triangles,
 )
 
 __all__ = [
@@ -40,6 +41,7 @@ __all__ = [
     "quadratic_mesh",
     "read_mesh",
     "read_quadratic_mesh",
+    "read_triangles",
     "read_unchecked_mesh",
     "spread_points",
     "triangle_areas",

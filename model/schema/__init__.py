@@ -1,5 +1,13 @@
 """The contents of robot files, validated field by field."""
 
+from tauten.model.schema.actuators import (
+    ChamberSettings,
+    CouplingSettings,
+    ForceSettings,
+    Kind,
+    Range,
+    SpringSettings,
+)
 from tauten.model.schema.beam_file import BarSettings, BeamConfig, Structure, TubeSettings, Vertebra
 from tauten.model.schema.effector import COMPONENTS, EffectorKind, EffectorSettings
 from tauten.model.schema.material import LawName, MaterialSettings
@@ -27,6 +35,7 @@ from tauten.model.schema.robot_file import (
     ElementName,
     RobotConfig,
     RobotSettings,
+    SingleActuator,
     SurfaceSettings,
     check_surfaces,
     model_tables,
@@ -51,8 +60,10 @@ __all__ = [
     "Box",
     "COMPONENTS",
     "CableSettings",
+    "ChamberSettings",
     "Changes",
     "ControlPeriod",
+    "CouplingSettings",
     "Cylinder",
     "Difference",
     "EffectorKind",
@@ -60,15 +71,18 @@ __all__ = [
     "ElementName",
     "Everything",
     "Facing",
-    "NamedGroup",
+    "ForceSettings",
     "HalfSpace",
     "Intersection",
+    "Kind",
+    "NamedGroup",
     "LARGEST_COORDINATE",
     "LawName",
     "MaterialSettings",
     "Name",
     "NearStl",
     "Positive",
+    "Range",
     "Rate",
     "Region",
     "RobotConfig",
@@ -76,8 +90,10 @@ __all__ = [
     "RobotSettings",
     "Section",
     "Selection",
+    "SingleActuator",
     "Skin",
     "Sphere",
+    "SpringSettings",
     "Structure",
     "SurfaceSettings",
     "TubeSettings",

@@ -18,13 +18,13 @@ COMPONENTS: dict[EffectorKind, int] = {
 # Fields that say what an effector is made of: of each kind those it needs, and those it may have.
 _NEEDS: dict[EffectorKind, tuple[str, ...]] = {
     "point": ("point",), "centre": ("region",), "frame": (), "distance": ("point", "other"),
-    "length": ("points",), "volume": ("region",),
+    "length": ("points",), "volume": (),
 }  # fmt: skip
 _MAY: dict[EffectorKind, tuple[str, ...]] = {
     "point": (), "centre": (), "frame": ("point", "region"), "distance": (),
-    "length": ("pull_point",), "volume": (),
+    "length": ("pull_point",), "volume": ("region", "inside"),
 }  # fmt: skip
-_FIELDS = ("point", "other", "points", "pull_point", "region")
+_FIELDS = ("point", "other", "points", "pull_point", "region", "inside")
 
 
 class EffectorSettings(Section):
@@ -32,43 +32,46 @@ class EffectorSettings(Section):
 
     name: Name = Field(description="Name of the effector, used once.")
     kind: EffectorKind = Field(
-        "point",
+        default="point",
         description="What it is: a point of the body; the frame (position and orientation) of a region or, "
         "on beams, of the vertebra at `point`; the centre of a region's nodes; the distance between two "
         "points; the length of a passive cable; the volume of a cavity.",
     )
     point: Point | None = Field(
-        None,
+        default=None,
         description="The point of the body at rest that is to reach targets [m]; of a frame its origin, by "
         "default the centre of its region; of a distance the first point.",
     )
     other: Point | None = Field(
-        None, description="Second point of the body at rest of a distance [m]."
+        default=None, description="Second point of the body at rest of a distance [m]."
     )
     points: list[Point] | None = Field(
-        None,
+        default=None,
         description="Points of the body at rest that the passive cable of a length slides through, in "
         "order [m].",
     )
     pull_point: Point | None = Field(
-        None,
+        default=None,
         description="Where the passive cable of a length starts, fixed in space [m]; by default it starts "
         "at the first of `points`.",
     )
     region: Selection | None = Field(
-        None,
+        default=None,
         description="Region, or the name of one, of the nodes that a frame is fitted to or a centre is the "
         "mean of; of a volume, the boundary triangles of the cavity's wall.",
     )
+    inside: Point | None = Field(
+        default=None, description="A point in the cavity of a volume [m], instead of `region`."
+    )
     weight: Weight | Annotated[list[Weight], Field(min_length=1)] = Field(
-        1.0,
+        default=1.0,
         description="Weight in the objective, unitless, one number or one for each component: x, y, z of a "
         "position, then rotations about the frame's own axes x, y, z; 0 leaves a component free. With "
         "weight 1 a rotation by 1 rad counts like a displacement by the size of the robot, and a change "
         "of volume like the displacement of the cavity's wall that makes it.",
     )
     exact: bool = Field(
-        False,
+        default=False,
         description="Whether targets are to be reached exactly within a step: then the status of a "
         "decision says where that is not possible, and the nearest is done. By default targets are "
         "approached as near as possible, weighed against the energy of the actuators.",
@@ -90,6 +93,8 @@ class EffectorSettings(Section):
                 )
         if self.kind == "frame" and not given:
             raise ValueError("region: needed by an effector of kind 'frame', on beams point")
+        if self.kind == "volume" and len(given) != 1:
+            raise ValueError("region: give either region or inside, where the cavity is")
         if self.points is not None and len(self.points) + (self.pull_point is not None) < 2:
             raise ValueError("points: a cable needs a pull_point or a second point")
         components = COMPONENTS[self.kind]

@@ -3,10 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import ConfigDict, Field, model_validator
 
+from tauten.model.schema.actuators import (
+    HELD,
+    ChamberSettings,
+    CouplingSettings,
+    ForceSettings,
+    Held,
+    Kind,
+    Range,
+    SpringSettings,
+    check_couplings,
+)
 from tauten.model.schema.effector import EffectorSettings
 from tauten.model.schema.material import (
     MaterialSettings,
@@ -62,6 +73,8 @@ class MeshSettings(Section):
 class CableSettings(Section):
     """A cable and the limits of its winch; it starts at `pull_point` when there is one."""
 
+    kind: ClassVar[Kind] = "cable"
+
     name: Name = Field(description="Name of the cable, used once.")
     points: Annotated[list[Point], Field(min_length=1)] = Field(
         description="Points of the body at rest that the cable slides through, in order [m]; it is tied to "
@@ -91,6 +104,17 @@ class CableSettings(Section):
         description="Largest speed of the winch, in and out [m/s]."
     )
     max_outside: MaxOutside = 0.0
+    spring: SpringSettings | None = Field(
+        default=None, description="Spring between winch and cable; default: none."
+    )
+    held: Held = Field(default="position", description=HELD)
+
+    @property
+    def limits(self) -> Range:
+        """Limits of tension, pulled length and its rate."""
+        return Range(
+            self.min_tension, self.max_tension, self.min_pull, self.max_pull, self.max_rate
+        )
 
     @model_validator(mode="after")
     def _consistent(self) -> CableSettings:
@@ -104,6 +128,9 @@ class CableSettings(Section):
                 "winch may let out beyond rest"
             )
         return self
+
+
+SingleActuator = CableSettings | ChamberSettings | ForceSettings
 
 
 class SurfaceSettings(Section):
@@ -218,8 +245,19 @@ class RobotSettings(Section):
     regions: tuple[AnyRegion, ...] = Field(
         (), description="Regions that other tables use by name; by default none."
     )
-    cables: Annotated[list[CableSettings], Field(min_length=1)] = Field(
-        description="Cables, one table each."
+    cables: tuple[CableSettings, ...] = Field(
+        default=(), description="Cables, one table each; by default none."
+    )
+    chambers: tuple[ChamberSettings, ...] = Field(
+        default=(), description="Closed cavities under pressure, one table each; by default none."
+    )
+    forces: tuple[ForceSettings, ...] = Field(
+        default=(),
+        description="Forces of fixed direction on the body, one table each; by default none.",
+    )
+    couplings: tuple[CouplingSettings, ...] = Field(
+        default=(),
+        description="Motors that drive several actuators each, one table each; by default none.",
     )
     effectors: Annotated[list[EffectorSettings], Field(min_length=1)] = Field(
         description="What is to reach targets, one table each; the first one's keys on the wire "
@@ -238,6 +276,11 @@ class RobotSettings(Section):
     def _names_once(self) -> Self:
         check_unique("cables", [cable.name for cable in self.cables])
         check_unique("effectors", [effector.name for effector in self.effectors])
+        single = self.single_actuators
+        if not single:
+            raise ValueError("a robot needs an actuator: a table cables, chambers or forces")
+        check_unique("actuators", [item.name for item in (*single, *self.couplings)])
+        check_couplings(self.couplings, {item.name: item.kind for item in single})
         return self
 
     def named_regions(self) -> dict[str, Region]:
@@ -255,16 +298,30 @@ class RobotSettings(Section):
 
     def selections(self) -> list[tuple[str, Region | str]]:
         """Selections outside of `regions`, with the fields they come from."""
-        fitted = enumerate(self.effectors)
-        return [
+        found: list[tuple[str, Region | str | None]] = [
             *((f"fixed.{index}", item) for index, item in enumerate(self.fixed)),
-            *((f"effectors.{i}.region", e.region) for i, e in fitted if e.region is not None),
+            *((f"chambers.{index}.surface", c.surface) for index, c in enumerate(self.chambers)),
+            *((f"forces.{index}.region", f.region) for index, f in enumerate(self.forces)),
+            *((f"effectors.{index}.region", e.region) for index, e in enumerate(self.effectors)),
         ]
+        return [(field, selection) for field, selection in found if selection is not None]
 
     @model_validator(mode="after")
     def _regions(self) -> Self:
         check_regions(self.named_regions(), self.selections())
         return self
+
+    @property
+    def single_actuators(self) -> tuple[SingleActuator, ...]:
+        """All actuators but couplings: cables, chambers, forces as listed."""
+        return (*self.cables, *self.chambers, *self.forces)
+
+    @property
+    def actuators(self) -> tuple[SingleActuator | CouplingSettings, ...]:
+        """In the order of λ_a: a coupling stands where its first member stood, the others vanish."""
+        coupling_of = {name: item for item in self.couplings for name in item.members}
+        found = (coupling_of.get(item.name, item) for item in self.single_actuators)
+        return tuple({item.name: item for item in found}.values())
 
 
 class RobotConfig(RobotSettings):

@@ -11,6 +11,7 @@ from support.beam_robots import build, cable, path_of_beams, rectangle
 from support.bodies import beam_robot, box_mesh
 from tauten.model import Robot, State
 from tauten.model.beams import BeamRobot
+from tauten.model.mesh import TetMesh
 from tauten.model.numerics import Array
 from tauten.model.tetra import TetRobot
 
@@ -24,17 +25,25 @@ ALL_KINDS: list[dict[str, Any]] = [
     {
         "name": "sensor",
         "kind": "length",
-        "points": [[0.03, 0.01, 0.01], [0.06, 0.01, 0.02], [0.1, 0.0, 0.0]],
+        "points": [[0.03, 0.01, 0.002], [0.06, 0.01, 0.02], [0.1, 0.0, 0.0]],
         "pull_point": [-0.01, 0.0, 0.01],
     },
-    {"name": "size", "kind": "volume", "region": {"kind": "skin"}},
+    {"name": "room", "kind": "volume", "inside": [0.05, 0.01, 0.01]},
 ]
+
+
+def hollow_mesh() -> TetMesh:
+    """A box with a cavity from 0.02 to 0.08 m, 0.01 m wide and high."""
+    mesh = box_mesh(SIZE, (5, 4, 4))
+    centres = mesh.nodes[mesh.tets].mean(axis=1)
+    within = (np.abs(centres - [0.05, 0.01, 0.01]) < [0.03, 0.005, 0.005]).all(axis=1)
+    used, corners = np.unique(mesh.tets[~within], return_inverse=True)
+    return TetMesh(mesh.nodes[used], corners.reshape(-1, 4))
 
 
 def solid(effectors: list[dict[str, Any]] | None = None) -> TetRobot:
     """A beam of tetrahedra along x, held at x = 0."""
-    mesh = box_mesh(SIZE, (5, 2, 2))
-    return beam_robot(mesh, SIZE, effectors=effectors or ALL_KINDS)
+    return beam_robot(hollow_mesh(), SIZE, effectors=effectors or ALL_KINDS)
 
 
 def beams(folder: Path, effectors: list[dict[str, Any]]) -> BeamRobot:

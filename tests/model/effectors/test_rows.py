@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.effectors import ALL_KINDS, BEAM_KINDS, END, SIZE, beams, disturbed, moved, solid
+from support.effectors import ALL_KINDS, BEAM_KINDS, END, beams, disturbed, moved, solid
 
 from tauten.model import Robot, RobotFileError, State
 
@@ -61,7 +61,7 @@ def test_values_at_rest_are_geometry() -> None:
     np.testing.assert_allclose(
         by_name["sensor"], np.linalg.norm(np.diff(route, axis=0), axis=1).sum()
     )
-    np.testing.assert_allclose(by_name["size"], np.prod(SIZE))
+    np.testing.assert_allclose(by_name["room"], 0.06 * 0.01 * 0.01)
 
 
 @pytest.mark.parametrize(
@@ -72,6 +72,7 @@ def test_values_at_rest_are_geometry() -> None:
         ({"kind": "distance", "point": [0.1, 0.0, 0.0]}, "other: needed"),
         ({"kind": "length", "points": [[0.1, 0.0, 0.0]]}, "pull_point or a second point"),
         ({"kind": "volume", "region": END, "point": [0.1, 0.0, 0.0]}, "point: not a field"),
+        ({"kind": "volume"}, "give either region or inside"),
         ({"kind": "pose", "point": [0.1, 0.0, 0.0]}, "kind"),
         ({"point": [0.1, 0.0, 0.0], "weight": [1.0, 1.0]}, "2 numbers"),
         ({"point": [0.1, 0.0, 0.0], "weight": 0.0}, "all components are zero"),
@@ -91,8 +92,13 @@ def test_regions_without_frame_or_volume_are_named() -> None:
         with pytest.raises(RobotFileError, match=r"beam: effectors\.0\.region: .* line"):
             solid([{"name": "one", "kind": "frame", "region": region}])
     top = {"kind": "normal", "direction": [0.0, 0.0, 1.0]}
-    with pytest.raises(RobotFileError, match=r"effectors\.0\.region: .* are not closed"):
-        solid([{"name": "one", "kind": "volume", "region": top}])
+    for region, message in ((top, "is not closed"), ({"kind": "skin"}, "from outside")):
+        with pytest.raises(RobotFileError, match=rf"effectors\.0: .* {message}"):
+            solid([{"name": "one", "kind": "volume", "region": region}])
+    with pytest.raises(
+        RobotFileError, match=r"effectors\.0: the point .* in none of the 1 cavities"
+    ):
+        solid([{"name": "one", "kind": "volume", "inside": [0.001, 0.001, 0.001]}])
     with pytest.raises(RobotFileError, match=r"effectors\.0\.other: coincides with point"):
         point = [0.1, 0.0, 0.0]
         solid([{"name": "one", "kind": "distance", "point": point, "other": point}])
