@@ -21,6 +21,8 @@ ORDER = (
     "model",
     "model.mesh",
     "model.points",
+    "model.actuators",
+    "model.effectors",
     "model.contact",
     "model.body",
     "model.tetra",

@@ -1,5 +1,13 @@
 """The contents of robot files, validated field by field."""
 
+from tauten.model.schema.actuators import (
+    ChamberSettings,
+    CouplingSettings,
+    ForceSettings,
+    Kind,
+    Range,
+    SpringSettings,
+)
 from tauten.model.schema.beam_file import BarSettings, BeamConfig, Structure, TubeSettings, Vertebra
 from tauten.model.schema.body import BodySettings, ElementName, MeshSettings, RotationSettings
 from tauten.model.schema.contact import (
@@ -9,6 +17,7 @@ from tauten.model.schema.contact import (
     ContactSettings,
     check_surfaces,
 )
+from tauten.model.schema.effector import COMPONENTS, EffectorKind, EffectorSettings
 from tauten.model.schema.material import LawName, MaterialSettings
 from tauten.model.schema.region import (
     AnyRegion,
@@ -33,6 +42,7 @@ from tauten.model.schema.robot_file import (
     ControlPeriod,
     RobotConfig,
     RobotSettings,
+    SingleActuator,
     SurfaceSettings,
     model_tables,
 )
@@ -59,17 +69,24 @@ __all__ = [
     "BeamConfig",
     "BodySettings",
     "Box",
+    "COMPONENTS",
     "CableSettings",
+    "ChamberSettings",
     "Changes",
     "ControlPeriod",
+    "CouplingSettings",
     "Cylinder",
     "Difference",
+    "EffectorKind",
+    "EffectorSettings",
     "ElementName",
     "Everything",
     "Facing",
-    "NamedGroup",
+    "ForceSettings",
     "HalfSpace",
     "Intersection",
+    "Kind",
+    "NamedGroup",
     "LARGEST_COORDINATE",
     "LawName",
     "MaterialSettings",
@@ -77,6 +94,7 @@ __all__ = [
     "Name",
     "NearStl",
     "Positive",
+    "Range",
     "Rate",
     "Region",
     "RobotConfig",
@@ -85,8 +103,10 @@ __all__ = [
     "RotationSettings",
     "Section",
     "Selection",
+    "SingleActuator",
     "Skin",
     "Sphere",
+    "SpringSettings",
     "Structure",
     "SurfaceSettings",
     "TubeSettings",

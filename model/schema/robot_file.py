@@ -2,12 +2,24 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import ConfigDict, Field, model_validator
 
+from tauten.model.schema.actuators import (
+    HELD,
+    ChamberSettings,
+    CouplingSettings,
+    ForceSettings,
+    Held,
+    Kind,
+    Range,
+    SpringSettings,
+    check_couplings,
+)
 from tauten.model.schema.body import BodySettings, ElementName, MeshSettings
 from tauten.model.schema.contact import ContactRange, ContactSettings, check_surfaces
+from tauten.model.schema.effector import EffectorSettings
 from tauten.model.schema.material import (
     RegionMaterialSettings,
     SolidMaterialSettings,
@@ -23,6 +35,7 @@ from tauten.model.schema.region import (
 )
 from tauten.model.schema.section import (
     Direction,
+    MaxOutside,
     Name,
     NonNegative,
     Point,
@@ -35,18 +48,12 @@ from tauten.model.schema.section import (
 BackEnd = Literal["auto", "pardiso", "cholmod", "superlu"]
 Acceleration = Annotated[float, in_range(-1e3, 1e3, "m/s²")]
 Gravity = tuple[Acceleration, Acceleration, Acceleration]
-MaxOutside = Annotated[
-    NonNegative,
-    Field(
-        le=10.0,
-        description="How far outside the body its points may lie [m], by default 0; they then move with "
-        "the nearest element.",
-    ),
-]
 
 
 class CableSettings(Section):
     """A cable and the limits of its winch; it starts at `pull_point` when there is one."""
+
+    kind: ClassVar[Kind] = "cable"
 
     name: Name = Field(description="Name of the cable, used once.")
     points: Annotated[list[Point], Field(min_length=1)] = Field(
@@ -77,6 +84,17 @@ class CableSettings(Section):
         description="Largest speed of the winch, in and out [m/s]."
     )
     max_outside: MaxOutside = 0.0
+    spring: SpringSettings | None = Field(
+        default=None, description="Spring between winch and cable; default: none."
+    )
+    held: Held = Field(default="position", description=HELD)
+
+    @property
+    def limits(self) -> Range:
+        """Limits of tension, pulled length and its rate."""
+        return Range(
+            self.min_tension, self.max_tension, self.min_pull, self.max_pull, self.max_rate
+        )
 
     @model_validator(mode="after")
     def _consistent(self) -> CableSettings:
@@ -92,12 +110,7 @@ class CableSettings(Section):
         return self
 
 
-class EffectorSettings(Section):
-    """A point of the body that is to reach targets."""
-
-    name: Name = Field(description="Name of the effector, used once.")
-    point: Point = Field(description="The point of the body at rest that is to reach targets [m].")
-    max_outside: MaxOutside = 0.0
+SingleActuator = CableSettings | ChamberSettings | ForceSettings
 
 
 class SurfaceSettings(Section):
@@ -191,13 +204,24 @@ class RobotSettings(Section):
         "else holds every body.",
     )
     regions: tuple[AnyRegion, ...] = Field(
-        default=(), description="Regions that other tables use by name; by default none."
+        (), description="Regions that other tables use by name; by default none."
     )
-    cables: Annotated[list[CableSettings], Field(min_length=1)] = Field(
-        description="Cables, one table each."
+    cables: tuple[CableSettings, ...] = Field(
+        default=(), description="Cables, one table each; by default none."
+    )
+    chambers: tuple[ChamberSettings, ...] = Field(
+        default=(), description="Closed cavities under pressure, one table each; by default none."
+    )
+    forces: tuple[ForceSettings, ...] = Field(
+        default=(),
+        description="Forces of fixed direction on the body, one table each; by default none.",
+    )
+    couplings: tuple[CouplingSettings, ...] = Field(
+        default=(),
+        description="Motors that drive several actuators each, one table each; by default none.",
     )
     effectors: Annotated[list[EffectorSettings], Field(min_length=1)] = Field(
-        description="Points that are to reach targets, one table each; the first one's keys on the wire "
+        description="What is to reach targets, one table each; the first one's keys on the wire "
         "are plain."
     )
     contacts: tuple[ContactSettings, ...] = Field(
@@ -217,6 +241,11 @@ class RobotSettings(Section):
     def _names_once(self) -> Self:
         check_unique("cables", [cable.name for cable in self.cables])
         check_unique("effectors", [effector.name for effector in self.effectors])
+        single = self.single_actuators
+        if not single:
+            raise ValueError("a robot needs an actuator: a table cables, chambers or forces")
+        check_unique("actuators", [item.name for item in (*single, *self.couplings)])
+        check_couplings(self.couplings, {item.name: item.kind for item in single})
         return self
 
     def named_regions(self) -> dict[str, Region]:
@@ -234,12 +263,30 @@ class RobotSettings(Section):
 
     def selections(self) -> list[tuple[str, Region | str]]:
         """Selections outside of `regions`, with the fields they come from."""
-        return [(f"fixed.{index}", item) for index, item in enumerate(self.fixed)]
+        found: list[tuple[str, Region | str | None]] = [
+            *((f"fixed.{index}", item) for index, item in enumerate(self.fixed)),
+            *((f"chambers.{index}.surface", c.surface) for index, c in enumerate(self.chambers)),
+            *((f"forces.{index}.region", f.region) for index, f in enumerate(self.forces)),
+            *((f"effectors.{index}.region", e.region) for index, e in enumerate(self.effectors)),
+        ]
+        return [(field, selection) for field, selection in found if selection is not None]
 
     @model_validator(mode="after")
     def _regions(self) -> Self:
         check_regions(self.named_regions(), self.selections())
         return self
+
+    @property
+    def single_actuators(self) -> tuple[SingleActuator, ...]:
+        """All actuators but couplings: cables, chambers, forces as listed."""
+        return (*self.cables, *self.chambers, *self.forces)
+
+    @property
+    def actuators(self) -> tuple[SingleActuator | CouplingSettings, ...]:
+        """In the order of λ_a: a coupling stands where its first member stood, the others vanish."""
+        coupling_of = {name: item for item in self.couplings for name in item.members}
+        found = (coupling_of.get(item.name, item) for item in self.single_actuators)
+        return tuple({item.name: item for item in found}.values())
 
 
 class RobotConfig(RobotSettings):
