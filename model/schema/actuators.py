@@ -152,7 +152,7 @@ class ChamberSettings(Section):
             raise ValueError(
                 f"found {' and '.join(given) or 'none'} of surface, stl and inside, give one of them"
             )
-        if self.stl_unit is not None and self.stl is None:
+        if "stl_unit" in self.model_fields_set and self.stl is None:
             raise ValueError("stl_unit is given without stl")
         self.limits.check("volume_change", "pressure")
         return self
