@@ -35,6 +35,7 @@ ORDER = (
     "controller",
     "service.process",
     "service.check",
+    "service.new",
     "service.wire",
     "service.log",
     "service",

@@ -12,9 +12,11 @@ from tauten.model.mesh.tet_mesh import (
     checked,
     oriented,
     read_mesh,
+    read_with_meshio,
 )
 
 __all__ = [
+    "read_with_meshio",
     "EDGES",
     "MeshError",
     "QuadraticMesh",

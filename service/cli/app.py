@@ -17,6 +17,7 @@ from tauten.service.cli.bench_node import node
 from tauten.service.cli.check import check
 from tauten.service.cli.closed_loop import closed_loop
 from tauten.service.cli.compare import compare
+from tauten.service.cli.new import new
 from tauten.service.cli.operate import alive, command, doctor, metrics, record
 from tauten.service.cli.options import (
     AcceptError,
@@ -175,7 +176,7 @@ def stream(
 _COMMANDS = (
     *(serve, plant, stream, demo, replay, solve),
     *(command, record, metrics, alive, doctor),
-    *(reduce, inspect, compare, check),
+    *(reduce, inspect, compare, check, new),
 )
 for _command in _COMMANDS:
     app.command()(_command)
@@ -210,6 +211,7 @@ def _setup_errors() -> tuple[type[Exception], ...]:
     from tauten.reduction.state import StateBasisError
     from tauten.service.bench import CompareError
     from tauten.service.log import LogError
+    from tauten.service.new import PartError
     from tauten.service.plant import DemoError, PathError
     from tauten.service.process import RealtimeError
     from tauten.service.rate_check import RateError
@@ -226,6 +228,7 @@ def _setup_errors() -> tuple[type[Exception], ...]:
         LogError,
         NetworkError,
         PageError,
+        PartError,
         PathError,
         RateError,
         RealtimeError,
