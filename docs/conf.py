@@ -28,7 +28,7 @@ extensions = [
     "sphinx.ext.viewcode",
     "sphinx_copybutton",
 ]
-exclude_patterns = ["_build", "results"]
+exclude_patterns = ["_build", "results", "figures"]
 html_theme = "furo"
 html_title = "tauten"
 html_show_sphinx = False
@@ -42,6 +42,7 @@ napoleon_use_ivar = True
 napoleon_google_docstring = True
 python_use_unqualified_type_names = True
 
+SECTION = re.compile(r"(Args|Attributes|Returns|Raises|Yields|Note):")
 OUTSIDE = re.compile(r"\[([^\]]+)\]\((\.\./[^)#]+)(?:#[^)]*)?\)")
 
 
@@ -65,7 +66,35 @@ def offline_links(app: Sphinx, page: str, source: list[str]) -> None:
     source[0] = OUTSIDE.sub(link, source[0])
 
 
+def literal_equations(
+    app: Sphinx, what: str, name: str, item: object, options: object, lines: list[str]
+) -> None:
+    """Mark indented equations of a docstring as literal text, before napoleon reads its sections.
+
+    Args:
+        app: not used.
+        what: kind of the item, not used.
+        name: of the item, not used.
+        item: not used.
+        options: not used.
+        lines: of the docstring, replaced in place.
+    """
+    result: list[str] = []
+    in_section = in_block = False
+    for index, line in enumerate(lines):
+        in_section = in_section or bool(SECTION.match(line))
+        starts = line.startswith("    ") and index > 0 and not lines[index - 1].strip()
+        if not in_section and not in_block and starts:
+            result += ["::", ""]
+            in_block = True
+        elif line.strip() and not line.startswith("    "):
+            in_block = False
+        result.append(line if in_block else line.replace("|", r"\|").replace("*", r"\*"))
+    lines[:] = result
+
+
 def setup(app: Sphinx) -> None:
     """Write the generated pages before the others are read."""
     app.connect("config-inited", lambda app, config: write_pages(DOCS / "reference"))
     app.connect("source-read", offline_links)
+    app.connect("autodoc-process-docstring", literal_equations, priority=100)
