@@ -25,7 +25,7 @@ from tauten.model.beams import (
 from tauten.model.body import Material
 from tauten.model.contact import ContactPair, ContactSet
 from tauten.model.limits import limits_of
-from tauten.model.mesh import in_box, spread_points
+from tauten.model.mesh import point_selector, spread_points
 from tauten.model.numerics import Array, Bools, Ints, make_factorisation
 from tauten.model.points import (
     AttachedPoints,
@@ -171,11 +171,9 @@ def fixed_beam_nodes(config: BeamConfig, body: BeamBody, source: str) -> Bools:
         source: the robot file's path, for errors.
     """
     fixed = np.zeros(len(body.nodes), dtype=bool)
-    for index, box in enumerate(config.fixed):
-        chosen = in_box(body.nodes, box)
-        if not chosen.any():
-            raise RobotFileError(f"{source}: fixed.{index}: no node in {box.lower} to {box.upper}")
-        fixed |= chosen
+    selector = point_selector(body.nodes, config.named_regions(), source)
+    for index, region in enumerate(config.fixed):
+        fixed |= selector.select_nodes(region, f"fixed.{index}")
     if fixed.all():
         raise RobotFileError(f"{source}: fixed: holds every node, no node can move")
     return fixed
@@ -235,7 +233,7 @@ def on_vertebra(
             raise RobotFileError(
                 f"{what}: point {number} at {point.tolist()} m lies {distances[best]:.3g} m outside "
                 f"of the nearest vertebra {disc.name!r} of radius {disc.radius} m, "
-                f"allowed is {slack:g} m"
+                f"allowed is {slack:g} m: move it, or set max_outside"
             )
         ids.append(disc.node)
     return attach_to_nodes(body.nodes, np.array(ids), np.array(points))

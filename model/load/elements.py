@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tauten.model.mesh import QuadraticMesh, TetMesh, in_box
+from tauten.model.mesh import QuadraticMesh, TetMesh, make_selector
 from tauten.model.schema import RobotConfig, RobotFileError
 from tauten.model.system import Pattern
 from tauten.model.tetra import BodyParts, Elements, Solid, body_parts, make_solid
@@ -24,14 +24,10 @@ def build_body(config: RobotConfig, mesh: TetMesh | QuadraticMesh, source: str) 
     laws = [item.elastic_law() for item in (config.material, *config.materials)]
     law = np.zeros(len(mesh.tets), dtype=np.int64)
     density = np.full(len(mesh.tets), config.material.density)
-    centres = mesh.nodes[mesh.tets[:, :4]].mean(axis=1)  # (e, 3)
+    corners = mesh.corners if isinstance(mesh, QuadraticMesh) else mesh
+    selector = make_selector(corners, config.named_regions(), source)
     for index, item in enumerate(config.materials):
-        chosen = in_box(centres, item.region)
-        if not chosen.any():
-            raise RobotFileError(
-                f"{source}: materials.{index}.region: no element has its centre in "
-                f"{item.region.lower} to {item.region.upper}"
-            )
+        chosen = selector.select_tets(item.region, f"materials.{index}.region")
         law[chosen], density[chosen] = index + 1, item.density
     try:
         return body_parts(mesh, config.mesh.element, laws, law, density)

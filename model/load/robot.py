@@ -17,14 +17,14 @@ from tauten.model.load.beams import build_beam_robot, read_structure
 from tauten.model.load.elements import build_body, place_elements
 from tauten.model.mesh import (
     QuadraticMesh,
+    Selector,
     TetMesh,
-    boundary_triangles,
-    in_box,
+    make_selector,
     read_mesh,
     read_quadratic_mesh,
     spread_points,
 )
-from tauten.model.numerics import Bools, Ints, make_factorisation
+from tauten.model.numerics import Bools, make_factorisation
 from tauten.model.points import (
     Cable,
     CableSet,
@@ -41,7 +41,6 @@ from tauten.model.schema import (
     RobotConfig,
     RobotFileError,
     Section,
-    SurfaceSettings,
     model_tables,
     read_toml,
     validated,
@@ -191,11 +190,12 @@ def build_robot(config: RobotConfig, mesh: TetMesh | QuadraticMesh, source: str)
     settings = config.material
     material = Material(settings.young_modulus, settings.poisson_ratio, settings.density)
     body = build_body(config, mesh, source)
-    fixed = fixed_nodes(config, body.mesh, source)
+    selector = make_selector(body.mesh, config.named_regions(), source)
+    fixed = fixed_nodes(config, body.mesh, selector)
     cables = build_cables(config, body.mesh, source)
     effectors = build_effectors(config, body.mesh, source)
     pattern = make_pattern(fixed, [*(part.nodes for part in body.domains), cables.nodes])
-    contacts = build_contacts(config, body.mesh, source)
+    contacts = build_contacts(config, selector)
     mass = body.mass[~fixed]  # (n / 3,)
     scheme = config.integration
     return TetRobot(
@@ -220,27 +220,21 @@ def build_robot(config: RobotConfig, mesh: TetMesh | QuadraticMesh, source: str)
     )
 
 
-def fixed_nodes(config: RobotConfig, mesh: TetMesh, source: str) -> Bools:
-    """Nodes in any of the `fixed` boxes: (n_nodes,) bool.
+def fixed_nodes(config: RobotConfig, mesh: TetMesh, selector: Selector) -> Bools:
+    """Nodes in any of the `fixed` regions: (n_nodes,) bool.
 
     Args:
         config: the robot file.
         mesh: the body.
-        source: the robot file's path, for errors.
+        selector: of regions of the mesh.
 
     Raises:
-        RobotFileError: a box without nodes, or nodes that do not hold the body or hold all of it.
+        RobotFileError: a region without nodes, or nodes that do not hold the body or hold all of it.
     """
+    source = selector.source
     fixed = np.zeros(len(mesh.nodes), dtype=bool)
-    for index, box in enumerate(config.fixed):
-        chosen = in_box(mesh.nodes, box)
-        if not chosen.any():
-            low, high = mesh.nodes.min(axis=0).round(4), mesh.nodes.max(axis=0).round(4)
-            raise RobotFileError(
-                f"{source}: fixed.{index}: no node in {box.lower} to {box.upper}, "
-                f"the mesh spans {low.tolist()} to {high.tolist()} m"
-            )
-        fixed |= chosen
+    for index, region in enumerate(config.fixed):
+        fixed |= selector.select_nodes(region, f"fixed.{index}")
     if np.linalg.matrix_rank(mesh.nodes[fixed] - mesh.nodes[fixed][0], tol=1e-6 * mesh.size) < 2:
         raise RobotFileError(f"{source}: fixed: needs three nodes not on a line to hold the robot")
     if fixed.all():
@@ -304,53 +298,31 @@ def place_points(
         raise RobotFileError(str(error)) from error
 
 
-def select_surface(settings: SurfaceSettings, mesh: TetMesh, boundary: Ints, source: str) -> Ints:
-    """Boundary triangles of a surface of the robot file: (t, 3).
-
-    Args:
-        settings: of the surface.
-        mesh: the body.
-        boundary: (b, 3) all boundary triangles.
-        source: the robot file's path, for errors.
-
-    Raises:
-        RobotFileError: there are none.
-    """
-    corners = mesh.nodes[boundary]  # (t, 3, 3)
-    chosen = in_box(corners.mean(axis=1), settings.box)
-    if settings.normal is not None:
-        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-        wanted = np.array(settings.normal) / np.linalg.norm(settings.normal)
-        chosen &= normals @ wanted >= np.cos(np.radians(settings.max_angle_deg))
-    if not chosen.any():
-        raise RobotFileError(
-            f"{source}: surfaces.{settings.name}: no boundary triangle has its centre in "
-            f"{settings.box.lower} to {settings.box.upper}"
-            + (f" and points along {settings.normal}" if settings.normal else "")
-        )
-    return boundary[chosen]
-
-
-def build_contacts(config: RobotConfig, mesh: TetMesh, source: str) -> ContactSet:
+def build_contacts(config: RobotConfig, selector: Selector) -> ContactSet:
     """Candidates and target surfaces of every contact.
 
     Args:
         config: the robot file.
-        mesh: the body.
-        source: the robot file's path, for errors.
+        selector: of regions of the mesh.
     """
-    boundary = boundary_triangles(mesh.tets)
-    surfaces = {s.name: select_surface(s, mesh, boundary, source) for s in config.surfaces}
+    source, nodes_at_rest = selector.source, selector.nodes
+    used = [name for contact in config.contacts for name in (contact.candidates, contact.against)]
+    wanted = dict.fromkeys([*(surface.name for surface in config.surfaces), *used])
+    surfaces = {
+        name: selector.boundary[selector.select_triangles(selector.named[name], f"surfaces.{name}")]
+        for name in wanted
+    }
     pairs = []
     for contact in config.contacts:
         try:
-            nodes, weights = spread_points(mesh.nodes, surfaces[contact.candidates], contact.points)
+            nodes, weights = spread_points(
+                nodes_at_rest, surfaces[contact.candidates], contact.points
+            )
         except ValueError as error:
             raise RobotFileError(f"{source}: contacts.{contact.candidates}: {error}") from error
         name = f"{contact.candidates} on {contact.against}"
         pairs.append(ContactPair(name, nodes, weights, surfaces[contact.against]))
-    return ContactSet(pairs, len(mesh.nodes), config.contact.alarm_distance)
+    return ContactSet(pairs, len(nodes_at_rest), config.contact.alarm_distance)
 
 
 def digest(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import ConfigDict, Field, model_validator
 
 from tauten.model.materials import (
     Law,
@@ -15,7 +15,8 @@ from tauten.model.materials import (
     stable_neo_hookean,
     yeoh,
 )
-from tauten.model.schema.section import Box, Section
+from tauten.model.schema.region import Selection
+from tauten.model.schema.section import Section
 
 LawName = Literal["corotational", "stable-neo-hookean", "neo-hookean", "mooney-rivlin", "yeoh"]
 
@@ -23,25 +24,53 @@ LawName = Literal["corotational", "stable-neo-hookean", "neo-hookean", "mooney-r
 class MaterialSettings(Section):
     """Isotropic material."""
 
-    young_modulus: Annotated[float, Field(ge=1e2, le=1e12)]
-    poisson_ratio: Annotated[float, Field(ge=0.0, lt=0.5)]
-    density: Annotated[float, Field(ge=1.0, le=3e4)]
+    young_modulus: Annotated[float, Field(ge=1e2, le=1e12)] = Field(
+        description="Young's modulus [Pa]; hyperelastic constants give it where it is missing."
+    )
+    poisson_ratio: Annotated[float, Field(ge=0.0, lt=0.5)] = Field(
+        description="Poisson's ratio, unitless."
+    )
+    density: Annotated[float, Field(ge=1.0, le=3e4)] = Field(description="Density [kg/m³].")
+
+
+def _required(schema: dict[str, Any]) -> None:
+    """Which fields a material needs, in its JSON Schema: a silicone or a law gives some of them."""
+    schema.pop("required", None)
+    sets = (["silicone"], ["young_modulus", *_ALWAYS], ["c10", *_ALWAYS])
+    schema["anyOf"] = [{"required": names} for names in sets]
+
+
+_ALWAYS = ("poisson_ratio", "density")
 
 
 class SolidMaterialSettings(MaterialSettings):
     """Material of a body made of tetrahedra.
 
-    `law` is the law of elasticity. Mooney-Rivlin takes `c10` and `c01` [Pa], Yeoh `c10`, `c20` and
-    `c30`; they give `young_modulus`, and a `young_modulus` beside them scales the law to it. `silicone` names
-    a measured silicone (a Yeoh law) and gives the values that the table does not set.
+    The constants of a law give `young_modulus`; a `young_modulus` beside them scales the law to it.
     """
 
-    law: LawName = "corotational"
-    silicone: str | None = None
-    c10: float | None = None
-    c01: float | None = None
-    c20: float | None = None
-    c30: float | None = None
+    model_config = ConfigDict(json_schema_extra=_required)
+
+    law: LawName = Field(
+        default="corotational", description="Law of elasticity, by default corotational."
+    )
+    silicone: str | None = Field(
+        default=None,
+        description="Name of a measured silicone (a Yeoh law), which gives the values that the table does "
+        "not set; by default none.",
+    )
+    c10: float | None = Field(
+        default=None, description="First constant of Mooney-Rivlin and Yeoh [Pa]; by default none."
+    )
+    c01: float | None = Field(
+        default=None, description="Second constant of Mooney-Rivlin [Pa]; by default 0."
+    )
+    c20: float | None = Field(
+        default=None, description="Second constant of Yeoh [Pa]; by default 0."
+    )
+    c30: float | None = Field(
+        default=None, description="Third constant of Yeoh [Pa]; by default 0."
+    )
 
     @model_validator(mode="before")
     @classmethod
@@ -95,6 +124,12 @@ class SolidMaterialSettings(MaterialSettings):
 
 
 class RegionMaterialSettings(SolidMaterialSettings):
-    """Another material for the elements whose centre lies in the box `region`; a later region replaces it."""
+    """Another material for the elements of a region; a later region replaces it."""
 
-    region: Box
+    region: Annotated[
+        Selection,
+        Field(
+            description="Elements that have it: a region or the name of one. Boxes and other shapes select "
+            "elements by their centre."
+        ),
+    ]

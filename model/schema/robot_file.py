@@ -12,8 +12,16 @@ from tauten.model.schema.material import (
     RegionMaterialSettings,
     SolidMaterialSettings,
 )
-from tauten.model.schema.section import (
+from tauten.model.schema.region import (
+    AnyRegion,
     Box,
+    Facing,
+    Intersection,
+    Region,
+    Selection,
+    check_regions,
+)
+from tauten.model.schema.section import (
     Direction,
     Distance,
     Name,
@@ -29,32 +37,66 @@ ElementName = Literal["linear", "quadratic", "smoothed"]
 BackEnd = Literal["auto", "pardiso", "cholmod", "superlu"]
 Acceleration = Annotated[float, in_range(-1e3, 1e3, "m/s²")]
 Gravity = tuple[Acceleration, Acceleration, Acceleration]
+MaxOutside = Annotated[
+    NonNegative,
+    Field(
+        le=10.0,
+        description="How far outside the body its points may lie [m], by default 0; they then move with "
+        "the nearest element.",
+    ),
+]
 
 
 class MeshSettings(Section):
-    """The body's mesh; `length_unit` applies to the mesh file only, the robot file is in SI units.
+    """The body's mesh."""
 
-    `element` is what the body is made of: linear tetrahedra; quadratic ones, with midpoints added to a linear
-    mesh; or linear ones with strain smoothed around edges and change of volume around nodes.
-    """
-
-    file: str
-    length_unit: Literal["m", "cm", "mm"] = "m"
-    element: ElementName = "linear"
+    file: str = Field(
+        description="Mesh file, relative to the robot file: tetrahedra, in any format of meshio."
+    )
+    length_unit: Literal["m", "cm", "mm"] = Field(
+        default="m",
+        description="Unit of lengths in the mesh file, by default m. The robot file itself is in SI units.",
+    )
+    element: ElementName = Field(
+        default="linear",
+        description="Element of the body: linear tetrahedra (default); quadratic ones, with midpoints "
+        "added to a linear mesh; smoothed: linear ones with strain smoothed around edges and change of "
+        "volume smoothed around nodes.",
+    )
 
 
 class CableSettings(Section):
     """A cable and the limits of its winch; it starts at `pull_point` when there is one."""
 
-    name: Name
-    points: Annotated[list[Point], Field(min_length=1)]
-    pull_point: Point | None = None
-    min_tension: NonNegative = 0.0
-    max_tension: Annotated[Positive, in_range(0.0, 1e6, "N")]
-    min_pull: Annotated[float, in_range(-1e3, 1e3, "m")] = 0.0
-    max_pull: Annotated[Positive, in_range(0.0, 1e3, "m")]
-    max_rate: Annotated[Positive, in_range(0.0, 1e3, "m/s")]
-    max_outside: Annotated[NonNegative, Field(le=10.0)] = 0.0
+    name: Name = Field(description="Name of the cable, used once.")
+    points: Annotated[list[Point], Field(min_length=1)] = Field(
+        description="Points of the body at rest that the cable slides through, in order [m]; it is tied to "
+        "the last."
+    )
+    pull_point: Point | None = Field(
+        default=None,
+        description="Where the cable starts, fixed in space [m]; by default it starts at the first of "
+        "`points`.",
+    )
+    min_tension: NonNegative = Field(
+        default=0.0, description="Least tension that is decided [N], by default 0."
+    )
+    max_tension: Annotated[Positive, in_range(0.0, 1e6, "N")] = Field(
+        description="Largest tension [N]."
+    )
+    min_pull: Annotated[float, in_range(-1e3, 1e3, "m")] = Field(
+        default=0.0,
+        description="Least pulled length [m], at most 0. The default 0 means that the winch does not pay "
+        "out more cable than the robot has at rest: a cable on the outer side of a bend then holds the "
+        "robot back. Give a negative value for a winch that lets cable out beyond rest.",
+    )
+    max_pull: Annotated[Positive, in_range(0.0, 1e3, "m")] = Field(
+        description="Largest pulled length: cable wound up from rest on [m]."
+    )
+    max_rate: Annotated[Positive, in_range(0.0, 1e3, "m/s")] = Field(
+        description="Largest speed of the winch, in and out [m/s]."
+    )
+    max_outside: MaxOutside = 0.0
 
     @model_validator(mode="after")
     def _consistent(self) -> CableSettings:
@@ -63,49 +105,82 @@ class CableSettings(Section):
         if self.min_tension > self.max_tension:
             raise ValueError(f"min_tension {self.min_tension} exceeds max_tension")
         if self.min_pull > 0.0 or self.min_pull >= self.max_pull:
-            raise ValueError(f"min_pull {self.min_pull} must be at most 0, where the robot rests")
+            raise ValueError(
+                f"min_pull {self.min_pull} must be at most 0, where the robot rests; negative is what the "
+                "winch may let out beyond rest"
+            )
         return self
 
 
 class EffectorSettings(Section):
     """A point of the body that is to reach targets."""
 
-    name: Name
-    point: Point
-    max_outside: Annotated[NonNegative, Field(le=10.0)] = 0.0
+    name: Name = Field(description="Name of the effector, used once.")
+    point: Point = Field(description="The point of the body at rest that is to reach targets [m].")
+    max_outside: MaxOutside = 0.0
 
 
 class SurfaceSettings(Section):
     """Boundary triangles whose centre lies in the box and whose normal points along `normal`."""
 
-    name: Name
-    box: Box
-    normal: Direction | None = None
-    max_angle_deg: Annotated[float, Field(gt=0.0, le=180.0)] = 45.0
+    name: Name = Field(description="Name of the surface, used once.")
+    box: Box = Field(description="Box in which the centres of the triangles lie [m].")
+    normal: Direction | None = Field(
+        default=None,
+        description="Direction near which the outward normals of the triangles are; by default any.",
+    )
+    max_angle_deg: Annotated[float, Field(gt=0.0, le=180.0)] = Field(
+        default=45.0,
+        description="Largest angle between `normal` and the normal of a triangle [deg], by default 45.",
+    )
+
+    def region(self) -> Region:
+        """The same as a region."""
+        if self.normal is None:
+            return self.box
+        facing = Facing(kind="normal", direction=self.normal, max_angle_deg=self.max_angle_deg)
+        return Intersection(kind="intersection", of=[self.box, facing])
 
 
 class ContactSettings(Section):
     """Candidate points spread over one surface against the triangles of another."""
 
-    candidates: Name
-    against: Name
-    points: Annotated[int, Field(ge=1, le=100_000)]
+    candidates: Name = Field(description="Surface that the candidates are spread over.")
+    against: Name = Field(description="Surface that they may touch.")
+    points: Annotated[int, Field(ge=1, le=100_000)] = Field(description="Number of candidates.")
 
 
 class ContactRange(Section):
     """Distances of contact handling [m]."""
 
-    alarm_distance: Distance = 2e-3
-    tolerance: Distance = 5e-5
+    alarm_distance: Distance = Field(
+        default=2e-3,
+        description="Distance up to which candidates and surfaces are compared [m], by default 2e-3; less "
+        "than the thickness of the thinnest wall in contact.",
+    )
+    tolerance: Distance = Field(
+        default=5e-5,
+        description="Overlap beyond which a decision adds a contact column [m], by default 5e-5.",
+    )
 
 
 class IntegrationSettings(Section):
     """Time integration; the time step is `ControlPeriod`."""
 
-    scheme: Literal["implicit-euler", "quasi-static"] = "implicit-euler"
-    rayleigh_mass: Annotated[NonNegative, Field(le=1e6)] = 0.0
-    rayleigh_stiffness: Annotated[NonNegative, Field(le=1e3)] = 0.0
-    factorisation: BackEnd = "auto"
+    scheme: Literal["implicit-euler", "quasi-static"] = Field(
+        default="implicit-euler",
+        description="With inertia and damping (implicit-euler, default) or without (quasi-static).",
+    )
+    rayleigh_mass: Annotated[NonNegative, Field(le=1e6)] = Field(
+        default=0.0, description="Damping proportional to mass [1/s], by default 0."
+    )
+    rayleigh_stiffness: Annotated[NonNegative, Field(le=1e3)] = Field(
+        default=0.0, description="Damping proportional to stiffness [s], by default 0."
+    )
+    factorisation: BackEnd = Field(
+        default="auto",
+        description="Sparse factorisation; auto (default): the fastest that is installed.",
+    )
 
 
 class ControlPeriod(Section):
@@ -113,16 +188,22 @@ class ControlPeriod(Section):
 
     model_config = ConfigDict(extra="ignore")
 
-    rate: Rate = 50.0
+    rate: Rate = Field(
+        default=50.0, description="Control rate [Hz], by default 50; a time step is 1 / rate."
+    )
 
 
 class Changes(Section):
     """The arguments with which `load_robot` changes a robot file."""
 
-    rate: Rate | None = None
-    refinements: Annotated[int, Field(ge=0, le=4)] = 0
-    factorisation: BackEnd | None = None
-    young_scale: Annotated[float, in_range(1e-6, 1e6, "")] = 1.0
+    rate: Rate | None = Field(default=None, description="Control rate [Hz].")
+    refinements: Annotated[int, Field(ge=0, le=4)] = Field(
+        default=0, description="How often every tetrahedron is cut into eight."
+    )
+    factorisation: BackEnd | None = Field(default=None, description="Sparse factorisation.")
+    young_scale: Annotated[float, in_range(1e-6, 1e6, "")] = Field(
+        default=1.0, description="Factor of Young's modulus, unitless."
+    )
 
 
 # Tables of a robot file that other layers read. They read `controller` too, the model only its rate.
@@ -137,17 +218,41 @@ def model_tables(raw: dict[str, Any]) -> dict[str, Any]:
 class RobotSettings(Section):
     """The fields of the model in every robot file, for all kinds of bodies."""
 
-    name: Name
-    frame: Name = "base"
-    gravity: Gravity = (0.0, 0.0, -9.81)
-    material: MaterialSettings
-    fixed: Annotated[list[Box], Field(min_length=1)]
-    cables: Annotated[list[CableSettings], Field(min_length=1)]
-    effectors: Annotated[list[EffectorSettings], Field(min_length=1)]
-    contacts: tuple[ContactSettings, ...] = ()
-    contact: ContactRange = ContactRange()
-    integration: IntegrationSettings = IntegrationSettings()
-    controller: ControlPeriod = ControlPeriod()
+    name: Name = Field(description="Name of the robot, part of every key on the wire.")
+    frame: Name = Field(
+        default="base",
+        description="Name of the robot's frame, in the headers of messages; by default base.",
+    )
+    gravity: Gravity = Field(
+        default=(0.0, 0.0, -9.81),
+        description="Acceleration of gravity [m/s²], by default 9.81 along −z.",
+    )
+    material: MaterialSettings = Field(description="Material of the body.")
+    fixed: Annotated[list[Selection], Field(min_length=1)] = Field(
+        description="Regions, or their names, whose nodes do not move."
+    )
+    regions: tuple[AnyRegion, ...] = Field(
+        default=(), description="Regions that other tables use by name; by default none."
+    )
+    cables: Annotated[list[CableSettings], Field(min_length=1)] = Field(
+        description="Cables, one table each."
+    )
+    effectors: Annotated[list[EffectorSettings], Field(min_length=1)] = Field(
+        description="Points that are to reach targets, one table each; the first one's keys on the wire "
+        "are plain."
+    )
+    contacts: tuple[ContactSettings, ...] = Field(
+        default=(), description="Pairs of surfaces that may touch, one table each; by default none."
+    )
+    contact: ContactRange = Field(
+        default=ContactRange(), description="Distances of contact handling."
+    )
+    integration: IntegrationSettings = Field(
+        default=IntegrationSettings(), description="Time integration."
+    )
+    controller: ControlPeriod = Field(
+        default=ControlPeriod(), description="Control rate and inverse control."
+    )
 
     @model_validator(mode="after")
     def _names_once(self) -> Self:
@@ -155,20 +260,61 @@ class RobotSettings(Section):
         check_unique("effectors", [effector.name for effector in self.effectors])
         return self
 
+    def named_regions(self) -> dict[str, Region]:
+        """Regions by name.
+
+        Raises:
+            ValueError: one without a name, or a name used twice.
+        """
+        for index, region in enumerate(self.regions):
+            if region.name is None:
+                raise ValueError(f"regions.{index}: it needs a name")
+        names = [region.name or "" for region in self.regions]
+        check_unique("regions", names)
+        return dict(zip(names, self.regions, strict=True))
+
+    def selections(self) -> list[tuple[str, Region | str]]:
+        """Selections outside of `regions`, with the fields they come from."""
+        return [(f"fixed.{index}", item) for index, item in enumerate(self.fixed)]
+
+    @model_validator(mode="after")
+    def _regions(self) -> Self:
+        check_regions(self.named_regions(), self.selections())
+        return self
+
 
 class RobotConfig(RobotSettings):
     """The file of a robot made of tetrahedra."""
 
-    material: SolidMaterialSettings
-    materials: tuple[RegionMaterialSettings, ...] = ()
-    mesh: MeshSettings
-    surfaces: tuple[SurfaceSettings, ...] = ()
+    material: SolidMaterialSettings = Field(description="Material of the body.")
+    materials: tuple[RegionMaterialSettings, ...] = Field(
+        default=(),
+        description="Other materials in parts of the body, one table each; a later one replaces an earlier "
+        "one.",
+    )
+    mesh: MeshSettings = Field(description="Mesh of the body.")
+    surfaces: tuple[SurfaceSettings, ...] = Field(
+        default=(),
+        description="Named parts of the body's surface, one table each; by default none.",
+    )
 
     @model_validator(mode="after")
     def _surfaces(self) -> RobotConfig:
-        check_unique("surfaces", [surface.name for surface in self.surfaces])
-        check_surfaces(self.contacts, {surface.name for surface in self.surfaces})
+        check_surfaces(self.contacts, set(self.named_regions()))
         return self
+
+    def named_regions(self) -> dict[str, Region]:
+        """Regions and surfaces by name."""
+        surfaces = {surface.name: surface.region() for surface in self.surfaces}
+        regions = super().named_regions()
+        check_unique("surfaces", [surface.name for surface in self.surfaces])
+        check_unique("surfaces and regions", [*surfaces, *regions])
+        return {**regions, **surfaces}
+
+    def selections(self) -> list[tuple[str, Region | str]]:
+        """Selections outside of `regions`, with the fields they come from."""
+        materials = enumerate(self.materials)
+        return super().selections() + [(f"materials.{i}.region", m.region) for i, m in materials]
 
 
 def check_unique(what: str, names: list[str]) -> None:

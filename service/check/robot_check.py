@@ -9,7 +9,7 @@ from pathlib import Path
 from tauten.model import MeshError, RobotFileError, TetRobot, load_robot
 from tauten.model.beams import BeamRobot
 from tauten.model.load import robot_path
-from tauten.model.mesh import read_unchecked_mesh
+from tauten.model.mesh import make_selector, read_unchecked_mesh
 from tauten.model.schema import RobotConfig, model_tables, read_toml, validated
 from tauten.service.check.body_findings import body_findings
 from tauten.service.check.findings import Finding, Level, worst
@@ -23,6 +23,7 @@ from tauten.service.check.mesh_variants import (
     make_loads,
     variant_robot,
 )
+from tauten.service.check.region_findings import RegionParts, region_parts
 from tauten.service.process import StopFlag, one_blas_thread
 
 Progress = Callable[[float, str], None]
@@ -94,6 +95,7 @@ def check_robot(settings: CheckSettings, stop: StopFlag, progress: Progress) -> 
             robot = variant_robot(config, path, own)
         except (RobotFileError, MeshError) as error:
             return RobotCheck(config.name, findings, refused=str(error))
+        findings += tuple(part.finding for part in parts_of(config, robot, path))
         progress(0.02, "body")
         findings += tuple(body_findings(robot, 3, config.contact.alarm_distance))
         progress(0.08, own.name)
@@ -103,6 +105,35 @@ def check_robot(settings: CheckSettings, stop: StopFlag, progress: Progress) -> 
     return RobotCheck(
         config.name, (*findings, estimate.finding), estimate, complete=estimate.complete
     )
+
+
+def parts_of(config: RobotConfig, robot: TetRobot, path: Path) -> tuple[RegionParts, ...]:
+    """What the regions of a robot file select.
+
+    Args:
+        config: the robot file.
+        robot: made from it.
+        path: of the file.
+    """
+    selector = make_selector(robot.mesh, config.named_regions(), str(path))
+    return tuple(region_parts(config, selector))
+
+
+def selected(name_or_path: str) -> tuple[TetRobot, tuple[RegionParts, ...]]:
+    """A robot made of tetrahedra, and what the regions of its file select.
+
+    Args:
+        name_or_path: a robot file, or the name of a shipped robot.
+
+    Raises:
+        RobotFileError: it cannot be built, or is not made of tetrahedra.
+        MeshError: its mesh cannot be used.
+    """
+    path, robot = robot_path(name_or_path), load_robot(name_or_path)
+    if not isinstance(robot, TetRobot):
+        raise RobotFileError(f"{path}: regions are drawn of robots made of tetrahedra only")
+    config = validated(RobotConfig, model_tables(read_toml(path)), path)
+    return robot, parts_of(config, robot, path)
 
 
 def check_beams(path: Path, progress: Progress) -> RobotCheck:
