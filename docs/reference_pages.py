@@ -1,4 +1,4 @@
-"""Writes the generated pages of the reference: commands and Python names.
+"""Writes the generated pages of the reference: robot file, commands, Python names, pages of the repository.
 
     python docs/reference_pages.py
 
@@ -12,8 +12,11 @@ from pathlib import Path
 
 import click
 import typer
+from robot_file_page import robot_file_page
 
 from tauten.service.cli.app import app
+
+ROOT = Path(__file__).resolve().parents[1]
 
 # Folders whose names users import, in the order in which a reader needs them.
 PYTHON = (
@@ -33,11 +36,26 @@ PYTHON = (
 def write_pages(folder: Path) -> None:
     """Write all generated pages into a folder; a page that did not change keeps its time."""
     folder.mkdir(exist_ok=True)
-    pages = {"commands.md": commands_page(), "python.md": python_page()}
+    pages = {
+        "commands.md": commands_page(),
+        "python.md": python_page(),
+        "robot-file.md": robot_file_page(),
+        "changelog.md": root_page("CHANGELOG.md"),
+        "contributing.md": root_page("CONTRIBUTING.md"),
+    }
     for name, text in pages.items():
         path = folder / name
         if not path.exists() or path.read_text(encoding="utf-8") != text:
             path.write_text(text, encoding="utf-8")
+
+
+def root_page(name: str) -> str:
+    """A page of the repository's first folder, with its links as seen from the reference."""
+    text = (ROOT / name).read_text(encoding="utf-8")
+    text = re.sub(r"\]\(docs/", "](../", text)
+    return text.replace("](CHANGELOG.md)", "](changelog.md)").replace(
+        "](CONTRIBUTING.md)", "](contributing.md)"
+    )
 
 
 def commands_page() -> str:

@@ -44,7 +44,6 @@ app = typer.Typer(
     help="Real-time inverse control of cable-driven soft robots that touch themselves.",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
-    add_completion=False,
 )
 
 
