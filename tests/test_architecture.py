@@ -37,6 +37,7 @@ ORDER = (
     "controller",
     "service.process",
     "service.check",
+    "service.new",
     "service.wire",
     "service.log",
     "service",
