@@ -14,7 +14,13 @@ import numpy as np
 
 
 def netgen_mesh(kind: str, file: str, size: float) -> dict[str, Any]:
-    """Tetrahedra by netgen: nodes (n, 3) and tets (e, 4)."""
+    """Tetrahedra by netgen: nodes (n, 3) and tets (e, 4).
+
+    Args:
+        kind: "surface" or "solid".
+        file: STL, STEP or BREP.
+        size: longest edge, in the unit of the file.
+    """
     if kind == "surface":
         from netgen.stl import STLGeometry
 
