@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 import scipy.sparse as sp
@@ -18,6 +19,8 @@ from tauten.model.robot import RobotRows, State
 from tauten.model.rows import ContactRows, Rows, stack
 from tauten.model.system import Integration, System, make_system
 from tauten.model.tetra import TetRobot
+
+R = TypeVar("R", bound=Rows)
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,6 +96,10 @@ class ConstrainedRobot(SparseRobot):
         """Positions of the effectors: (p, 3) [m]."""
         return self.raw.effector(self.placed(state)[0])
 
+    def effector_values(self, state: State) -> Array:
+        """Goal values of the effectors: (n_v,)."""
+        return self.raw.effector_values(self.placed(state)[0])
+
     def points(self, state: State) -> Array:
         """Positions of what `triangles` joins, here all nodes: (n_nodes, 3) [m]."""
         return self.nodes(state)
@@ -102,7 +109,7 @@ class ConstrainedRobot(SparseRobot):
         return self.raw.candidates(self.placed(state)[0])
 
     def loaded(self, gravity: Array, effector_force: Array) -> ConstrainedRobot:
-        """The robot under another gravity (3,) [m/s²] and forces on its effectors (n_e,) [N]."""
+        """The robot under another gravity (3,) [m/s²] and forces on its effectors (3 p,) [N]."""
         raw = self.raw.loaded(gravity, effector_force)
         return dataclasses.replace(self, raw=raw, gravity=raw.gravity)
 
@@ -293,6 +300,6 @@ class ConstrainedRobot(SparseRobot):
         return State(np.concatenate([state.q[:first] + step[:first], moved]), v)
 
 
-def through(rows: Rows, T: sp.csr_array) -> Rows:
+def through(rows: R, T: sp.csr_array) -> R:
     """Rows over nodes as rows over the coordinates that T belongs to."""
     return dataclasses.replace(rows, H=sp.csr_array(sp.csr_array(rows.H) @ T))

@@ -6,6 +6,8 @@ import hashlib
 from dataclasses import dataclass
 
 import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.csgraph import connected_components
 
 from tauten.model.actuators import Coupling
 from tauten.model.constraints import (
@@ -83,6 +85,43 @@ def build_constraints(config: RobotConfig, bodies: Bodies) -> Constraints:
     frames = Constraints(rigid, drives, GluedNodes(*no_glue()))
     require_own_nodes(frames, bodies.fixed, source)
     return Constraints(rigid, drives, build_glue(config, bodies, frames))
+
+
+def require_held(config: RobotConfig, bodies: Bodies, constraints: Constraints) -> None:
+    """Raise a RobotFileError where nothing holds a body, or the fixed nodes are all there are.
+
+    Nodes that are fixed or move with a drive hold a body where three of them are not on a line. Bodies that
+    are attached to each other are held together.
+
+    Args:
+        config: the robot file.
+        bodies: the bodies.
+        constraints: what joins them.
+    """
+    nodes, selector, source = bodies.parts.mesh.nodes, bodies.selector, bodies.selector.source
+    supported = bodies.fixed.copy()
+    for drive in constraints.drives:
+        supported[drive.nodes] = True
+    names = list(selector.ranges)
+    of_body = np.zeros(len(nodes), dtype=np.int64)
+    for number, name in enumerate(names):
+        of_body[selector.nodes_of(name)] = number
+    glued = constraints.glued
+    pairs = np.stack([np.repeat(of_body[glued.nodes], 4), of_body[glued.masters].ravel()])
+    joined = sp.coo_array((np.ones(pairs.shape[1]), pairs), shape=(len(names),) * 2)
+    _, group = connected_components(joined, directed=False)
+    for number, body in enumerate(config.all_bodies):
+        held = nodes[supported & (group[of_body] == group[number])]
+        short = 1e-6 * bodies.parts.mesh.size
+        if not body.free and (
+            len(held) == 0 or np.linalg.matrix_rank(held - held[0], tol=short) < 2
+        ):
+            whole = f"body {body.name!r}" if len(names) > 1 else "robot"
+            raise RobotFileError(
+                f"{source}: fixed: needs three nodes not on a line to hold the {whole}"
+            )
+    if bodies.fixed.all():
+        raise RobotFileError(f"{source}: fixed: holds every node, no node can move")
 
 
 def no_glue() -> tuple[Ints, Ints, Array]:

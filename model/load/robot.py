@@ -11,28 +11,22 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
-import scipy.sparse as sp
 from numpy.typing import NDArray
-from scipy.sparse.csgraph import connected_components
 
 from tauten.model.actuation import actuators_of
 from tauten.model.actuators import ActuatorParts, place_actuators
 from tauten.model.body import Material
 from tauten.model.constraints import ConstrainedRobot
-from tauten.model.contact import ContactPair, ContactSet
+from tauten.model.contact import ContactSet
 from tauten.model.limits import limits_of
 from tauten.model.load.actuators import build_actuators, place_points
 from tauten.model.load.beams import build_beam_robot, read_structure
-from tauten.model.load.bodies import AnyMesh, Bodies, build_bodies, read_bodies
-from tauten.model.load.constraints import Constraints, build_constraints, constrained
+from tauten.model.load.bodies import AnyMesh, build_bodies, read_bodies
+from tauten.model.load.constraints import build_constraints, constrained, require_held
+from tauten.model.load.contacts import build_contacts
+from tauten.model.load.effectors import build_nodal_effectors
 from tauten.model.load.elements import place_elements
-from tauten.model.mesh import (
-    Selector,
-    TetMesh,
-    spread_points,
-)
 from tauten.model.numerics import Bools, make_factorisation
-from tauten.model.points import MaterialPoints, effector_matrix
 from tauten.model.robot import Robot, names_of
 from tauten.model.schema import (
     BeamConfig,
@@ -210,11 +204,11 @@ def build_robot(
     require_held(config, bodies, constraints)
     parts = build_actuators(config, body, selector)
     coupling = parts.coupling
-    if constraints:  # these nodes are those of a robot in other coordinates
+    if constraints:  # couplings are those of the robot in other coordinates
         parts = replace(parts, coupling=None)
-    effectors = build_effectors(config, body.mesh, source)
     pattern = make_pattern(fixed, [*(part.nodes for part in body.domains), *parts.groups])
     contacts = build_contacts(config, selector)
+    place = partial(place_points, body.mesh)
     mass = body.mass[~fixed]  # (n / 3,)
     scheme = config.integration
     backend = "superlu" if constraints else scheme.factorisation
@@ -233,94 +227,11 @@ def build_robot(
         actuators=actuators_of(config),
         actuator_set=place_actuators(parts, body.mesh.nodes, pattern),
         limits=limits_of(config, source),
-        effectors=effectors,
-        H_e=effector_matrix(effectors, pattern.dof, pattern.n),
+        effectors=build_nodal_effectors(config.effectors, selector, place, pattern.dof, pattern.n),
         contacts=contacts,
         factorisation=make_factorisation(pattern.indptr, pattern.indices, backend),
     )
     return constrained(robot, constraints, config, body.mass, coupling) if constraints else robot
-
-
-def require_held(config: RobotConfig, bodies: Bodies, constraints: Constraints) -> None:
-    """Raise a RobotFileError where nothing holds a body, or the fixed nodes are all there are.
-
-    Nodes that are fixed or move with a drive hold a body where three of them are not on a line. Bodies that
-    are attached to each other are held together.
-
-    Args:
-        config: the robot file.
-        bodies: the bodies.
-        constraints: what joins them.
-    """
-    nodes, selector, source = bodies.parts.mesh.nodes, bodies.selector, bodies.selector.source
-    supported = bodies.fixed.copy()
-    for drive in constraints.drives:
-        supported[drive.nodes] = True
-    names = list(selector.ranges)
-    of_body = np.zeros(len(nodes), dtype=np.int64)
-    for number, name in enumerate(names):
-        of_body[selector.nodes_of(name)] = number
-    glued = constraints.glued
-    pairs = np.stack([np.repeat(of_body[glued.nodes], 4), of_body[glued.masters].ravel()])
-    joined = sp.coo_array((np.ones(pairs.shape[1]), pairs), shape=(len(names),) * 2)
-    _, group = connected_components(joined, directed=False)
-    for number, body in enumerate(config.all_bodies):
-        held = nodes[supported & (group[of_body] == group[number])]
-        short = 1e-6 * bodies.parts.mesh.size
-        if not body.free and (
-            len(held) == 0 or np.linalg.matrix_rank(held - held[0], tol=short) < 2
-        ):
-            whole = f"body {body.name!r}" if len(names) > 1 else "robot"
-            raise RobotFileError(
-                f"{source}: fixed: needs three nodes not on a line to hold the {whole}"
-            )
-    if bodies.fixed.all():
-        raise RobotFileError(f"{source}: fixed: holds every node, no node can move")
-
-
-def build_effectors(config: RobotConfig, mesh: TetMesh, source: str) -> MaterialPoints:
-    """Effectors attached to the mesh.
-
-    Args:
-        config: the robot file.
-        mesh: the body.
-        source: the robot file's path, for errors.
-    """
-    parts = [
-        place_points(mesh, [item.point], f"{source}: effectors.{index}.point", item.max_outside)
-        for index, item in enumerate(config.effectors)
-    ]
-    return MaterialPoints(
-        np.concatenate([part.nodes for part in parts]),
-        np.concatenate([part.weights for part in parts]),
-    )
-
-
-def build_contacts(config: RobotConfig, selector: Selector) -> ContactSet:
-    """Candidates and target surfaces of every contact.
-
-    Args:
-        config: the robot file.
-        selector: of regions of the mesh.
-    """
-    source, nodes_at_rest = selector.source, selector.nodes
-    used = [name for contact in config.contacts for name in (contact.candidates, contact.against)]
-    wanted = dict.fromkeys([*(surface.name for surface in config.surfaces), *used])
-    surfaces = {
-        name: selector.boundary[selector.select_triangles(selector.named[name], f"surfaces.{name}")]
-        for name in wanted
-    }
-    pairs = []
-    for contact in config.contacts:
-        try:
-            nodes, weights = spread_points(
-                nodes_at_rest, surfaces[contact.candidates], contact.points
-            )
-        except ValueError as error:
-            raise RobotFileError(f"{source}: contacts.{contact.candidates}: {error}") from error
-        name = f"{contact.candidates} on {contact.against}"
-        pairs.append(ContactPair(name, nodes, weights, surfaces[contact.against]))
-    return ContactSet(pairs, len(nodes_at_rest), config.contact.alarm_distance)
 
 
 def digest(
@@ -347,6 +258,8 @@ def digest(
     ]
     for pair in contacts.pairs:
         arrays += [pair.nodes, pair.weights, pair.triangles]
+        if len(pair.apart):
+            arrays.append(pair.apart)
     arrays += parts.chambers
     for force in parts.forces:
         arrays += [force.nodes, force.weights, force.direction]

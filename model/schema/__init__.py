@@ -11,7 +11,15 @@ from tauten.model.schema.actuators import (
 from tauten.model.schema.beam_file import BarSettings, BeamConfig, Structure, TubeSettings, Vertebra
 from tauten.model.schema.body import BodySettings, ElementName, MeshSettings, RotationSettings
 from tauten.model.schema.constraints import AttachmentSettings, DriveSettings, RigidSettings
-from tauten.model.schema.contact import SurfaceSettings, check_surfaces
+from tauten.model.schema.contact import (
+    ALARM_DISTANCE,
+    ITSELF,
+    ContactRange,
+    ContactSettings,
+    SurfaceSettings,
+    check_surfaces,
+)
+from tauten.model.schema.effector import COMPONENTS, EffectorKind, EffectorSettings
 from tauten.model.schema.material import LawName, MaterialSettings
 from tauten.model.schema.region import (
     AnyRegion,
@@ -53,28 +61,35 @@ from tauten.model.schema.section import (
 )
 
 __all__ = [
+    "ALARM_DISTANCE",
+    "ITSELF",
+    "ContactRange",
+    "ContactSettings",
     "AnyRegion",
     "AttachmentSettings",
     "BarSettings",
     "BeamConfig",
     "BodySettings",
     "Box",
+    "COMPONENTS",
     "CableSettings",
     "ChamberSettings",
     "Changes",
     "ControlPeriod",
+    "CouplingSettings",
     "Cylinder",
     "Difference",
     "DriveSettings",
+    "EffectorKind",
+    "EffectorSettings",
     "ElementName",
     "Everything",
     "Facing",
-    "NamedGroup",
+    "ForceSettings",
     "HalfSpace",
     "Intersection",
-    "CouplingSettings",
-    "ForceSettings",
     "Kind",
+    "NamedGroup",
     "LARGEST_COORDINATE",
     "LawName",
     "MaterialSettings",
@@ -92,9 +107,9 @@ __all__ = [
     "RotationSettings",
     "Section",
     "Selection",
+    "SingleActuator",
     "Skin",
     "Sphere",
-    "SingleActuator",
     "SpringSettings",
     "Structure",
     "SurfaceSettings",

@@ -25,6 +25,7 @@ from tauten.model.schema.contact import (
     SurfaceSettings,
     check_surfaces,
 )
+from tauten.model.schema.effector import EffectorSettings
 from tauten.model.schema.material import (
     RegionMaterialSettings,
     SolidMaterialSettings,
@@ -36,6 +37,7 @@ from tauten.model.schema.region import (
     check_regions,
 )
 from tauten.model.schema.section import (
+    MaxOutside,
     Name,
     NonNegative,
     Point,
@@ -48,14 +50,6 @@ from tauten.model.schema.section import (
 BackEnd = Literal["auto", "pardiso", "cholmod", "superlu"]
 Acceleration = Annotated[float, in_range(-1e3, 1e3, "m/s²")]
 Gravity = tuple[Acceleration, Acceleration, Acceleration]
-MaxOutside = Annotated[
-    NonNegative,
-    Field(
-        le=10.0,
-        description="How far outside the body its points may lie [m], by default 0; they then move with "
-        "the nearest element.",
-    ),
-]
 
 
 class CableSettings(Section):
@@ -92,10 +86,10 @@ class CableSettings(Section):
         description="Largest speed of the winch, in and out [m/s]."
     )
     max_outside: MaxOutside = 0.0
-    spring: Annotated[
-        SpringSettings | None, Field(description="Spring between winch and cable; default: none.")
-    ] = None
-    held: Annotated[Held, Field(description=HELD)] = "position"
+    spring: SpringSettings | None = Field(
+        default=None, description="Spring between winch and cable; default: none."
+    )
+    held: Held = Field(default="position", description=HELD)
 
     @property
     def limits(self) -> Range:
@@ -119,14 +113,6 @@ class CableSettings(Section):
 
 
 SingleActuator = CableSettings | ChamberSettings | DriveSettings | ForceSettings
-
-
-class EffectorSettings(Section):
-    """A point of the body that is to reach targets."""
-
-    name: Name = Field(description="Name of the effector, used once.")
-    point: Point = Field(description="The point of the body at rest that is to reach targets [m].")
-    max_outside: MaxOutside = 0.0
 
 
 class IntegrationSettings(Section):
@@ -198,26 +184,28 @@ class RobotSettings(Section):
         "else holds every body.",
     )
     regions: tuple[AnyRegion, ...] = Field(
-        default=(), description="Regions that other tables use by name; by default none."
+        (), description="Regions that other tables use by name; by default none."
     )
     cables: tuple[CableSettings, ...] = Field(
         default=(), description="Cables, one table each; by default none."
     )
-    chambers: Annotated[
-        tuple[ChamberSettings, ...], Field(description="Closed cavities under pressure.")
-    ] = ()
+    chambers: tuple[ChamberSettings, ...] = Field(
+        default=(), description="Closed cavities under pressure, one table each; by default none."
+    )
     drives: tuple[DriveSettings, ...] = Field(
         default=(),
-        description="Motors that turn a region about an axis or move it along one; by default none.",
+        description="Motors that turn or move a region, one table each; by default none.",
     )
-    forces: Annotated[
-        tuple[ForceSettings, ...], Field(description="Forces of fixed direction on the body.")
-    ] = ()
-    couplings: Annotated[
-        tuple[CouplingSettings, ...], Field(description="Motors that drive several actuators each.")
-    ] = ()
+    forces: tuple[ForceSettings, ...] = Field(
+        default=(),
+        description="Forces of fixed direction on the body, one table each; by default none.",
+    )
+    couplings: tuple[CouplingSettings, ...] = Field(
+        default=(),
+        description="Motors that drive several actuators each, one table each; by default none.",
+    )
     effectors: Annotated[list[EffectorSettings], Field(min_length=1)] = Field(
-        description="Points that are to reach targets, one table each; the first one's keys on the wire "
+        description="What is to reach targets, one table each; the first one's keys on the wire "
         "are plain."
     )
     contacts: tuple[ContactSettings, ...] = Field(
@@ -261,12 +249,14 @@ class RobotSettings(Section):
 
     def selections(self) -> list[tuple[str, Region | str]]:
         """Selections outside of `regions`, with the fields they come from."""
-        found: list[tuple[str, Region | str]] = [
-            (f"fixed.{index}", item) for index, item in enumerate(self.fixed)
+        found: list[tuple[str, Region | str | None]] = [
+            *((f"fixed.{index}", item) for index, item in enumerate(self.fixed)),
+            *((f"chambers.{index}.surface", c.surface) for index, c in enumerate(self.chambers)),
+            *((f"drives.{index}.region", d.region) for index, d in enumerate(self.drives)),
+            *((f"forces.{index}.region", f.region) for index, f in enumerate(self.forces)),
+            *((f"effectors.{index}.region", e.region) for index, e in enumerate(self.effectors)),
         ]
-        found += [(f"chambers.{c.name}.surface", c.surface) for c in self.chambers if c.surface]
-        found += [(f"drives.{d.name}.region", d.region) for d in self.drives]
-        return found + [(f"forces.{f.name}.region", f.region) for f in self.forces if f.region]
+        return [(field, selection) for field, selection in found if selection is not None]
 
     @model_validator(mode="after")
     def _regions(self) -> Self:

@@ -15,6 +15,7 @@ import numpy as np
 from tauten.model import (
     Actuators,
     ContactRows,
+    EffectorLayout,
     Integration,
     Limits,
     PairSlots,
@@ -27,7 +28,8 @@ from tauten.model import (
 from tauten.model.contact import ContactSet
 from tauten.model.numerics import Array, DenseFactors, FactorisationError, Ints
 from tauten.model.tetra import TetRobot
-from tauten.reduction.state.basis import StateBasis, corotational_robot
+from tauten.reduction.state.arrays import Body, Dynamics, Tendons, Work, make_work
+from tauten.reduction.state.basis import StateBasis, reducible_robot
 from tauten.reduction.state.body import (
     ReducedPoints,
     contact_surface,
@@ -35,14 +37,9 @@ from tauten.reduction.state.body import (
     sampled_body,
 )
 from tauten.reduction.state.kernels import (
-    Body,
-    Dynamics,
-    Tendons,
-    Work,
     assemble_sample,
     contact_jacobian,
     linearise,
-    make_work,
     pulled_lengths,
 )
 
@@ -59,7 +56,8 @@ class ReducedRobot:
         tendons: cable segments.
         mass: (r, r) Φᵀ M Φ [kg].
         load: (r,) Φᵀ of gravity and outer forces [N].
-        effectors: effector points.
+        effector_points: points that the effectors are functions of.
+        effector_places: (3 p, r) displacement of the effectors, where outer forces act on them.
         surface: vertices of candidates and target triangles.
         contacts: candidates and triangles on the vertices of `surface`.
         work: workspace of the kernels.
@@ -72,7 +70,8 @@ class ReducedRobot:
     tendons: Tendons
     mass: Array
     load: Array
-    effectors: ReducedPoints
+    effector_points: ReducedPoints
+    effector_places: Array
     surface: ReducedPoints
     contacts: ContactSet
     work: Work
@@ -119,8 +118,13 @@ class ReducedRobot:
 
     @property
     def n_e(self) -> int:
-        """Effector rows, three a point."""
-        return len(self.effectors.rest)
+        """Effector rows."""
+        return self.effector_layout.n_rows
+
+    @property
+    def effector_layout(self) -> EffectorLayout:
+        """Kinds of the effectors, their rows, goal values and weights."""
+        return self.full.effector_layout
 
     @property
     def n_c(self) -> int:
@@ -177,7 +181,7 @@ class ReducedRobot:
         return dataclasses.replace(self, work=make_work(self.body, self.tendons))
 
     def loaded(self, gravity: Array, effector_force: Array) -> ReducedRobot:
-        """The robot under another gravity (3,) [m/s²] and forces on its effectors (n_e,) [N]."""
+        """The robot under another gravity (3,) [m/s²] and forces on its effectors (3 p,) [N]."""
         full = self.full.loaded(gravity, effector_force)
         return dataclasses.replace(self, full=full, load=self.states.Phi.T @ full.load)
 
@@ -198,7 +202,11 @@ class ReducedRobot:
 
     def effector(self, state: State) -> Array:
         """Positions of the effectors: (p, 3) [m]."""
-        return self.effectors.at(state.q)
+        return self.full.effectors.kinds.positions(self.effector_points.at(state.q))
+
+    def effector_values(self, state: State) -> Array:
+        """Goal values of the effectors: (n_v,)."""
+        return self.full.effectors.kinds.values(self.effector_points.at(state.q))
 
     def points(self, state: State) -> Array:
         """Positions of all nodes, which `triangles` refers to: (n_nodes, 3) [m]; as long as the mesh."""
@@ -210,7 +218,7 @@ class ReducedRobot:
 
     def displacement(self, dq: Array) -> float:
         """Largest displacement of an effector or contact vertex in a change dq (r,) [m]."""
-        parts = (self.effectors.map @ dq, self.surface.map @ dq)
+        parts = (self.effector_places @ dq, self.surface.map @ dq)
         return max(float(np.abs(part).max(initial=0.0)) for part in parts)
 
     def forces(
@@ -256,7 +264,9 @@ class ReducedRobot:
     def rows(self, state: State, contacts: bool = True) -> RobotRows:
         """Rows of effectors, cables and, where `contacts` is true, contacts at this state."""
         return RobotRows(
-            effectors=Rows(self.effectors.map, self.effectors.at(state.q).ravel()),
+            effectors=self.full.effectors.kinds.rows(
+                self.effector_points.at(state.q), self.effector_points.map
+            ),
             actuators=Rows(*pulled_lengths(state.q, self.tendons)),
             contacts=self._contact_rows(state.q) if contacts else self._no_contact_rows(),
         )
@@ -288,7 +298,7 @@ def reduced_robot(robot: Robot, states: StateBasis) -> ReducedRobot:
         StateBasisError: the basis was made for another robot, or this one is not made of tetrahedra.
     """
     states.check_robot(robot)
-    robot = corotational_robot(robot)
+    robot = reducible_robot(robot)
     Phi = states.Phi
     body, tendons = (
         sampled_body(robot, Phi, states.elements, states.weights),
@@ -303,7 +313,10 @@ def reduced_robot(robot: Robot, states: StateBasis) -> ReducedRobot:
         tendons=tendons,
         mass=Phi.T @ (robot.mass[:, None] * Phi),
         load=Phi.T @ robot.load,
-        effectors=ReducedPoints(robot.effector(robot.rest()).ravel(), np.asarray(robot.H_e @ Phi)),
+        effector_points=ReducedPoints(
+            robot.effectors.points(robot.mesh.nodes).ravel(), np.asarray(robot.effectors.C @ Phi)
+        ),
+        effector_places=np.asarray(robot.effectors.kinds.force_map(robot.effectors.C) @ Phi),
         surface=surface,
         contacts=contacts,
         work=make_work(body, tendons),

@@ -101,7 +101,7 @@ def check_robot(settings: CheckSettings, stop: StopFlag, progress: Progress) -> 
             return RobotCheck(config.name, findings, refused=str(error))
         findings += tuple(part.finding for part in parts_of(config, path))
         progress(0.02, "body")
-        findings += tuple(body_findings(robot, 3, config.contact.alarm_distance))
+        findings += tuple(body_findings(robot, 3, robot.contacts.alarm_distance))
         progress(0.08, own.name)
         if not settings.shares:
             return RobotCheck(config.name, findings)

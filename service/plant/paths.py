@@ -11,8 +11,7 @@ from typing import Literal
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from tauten.model import Robot, Simulator
-from tauten.model.compliance import row_compliance
+from tauten.model import Robot, Simulator, row_compliance
 from tauten.model.numerics import Array
 
 log = logging.getLogger(__name__)
