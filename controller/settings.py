@@ -15,20 +15,21 @@ class ControllerSettings(Section):
     """Inverse control."""
 
     qp_solver: Name = Field(
-        "daqp", description="Name of the QP library: daqp (default), osqp, proxqp and others."
+        default="daqp",
+        description="Name of the QP library: daqp (default), osqp, proxqp and others.",
     )
     regularisation: Annotated[float, Field(ge=0.0, le=1e6)] = Field(
-        1e-3,
+        default=1e-3,
         description="Weight of the energy of the actuators against the distance to the target, unitless, by "
         "default 1e-3.",
     )
     basis: str | None = Field(
-        None,
+        default=None,
         description="Contact basis of the controller: a .basis file beside the robot file, a shipped one, "
         '"full" for pointwise contact, or "none" (default).',
     )
     max_pivots: Annotated[int, Field(ge=1, le=1_000_000)] = Field(
-        100, description="Pieces of the QPCC solved at most in a decision, by default 100."
+        default=100, description="Pieces of the QPCC solved at most in a decision, by default 100."
     )
 
 

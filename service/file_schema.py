@@ -27,11 +27,11 @@ class RobotFile(RobotConfig):
     """The file of a robot made of tetrahedra."""
 
     controller: ControllerTable = Field(
-        ControllerTable(), description="Control rate and inverse control."
+        default=ControllerTable(), description="Control rate and inverse control."
     )
-    model: ModelSettings = Field(ModelSettings(), description="The model that decides.")
+    model: ModelSettings = Field(default=ModelSettings(), description="The model that decides.")
     service: ServiceSettings = Field(
-        ServiceSettings(), description="Time-outs and feedback of the node."
+        default=ServiceSettings(), description="Time-outs and feedback of the node."
     )
 
 
@@ -39,11 +39,11 @@ class BeamRobotFile(BeamConfig):
     """The file of a robot made of beams."""
 
     controller: ControllerTable = Field(
-        ControllerTable(), description="Control rate and inverse control."
+        default=ControllerTable(), description="Control rate and inverse control."
     )
-    model: ModelSettings = Field(ModelSettings(), description="The model that decides.")
+    model: ModelSettings = Field(default=ModelSettings(), description="The model that decides.")
     service: ServiceSettings = Field(
-        ServiceSettings(), description="Time-outs and feedback of the node."
+        default=ServiceSettings(), description="Time-outs and feedback of the node."
     )
 
 

@@ -19,25 +19,29 @@ class ModelSettings(Section):
     over.
     """
 
-    order: Literal["full", "reduced"] = Field("full", description="Which model, by default full.")
+    order: Literal["full", "reduced"] = Field(
+        default="full", description="Which model, by default full."
+    )
     states: str | None = Field(
-        None,
+        default=None,
         description="Name of the state basis, a .states file beside the robot file or a shipped one; by "
         "default the robot's name.",
     )
     max_tip_error: Annotated[Positive, in_range(0.0, 10.0, "m")] = Field(
-        1e-3, description="Error of the tip that a reduced model may have [m], by default 1e-3."
+        default=1e-3,
+        description="Error of the tip that a reduced model may have [m], by default 1e-3.",
     )
     check_period: Annotated[Positive, in_range(1e-3, 3600.0, "s")] = Field(
-        1.0, description="Time between two comparisons with the full model [s], by default 1."
+        default=1.0,
+        description="Time between two comparisons with the full model [s], by default 1.",
     )
     fall_back: bool = Field(
-        False,
+        default=False,
         description="Whether the full model replaces a reduced one that exceeds `max_tip_error`; by default "
         "not.",
     )
     fall_back_rate: Rate = Field(
-        50.0, description="Control rate of the full model then [Hz], by default 50."
+        default=50.0, description="Control rate of the full model then [Hz], by default 50."
     )
 
 
@@ -45,23 +49,26 @@ class ServiceSettings(Section):
     """The node."""
 
     target_timeout: Annotated[Positive, in_range(1e-3, 60.0, "s")] = Field(
-        0.5, description="Time without target after which the node holds [s], by default 0.5."
+        default=0.5,
+        description="Time without target after which the node holds [s], by default 0.5.",
     )
     release_time: Annotated[Positive, in_range(1e-3, 60.0, "s")] = Field(
-        1.0, description="Least duration of a release [s], by default 1."
+        default=1.0, description="Least duration of a release [s], by default 1."
     )
     late_limit: Annotated[int, Field(ge=1, le=100_000)] = Field(
-        25, description="Deadlines missed in a row after which the node holds, by default 25."
+        default=25,
+        description="Deadlines missed in a row after which the node holds, by default 25.",
     )
     measurement_timeout: Annotated[Positive, in_range(1e-3, 10.0, "s")] = Field(
-        0.25,
+        default=0.25,
         description="Time without measurement after which a closed loop holds [s], by default 0.25.",
     )
     feedback_gain: Annotated[Positive, in_range(0.0, 1e3, "1/s")] = Field(
-        2.0, description="Gain with which a closed loop corrects targets [1/s], by default 2."
+        default=2.0,
+        description="Gain with which a closed loop corrects targets [1/s], by default 2.",
     )
     measurement_delay: Annotated[float, in_range(0.0, 10.0, "s")] = Field(
-        0.0, description="Age of a measurement when it arrives [s], by default 0."
+        default=0.0, description="Age of a measurement when it arrives [s], by default 0."
     )
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 
 from tauten.model.actuators import (
@@ -28,7 +26,7 @@ def build_actuators(config: RobotConfig, body: BodyParts, selector: Selector) ->
     Args:
         config: the robot file.
         body: with the mesh and the masses of its nodes.
-        selector: of regions of the mesh.
+        selector: of regions of the mesh; it names the robot file and its folder.
 
     Raises:
         RobotFileError: a point outside the mesh, a chamber that is not closed, an empty region.
@@ -50,20 +48,23 @@ def build_chamber(item: ChamberSettings, config: RobotConfig, selector: Selector
         config: the robot file.
         selector: of regions of the mesh.
     """
-    nodes, boundary, source = selector.nodes, selector.boundary, selector.source
-    where = f"{source}: chambers.{item.name}"
+    where, nodes, boundary = (
+        f"{selector.source}: chambers.{item.name}",
+        selector.nodes,
+        selector.boundary,
+    )
     try:
         if item.inside is not None:
             chosen = cavity_around(nodes, boundary, np.array(item.inside))
         elif item.stl is not None:
-            unit = UNITS[item.stl_unit or config.mesh.length_unit]
-            points, triangles = read_triangles(Path(source).parent / item.stl)
+            unit = UNITS[item.stl_unit or config.all_bodies[0].mesh.length_unit]
+            points, triangles = read_triangles(selector.folder / item.stl)
             centres = unit * points[triangles].mean(axis=1)
             chosen = cavity_nearest(nodes, boundary, centres)
         else:
             assert item.surface is not None
-            what = f"chambers.{item.name}.surface"
-            chosen = boundary[selector.select_triangles(item.surface, what)]
+            found = selector.select_triangles(item.surface, f"chambers.{item.name}.surface")
+            chosen = boundary[found]
         return chamber_surface(nodes, chosen)
     except (ChamberError, MeshError) as error:
         raise RobotFileError(f"{where}: {error}") from error
@@ -77,13 +78,15 @@ def build_force(item: ForceSettings, body: BodyParts, selector: Selector) -> Poi
         body: with the mesh and the masses of its nodes.
         selector: of regions of the mesh.
     """
-    where = f"{selector.source}: forces.{item.name}"
+    where = f"forces.{item.name}"
     direction = np.array(item.direction) / np.linalg.norm(item.direction)
     if item.point is not None:
-        place = place_points(body.mesh, [item.point], f"{where}.point", item.max_outside)
+        place = place_points(
+            body.mesh, [item.point], f"{selector.source}: {where}.point", item.max_outside
+        )
         return PointForce(place.nodes[0], place.weights[0], direction)
     assert item.region is not None
-    chosen = np.flatnonzero(selector.select_nodes(item.region, f"forces.{item.name}.region"))
+    chosen = np.flatnonzero(selector.select_nodes(item.region, f"{where}.region"))
     return PointForce(chosen, body.mass[chosen] / body.mass[chosen].sum(), direction)
 
 

@@ -9,6 +9,8 @@ from tauten.model.schema.actuators import (
     SpringSettings,
 )
 from tauten.model.schema.beam_file import BarSettings, BeamConfig, Structure, TubeSettings, Vertebra
+from tauten.model.schema.body import BodySettings, ElementName, MeshSettings, RotationSettings
+from tauten.model.schema.contact import SurfaceSettings, check_surfaces
 from tauten.model.schema.effector import COMPONENTS, EffectorKind, EffectorSettings
 from tauten.model.schema.material import LawName, MaterialSettings
 from tauten.model.schema.region import (
@@ -32,12 +34,9 @@ from tauten.model.schema.robot_file import (
     CableSettings,
     Changes,
     ControlPeriod,
-    ElementName,
     RobotConfig,
     RobotSettings,
     SingleActuator,
-    SurfaceSettings,
-    check_surfaces,
     model_tables,
 )
 from tauten.model.schema.section import (
@@ -57,6 +56,7 @@ __all__ = [
     "AnyRegion",
     "BarSettings",
     "BeamConfig",
+    "BodySettings",
     "Box",
     "COMPONENTS",
     "CableSettings",
@@ -79,6 +79,7 @@ __all__ = [
     "LARGEST_COORDINATE",
     "LawName",
     "MaterialSettings",
+    "MeshSettings",
     "Name",
     "NearStl",
     "Positive",
@@ -88,6 +89,7 @@ __all__ = [
     "RobotConfig",
     "RobotFileError",
     "RobotSettings",
+    "RotationSettings",
     "Section",
     "Selection",
     "SingleActuator",

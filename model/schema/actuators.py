@@ -85,8 +85,8 @@ class ChamberSettings(Section):
 
     name: Annotated[Name, Field(description="Name in keys, messages and tables.")]
     surface: Annotated[
-        Name | None,
-        Field(description="Surface of boundary triangles that encloses the chamber, by its name."),
+        Selection | None,
+        Field(description="Region of boundary triangles that encloses the chamber, or its name."),
     ] = None
     stl: Annotated[
         str | None,

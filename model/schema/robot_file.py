@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import ConfigDict, Field, model_validator
@@ -18,24 +17,25 @@ from tauten.model.schema.actuators import (
     SpringSettings,
     check_couplings,
 )
+from tauten.model.schema.body import BodySettings, ElementName, MeshSettings
+from tauten.model.schema.contact import (
+    ContactRange,
+    ContactSettings,
+    SurfaceSettings,
+    check_surfaces,
+)
 from tauten.model.schema.effector import EffectorSettings
 from tauten.model.schema.material import (
-    MaterialSettings,
     RegionMaterialSettings,
     SolidMaterialSettings,
 )
 from tauten.model.schema.region import (
     AnyRegion,
-    Box,
-    Facing,
-    Intersection,
     Region,
     Selection,
     check_regions,
 )
 from tauten.model.schema.section import (
-    Direction,
-    Distance,
     MaxOutside,
     Name,
     NonNegative,
@@ -46,28 +46,9 @@ from tauten.model.schema.section import (
     in_range,
 )
 
-ElementName = Literal["linear", "quadratic", "smoothed"]
 BackEnd = Literal["auto", "pardiso", "cholmod", "superlu"]
 Acceleration = Annotated[float, in_range(-1e3, 1e3, "m/s²")]
 Gravity = tuple[Acceleration, Acceleration, Acceleration]
-
-
-class MeshSettings(Section):
-    """The body's mesh."""
-
-    file: str = Field(
-        description="Mesh file, relative to the robot file: tetrahedra, in any format of meshio."
-    )
-    length_unit: Literal["m", "cm", "mm"] = Field(
-        "m",
-        description="Unit of lengths in the mesh file, by default m. The robot file itself is in SI units.",
-    )
-    element: ElementName = Field(
-        "linear",
-        description="Element of the body: linear tetrahedra (default); quadratic ones, with midpoints "
-        "added to a linear mesh; smoothed: linear ones with strain smoothed around edges and change of "
-        "volume smoothed around nodes.",
-    )
 
 
 class CableSettings(Section):
@@ -81,18 +62,18 @@ class CableSettings(Section):
         "the last."
     )
     pull_point: Point | None = Field(
-        None,
+        default=None,
         description="Where the cable starts, fixed in space [m]; by default it starts at the first of "
         "`points`.",
     )
     min_tension: NonNegative = Field(
-        0.0, description="Least tension that is decided [N], by default 0."
+        default=0.0, description="Least tension that is decided [N], by default 0."
     )
     max_tension: Annotated[Positive, in_range(0.0, 1e6, "N")] = Field(
         description="Largest tension [N]."
     )
     min_pull: Annotated[float, in_range(-1e3, 1e3, "m")] = Field(
-        0.0,
+        default=0.0,
         description="Least pulled length [m], at most 0. The default 0 means that the winch does not pay "
         "out more cable than the robot has at rest: a cable on the outer side of a bend then holds the "
         "robot back. Give a negative value for a winch that lets cable out beyond rest.",
@@ -104,10 +85,10 @@ class CableSettings(Section):
         description="Largest speed of the winch, in and out [m/s]."
     )
     max_outside: MaxOutside = 0.0
-    spring: SpringSettings | None = Field(
-        default=None, description="Spring between winch and cable; default: none."
-    )
-    held: Held = Field(default="position", description=HELD)
+    spring: Annotated[
+        SpringSettings | None, Field(description="Spring between winch and cable; default: none.")
+    ] = None
+    held: Annotated[Held, Field(description=HELD)] = "position"
 
     @property
     def limits(self) -> Range:
@@ -133,65 +114,22 @@ class CableSettings(Section):
 SingleActuator = CableSettings | ChamberSettings | ForceSettings
 
 
-class SurfaceSettings(Section):
-    """Boundary triangles whose centre lies in the box and whose normal points along `normal`."""
-
-    name: Name = Field(description="Name of the surface, used once.")
-    box: Box = Field(description="Box in which the centres of the triangles lie [m].")
-    normal: Direction | None = Field(
-        None,
-        description="Direction near which the outward normals of the triangles are; by default any.",
-    )
-    max_angle_deg: Annotated[float, Field(gt=0.0, le=180.0)] = Field(
-        45.0,
-        description="Largest angle between `normal` and the normal of a triangle [deg], by default 45.",
-    )
-
-    def region(self) -> Region:
-        """The same as a region."""
-        if self.normal is None:
-            return self.box
-        facing = Facing(kind="normal", direction=self.normal, max_angle_deg=self.max_angle_deg)
-        return Intersection(kind="intersection", of=[self.box, facing])
-
-
-class ContactSettings(Section):
-    """Candidate points spread over one surface against the triangles of another."""
-
-    candidates: Name = Field(description="Surface that the candidates are spread over.")
-    against: Name = Field(description="Surface that they may touch.")
-    points: Annotated[int, Field(ge=1, le=100_000)] = Field(description="Number of candidates.")
-
-
-class ContactRange(Section):
-    """Distances of contact handling [m]."""
-
-    alarm_distance: Distance = Field(
-        2e-3,
-        description="Distance up to which candidates and surfaces are compared [m], by default 2e-3; less "
-        "than the thickness of the thinnest wall in contact.",
-    )
-    tolerance: Distance = Field(
-        5e-5,
-        description="Overlap beyond which a decision adds a contact column [m], by default 5e-5.",
-    )
-
-
 class IntegrationSettings(Section):
     """Time integration; the time step is `ControlPeriod`."""
 
     scheme: Literal["implicit-euler", "quasi-static"] = Field(
-        "implicit-euler",
+        default="implicit-euler",
         description="With inertia and damping (implicit-euler, default) or without (quasi-static).",
     )
     rayleigh_mass: Annotated[NonNegative, Field(le=1e6)] = Field(
-        0.0, description="Damping proportional to mass [1/s], by default 0."
+        default=0.0, description="Damping proportional to mass [1/s], by default 0."
     )
     rayleigh_stiffness: Annotated[NonNegative, Field(le=1e3)] = Field(
-        0.0, description="Damping proportional to stiffness [s], by default 0."
+        default=0.0, description="Damping proportional to stiffness [s], by default 0."
     )
     factorisation: BackEnd = Field(
-        "auto", description="Sparse factorisation; auto (default): the fastest that is installed."
+        default="auto",
+        description="Sparse factorisation; auto (default): the fastest that is installed.",
     )
 
 
@@ -201,20 +139,20 @@ class ControlPeriod(Section):
     model_config = ConfigDict(extra="ignore")
 
     rate: Rate = Field(
-        50.0, description="Control rate [Hz], by default 50; a time step is 1 / rate."
+        default=50.0, description="Control rate [Hz], by default 50; a time step is 1 / rate."
     )
 
 
 class Changes(Section):
     """The arguments with which `load_robot` changes a robot file."""
 
-    rate: Rate | None = Field(None, description="Control rate [Hz].")
+    rate: Rate | None = Field(default=None, description="Control rate [Hz].")
     refinements: Annotated[int, Field(ge=0, le=4)] = Field(
-        0, description="How often every tetrahedron is cut into eight."
+        default=0, description="How often every tetrahedron is cut into eight."
     )
-    factorisation: BackEnd | None = Field(None, description="Sparse factorisation.")
+    factorisation: BackEnd | None = Field(default=None, description="Sparse factorisation.")
     young_scale: Annotated[float, in_range(1e-6, 1e6, "")] = Field(
-        1.0, description="Factor of Young's modulus, unitless."
+        default=1.0, description="Factor of Young's modulus, unitless."
     )
 
 
@@ -232,44 +170,48 @@ class RobotSettings(Section):
 
     name: Name = Field(description="Name of the robot, part of every key on the wire.")
     frame: Name = Field(
-        "base",
+        default="base",
         description="Name of the robot's frame, in the headers of messages; by default base.",
     )
     gravity: Gravity = Field(
-        (0.0, 0.0, -9.81), description="Acceleration of gravity [m/s²], by default 9.81 along −z."
+        default=(0.0, 0.0, -9.81),
+        description="Acceleration of gravity [m/s²], by default 9.81 along −z.",
     )
-    material: MaterialSettings = Field(description="Material of the body.")
-    fixed: Annotated[list[Selection], Field(min_length=1)] = Field(
-        description="Regions, or their names, whose nodes do not move, one table each."
+    fixed: tuple[Selection, ...] = Field(
+        default=(),
+        description="Regions, or their names, whose nodes do not move; by default none, where something "
+        "else holds every body.",
     )
     regions: tuple[AnyRegion, ...] = Field(
-        (), description="Regions that other tables use by name; by default none."
+        default=(), description="Regions that other tables use by name; by default none."
     )
     cables: tuple[CableSettings, ...] = Field(
         default=(), description="Cables, one table each; by default none."
     )
-    chambers: tuple[ChamberSettings, ...] = Field(
-        default=(), description="Closed cavities under pressure, one table each; by default none."
-    )
-    forces: tuple[ForceSettings, ...] = Field(
-        default=(),
-        description="Forces of fixed direction on the body, one table each; by default none.",
-    )
-    couplings: tuple[CouplingSettings, ...] = Field(
-        default=(),
-        description="Motors that drive several actuators each, one table each; by default none.",
-    )
+    chambers: Annotated[
+        tuple[ChamberSettings, ...], Field(description="Closed cavities under pressure.")
+    ] = ()
+    forces: Annotated[
+        tuple[ForceSettings, ...], Field(description="Forces of fixed direction on the body.")
+    ] = ()
+    couplings: Annotated[
+        tuple[CouplingSettings, ...], Field(description="Motors that drive several actuators each.")
+    ] = ()
     effectors: Annotated[list[EffectorSettings], Field(min_length=1)] = Field(
         description="What is to reach targets, one table each; the first one's keys on the wire "
         "are plain."
     )
     contacts: tuple[ContactSettings, ...] = Field(
-        (), description="Pairs of surfaces that may touch, one table each; by default none."
+        default=(), description="Pairs of surfaces that may touch, one table each; by default none."
     )
-    contact: ContactRange = Field(ContactRange(), description="Distances of contact handling.")
-    integration: IntegrationSettings = Field(IntegrationSettings(), description="Time integration.")
+    contact: ContactRange = Field(
+        default=ContactRange(), description="Distances of contact handling."
+    )
+    integration: IntegrationSettings = Field(
+        default=IntegrationSettings(), description="Time integration."
+    )
     controller: ControlPeriod = Field(
-        ControlPeriod(), description="Control rate and inverse control."
+        default=ControlPeriod(), description="Control rate and inverse control."
     )
 
     @model_validator(mode="after")
@@ -300,8 +242,8 @@ class RobotSettings(Section):
         """Selections outside of `regions`, with the fields they come from."""
         found: list[tuple[str, Region | str | None]] = [
             *((f"fixed.{index}", item) for index, item in enumerate(self.fixed)),
-            *((f"chambers.{index}.surface", c.surface) for index, c in enumerate(self.chambers)),
-            *((f"forces.{index}.region", f.region) for index, f in enumerate(self.forces)),
+            *((f"chambers.{c.name}.surface", c.surface) for c in self.chambers),
+            *((f"forces.{f.name}.region", f.region) for f in self.forces),
             *((f"effectors.{index}.region", e.region) for index, e in enumerate(self.effectors)),
         ]
         return [(field, selection) for field, selection in found if selection is not None]
@@ -327,16 +269,61 @@ class RobotSettings(Section):
 class RobotConfig(RobotSettings):
     """The file of a robot made of tetrahedra."""
 
-    material: SolidMaterialSettings = Field(description="Material of the body.")
+    material: SolidMaterialSettings | None = Field(
+        default=None,
+        description="Material of the body, or of all bodies that have none of their own.",
+    )
     materials: tuple[RegionMaterialSettings, ...] = Field(
-        (),
+        default=(),
         description="Other materials in parts of the body, one table each; a later one replaces an earlier "
         "one.",
     )
-    mesh: MeshSettings = Field(description="Mesh of the body.")
-    surfaces: tuple[SurfaceSettings, ...] = Field(
-        (), description="Named parts of the body's surface, one table each; by default none."
+    mesh: MeshSettings | None = Field(
+        default=None, description="Mesh of the body, where there is one."
     )
+    bodies: tuple[BodySettings, ...] = Field(
+        default=(), description="Bodies, one table each, instead of `mesh`."
+    )
+    surfaces: tuple[SurfaceSettings, ...] = Field(
+        default=(),
+        description="Named parts of the body's surface, one table each; by default none.",
+    )
+
+    @model_validator(mode="after")
+    def _bodies(self) -> RobotConfig:
+        if (self.mesh is None) != bool(self.bodies):
+            found = "both" if self.bodies else "neither"
+            raise ValueError(f"mesh: a robot has a mesh or bodies, this one has {found}")
+        if self.bodies and self.materials:
+            raise ValueError("materials: with bodies they stand in the table of each body")
+        check_unique("bodies", [body.name for body in self.bodies])
+        for index, body in enumerate(self.bodies):
+            if body.material is None and self.material is None:
+                raise ValueError(f"bodies.{index}.material: Field required, or material for all")
+        if self.mesh is not None and self.material is None:
+            raise ValueError("material: Field required")
+        return self
+
+    @property
+    def all_bodies(self) -> tuple[BodySettings, ...]:
+        """The bodies, each with its material; the one of `mesh` has the name "body"."""
+        if self.mesh is not None:
+            one = {"name": "body", "mesh": self.mesh, "material": self.material}
+            return (BodySettings.model_validate({**one, "materials": self.materials}),)
+        return tuple(
+            body if body.material else body.model_copy(update={"material": self.material})
+            for body in self.bodies
+        )
+
+    def with_element(self, element: ElementName) -> RobotConfig:
+        """The same file with all bodies made of another element."""
+        changed = {"element": element}
+        bodies = tuple(
+            body.model_copy(update={"mesh": body.mesh.model_copy(update=changed)})
+            for body in self.bodies
+        )
+        mesh = self.mesh and self.mesh.model_copy(update=changed)
+        return self.model_copy(update={"mesh": mesh, "bodies": bodies})
 
     @model_validator(mode="after")
     def _surfaces(self) -> RobotConfig:
@@ -353,8 +340,13 @@ class RobotConfig(RobotSettings):
 
     def selections(self) -> list[tuple[str, Region | str]]:
         """Selections outside of `regions`, with the fields they come from."""
-        materials = enumerate(self.materials)
-        return super().selections() + [(f"materials.{i}.region", m.region) for i, m in materials]
+        found = super().selections()
+        found += [(f"materials.{i}.region", item.region) for i, item in enumerate(self.materials)]
+        for b, body in enumerate(self.bodies):
+            parts = enumerate(body.materials)
+            found += [(f"bodies.{b}.materials.{i}.region", item.region) for i, item in parts]
+            found += [(f"bodies.{b}.fixed.{i}", region) for i, region in enumerate(body.fixed)]
+        return found
 
 
 def check_unique(what: str, names: list[str]) -> None:
@@ -362,14 +354,3 @@ def check_unique(what: str, names: list[str]) -> None:
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:
         raise ValueError(f"{what}: name {twice[0]!r} is used twice")
-
-
-def check_surfaces(contacts: Sequence[ContactSettings], known: set[str]) -> None:
-    """Raise a ValueError when a contact names a surface that is not known."""
-    for index, contact in enumerate(contacts):
-        for name in (contact.candidates, contact.against):
-            if name not in known:
-                raise ValueError(
-                    f"contacts.{index}: surface {name!r} is not defined, "
-                    f"known are {', '.join(sorted(known)) or 'none'}"
-                )

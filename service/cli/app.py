@@ -135,7 +135,12 @@ def stream(
             "or a CSV file with columns x, y, z [m] and optionally t [s]."
         ),
     ],
-    robot: Annotated[str, typer.Option(help="The robot that is served.")] = "finger",
+    robot: Annotated[
+        str,
+        typer.Option(
+            help="The robot that is served: a shipped one, a file, or else the name a node serves it by."
+        ),
+    ] = "finger",
     effector: Annotated[str | None, typer.Option(help="Default: the first.")] = None,
     rate: Annotated[float, typer.Option(min=0.01, help="Targets a second.")] = 50.0,
     duration: Annotated[
@@ -156,21 +161,19 @@ def stream(
     zenoh_config: ZenohConfig = None,
 ) -> None:
     """Stream targets to a robot's node, as soon as the node is alive."""
-    from tauten.model import load_robot
-    from tauten.service.plant import PathError, PathSettings, StreamSettings, make_path
+    from tauten.service.plant import PathSettings, StreamSettings, find_receiver, receiver_path
     from tauten.service.plant import stream as run
     from tauten.service.process import stop_on_signals
 
-    loaded = load_robot(robot)
-    names = loaded.effector_names
-    if effector is not None and effector not in names:
-        raise PathError(f"{loaded.name} has no effector {effector!r}, it has {', '.join(names)}")
-    number = 0 if effector is None else names.index(effector)
+    network = _network(port, zenoh_config)
     with stop_on_signals() as stop:
+        receiver = find_receiver(robot, network, stop)
+        if receiver is None:
+            return
+        number = 0 if effector is None else receiver.number(effector)
         settings = PathSettings(number, rate, size, period, plane, fraction, repeat)
         sending = StreamSettings(rate, duration, json, number, await_plant)
-        made = make_path(path, loaded, settings)
-        run(loaded, made, sending, _network(port, zenoh_config), stop)
+        run(receiver, receiver_path(path, receiver, settings), sending, network, stop)
 
 
 _COMMANDS = (

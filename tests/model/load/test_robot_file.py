@@ -90,7 +90,10 @@ CHANGES = {
         "0.09, 0.01, 0.002",
         "0.09, 0.01, 0.2",
     ),
-    r"beam.toml: effectors.0.point: point 0 .* outside the mesh, .* set max_outside": ("[0.1, 0.01, 0.01]", "[1, 0, 0]"),
+    r"beam.toml: effectors.0.point: point 0 .* outside the mesh, .* set max_outside": (
+        "[0.1, 0.01, 0.01]",
+        "[1, 0, 0]",
+    ),
     r"beam.toml: fixed.1: no node in .* the mesh spans": (
         "upper = [0.0, 0.02, 0.02]",
         "upper = [0.0, 0.0, -0.0]\n[[fixed]]\nlower=[5,5,5]\nupper=[6,6,6]",

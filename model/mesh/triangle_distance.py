@@ -1,31 +1,10 @@
-"""Distance of points to the triangles of an STL file."""
+"""Distance of points to triangles."""
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 
-from tauten.model.mesh.tet_mesh import UNITS, MeshError, read_with_meshio
 from tauten.model.numerics import Array, kernel
-
-
-def read_stl(path: Path, length_unit: str) -> Array:
-    """Corners of the triangles of an STL file: (t, 3, 3) [m].
-
-    Args:
-        path: the file.
-        length_unit: unit of its coordinates.
-
-    Raises:
-        MeshError: missing, not readable, or without triangles.
-    """
-    raw = read_with_meshio(path)
-    blocks = [np.asarray(block.data) for block in raw.cells if block.type == "triangle"]
-    if not sum(len(block) for block in blocks):
-        raise MeshError(f"{path}: no triangles found")
-    corners: Array = np.asarray(raw.points, dtype=float)[np.concatenate(blocks)]
-    return corners * UNITS[length_unit]
 
 
 @kernel
@@ -59,8 +38,8 @@ def squared_distance(p: Array, corners: Array) -> float:
         s, t = (g11 * d0 - g01 * d1) / area, (g00 * d1 - g01 * d0) / area
         if s >= 0.0 and t >= 0.0 and s + t <= 1.0:
             r = ap - s * ab - t * ac
-            return np.dot(r, r)
-    best = np.inf
+            return float(np.dot(r, r))
+    best: float = np.inf
     for i in range(3):  # otherwise the nearest point lies on an edge
         start, edge = corners[i], corners[(i + 1) % 3] - corners[i]
         length = np.dot(edge, edge)
@@ -68,5 +47,5 @@ def squared_distance(p: Array, corners: Array) -> float:
         if length > 0.0:
             share = min(max(np.dot(p - start, edge) / length, 0.0), 1.0)
         r = p - start - share * edge
-        best = min(best, np.dot(r, r))
+        best = min(best, float(np.dot(r, r)))
     return best
