@@ -90,6 +90,7 @@ class Work(NamedTuple):
         Z, Y: (4 s + 3 g, r) rows and their images.
         force: (r,) [N].
         K: (r, r) tangent [N/m].
+        curvature: (r, r) what chambers add to an exact tangent [N/m], set before a call.
         A: (r, r) matrix of the step.
         L: (r, r) its Cholesky factor.
         v_free: (r,) [m/s].
@@ -102,6 +103,7 @@ class Work(NamedTuple):
     Y: Array
     force: Array
     K: Array
+    curvature: Array
     A: Array
     L: Array
     v_free: Array
@@ -118,6 +120,7 @@ def make_work(body: Body, tendons: Tendons) -> Work:
         Y=np.empty((z, r)),
         force=np.empty(r),
         K=np.empty((r, r)),
+        curvature=np.zeros((r, r)),
         A=np.empty((r, r)),
         L=np.zeros((r, r)),
         v_free=np.empty(r),
@@ -128,7 +131,7 @@ def make_work(body: Body, tendons: Tendons) -> Work:
 def assemble_sample(
     alpha: Array, tension: Array, load: Array, exact: bool, body: Body, tendons: Tendons, work: Work
 ) -> None:
-    """Force without cables and contacts and the tangent, into work.force and work.K.
+    """Force without actuators and contacts and the tangent, into work.force and work.K.
 
     Args:
         alpha: (r,) [m].
@@ -152,6 +155,8 @@ def assemble_sample(
     add_curvature(alpha, tension, tendons, 4 * body.volume.shape[0], work)
     np.dot(work.Z.T, work.Y, work.K)
     work.K[:] += body.stiffness
+    if exact:
+        work.K[:] += work.curvature
 
 
 @kernel

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from support.bodies import box_mesh
 
+from support.bodies import box_mesh
 from tauten.model.load import build_robot
 from tauten.model.mesh import TetMesh, oriented
 from tauten.model.numerics import Array, Ints
@@ -63,10 +63,10 @@ def pneumatic_config(**changes: object) -> dict[str, object]:
     return settings
 
 
-def pneumatic_robot(mesh: TetMesh | None = None, **changes: object) -> TetRobot:
+def pneumatic_robot(body: TetMesh | None = None, **changes: object) -> TetRobot:
     """A robot made of a hollow beam."""
     config = RobotConfig.model_validate(pneumatic_config(**changes))
-    return build_robot(config, hollow_beam() if mesh is None else mesh, "balloon")
+    return build_robot(config, hollow_beam() if body is None else body, "balloon")
 
 
 def sphere_surface(subdivisions: int) -> tuple[Array, Ints]:
@@ -86,7 +86,10 @@ def sphere_surface(subdivisions: int) -> tuple[Array, Ints]:
         a, b, c = triangles.T
         ab, bc, ca = middle.T
         triangles = np.concatenate(
-            [np.stack(part, axis=1) for part in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))]
+            [
+                np.stack(part, axis=1)
+                for part in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))
+            ]
         )
     return x / np.linalg.norm(x, axis=1, keepdims=True), triangles
 
