@@ -162,7 +162,9 @@ def read_with_meshio(path: Path) -> Any:
         io.StringIO()
     )  # meshio prints why it cannot read a file and then exits the interpreter
     try:
-        with contextlib.redirect_stdout(printed), contextlib.redirect_stderr(io.StringIO()):
+        # its reader of STL files takes the size of a binary file from the text of one that is none
+        silent = (contextlib.redirect_stdout(printed), contextlib.redirect_stderr(io.StringIO()))
+        with np.errstate(over="ignore"), silent[0], silent[1]:
             return meshio.read(path)
     except SystemExit as error:
         reason = " ".join(printed.getvalue().split()) or "its contents are not of this format"
