@@ -1,6 +1,6 @@
 """The model of a robot: finite elements, cables, contacts, and the forward simulator."""
 
-from tauten.model.actuation import ActuatorKind, Actuators, Springs, cable_actuators
+from tauten.model.actuation import ActuatorKind, Actuators, Quantity, Springs, cable_actuators
 from tauten.model.command import Command
 from tauten.model.compliance import Compliance, row_compliance
 from tauten.model.condensed_step import CondensedStep, Forces, condense_step, no_forces
@@ -50,6 +50,7 @@ __all__ = [
     "Pose",
     "PredictedStep",
     "ReducedContacts",
+    "Quantity",
     "Robot",
     "RobotFileError",
     "RobotRows",
