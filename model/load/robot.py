@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Sequence
+from functools import partial
 from importlib import resources
 from pathlib import Path
 from typing import Any, TypeVar
@@ -14,15 +16,11 @@ from tauten.model.body import Material
 from tauten.model.contact import ContactSet
 from tauten.model.limits import limits_of
 from tauten.model.load.beams import build_beam_robot, read_structure
+from tauten.model.load.bodies import AnyMesh, Bodies, build_bodies, read_bodies
 from tauten.model.load.contacts import build_contacts
-from tauten.model.load.elements import build_body, place_elements
+from tauten.model.load.elements import place_elements
 from tauten.model.mesh import (
-    QuadraticMesh,
-    Selector,
     TetMesh,
-    make_selector,
-    read_mesh,
-    read_quadratic_mesh,
 )
 from tauten.model.numerics import Bools, make_factorisation
 from tauten.model.points import (
@@ -122,11 +120,7 @@ def make_robot(contents: dict[str, Any], path: Path, changes: Changes) -> Robot:
             )
         return build_beam_robot(beams, read_structure(path.parent / beams.beams.file), str(path))
     config = changed(validated(RobotConfig, raw, path), changes, path)
-    read = read_quadratic_mesh if config.mesh.element == "quadratic" else read_mesh
-    mesh: TetMesh | QuadraticMesh = read(path.parent / config.mesh.file, config.mesh.length_unit)
-    for _ in range(changes.refinements):
-        mesh = mesh.refine()
-    return build_robot(config, mesh, str(path))
+    return build_robot(config, read_bodies(config, path, changes.refinements), str(path))
 
 
 def changed(config: C, changes: Changes, path: Path) -> C:
@@ -148,14 +142,29 @@ def changed(config: C, changes: Changes, path: Path) -> C:
         sections["integration"] = config.integration.model_copy(update=scheme)
     if changes.young_scale != 1.0:
         what = f"{path}: scaled by {changes.young_scale:g}"
-        sections["material"] = scaled(config.material, changes.young_scale, what, "material")
+        stiffer = partial(scaled, factor=changes.young_scale, source=what)
+        if config.material is not None:
+            sections["material"] = stiffer(config.material, prefix="material")
     config = config.model_copy(update=sections)
     if changes.young_scale != 1.0 and isinstance(config, RobotConfig):
         materials = tuple(
-            scaled(item, changes.young_scale, what, f"materials.{index}")
+            stiffer(item, prefix=f"materials.{index}")
             for index, item in enumerate(config.materials)
         )
-        config = config.model_copy(update={"materials": materials})
+        bodies = tuple(
+            body.model_copy(
+                update={
+                    "material": body.material
+                    and stiffer(body.material, prefix=f"bodies.{b}.material"),
+                    "materials": tuple(
+                        stiffer(item, prefix=f"bodies.{b}.materials.{index}")
+                        for index, item in enumerate(body.materials)
+                    ),
+                }
+            )
+            for b, body in enumerate(config.bodies)
+        )
+        config = config.model_copy(update={"materials": materials, "bodies": bodies})
     return config
 
 
@@ -176,22 +185,24 @@ def scaled(material: M, factor: float, source: str, prefix: str) -> M:
     return validated(type(material), contents, source, prefix)
 
 
-def build_robot(config: RobotConfig, mesh: TetMesh | QuadraticMesh, source: str) -> TetRobot:
-    """Build a robot from a validated robot file and a checked mesh.
+def build_robot(config: RobotConfig, mesh: AnyMesh | Sequence[AnyMesh], source: str) -> TetRobot:
+    """Build a robot from a validated robot file and checked meshes.
 
     Args:
         config: the robot file.
-        mesh: the body.
+        mesh: of its body, or of each of its bodies.
         source: the robot file's path, for errors.
 
     Raises:
         RobotFileError: a region is empty or a point lies outside the mesh; the text names `source`.
     """
-    settings = config.material
+    settings = config.all_bodies[0].material
+    assert settings is not None
     material = Material(settings.young_modulus, settings.poisson_ratio, settings.density)
-    body = build_body(config, mesh, source)
-    selector = make_selector(body.mesh, config.named_regions(), source)
-    fixed = fixed_nodes(config, body.mesh, selector)
+    meshes = mesh if isinstance(mesh, Sequence) else [mesh]
+    bodies = build_bodies(config, meshes, source)
+    body, selector, fixed = bodies.parts, bodies.selector, bodies.fixed
+    require_held(bodies, source)
     cables = build_cables(config, body.mesh, source)
     effectors = build_effectors(config, body.mesh, source)
     pattern = make_pattern(fixed, [*(part.nodes for part in body.domains), cables.nodes])
@@ -220,26 +231,25 @@ def build_robot(config: RobotConfig, mesh: TetMesh | QuadraticMesh, source: str)
     )
 
 
-def fixed_nodes(config: RobotConfig, mesh: TetMesh, selector: Selector) -> Bools:
-    """Nodes in any of the `fixed` regions: (n_nodes,) bool.
+def require_held(bodies: Bodies, source: str) -> None:
+    """Raise a RobotFileError where the fixed nodes do not hold every body, or hold all nodes.
 
     Args:
-        config: the robot file.
-        mesh: the body.
-        selector: of regions of the mesh.
-
-    Raises:
-        RobotFileError: a region without nodes, or nodes that do not hold the body or hold all of it.
+        bodies: the bodies.
+        source: the robot file's path, for errors.
     """
-    source = selector.source
-    fixed = np.zeros(len(mesh.nodes), dtype=bool)
-    for index, region in enumerate(config.fixed):
-        fixed |= selector.select_nodes(region, f"fixed.{index}")
-    if np.linalg.matrix_rank(mesh.nodes[fixed] - mesh.nodes[fixed][0], tol=1e-6 * mesh.size) < 2:
-        raise RobotFileError(f"{source}: fixed: needs three nodes not on a line to hold the robot")
+    nodes, fixed = bodies.parts.mesh.nodes, bodies.fixed
+    for name in bodies.selector.ranges:
+        held = nodes[bodies.selector.nodes_of(name) & fixed]
+        size = bodies.parts.mesh.size
+        if len(held) == 0 or np.linalg.matrix_rank(held - held[0], tol=1e-6 * size) < 2:
+            of = f" {name!r}" if len(bodies.selector.ranges) > 1 else ""
+            whole = "robot" if not of else f"body{of}"
+            raise RobotFileError(
+                f"{source}: fixed: needs three nodes not on a line to hold the {whole}"
+            )
     if fixed.all():
         raise RobotFileError(f"{source}: fixed: holds every node, no node can move")
-    return fixed
 
 
 def build_cables(config: RobotConfig, mesh: TetMesh, source: str) -> CableSet:

@@ -3,7 +3,7 @@
 from tauten.model.mesh.groups import CellGroup
 from tauten.model.mesh.quadratic import QuadraticMesh, quadratic_mesh, read_quadratic_mesh
 from tauten.model.mesh.quality import mean_ratios, part_numbers, read_unchecked_mesh, wall_thickness
-from tauten.model.mesh.regions import Selector, inside, make_selector, point_selector
+from tauten.model.mesh.regions import BodyRange, Selector, inside, make_selector, point_selector
 from tauten.model.mesh.surface import (
     boundary_owners,
     boundary_triangles,
@@ -16,11 +16,13 @@ from tauten.model.mesh.tet_mesh import (
     MeshError,
     TetMesh,
     checked,
+    join_meshes,
     oriented,
     read_mesh,
 )
 
 __all__ = [
+    "BodyRange",
     "CellGroup",
     "EDGES",
     "MeshError",
@@ -32,6 +34,7 @@ __all__ = [
     "boundary_triangles",
     "checked",
     "inside",
+    "join_meshes",
     "make_selector",
     "mean_ratios",
     "oriented",

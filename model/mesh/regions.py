@@ -10,7 +10,7 @@ whatever is wanted.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
@@ -55,6 +55,8 @@ class Selector:
         boundary: (t, 3) boundary triangles.
         owner: (t,) the tetrahedron behind each.
         groups: cells that the mesh file names.
+        body: name of the body whose mesh this is; "" for a robot's whole mesh.
+        ranges: bodies that a whole mesh is made of, by name.
     """
 
     source: str
@@ -65,36 +67,42 @@ class Selector:
     boundary: Ints
     owner: Ints
     groups: tuple[CellGroup, ...]
+    body: str = ""
+    ranges: Mapping[str, BodyRange] = field(default_factory=dict)
 
-    def select_nodes(self, selection: Region | str, field: str) -> Bools:
+    def nodes_of(self, body: str) -> Bools:
+        """Which nodes belong to a body: (n_nodes,) bool."""
+        return self._mask(Everything(kind="all", body=body), "node")
+
+    def select_nodes(self, selection: Region | str, what: str) -> Bools:
         """Which nodes a region or the name of one selects: (n_nodes,) bool.
 
         Args:
             selection: the region.
-            field: where it comes from, for errors.
+            what: where it comes from, for errors.
 
         Raises:
             RobotFileError: none, or a group or file that does not exist.
         """
-        return self._found(selection, "node", field)
+        return self._found(selection, "node", what)
 
-    def select_triangles(self, selection: Region | str, field: str) -> Bools:
+    def select_triangles(self, selection: Region | str, what: str) -> Bools:
         """Which boundary triangles it selects: (t,) bool; arguments and errors as in `select_nodes`."""
-        return self._found(selection, "boundary triangle", field)
+        return self._found(selection, "boundary triangle", what)
 
-    def select_tets(self, selection: Region | str, field: str) -> Bools:
+    def select_tets(self, selection: Region | str, what: str) -> Bools:
         """Which tetrahedra it selects: (e,) bool; arguments and errors as in `select_nodes`."""
-        return self._found(selection, "tetrahedron", field)
+        return self._found(selection, "tetrahedron", what)
 
-    def _found(self, selection: Region | str, part: Part, field: str) -> Bools:
+    def _found(self, selection: Region | str, part: Part, what: str) -> Bools:
         try:
             chosen = self._mask(selection, part)
         except (ValueError, MeshError) as error:
-            raise RobotFileError(f"{self.source}: {field}: {error}") from error
+            raise RobotFileError(f"{self.source}: {what}: {error}") from error
         if not chosen.any():
             low, high = self.nodes.min(axis=0).round(4), self.nodes.max(axis=0).round(4)
             raise RobotFileError(
-                f"{self.source}: {field}: no {part} {described(selection, part)}, "
+                f"{self.source}: {what}: no {part} {described(selection, part)}, "
                 f"the mesh spans {low.tolist()} to {high.tolist()} m"
             )
         return chosen
@@ -102,13 +110,15 @@ class Selector:
     def _mask(self, selection: Region | str, part: Part) -> Bools:
         if isinstance(selection, str):
             return self._mask(self.named[selection], part)
+        if selection.body is not None and selection.body != self.body:
+            return self._of_body(selection, part)
         if isinstance(selection, Union | Intersection | Difference):
             masks = np.array([self._mask(item, part) for item in selection.of])
-            combined: Bools = masks[0] & ~masks[1:].any(axis=0)
+            combined: Bools = masks[0] & ~np.asarray(masks[1:].any(axis=0))
             if isinstance(selection, Union):
-                combined = masks.any(axis=0)
+                combined = np.asarray(masks.any(axis=0))
             if isinstance(selection, Intersection):
-                combined = masks.all(axis=0)
+                combined = np.asarray(masks.all(axis=0))
             return combined
         if isinstance(selection, Box | Sphere | Cylinder | HalfSpace | Everything):
             return inside(self._centres(part), selection)
@@ -118,13 +128,33 @@ class Selector:
             return self._group(selection, part)
         return self._behind(self._triangles(selection), part)
 
+    def _of_body(self, region: Region, part: Part) -> Bools:
+        """What a region of one body selects in the whole mesh."""
+        assert region.body is not None
+        if region.body not in self.ranges:
+            known = ", ".join(sorted(self.ranges)) or (self.body or "none")
+            raise ValueError(f"body {region.body!r} is not one of the bodies here: {known}")
+        of = self.ranges[region.body]
+        chosen = np.zeros(len(self._parts(part)), dtype=bool)
+        found = of.selector._mask(region, part)
+        first = {
+            "node": of.first_node, "tetrahedron": of.first_tet,
+            "boundary triangle": of.first_triangle,
+        }[part]  # fmt: skip
+        chosen[first : first + len(found)] = found
+        return chosen
+
+    def _parts(self, part: Part) -> Array | Ints:
+        """All nodes, tetrahedra or boundary triangles."""
+        if part == "node":
+            return self.nodes
+        return self.tets if part == "tetrahedron" else self.boundary
+
     def _centres(self, part: Part) -> Array:
         """Positions of the nodes, or centres of triangles or tetrahedra [m]."""
         if part == "node":
             return self.nodes
-        centres: Array = self.nodes[self.tets if part == "tetrahedron" else self.boundary].mean(
-            axis=1
-        )
+        centres: Array = self.nodes[self._parts(part)].mean(axis=1)
         return centres
 
     def _triangles(self, region: Region) -> Bools:
@@ -175,26 +205,50 @@ class Selector:
         return chosen
 
 
+@dataclass(frozen=True, slots=True)
+class BodyRange:
+    """Where the mesh of a body stands in that of its robot.
+
+    Attributes:
+        selector: of the body, in its own coordinates.
+        first_node: number of its first node in the whole mesh.
+        first_tet: of its first tetrahedron.
+        first_triangle: of its first boundary triangle.
+    """
+
+    selector: Selector
+    first_node: int
+    first_tet: int
+    first_triangle: int
+
+
 def make_selector(
-    mesh: TetMesh, named: Mapping[str, Region], source: str, folder: Path | None = None
+    mesh: TetMesh,
+    named: Mapping[str, Region],
+    source: str,
+    body: str = "",
+    ranges: Mapping[str, BodyRange] | None = None,
 ) -> Selector:
     """A selector on a mesh.
 
     Args:
         mesh: the mesh.
         named: regions by name.
-        source: the robot file, for errors.
-        folder: of files that regions name; the robot file's when None.
+        source: the robot file, for errors, beside which files that regions name are looked for.
+        body: name of the body whose mesh this is.
+        ranges: bodies that a whole mesh is made of, by name.
     """
     return Selector(
         source=source,
-        folder=Path(source).parent if folder is None else folder,
+        folder=Path(source).parent,
         named=named,
         nodes=mesh.nodes,
         tets=mesh.tets,
         boundary=boundary_triangles(mesh.tets),
         owner=boundary_owners(mesh.tets),
         groups=mesh.groups,
+        body=body,
+        ranges=ranges or {},
     )
 
 

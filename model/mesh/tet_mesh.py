@@ -55,6 +55,31 @@ class TetMesh:
         return eight_parts(*with_midpoints(self.nodes, self.tets), self.groups)
 
 
+def join_meshes(meshes: list[TetMesh]) -> TetMesh:
+    """Several meshes as one, in their order; groups of the same name become one group."""
+    if len(meshes) == 1:
+        return meshes[0]
+    nodes = np.cumsum([0, *(len(mesh.nodes) for mesh in meshes)])
+    tets = np.cumsum([0, *(len(mesh.tets) for mesh in meshes)])
+    groups: dict[str, list[CellGroup]] = {}
+    for mesh, first_node, first_tet in zip(meshes, nodes, tets, strict=False):
+        for group in mesh.groups:
+            moved = CellGroup(group.name, group.tets + first_tet, group.triangles + first_node)
+            groups.setdefault(group.name, []).append(moved)
+    return TetMesh(
+        np.concatenate([mesh.nodes for mesh in meshes]),
+        np.concatenate([mesh.tets + first for mesh, first in zip(meshes, nodes, strict=False)]),
+        tuple(
+            CellGroup(
+                name,
+                np.concatenate([part.tets for part in parts]),
+                np.concatenate([part.triangles for part in parts]),
+            )
+            for name, parts in groups.items()
+        ),
+    )
+
+
 def with_midpoints(nodes: Array, tets: Ints) -> tuple[Array, Ints]:
     """Nodes with the midpoints of all edges added, and tetrahedra (e, 10) with those on their `EDGES`."""
     edges = np.sort(tets[:, EDGES], axis=2).reshape(-1, 2)  # (6 e, 2)

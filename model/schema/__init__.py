@@ -1,6 +1,7 @@
 """The contents of robot files, validated field by field."""
 
 from tauten.model.schema.beam_file import BarSettings, BeamConfig, Structure, TubeSettings, Vertebra
+from tauten.model.schema.body import BodySettings, ElementName, MeshSettings, RotationSettings
 from tauten.model.schema.contact import (
     ALARM_DISTANCE,
     ITSELF,
@@ -30,7 +31,6 @@ from tauten.model.schema.robot_file import (
     CableSettings,
     Changes,
     ControlPeriod,
-    ElementName,
     RobotConfig,
     RobotSettings,
     SurfaceSettings,
@@ -57,6 +57,7 @@ __all__ = [
     "AnyRegion",
     "BarSettings",
     "BeamConfig",
+    "BodySettings",
     "Box",
     "CableSettings",
     "Changes",
@@ -72,6 +73,7 @@ __all__ = [
     "LARGEST_COORDINATE",
     "LawName",
     "MaterialSettings",
+    "MeshSettings",
     "Name",
     "NearStl",
     "Positive",
@@ -80,6 +82,7 @@ __all__ = [
     "RobotConfig",
     "RobotFileError",
     "RobotSettings",
+    "RotationSettings",
     "Section",
     "Selection",
     "Skin",

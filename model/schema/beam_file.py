@@ -6,6 +6,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
+from tauten.model.schema.material import MaterialSettings
+from tauten.model.schema.region import Selection
 from tauten.model.schema.robot_file import RobotSettings, check_unique
 from tauten.model.schema.section import Direction, Name, Point, Section, Thickness
 
@@ -52,6 +54,10 @@ class BarSettings(Section):
 class BeamConfig(RobotSettings):
     """The file of a robot made of beams."""
 
+    material: MaterialSettings = Field(description="Material of the beams.")
+    fixed: Annotated[tuple[Selection, ...], Field(min_length=1)] = Field(
+        description="Regions, or their names, whose nodes do not move."
+    )
     beams: StructureSettings = Field(description="The structure file.")
     profiles: Annotated[
         list[Annotated[TubeSettings | BarSettings, Field(discriminator="kind")]],

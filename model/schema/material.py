@@ -16,9 +16,12 @@ from tauten.model.materials import (
     yeoh,
 )
 from tauten.model.schema.region import Selection
-from tauten.model.schema.section import Section
+from tauten.model.schema.section import Section, in_range
 
 LawName = Literal["corotational", "stable-neo-hookean", "neo-hookean", "mooney-rivlin", "yeoh"]
+
+
+WATER = 1000.0  # kg/m³; any density serves where the total mass is given
 
 
 class MaterialSettings(Section):
@@ -36,11 +39,12 @@ class MaterialSettings(Section):
 def _required(schema: dict[str, Any]) -> None:
     """Which fields a material needs, in its JSON Schema: a silicone or a law gives some of them."""
     schema.pop("required", None)
-    sets = (["silicone"], ["young_modulus", *_ALWAYS], ["c10", *_ALWAYS])
+    stiffness = (["young_modulus", "poisson_ratio"], ["c10", "poisson_ratio"])
+    sets = [["silicone"], *([*one, mass] for one in stiffness for mass in _MASS)]
     schema["anyOf"] = [{"required": names} for names in sets]
 
 
-_ALWAYS = ("poisson_ratio", "density")
+_MASS = ("density", "total_mass")
 
 
 class SolidMaterialSettings(MaterialSettings):
@@ -72,6 +76,12 @@ class SolidMaterialSettings(MaterialSettings):
         default=None, description="Third constant of Yeoh [Pa]; by default 0."
     )
 
+    total_mass: Annotated[float, in_range(1e-9, 1e6, "kg")] | None = Field(
+        default=None,
+        description="Mass of the whole body [kg]; densities then only say how it is shared out, and may be "
+        "left out. By default the densities give it.",
+    )
+
     @model_validator(mode="before")
     @classmethod
     def _filled(cls, raw: Any) -> Any:
@@ -84,6 +94,8 @@ class SolidMaterialSettings(MaterialSettings):
                 raise ValueError(f"law is {raw['law']!r}, silicones have the law 'yeoh'")
             for name in ("c10", "c20", "poisson_ratio", "density"):
                 filled.setdefault(name, getattr(item, name))
+        if filled.get("total_mass") is not None:
+            filled.setdefault("density", WATER)
         c10, c01, nu = (filled.get(name) for name in ("c10", "c01", "poisson_ratio"))
         if isinstance(c10, int | float) and isinstance(nu, int | float):
             shear = 2.0 * (c10 + (c01 if isinstance(c01, int | float) else 0.0))
@@ -133,3 +145,9 @@ class RegionMaterialSettings(SolidMaterialSettings):
             "elements by their centre."
         ),
     ]
+
+    @model_validator(mode="after")
+    def _part_only(self) -> Self:
+        if self.total_mass is not None:
+            raise ValueError("total_mass belongs to the body's material, a part has a density")
+        return self

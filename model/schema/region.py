@@ -32,7 +32,7 @@ class Region(Section):
 class Box(Region):
     """What lies between two corners [m], its faces included."""
 
-    kind: Literal["box"] = "box"
+    kind: Literal["box"] = Field(default="box", description="Kind of region; a box by default.")
     lower: Annotated[
         tuple[float, float, float], Field(description="Corner with the smallest coordinates [m].")
     ]
@@ -50,7 +50,7 @@ class Box(Region):
 class Sphere(Region):
     """What lies within a distance of a point."""
 
-    kind: Literal["sphere"]
+    kind: Literal["sphere"] = Field(description="Kind of region.")
     centre: Annotated[Point, Field(description="Centre [m].")]
     radius: Annotated[Positive, Field(description="Radius [m].")]
 
@@ -58,7 +58,7 @@ class Sphere(Region):
 class Cylinder(Region):
     """What lies within a distance of the line between two points, its flat ends included."""
 
-    kind: Literal["cylinder"]
+    kind: Literal["cylinder"] = Field(description="Kind of region.")
     start: Annotated[Point, Field(description="Centre of one flat end [m].")]
     end: Annotated[Point, Field(description="Centre of the other flat end [m].")]
     radius: Annotated[Positive, Field(description="Radius [m].")]
@@ -73,7 +73,7 @@ class Cylinder(Region):
 class HalfSpace(Region):
     """What lies on the side of a plane that its normal points to, the plane included."""
 
-    kind: Literal["half_space"]
+    kind: Literal["half_space"] = Field(description="Kind of region.")
     point: Annotated[Point, Field(description="A point of the plane [m].")]
     normal: Annotated[Direction, Field(description="Direction towards what is selected.")]
 
@@ -81,7 +81,7 @@ class HalfSpace(Region):
 class NamedGroup(Region):
     """A physical group or set of the mesh file, or the cells with a value of one of its cell arrays."""
 
-    kind: Literal["group"]
+    kind: Literal["group"] = Field(description="Kind of region.")
     group: Annotated[
         str,
         Field(
@@ -94,7 +94,7 @@ class NamedGroup(Region):
 class NearStl(Region):
     """Boundary triangles whose centre lies near the surface in an STL file."""
 
-    kind: Literal["near_stl"]
+    kind: Literal["near_stl"] = Field(description="Kind of region.")
     file: Annotated[str, Field(description="The STL file, relative to the robot file.")]
     length_unit: Annotated[
         Literal["m", "cm", "mm"], Field(description="Unit of its coordinates.")
@@ -110,19 +110,19 @@ class NearStl(Region):
 class Skin(Region):
     """All boundary triangles, the walls of cavities included."""
 
-    kind: Literal["skin"]
+    kind: Literal["skin"] = Field(description="Kind of region.")
 
 
 class Everything(Region):
     """All of the mesh, or of `body`."""
 
-    kind: Literal["all"]
+    kind: Literal["all"] = Field(description="Kind of region.")
 
 
 class Facing(Region):
     """Boundary triangles whose outward normal points along a direction."""
 
-    kind: Literal["normal"]
+    kind: Literal["normal"] = Field(description="Kind of region.")
     direction: Annotated[Direction, Field(description="The direction.")]
     max_angle_deg: Annotated[
         float, Field(gt=0.0, le=180.0, description="Largest angle between the two [degrees].")
@@ -132,21 +132,21 @@ class Facing(Region):
 class Union(Region):
     """What any of several regions selects."""
 
-    kind: Literal["union"]
+    kind: Literal["union"] = Field(description="Kind of region.")
     of: Annotated[list[Selection], Field(min_length=1, description="The regions, or their names.")]
 
 
 class Intersection(Region):
     """What all of several regions select."""
 
-    kind: Literal["intersection"]
+    kind: Literal["intersection"] = Field(description="Kind of region.")
     of: Annotated[list[Selection], Field(min_length=1, description="The regions, or their names.")]
 
 
 class Difference(Region):
     """What the first of several regions selects and none of the others does."""
 
-    kind: Literal["difference"]
+    kind: Literal["difference"] = Field(description="Kind of region.")
     of: Annotated[list[Selection], Field(min_length=2, description="The regions, or their names.")]
 
 

@@ -6,9 +6,9 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import ConfigDict, Field, model_validator
 
+from tauten.model.schema.body import BodySettings, ElementName, MeshSettings
 from tauten.model.schema.contact import ContactRange, ContactSettings, check_surfaces
 from tauten.model.schema.material import (
-    MaterialSettings,
     RegionMaterialSettings,
     SolidMaterialSettings,
 )
@@ -32,7 +32,6 @@ from tauten.model.schema.section import (
     in_range,
 )
 
-ElementName = Literal["linear", "quadratic", "smoothed"]
 BackEnd = Literal["auto", "pardiso", "cholmod", "superlu"]
 Acceleration = Annotated[float, in_range(-1e3, 1e3, "m/s²")]
 Gravity = tuple[Acceleration, Acceleration, Acceleration]
@@ -44,24 +43,6 @@ MaxOutside = Annotated[
         "the nearest element.",
     ),
 ]
-
-
-class MeshSettings(Section):
-    """The body's mesh."""
-
-    file: str = Field(
-        description="Mesh file, relative to the robot file: tetrahedra, in any format of meshio."
-    )
-    length_unit: Literal["m", "cm", "mm"] = Field(
-        default="m",
-        description="Unit of lengths in the mesh file, by default m. The robot file itself is in SI units.",
-    )
-    element: ElementName = Field(
-        default="linear",
-        description="Element of the body: linear tetrahedra (default); quadratic ones, with midpoints "
-        "added to a linear mesh; smoothed: linear ones with strain smoothed around edges and change of "
-        "volume smoothed around nodes.",
-    )
 
 
 class CableSettings(Section):
@@ -204,9 +185,10 @@ class RobotSettings(Section):
         default=(0.0, 0.0, -9.81),
         description="Acceleration of gravity [m/s²], by default 9.81 along −z.",
     )
-    material: MaterialSettings = Field(description="Material of the body.")
-    fixed: Annotated[list[Selection], Field(min_length=1)] = Field(
-        description="Regions, or their names, whose nodes do not move."
+    fixed: tuple[Selection, ...] = Field(
+        default=(),
+        description="Regions, or their names, whose nodes do not move; by default none, where something "
+        "else holds every body.",
     )
     regions: tuple[AnyRegion, ...] = Field(
         default=(), description="Regions that other tables use by name; by default none."
@@ -263,17 +245,61 @@ class RobotSettings(Section):
 class RobotConfig(RobotSettings):
     """The file of a robot made of tetrahedra."""
 
-    material: SolidMaterialSettings = Field(description="Material of the body.")
+    material: SolidMaterialSettings | None = Field(
+        default=None,
+        description="Material of the body, or of all bodies that have none of their own.",
+    )
     materials: tuple[RegionMaterialSettings, ...] = Field(
         default=(),
         description="Other materials in parts of the body, one table each; a later one replaces an earlier "
         "one.",
     )
-    mesh: MeshSettings = Field(description="Mesh of the body.")
+    mesh: MeshSettings | None = Field(
+        default=None, description="Mesh of the body, where there is one."
+    )
+    bodies: tuple[BodySettings, ...] = Field(
+        default=(), description="Bodies, one table each, instead of `mesh`."
+    )
     surfaces: tuple[SurfaceSettings, ...] = Field(
         default=(),
         description="Named parts of the body's surface, one table each; by default none.",
     )
+
+    @model_validator(mode="after")
+    def _bodies(self) -> RobotConfig:
+        if (self.mesh is None) != bool(self.bodies):
+            found = "both" if self.bodies else "neither"
+            raise ValueError(f"mesh: a robot has a mesh or bodies, this one has {found}")
+        if self.bodies and self.materials:
+            raise ValueError("materials: with bodies they stand in the table of each body")
+        check_unique("bodies", [body.name for body in self.bodies])
+        for index, body in enumerate(self.bodies):
+            if body.material is None and self.material is None:
+                raise ValueError(f"bodies.{index}.material: Field required, or material for all")
+        if self.mesh is not None and self.material is None:
+            raise ValueError("material: Field required")
+        return self
+
+    @property
+    def all_bodies(self) -> tuple[BodySettings, ...]:
+        """The bodies, each with its material; the one of `mesh` has the name "body"."""
+        if self.mesh is not None:
+            one = {"name": "body", "mesh": self.mesh, "material": self.material}
+            return (BodySettings.model_validate({**one, "materials": self.materials}),)
+        return tuple(
+            body if body.material else body.model_copy(update={"material": self.material})
+            for body in self.bodies
+        )
+
+    def with_element(self, element: ElementName) -> RobotConfig:
+        """The same file with all bodies made of another element."""
+        changed = {"element": element}
+        bodies = tuple(
+            body.model_copy(update={"mesh": body.mesh.model_copy(update=changed)})
+            for body in self.bodies
+        )
+        mesh = self.mesh and self.mesh.model_copy(update=changed)
+        return self.model_copy(update={"mesh": mesh, "bodies": bodies})
 
     @model_validator(mode="after")
     def _surfaces(self) -> RobotConfig:
@@ -290,8 +316,13 @@ class RobotConfig(RobotSettings):
 
     def selections(self) -> list[tuple[str, Region | str]]:
         """Selections outside of `regions`, with the fields they come from."""
-        materials = enumerate(self.materials)
-        return super().selections() + [(f"materials.{i}.region", m.region) for i, m in materials]
+        found = super().selections()
+        found += [(f"materials.{i}.region", item.region) for i, item in enumerate(self.materials)]
+        for b, body in enumerate(self.bodies):
+            parts = enumerate(body.materials)
+            found += [(f"bodies.{b}.materials.{i}.region", item.region) for i, item in parts]
+            found += [(f"bodies.{b}.fixed.{i}", region) for i, region in enumerate(body.fixed)]
+        return found
 
 
 def check_unique(what: str, names: list[str]) -> None:

@@ -101,9 +101,7 @@ def contact_surface(robot: TetRobot, Phi: Array) -> tuple[ReducedPoints, Contact
         return np.searchsorted(used, vertices)
 
     pairs = [
-        ContactPair(
-            pair.name, number(pair.nodes), pair.weights, number(pair.triangles), pair.apart
-        )
+        ContactPair(pair.name, number(pair.nodes), pair.weights, number(pair.triangles), pair.apart)
         for pair in old.pairs
     ]
     rows = node_rows(robot, Phi, used).reshape(-1, Phi.shape[1])

@@ -51,7 +51,7 @@ def region_parts(config: RobotConfig, selector: Selector) -> Iterator[RegionPart
     """
     selections: dict[str, Region | str] = dict(config.named_regions())
     for field, selection in config.selections():
-        if not isinstance(selection, str):
+        if not isinstance(selection, str) and not field.startswith("bodies."):
             selections[field] = selection
     for name, selection in selections.items():
         yield RegionParts(

@@ -25,7 +25,7 @@ def region(**table: object) -> Region:
 
 
 def selector(mesh: TetMesh = MESH, folder: Path | None = None, **named: Region) -> Selector:
-    return make_selector(mesh, named, "robot.toml", folder)
+    return make_selector(mesh, named, str((folder or Path()) / "robot.toml"))
 
 
 def test_shapes_select_nodes_by_position() -> None:
