@@ -26,7 +26,8 @@ from tauten.model import (
 from tauten.model.contact import ContactSet
 from tauten.model.numerics import Array, DenseFactors, FactorisationError, Ints
 from tauten.model.tetra import TetRobot
-from tauten.reduction.state.basis import StateBasis, corotational_robot
+from tauten.reduction.state.arrays import Body, Dynamics, Tendons, Work, make_work
+from tauten.reduction.state.basis import StateBasis, reducible_robot
 from tauten.reduction.state.body import (
     ReducedPoints,
     contact_surface,
@@ -34,14 +35,9 @@ from tauten.reduction.state.body import (
     sampled_body,
 )
 from tauten.reduction.state.kernels import (
-    Body,
-    Dynamics,
-    Tendons,
-    Work,
     assemble_sample,
     contact_jacobian,
     linearise,
-    make_work,
     pulled_lengths,
 )
 
@@ -287,7 +283,7 @@ def reduced_robot(robot: Robot, states: StateBasis) -> ReducedRobot:
         StateBasisError: the basis was made for another robot, or this one is not made of tetrahedra.
     """
     states.check_robot(robot)
-    robot = corotational_robot(robot)
+    robot = reducible_robot(robot)
     Phi = states.Phi
     body, tendons = (
         sampled_body(robot, Phi, states.elements, states.weights),
