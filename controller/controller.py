@@ -1,4 +1,4 @@
-"""The controller: a model of the robot that follows targets and computes the actuation of its cables."""
+"""The controller: a model of the robot that follows targets and computes its actuation."""
 
 from __future__ import annotations
 
@@ -20,6 +20,7 @@ from tauten.controller.step import (
     prepare,
 )
 from tauten.model import (
+    Command,
     ContactSpace,
     Enrichment,
     Forces,
@@ -36,16 +37,16 @@ NO_CERTIFICATE = Certificate(np.nan, np.nan, np.nan, np.nan)  # nothing was solv
 
 @dataclass(frozen=True, slots=True)
 class Actuation:
-    """Pulled lengths and tensions of the cables, and their certificate.
+    """Positions and efforts of the actuators, and their certificate.
 
     Attributes:
-        pull: (n_a,) pulled lengths [m].
-        tension: (n_a,) tensions [N].
+        pull: (n_a,) positions, of cables pulled lengths [m, m³].
+        tension: (n_a,) efforts, of cables tensions [N, Pa].
         effector: (p, 3) predicted positions of the effectors [m].
-        status: how the decision or the hold ended; where it is not usable, the pulled lengths are held.
+        status: how the decision or the hold ended; where it is not usable, the actuators hold.
         certificate: residuals and deepest predicted gap.
         conflict: names of the limits that conflict.
-        clamped: whether a limiter changed pulled lengths or tensions.
+        clamped: whether a limiter changed positions or efforts.
     """
 
     pull: Array
@@ -60,8 +61,8 @@ class Actuation:
         """The same actuation with other values.
 
         Args:
-            pull: (n_a,) pulled lengths [m].
-            tension: (n_a,) tensions [N].
+            pull: (n_a,) positions.
+            tension: (n_a,) efforts.
             clamped: whether a limiter changed them.
         """
         return Actuation(
@@ -81,7 +82,7 @@ class Controller:
 
     `step` does all of it; a node calls `decide` at the tick, publishes, and then `advance` and `prepare`,
     so that the next step is ready before its target arrives. Between two calls of `advance` the last
-    `decide` or `hold` counts, and each starts from the pulled lengths that left in the step before.
+    `decide` or `hold` counts, and each starts from the positions that left in the step before.
 
     Attributes:
         robot: the robot, with a factorisation of its own.
@@ -132,7 +133,7 @@ class Controller:
         Args:
             state: of the robot.
             forces: constraint forces there, with the columns of this controller's basis [N].
-            pull: (n_a,) pulled lengths there [m].
+            pull: (n_a,) positions of the actuators there [m, m³].
         """
         self._start(State(state.q.copy(), state.v.copy()), forces.copy(), pull.copy())
 
@@ -180,12 +181,12 @@ class Controller:
 
     @property
     def pull(self) -> Array:
-        """Pulled lengths of the last actuation: (n_a,) [m]."""
+        """Positions of the last actuation: (n_a,) [m, m³]."""
         return (self._pending or self._left).pull.copy()
 
     @property
     def tension(self) -> Array:
-        """Tensions of the last actuation: (n_a,) [N]."""
+        """Efforts of the last actuation: (n_a,) [N, Pa]."""
         return (self._pending or self._left).tension.copy()
 
     @property
@@ -219,7 +220,7 @@ class Controller:
             self.status = Status.NOT_FINITE
 
     def decide(self, target: Sequence[float] | Array) -> Actuation:
-        """Tensions for a target. A bad target raises nothing: the cables hold, and `status` is the reason.
+        """Efforts for a target. A bad target raises nothing: the actuators hold, and `status` is the reason.
 
         Args:
             target: (p, 3) or (3 p,) positions of the effectors [m].
@@ -242,7 +243,7 @@ class Controller:
             decide(self.robot, self._prepared, target.ravel(), self._left.pull, self.settings)
 
     def hold(self) -> Actuation:
-        """Keep the winches where they are; the model moves as a robot with held cables does."""
+        """Keep position or effort of each actuator, as the robot file says; the model moves so."""
         self.prepare()
         return self._hold(None)
 
@@ -275,28 +276,31 @@ class Controller:
         return goal.ravel()
 
     def _hold(self, status: Status | None, conflict: tuple[str, ...] = ()) -> Actuation:
-        """Hold the winches, after a decision that failed with this status; None: no decision failed."""
+        """Hold the actuators, after a decision that failed with this status; None: no decision failed."""
         if self._prepared is None:
             return self._repeat()
-        pull = self._left.pull
-        decision = hold(self.robot, self._prepared, pull, self.settings.enrichment)
+        command = self.robot.actuators.held(self._left.pull, self._left.tension)
+        decision = hold(self.robot, self._prepared, command, self.settings.enrichment)
         if not np.isfinite(decision.predicted.dv).all():
             return self._repeat()
         if status is None:
             status, conflict = decision.status, decision.conflict
         # the winches do not turn, even where a slack cable's path is shorter than what they let out
-        return self._take(decision, pull, status, conflict)
+        return self._take(decision, command, status, conflict)
 
     def _take(
-        self, decision: Decision, held: Array | None, status: Status, conflict: tuple[str, ...]
+        self, decision: Decision, held: Command | None, status: Status, conflict: tuple[str, ...]
     ) -> Actuation:
-        """Make a decision this step's; pulled lengths (n_a,) [m] are the held ones or the predicted."""
-        n_e, cables = self.robot.n_e, slice(self.robot.n_e, self.robot.n_e + self.robot.n_a)
+        """Make a decision this step's; positions are the held ones or the predicted."""
+        n_e, actuators = self.robot.n_e, slice(self.robot.n_e, self.robot.n_e + self.robot.n_a)
         delta = decision.predicted.delta
+        pull = delta[actuators]
+        if held is not None:
+            pull = np.where(held.by_position, held.pull, pull)
         self._decision, self.status = decision, status
         self._pending = Actuation(
-            pull=delta[cables] if held is None else held,
-            tension=decision.predicted.lam[cables],
+            pull=pull,
+            tension=decision.predicted.lam[actuators],
             effector=delta[:n_e].reshape(-1, 3),
             status=status,
             certificate=decision.certificate,

@@ -14,9 +14,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tauten.controller.inverse import energy_scale, inverse_problem, tension_names
+from tauten.controller.inverse import energy_scale, inverse_problem
 from tauten.controller.qpcc import Certificate, Qpcc, QpccSettings, Start, Status, solve_qpcc
 from tauten.model import (
+    Actuators,
+    Command,
     CondensedStep,
     ContactSpace,
     Enrichment,
@@ -30,7 +32,7 @@ from tauten.model import (
     condense_step,
     forward_step,
 )
-from tauten.model.numerics import Array
+from tauten.model.numerics import Array, Bools
 
 ROUNDING = 1e-6  # of the largest tension; what a solver's rounding may exceed it by
 
@@ -104,7 +106,8 @@ def prepare(
     """
     contacts = space.k > 0 or enrichment.rounds > 0
     step = condense_step(robot, space, state, forces, contacts, effectors=True)
-    scale = energy_scale(step.compliance.W, step.n_e, step.n_a, step.pushing(forces))
+    pushing, groups = step.pushing(forces), robot.actuators.groups
+    scale = energy_scale(step.compliance.W, step.n_e, step.n_a, pushing, groups)
     return Prepared(step, forces, scale)
 
 
@@ -117,14 +120,16 @@ def decide(
         robot: limits and time step.
         prepared: the step.
         target: (n_e,) positions [m].
-        pull: (n_a,) pulled lengths commanded last [m].
+        pull: (n_a,) positions of the actuators commanded last [m].
         settings: weights and tolerances.
     """
     weight = settings.epsilon * prepared.scale
     loop = EnrichmentLoop(prepared.step, settings.enrichment)
     while loop.prediction is None:
         W, delta_free = loop.step.compliance.W, loop.step.compliance.delta_free
-        problem = inverse_problem(W, delta_free, target, pull, robot.limits, robot.h, weight)
+        problem = inverse_problem(
+            W, delta_free, target, pull, robot.limits, robot.h, weight, robot.actuators
+        )
         start = Start(prepared.forces.tension, loop.step.pushing(prepared.forces))
         solution = solve_qpcc(problem, start, settings.qpcc)
         lam = np.concatenate([np.zeros(robot.n_e), solution.lam_a, solution.beta])
@@ -147,54 +152,78 @@ def advance(robot: Robot, predicted: PredictedStep) -> State:
     return robot.advance(predicted.step.state, predicted.step.system, predicted.dv)
 
 
-def hold(robot: Robot, prepared: Prepared, pull: Array, enrichment: Enrichment) -> Decision:
-    """The step of a robot whose winches do not turn.
+def hold(robot: Robot, prepared: Prepared, command: Command, enrichment: Enrichment) -> Decision:
+    """The step of a robot whose actuators keep what is given of them.
 
     A cable that is held may be slack but not longer: 0 ≤ δ_a − pull ⟂ λ_a ≥ 0, an LCP with the contacts.
     Its tension follows from the robot and may exceed the cable's limit: the status is then INFEASIBLE and
-    `conflict` names the cables, as it names "complementarity" where no forces solve the LCP.
+    `conflict` names the cables, as it names "complementarity" where no forces solve the LCP. The same holds
+    for the efforts of other actuators that keep their position.
 
     Args:
         robot: limits.
         prepared: the step.
-        pull: (n_a,) pulled lengths that are held [m].
+        command: position or effort that each actuator keeps.
         enrichment: when unit columns are added.
     """
-    solved = forward_step(prepared.step, enrichment, prepared.forces, pull=pull)
-    step, lam, limits = solved.prediction.step, solved.prediction.lam, robot.limits
-    tension = lam[step.n_e : step.n_e + step.n_a]
-    above = tension > limits.tension_max * (1.0 + ROUNDING)
-    names = tension_names(step.n_a)
-    conflict = tuple(names[i] for i in np.flatnonzero(above).tolist())
+    solved = forward_step(prepared.step, enrichment, prepared.forces, command)
+    step, lam, actuators = solved.prediction.step, solved.prediction.lam, robot.actuators
+    excess = beyond(lam[step.n_e : step.n_e + step.n_a], robot.limits, actuators.bilateral)
+    names = actuators.effort_names
+    conflict = tuple(names[i] for i in np.flatnonzero(excess > ROUNDING).tolist())
     if not solved.converged:
         conflict = (*conflict, "complementarity")
     status = Status.INFEASIBLE if conflict else Status.OK
-    return Decision(solved.prediction, status, hold_certificate(solved, pull, limits), conflict)
+    certificate = hold_certificate(solved, command, robot.limits, actuators)
+    return Decision(solved.prediction, status, certificate, conflict)
 
 
-def hold_certificate(solved: ForwardStep, pull: Array, limits: Limits) -> Certificate:
-    """Residuals of a hold, relative to the row values and to the largest tension.
+def beyond(effort: Array, limits: Limits, bilateral: Bools) -> Array:
+    """How far efforts (n_a,) exceed their limits, relative to the largest magnitude: (n_a,), negative within.
+
+    The least tension of a cable does not count: one that is held may be slack.
+
+    Args:
+        effort: (n_a,) [N, Pa].
+        limits: of the actuators.
+        bilateral: (n_a,) which actuators pull and push.
+    """
+    below = np.where(bilateral, limits.tension_min - effort, -np.inf)
+    excess: Array = np.maximum(effort - limits.tension_max, below) / limits.largest_tension
+    return excess
+
+
+def hold_certificate(
+    solved: ForwardStep, command: Command, limits: Limits, actuators: Actuators
+) -> Certificate:
+    """Residuals of a hold, relative to the row values and to the largest efforts.
 
     An LCP is the optimality condition of min ½ λᵀ W λ + δ_freeᵀ λ over λ ≥ 0: the gradient is δ, and the
-    norm of min(w_ii λ_i, δ_i) is that of the projected gradient.
+    norm of min(w_ii λ_i, δ_i) is that of the projected gradient. That of a bilateral actuator is δ_i alone.
 
     Args:
         solved: forces and motion.
-        pull: (n_a,) pulled lengths that are held [m].
-        limits: of the cables.
+        command: position or effort that each actuator keeps.
+        limits: of the actuators.
+        actuators: which of them are bilateral; rows in the same unit have one scale.
     """
     step, lam = solved.prediction.step, solved.prediction.lam[solved.prediction.step.n_e :]
     W = step.compliance.W[step.n_e :, step.n_e :]
+    n_a, by_force = step.n_a, command.by_force
     delta_free = step.compliance.delta_free[step.n_e :].copy()
-    delta_free[: step.n_a] -= pull
+    delta_free[:n_a] -= np.where(by_force, 0.0, command.pull)
     delta, force = delta_free + W @ lam, np.diag(W) * lam  # (m,) m
-    size = max(np.abs(delta_free).max(initial=0.0), np.abs(force).max(initial=0.0))
-    scale = size if size > 0.0 else 1.0
-    residual = np.minimum(force, delta) / scale  # (m,)
-    excess = lam[: step.n_a] / limits.tension_max - 1.0  # (n_a,)
-    violation = np.concatenate([-delta / scale, excess])
+    groups = np.concatenate([actuators.position_groups, np.zeros(len(lam) - n_a, np.int64)])
+    size = np.maximum(np.abs(delta_free), np.abs(force))
+    scale = np.array([size[groups == groups[i]].max() for i in range(len(size))])  # (m,)
+    scale = np.where(scale > 0.0, scale, 1.0)
+    kept = np.concatenate([~by_force, np.ones(len(lam) - n_a, np.bool_)])
+    zero = np.concatenate([actuators.bilateral, np.zeros(len(lam) - n_a, np.bool_)])
+    residual = np.where(zero, delta, np.minimum(force, delta))[kept] / scale[kept]
+    violation = (np.where(zero, np.abs(delta), -delta) / scale)[kept]
+    excess = beyond(lam[:n_a], limits, actuators.bilateral)
     return Certificate(
-        primal=max(0.0, float(violation.max(initial=0.0))),
+        primal=max(0.0, float(violation.max(initial=0.0)), float(excess.max(initial=0.0))),
         complementarity=float(np.abs(residual).max(initial=0.0)),
         stationarity=float(np.linalg.norm(residual)),
         deepest_gap=solved.prediction.deepest_gap,

@@ -1,5 +1,7 @@
 """The model of a robot: finite elements, cables, contacts, and the forward simulator."""
 
+from tauten.model.actuation import ActuatorKind, Actuators, Springs, cable_actuators
+from tauten.model.command import Command
 from tauten.model.compliance import Compliance, row_compliance
 from tauten.model.condensed_step import CondensedStep, Forces, condense_step, no_forces
 from tauten.model.contact_space import ContactSpace, EmptySpace, ReducedContacts
@@ -24,6 +26,9 @@ from tauten.model.system import Integration, System, make_pattern
 from tauten.model.tetra.robot import TetRobot
 
 __all__ = [
+    "ActuatorKind",
+    "Actuators",
+    "Command",
     "Compliance",
     "CondensedStep",
     "ContactRows",
@@ -45,9 +50,11 @@ __all__ = [
     "RobotRows",
     "Rows",
     "Simulator",
+    "Springs",
     "State",
     "System",
     "TetRobot",
+    "cable_actuators",
     "condense_step",
     "contact_model",
     "default_enrichment",

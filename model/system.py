@@ -84,6 +84,8 @@ class Pattern:
             column_length (g, s), distance from one column of node b to the next.
         """
         g, s = groups.shape
+        if g == 0:
+            return np.zeros((0, s, s), dtype=np.int64), np.zeros((0, s), dtype=np.int64)
         lookup = sp.csc_array(
             (np.arange(1, len(self.indices) + 1), self.indices, self.indptr), shape=(self.n,) * 2
         )

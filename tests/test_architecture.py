@@ -21,6 +21,7 @@ ORDER = (
     "model",
     "model.mesh",
     "model.points",
+    "model.actuators",
     "model.contact",
     "model.body",
     "model.tetra",

@@ -7,12 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tauten.model.actuators import BeamActuators
 from tauten.model.beams.body import BeamBody
 from tauten.model.beams.elements import assemble_beams
 from tauten.model.beams.surfaces import BeamSurfaces
 from tauten.model.body import SparseRobot
 from tauten.model.numerics import Array, Ints, turned
-from tauten.model.points import AttachedPoints, BeamCables, Entries, add_beam_cable_stiffness
+from tauten.model.points import AttachedPoints, Entries
 from tauten.model.robot import RobotRows, State
 from tauten.model.rows import ContactRows, Rows
 from tauten.model.system import System
@@ -34,7 +35,7 @@ class BeamRobot(SparseRobot):
         surfaces: for contact and for drawing.
     """
 
-    cables: BeamCables
+    actuator_set: BeamActuators
     effectors: AttachedPoints
     body: BeamBody
     beam_slot: tuple[Ints, Ints]
@@ -109,34 +110,32 @@ class BeamRobot(SparseRobot):
 
         Args:
             state: where to evaluate.
-            tension: (n_a,) tensions whose curvature enters the tangent [N]; None: none does.
+            tension: (n_a,) efforts of the actuators, whose curvature enters the tangent; None: none does.
             exact: exact derivative rather than the positive semidefinite tangent.
 
         Returns:
-            force (n,) [N, N m] without cables and contacts, and K = −∂force/∂q as CSC values (nnz,).
+            force (n,) [N, N m] without actuators and contacts, and K = −∂force/∂q as CSC values (nnz,).
         """
         x, Q = self.pose(state)
         body, dof = self.body, self.pattern.dof
         force, K = np.zeros((2 * self.n_nodes, 3)), np.zeros(len(self.pattern.indices))
         force[::2] = np.outer(body.mass, self.gravity)
         assemble_beams(x, Q, body.arrays, exact, self.beam_slot, force, K)
-        if tension is not None:
-            cables = self.cables
-            points, arms = cables.stations.place(x, Q)
-            add_beam_cable_stiffness(
-                points, arms, cables.first, cables.owner, tension, exact, self.cable_slot, K
-            )
+        self.actuator_set.add_stiffness(x, Q, tension, exact, K)
         total = force[dof >= 0].ravel()
+        preload = self.actuator_set.preload(x, Q, self.dof, self.n)
+        if preload is not None:
+            total += preload
         if self.effector_force.any():
             total += self.effector_rows(x, Q).H.T @ self.effector_force
         return total, K
 
     def rows(self, state: State, contacts: bool = True) -> RobotRows:
-        """Rows of effectors, cables and, with `contacts`, contacts at this state."""
+        """Rows of effectors, actuators and, with `contacts`, contacts at this state."""
         x, Q = self.pose(state)
         return RobotRows(
             effectors=self.effector_rows(x, Q),
-            actuators=self.cables.rows(x, Q, self.dof, self.n),
+            actuators=self.actuator_set.rows(x, Q, self.dof, self.n),
             contacts=self.contact_rows(x, Q) if contacts else self.no_contact_rows(),
         )
 

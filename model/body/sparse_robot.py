@@ -9,10 +9,12 @@ from typing import Self
 
 import scipy.sparse as sp
 
+from tauten.model.actuation import Actuators
+from tauten.model.actuators import ActuatorSet, BeamActuators
 from tauten.model.contact import ContactSet
 from tauten.model.limits import Limits
-from tauten.model.numerics import Array, Factorisation, FactorisationError, Ints, make_factorisation
-from tauten.model.points import AttachedPoints, BeamCables, CableSet, MaterialPoints
+from tauten.model.numerics import Array, Factorisation, FactorisationError, make_factorisation
+from tauten.model.points import AttachedPoints, MaterialPoints
 from tauten.model.robot import RobotNames, State
 from tauten.model.rows import ContactRows, PairSlots
 from tauten.model.system import Integration, Pattern, System, make_system
@@ -23,16 +25,16 @@ class SparseRobot(ABC):
     """Names, sizes and the linear system of a `Robot` that has a pattern and a factorisation.
 
     Attributes:
-        names: of the robot, its cables and its effectors.
-        digest: SHA-256 of everything its contact forces depend on (body, material, cables, contacts).
+        names: of the robot and its effectors.
+        digest: SHA-256 of everything its contact forces depend on (body, material, actuators, contacts).
         gravity: (3,) [m/s²].
         tolerance: depth of penetration from which a unit column is added for a contact candidate [m].
         integration: time step and scheme.
         pattern: sparsity of its matrices.
         mass: (n,) lumped mass of the free degrees of freedom [kg], [kg m²] where they are rotations.
-        cables: its cables.
-        cable_slot: places of the cables' curvature in the pattern.
-        limits: limits of tension, pulled length and rate.
+        actuators: names, kinds and laws of its actuators.
+        actuator_set: their rows and curvature.
+        limits: limits of their efforts, positions and rates.
         effectors: points that are to reach targets.
         contacts: candidates and the surfaces they may touch.
         factorisation: workspace of the linear solver.
@@ -45,8 +47,8 @@ class SparseRobot(ABC):
     integration: Integration
     pattern: Pattern
     mass: Array
-    cables: CableSet | BeamCables
-    cable_slot: tuple[Ints, Ints]
+    actuators: Actuators
+    actuator_set: ActuatorSet | BeamActuators
     limits: Limits
     effectors: MaterialPoints | AttachedPoints
     contacts: ContactSet
@@ -74,8 +76,8 @@ class SparseRobot(ABC):
 
     @property
     def n_a(self) -> int:
-        """Cables."""
-        return self.cables.n_a
+        """Actuators; couplings count as one."""
+        return len(self.actuators)
 
     @property
     def n_e(self) -> int:
@@ -98,11 +100,6 @@ class SparseRobot(ABC):
         return self.contacts.pair_slots
 
     @property
-    def cable_names(self) -> tuple[str, ...]:
-        """Names of the cables, in the order of λ_a."""
-        return self.names.cables
-
-    @property
     def effector_names(self) -> tuple[str, ...]:
         """Names of the effectors, in row order."""
         return self.names.effectors
@@ -117,11 +114,11 @@ class SparseRobot(ABC):
     def forces(
         self, state: State, tension: Array | None = None, exact: bool = False
     ) -> tuple[Array, Array]:
-        """Forces without cables and contacts (n,) [N], and K = −∂force/∂q as CSC values (nnz,).
+        """Forces without actuators and contacts (n,) [N], and K = −∂force/∂q as CSC values (nnz,).
 
         Args:
             state: where to evaluate.
-            tension: (n_a,) tensions whose curvature enters the tangent [N]; None: none does.
+            tension: (n_a,) efforts of the actuators, whose curvature enters the tangent; None: none does.
             exact: exact derivative rather than the positive semidefinite tangent.
         """
 
@@ -132,7 +129,7 @@ class SparseRobot(ABC):
 
         Args:
             state: where the step starts.
-            tension: (n_a,) last tensions, for the curvature they add to A [N].
+            tension: (n_a,) last efforts of the actuators, for the curvature they add to A.
             integration: another scheme than the robot's.
 
         Raises:

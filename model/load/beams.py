@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tauten.model.actuation import actuators_of
+from tauten.model.actuators import BeamActuators, coupling_of
 from tauten.model.beams import (
     BeamBody,
     BeamError,
@@ -77,6 +79,11 @@ def build_beam_robot(config: BeamConfig, structure: Structure, source: str) -> B
     profiles = build_profiles(config, structure, source)
     body = build_beam_body(structure, profiles, material, source)
     fixed = fixed_beam_nodes(config, body, source)
+    if config.chambers or config.forces:
+        table = "chambers" if config.chambers else "forces"
+        raise RobotFileError(
+            f"{source}: {table}: a robot made of beams is driven by cables, remove this table"
+        )
     cables = build_beam_cables(config, structure, body, source)
     effectors = [
         on_vertebra(structure, body, [item.point], f"{source}: effectors.{i}", item.max_outside)
@@ -98,9 +105,11 @@ def build_beam_robot(config: BeamConfig, structure: Structure, source: str) -> B
         beam_slot=pattern.blocks(groups(body.ends)),
         mass=np.repeat(np.stack([body.mass, body.inertia], axis=1)[free].ravel(), 3),
         effector_force=np.zeros(3 * len(effectors)),
-        cables=cables,
-        cable_slot=pattern.blocks(groups(cables.ends)),
-        limits=limits_of(config.cables),
+        actuators=actuators_of(config),
+        actuator_set=BeamActuators(
+            cables, coupling_of(config), pattern.blocks(groups(cables.ends))
+        ),
+        limits=limits_of(config, source),
         effectors=join_attached_points(effectors),
         surfaces=surfaces,
         contacts=contacts,

@@ -12,9 +12,12 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from tauten.model.actuation import actuators_of
+from tauten.model.actuators import ActuatorParts, place_actuators
 from tauten.model.body import Material
 from tauten.model.contact import ContactSet
 from tauten.model.limits import limits_of
+from tauten.model.load.actuators import build_actuators, place_points
 from tauten.model.load.beams import build_beam_robot, read_structure
 from tauten.model.load.bodies import AnyMesh, Bodies, build_bodies, read_bodies
 from tauten.model.load.contacts import build_contacts
@@ -23,14 +26,7 @@ from tauten.model.mesh import (
     TetMesh,
 )
 from tauten.model.numerics import Bools, make_factorisation
-from tauten.model.points import (
-    Cable,
-    CableSet,
-    MaterialPoints,
-    attach,
-    effector_matrix,
-    make_cables,
-)
+from tauten.model.points import MaterialPoints, effector_matrix
 from tauten.model.robot import Robot, names_of
 from tauten.model.schema import (
     BeamConfig,
@@ -203,15 +199,15 @@ def build_robot(config: RobotConfig, mesh: AnyMesh | Sequence[AnyMesh], source: 
     bodies = build_bodies(config, meshes, source)
     body, selector, fixed = bodies.parts, bodies.selector, bodies.fixed
     require_held(bodies, source)
-    cables = build_cables(config, body.mesh, source)
+    parts = build_actuators(config, body, selector)
     effectors = build_effectors(config, body.mesh, source)
-    pattern = make_pattern(fixed, [*(part.nodes for part in body.domains), cables.nodes])
+    pattern = make_pattern(fixed, [*(part.nodes for part in body.domains), *parts.groups])
     contacts = build_contacts(config, selector)
     mass = body.mass[~fixed]  # (n / 3,)
     scheme = config.integration
     return TetRobot(
         names=names_of(config),
-        digest=digest(body, material, fixed, cables, contacts),
+        digest=digest(body, material, fixed, parts, contacts),
         gravity=np.array(config.gravity),
         tolerance=config.contact.tolerance,
         mesh=body.mesh,
@@ -221,9 +217,9 @@ def build_robot(config: RobotConfig, mesh: AnyMesh | Sequence[AnyMesh], source: 
         elements=place_elements(body, pattern),
         mass=np.repeat(mass, 3),
         load=np.outer(mass, config.gravity).ravel(),
-        cables=cables,
-        cable_slot=pattern.blocks(cables.nodes),
-        limits=limits_of(config.cables),
+        actuators=actuators_of(config),
+        actuator_set=place_actuators(parts, body.mesh.nodes, pattern),
+        limits=limits_of(config, source),
         effectors=effectors,
         H_e=effector_matrix(effectors, pattern.dof, pattern.n),
         contacts=contacts,
@@ -252,27 +248,6 @@ def require_held(bodies: Bodies, source: str) -> None:
         raise RobotFileError(f"{source}: fixed: holds every node, no node can move")
 
 
-def build_cables(config: RobotConfig, mesh: TetMesh, source: str) -> CableSet:
-    """Cables attached to the mesh.
-
-    Args:
-        config: the robot file.
-        mesh: the body.
-        source: the robot file's path, for errors.
-    """
-    cables = []
-    for index, cable in enumerate(config.cables):
-        what = f"{source}: cables.{index}.points"
-        points = place_points(mesh, cable.points, what, cable.max_outside)
-        pull_point = None if cable.pull_point is None else np.array(cable.pull_point)
-        route = np.array(cable.points if pull_point is None else [pull_point, *cable.points])
-        short = np.flatnonzero(np.linalg.norm(np.diff(route, axis=0), axis=1) < 1e-9)
-        if len(short):
-            raise RobotFileError(f"{what}: points {short[0]} and {short[0] + 1} coincide")
-        cables.append(Cable(cable.name, points, pull_point))
-    return make_cables(cables, mesh.nodes)
-
-
 def build_effectors(config: RobotConfig, mesh: TetMesh, source: str) -> MaterialPoints:
     """Effectors attached to the mesh.
 
@@ -291,25 +266,8 @@ def build_effectors(config: RobotConfig, mesh: TetMesh, source: str) -> Material
     )
 
 
-def place_points(
-    mesh: TetMesh, points: list[tuple[float, float, float]], what: str, slack: float
-) -> MaterialPoints:
-    """`attach`, with its error as a RobotFileError.
-
-    Args:
-        mesh: the body.
-        points: rest positions [m].
-        what: the field they come from, for errors.
-        slack: how far outside the body a point may lie [m].
-    """
-    try:
-        return attach(mesh, np.array(points), what, slack)
-    except ValueError as error:
-        raise RobotFileError(str(error)) from error
-
-
 def digest(
-    body: BodyParts, material: Material, fixed: Bools, cables: CableSet, contacts: ContactSet
+    body: BodyParts, material: Material, fixed: Bools, parts: ActuatorParts, contacts: ContactSet
 ) -> str:
     """SHA-256 of everything that contact forces depend on, except loads and control.
 
@@ -317,10 +275,10 @@ def digest(
         body: the body.
         material: of the body.
         fixed: (n_nodes,) which nodes do not move.
-        cables: of the robot.
+        parts: actuators of the robot.
         contacts: the contact pairs.
     """
-    hasher = hashlib.sha256()
+    hasher, cables = hashlib.sha256(), parts.cables
     arrays: list[NDArray[Any]] = [
         body.mesh.nodes,
         body.mesh.tets,
@@ -334,6 +292,11 @@ def digest(
         arrays += [pair.nodes, pair.weights, pair.triangles]
         if len(pair.apart):
             arrays.append(pair.apart)
+    arrays += parts.chambers
+    for force in parts.forces:
+        arrays += [force.nodes, force.weights, force.direction]
+    if parts.coupling is not None:
+        arrays += [parts.coupling.gains.toarray(), parts.coupling.offsets]
     for array in arrays:
         hasher.update(np.round(np.ascontiguousarray(array, dtype=float), 12).tobytes())
     hasher.update(repr(material).encode())

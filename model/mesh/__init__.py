@@ -19,6 +19,7 @@ from tauten.model.mesh.tet_mesh import (
     join_meshes,
     oriented,
     read_mesh,
+    read_triangles,
 )
 
 __all__ = [
@@ -43,6 +44,7 @@ __all__ = [
     "quadratic_mesh",
     "read_mesh",
     "read_quadratic_mesh",
+    "read_triangles",
     "read_unchecked_mesh",
     "spread_points",
     "triangle_areas",

@@ -214,6 +214,22 @@ def read_with_meshio(path: Path) -> Any:
         raise MeshError(f"{path}: not readable as a mesh ({reason})") from error
 
 
+def read_triangles(path: Path) -> tuple[Array, Ints]:
+    """Vertices (v, 3), in the unit of the file, and triangles (t, 3) of a surface such as an STL file.
+
+    Raises:
+        MeshError: unreadable file, no triangles, or numbers that are not finite.
+    """
+    raw = read_with_meshio(path)
+    parts = [np.asarray(block.data) for block in raw.cells if block.type == "triangle"]
+    if not sum(len(part) for part in parts):
+        raise MeshError(f"{path}: no triangles found")
+    points = np.asarray(raw.points, dtype=float)
+    if not np.isfinite(points).all():
+        raise MeshError(f"{path}: a vertex is not finite")
+    return points, np.concatenate(parts).astype(np.int64)
+
+
 def checked(nodes: Array, tets: Ints, source: str) -> TetMesh:
     """The mesh made of these arrays, after every check.
 

@@ -1,5 +1,13 @@
 """The contents of robot files, validated field by field."""
 
+from tauten.model.schema.actuators import (
+    ChamberSettings,
+    CouplingSettings,
+    ForceSettings,
+    Kind,
+    Range,
+    SpringSettings,
+)
 from tauten.model.schema.beam_file import BarSettings, BeamConfig, Structure, TubeSettings, Vertebra
 from tauten.model.schema.body import BodySettings, ElementName, MeshSettings, RotationSettings
 from tauten.model.schema.contact import (
@@ -7,6 +15,7 @@ from tauten.model.schema.contact import (
     ITSELF,
     ContactRange,
     ContactSettings,
+    SurfaceSettings,
     check_surfaces,
 )
 from tauten.model.schema.material import LawName, MaterialSettings
@@ -33,7 +42,7 @@ from tauten.model.schema.robot_file import (
     ControlPeriod,
     RobotConfig,
     RobotSettings,
-    SurfaceSettings,
+    SingleActuator,
     model_tables,
 )
 from tauten.model.schema.section import (
@@ -60,6 +69,7 @@ __all__ = [
     "BodySettings",
     "Box",
     "CableSettings",
+    "ChamberSettings",
     "Changes",
     "ControlPeriod",
     "Cylinder",
@@ -70,6 +80,9 @@ __all__ = [
     "NamedGroup",
     "HalfSpace",
     "Intersection",
+    "CouplingSettings",
+    "ForceSettings",
+    "Kind",
     "LARGEST_COORDINATE",
     "LawName",
     "MaterialSettings",
@@ -77,6 +90,7 @@ __all__ = [
     "Name",
     "NearStl",
     "Positive",
+    "Range",
     "Rate",
     "Region",
     "RobotConfig",
@@ -87,6 +101,8 @@ __all__ = [
     "Selection",
     "Skin",
     "Sphere",
+    "SingleActuator",
+    "SpringSettings",
     "Structure",
     "SurfaceSettings",
     "TubeSettings",

@@ -2,27 +2,39 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import ConfigDict, Field, model_validator
 
+from tauten.model.schema.actuators import (
+    HELD,
+    ChamberSettings,
+    CouplingSettings,
+    ForceSettings,
+    Held,
+    Kind,
+    Range,
+    SpringSettings,
+    check_couplings,
+)
 from tauten.model.schema.body import BodySettings, ElementName, MeshSettings
-from tauten.model.schema.contact import ContactRange, ContactSettings, check_surfaces
+from tauten.model.schema.contact import (
+    ContactRange,
+    ContactSettings,
+    SurfaceSettings,
+    check_surfaces,
+)
 from tauten.model.schema.material import (
     RegionMaterialSettings,
     SolidMaterialSettings,
 )
 from tauten.model.schema.region import (
     AnyRegion,
-    Box,
-    Facing,
-    Intersection,
     Region,
     Selection,
     check_regions,
 )
 from tauten.model.schema.section import (
-    Direction,
     Name,
     NonNegative,
     Point,
@@ -47,6 +59,8 @@ MaxOutside = Annotated[
 
 class CableSettings(Section):
     """A cable and the limits of its winch; it starts at `pull_point` when there is one."""
+
+    kind: ClassVar[Kind] = "cable"
 
     name: Name = Field(description="Name of the cable, used once.")
     points: Annotated[list[Point], Field(min_length=1)] = Field(
@@ -77,6 +91,17 @@ class CableSettings(Section):
         description="Largest speed of the winch, in and out [m/s]."
     )
     max_outside: MaxOutside = 0.0
+    spring: Annotated[
+        SpringSettings | None, Field(description="Spring between winch and cable; default: none.")
+    ] = None
+    held: Annotated[Held, Field(description=HELD)] = "position"
+
+    @property
+    def limits(self) -> Range:
+        """Limits of tension, pulled length and its rate."""
+        return Range(
+            self.min_tension, self.max_tension, self.min_pull, self.max_pull, self.max_rate
+        )
 
     @model_validator(mode="after")
     def _consistent(self) -> CableSettings:
@@ -92,34 +117,15 @@ class CableSettings(Section):
         return self
 
 
+SingleActuator = CableSettings | ChamberSettings | ForceSettings
+
+
 class EffectorSettings(Section):
     """A point of the body that is to reach targets."""
 
     name: Name = Field(description="Name of the effector, used once.")
     point: Point = Field(description="The point of the body at rest that is to reach targets [m].")
     max_outside: MaxOutside = 0.0
-
-
-class SurfaceSettings(Section):
-    """Boundary triangles whose centre lies in the box and whose normal points along `normal`."""
-
-    name: Name = Field(description="Name of the surface, used once.")
-    box: Box = Field(description="Box in which the centres of the triangles lie [m].")
-    normal: Direction | None = Field(
-        default=None,
-        description="Direction near which the outward normals of the triangles are; by default any.",
-    )
-    max_angle_deg: Annotated[float, Field(gt=0.0, le=180.0)] = Field(
-        default=45.0,
-        description="Largest angle between `normal` and the normal of a triangle [deg], by default 45.",
-    )
-
-    def region(self) -> Region:
-        """The same as a region."""
-        if self.normal is None:
-            return self.box
-        facing = Facing(kind="normal", direction=self.normal, max_angle_deg=self.max_angle_deg)
-        return Intersection(kind="intersection", of=[self.box, facing])
 
 
 class IntegrationSettings(Section):
@@ -193,9 +199,18 @@ class RobotSettings(Section):
     regions: tuple[AnyRegion, ...] = Field(
         default=(), description="Regions that other tables use by name; by default none."
     )
-    cables: Annotated[list[CableSettings], Field(min_length=1)] = Field(
-        description="Cables, one table each."
+    cables: tuple[CableSettings, ...] = Field(
+        default=(), description="Cables, one table each; by default none."
     )
+    chambers: Annotated[
+        tuple[ChamberSettings, ...], Field(description="Closed cavities under pressure.")
+    ] = ()
+    forces: Annotated[
+        tuple[ForceSettings, ...], Field(description="Forces of fixed direction on the body.")
+    ] = ()
+    couplings: Annotated[
+        tuple[CouplingSettings, ...], Field(description="Motors that drive several actuators each.")
+    ] = ()
     effectors: Annotated[list[EffectorSettings], Field(min_length=1)] = Field(
         description="Points that are to reach targets, one table each; the first one's keys on the wire "
         "are plain."
@@ -217,6 +232,11 @@ class RobotSettings(Section):
     def _names_once(self) -> Self:
         check_unique("cables", [cable.name for cable in self.cables])
         check_unique("effectors", [effector.name for effector in self.effectors])
+        single = self.single_actuators
+        if not single:
+            raise ValueError("a robot needs an actuator: a table cables, chambers or forces")
+        check_unique("actuators", [item.name for item in (*single, *self.couplings)])
+        check_couplings(self.couplings, {item.name: item.kind for item in single})
         return self
 
     def named_regions(self) -> dict[str, Region]:
@@ -234,12 +254,28 @@ class RobotSettings(Section):
 
     def selections(self) -> list[tuple[str, Region | str]]:
         """Selections outside of `regions`, with the fields they come from."""
-        return [(f"fixed.{index}", item) for index, item in enumerate(self.fixed)]
+        found: list[tuple[str, Region | str]] = [
+            (f"fixed.{index}", item) for index, item in enumerate(self.fixed)
+        ]
+        found += [(f"chambers.{c.name}.surface", c.surface) for c in self.chambers if c.surface]
+        return found + [(f"forces.{f.name}.region", f.region) for f in self.forces if f.region]
 
     @model_validator(mode="after")
     def _regions(self) -> Self:
         check_regions(self.named_regions(), self.selections())
         return self
+
+    @property
+    def single_actuators(self) -> tuple[SingleActuator, ...]:
+        """All actuators but couplings: cables, chambers, forces as listed."""
+        return (*self.cables, *self.chambers, *self.forces)
+
+    @property
+    def actuators(self) -> tuple[SingleActuator | CouplingSettings, ...]:
+        """In the order of λ_a: a coupling stands where its first member stood, the others vanish."""
+        coupling_of = {name: item for item in self.couplings for name in item.members}
+        found = (coupling_of.get(item.name, item) for item in self.single_actuators)
+        return tuple({item.name: item for item in found}.values())
 
 
 class RobotConfig(RobotSettings):

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tauten.model import (
+    Actuators,
     ContactRows,
     Integration,
     Limits,
@@ -144,13 +145,13 @@ class ReducedRobot:
 
     @property
     def limits(self) -> Limits:
-        """Limits of the winches."""
+        """Limits of the actuators."""
         return self.full.limits
 
     @property
-    def cable_names(self) -> tuple[str, ...]:
-        """Names of the cables, in the order of λ_a."""
-        return self.full.cable_names
+    def actuators(self) -> Actuators:
+        """Names, kinds and laws of the actuators, in the order of λ_a."""
+        return self.full.actuators
 
     @property
     def effector_names(self) -> tuple[str, ...]:

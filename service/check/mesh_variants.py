@@ -103,7 +103,7 @@ def make_loads(robot: TetRobot, shares: tuple[float, ...]) -> tuple[Load, ...]:
     """Every cable alone at shares of its largest pull, in ascending order."""
     return tuple(
         Load(cable, name, share, share * float(robot.limits.pull_max[cable]))
-        for cable, name in enumerate(robot.cable_names)
+        for cable, name in enumerate(robot.actuators.names)
         for share in sorted(shares)
     )
 

@@ -21,7 +21,7 @@ def description(setup: Setup) -> dict[str, Any]:
             "pull": [float(limits.pull_min[i]), float(limits.pull_max[i])],
             "rate": float(limits.rate[i]),
         }
-        for i, name in enumerate(robot.cable_names)
+        for i, name in enumerate(robot.actuators.names)
     ]
     rest = robot.effector(robot.rest())  # (p, 3)
     measured = keys.measurements(robot.effector_names)

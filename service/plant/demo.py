@@ -110,7 +110,7 @@ def run_demo(settings: DemoSettings, stop: StopFlag, notify: Callable[[str], Non
         _end(node)
         _end(plant)
     notify("reading the log")
-    return _result(folder, robot.cable_names)
+    return _result(folder, robot.actuators.names)
 
 
 def _result(folder: Path, cables: tuple[str, ...]) -> DemoResult:

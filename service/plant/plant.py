@@ -115,7 +115,7 @@ class Plant:
         sample = self._source.try_recv()
         if sample is None:
             return
-        payload, names = payload_of(sample), self._robot.cable_names
+        payload, names = payload_of(sample), self._robot.actuators.names
         if isinstance(payload, Rejection):
             self._counts.refuse(payload)
             return
@@ -146,7 +146,7 @@ class Plant:
             for publisher, point in zip(publishers, points, strict=True):
                 publisher.put(encode_point(point))
         pull, tension = tuple(simulator.pull.tolist()), tuple(simulator.tension.tolist())
-        joints = Joints(stamp, robot.frame, robot.cable_names, pull, tension)
+        joints = Joints(stamp, robot.frame, robot.actuators.names, pull, tension)
         self._state.put(encode_joints(joints))
         self._gap.put(encode_float(float(simulator.gaps.min(initial=np.inf))))
 

@@ -168,7 +168,7 @@ def recorded_ticks(reader: LogReader, setup: Setup, robot: str) -> Iterator[tupl
     actuation: Joints | None = None
     for message in reader.messages():
         if message.key == keys.actuation:
-            joints = decode_joints(message.payload, CDR, setup.robot.cable_names)
+            joints = decode_joints(message.payload, CDR, setup.robot.actuators.names)
             if isinstance(joints, Rejection):
                 raise LogError(f"{reader.path}: does not fit the robot: {joints.detail}")
             actuation = joints
@@ -229,10 +229,10 @@ def _compare(reader: LogReader, setup: Setup, robot: str, tolerance: float) -> R
     off_pull = np.abs(courses.pull[1] - courses.pull[0])  # (m, n_a)
     off_tension = np.abs(courses.tension[1] - courses.tension[0])  # (m, n_a)
     shares = np.maximum(
-        off_pull / (limits.pull_max - limits.pull_min), off_tension / limits.tension_max
+        off_pull / (limits.pull_max - limits.pull_min), off_tension / limits.largest_tension
     ).max(axis=1)  # (m,)
     return Replay(
-        cables=setup.robot.cable_names,
+        cables=setup.robot.actuators.names,
         courses=courses,
         seconds=seconds,
         pull=off_pull.max(axis=0),

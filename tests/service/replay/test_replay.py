@@ -75,7 +75,7 @@ def write_run(setup: Setup, path: Path) -> None:
         joints = Joints(
             stamp,
             robot.frame,
-            robot.cable_names,
+            robot.actuators.names,
             tuple(action.actuation.pull),
             tuple(action.actuation.tension),
         )
@@ -210,10 +210,10 @@ def test_the_report_is_saved_and_shown(log: Path, tmp_path: Path) -> None:
 
 
 def test_the_figure_is_drawn(log: Path, beam: Robot, tmp_path: Path) -> None:
-    draw_run(read_run(log), beam.cable_names, tmp_path / "figure.png")
+    draw_run(read_run(log), beam.actuators.names, tmp_path / "figure.png")
     data = (tmp_path / "figure.png").read_bytes()
     assert data.startswith(b"\x89PNG")
-    draw_run(read_run(log), beam.cable_names, tmp_path / "figure.svg")
+    draw_run(read_run(log), beam.actuators.names, tmp_path / "figure.svg")
     text = (tmp_path / "figure.svg").read_text()
     assert "<svg" in text
 
@@ -232,7 +232,7 @@ def test_a_run_without_plant_is_reported_too(log: Path, beam: Robot, tmp_path: P
     report = make_report(run)
     assert report.plant_error.rms_mm is None
     assert report.plant_penetration_mm is None
-    draw_run(run, beam.cable_names, tmp_path / "figure.png")
+    draw_run(run, beam.actuators.names, tmp_path / "figure.png")
 
 
 def test_the_robot_file_is_in_the_log(log: Path, beam_file: Path, tmp_path: Path) -> None:
