@@ -50,7 +50,7 @@ def tetrahedra(nodes: Array, cells: Ints) -> Ints:
     tets = []
     for corner in range(8):
         mine = cells[smallest == corner]  # (m, 8)
-        for face in _FACES[np.all(_FACES != corner, axis=1)]:
+        for face in _FACES[np.all(corner != _FACES, axis=1)]:
             quad = mine[:, face]  # (m, 4) around the face
             turn = (quad.argmin(axis=1)[:, None] + np.arange(4)) % 4
             quad = np.take_along_axis(quad, turn, axis=1)
