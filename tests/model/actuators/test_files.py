@@ -84,7 +84,7 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
     ({"chambers": [PLACE]}, "found none of surface, stl and inside"),
     ({"chambers": [{**CHAMBER, "surface": "wall"}]}, "found surface and inside of surface"),
     ({"chambers": [{**CHAMBER, "inside": [0.05, 0.01, 0.002]}]}, "lies in none of the 1 cavities"),
-    ({"chambers": [{**PLACE, "surface": "wall"}]}, "surface 'wall' is not defined, known are none"),
+    ({"chambers": [{**PLACE, "surface": "wall"}]}, "region 'wall' is not defined, known are none"),
     ({"chambers": [{**PLACE, "stl": "none.stl"}]}, "no such mesh file"),
     ({"chambers": [{**CHAMBER, "min_pressure": 10.0}]}, "must have zero, the value at rest"),
     ({"chambers": [{**CHAMBER, "max_volume_change": -1.0}]}, "greater than 0"),
