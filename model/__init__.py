@@ -5,6 +5,7 @@ from tauten.model.command import Command
 from tauten.model.compliance import Compliance, row_compliance
 from tauten.model.condensed_step import CondensedStep, Forces, condense_step, no_forces
 from tauten.model.contact_space import ContactSpace, EmptySpace, ReducedContacts
+from tauten.model.effector_layout import EffectorLayout, Goal, Pose, Target
 from tauten.model.enrichment import (
     Enrichment,
     EnrichmentLoop,
@@ -19,7 +20,7 @@ from tauten.model.limits import Limits
 from tauten.model.load.robot import load_robot
 from tauten.model.mesh.tet_mesh import MeshError
 from tauten.model.robot import Robot, RobotRows, State
-from tauten.model.rows import ContactRows, PairSlots, Rows
+from tauten.model.rows import ContactRows, EffectorRows, PairSlots, Rows
 from tauten.model.schema.section import RobotFileError
 from tauten.model.simulator import Simulator
 from tauten.model.system import Integration, System, make_pattern
@@ -33,16 +34,20 @@ __all__ = [
     "CondensedStep",
     "ContactRows",
     "ContactSpace",
+    "EffectorLayout",
+    "EffectorRows",
     "EmptySpace",
     "Ending",
     "Enrichment",
     "EnrichmentLoop",
     "Forces",
     "ForwardStep",
+    "Goal",
     "Integration",
     "Limits",
     "MeshError",
     "PairSlots",
+    "Pose",
     "PredictedStep",
     "ReducedContacts",
     "Quantity",
@@ -54,6 +59,7 @@ __all__ = [
     "Springs",
     "State",
     "System",
+    "Target",
     "TetRobot",
     "cable_actuators",
     "condense_step",

@@ -12,9 +12,10 @@ import scipy.sparse as sp
 from tauten.model.actuation import Actuators
 from tauten.model.actuators import ActuatorSet, BeamActuators
 from tauten.model.contact import ContactSet
+from tauten.model.effector_layout import EffectorLayout
+from tauten.model.effectors import BeamEffectors, NodalEffectors
 from tauten.model.limits import Limits
 from tauten.model.numerics import Array, Factorisation, FactorisationError, make_factorisation
-from tauten.model.points import AttachedPoints, MaterialPoints
 from tauten.model.robot import RobotNames, State
 from tauten.model.rows import ContactRows, PairSlots
 from tauten.model.system import Integration, Pattern, System, make_system
@@ -35,7 +36,7 @@ class SparseRobot(ABC):
         actuators: names, kinds and laws of its actuators.
         actuator_set: their rows and curvature.
         limits: limits of their efforts, positions and rates.
-        effectors: points that are to reach targets.
+        effectors: what is to reach targets.
         contacts: candidates and the surfaces they may touch.
         factorisation: workspace of the linear solver.
     """
@@ -50,7 +51,7 @@ class SparseRobot(ABC):
     actuators: Actuators
     actuator_set: ActuatorSet | BeamActuators
     limits: Limits
-    effectors: MaterialPoints | AttachedPoints
+    effectors: NodalEffectors | BeamEffectors
     contacts: ContactSet
     factorisation: Factorisation
 
@@ -81,8 +82,13 @@ class SparseRobot(ABC):
 
     @property
     def n_e(self) -> int:
-        """Effector rows, three a point."""
-        return 3 * len(self.effectors)
+        """Effector rows."""
+        return self.effector_layout.n_rows
+
+    @property
+    def effector_layout(self) -> EffectorLayout:
+        """Kinds of the effectors, their rows, goal values and weights."""
+        return self.effectors.kinds.layout
 
     @property
     def n_c(self) -> int:

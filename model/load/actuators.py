@@ -15,88 +15,74 @@ from tauten.model.actuators import (
     chamber_surface,
     coupling_of,
 )
-from tauten.model.load.surfaces import select_surface
-from tauten.model.mesh import UNITS, MeshError, TetMesh, boundary_triangles, in_box, read_triangles
+from tauten.model.mesh import UNITS, MeshError, Selector, TetMesh, read_triangles
 from tauten.model.numerics import Ints
 from tauten.model.points import Cable, CableSet, MaterialPoints, attach, make_cables
 from tauten.model.schema import ChamberSettings, ForceSettings, RobotConfig, RobotFileError
 from tauten.model.tetra import BodyParts
 
 
-def build_actuators(config: RobotConfig, body: BodyParts, source: str) -> ActuatorParts:
+def build_actuators(config: RobotConfig, body: BodyParts, selector: Selector) -> ActuatorParts:
     """All actuators of a robot file.
 
     Args:
         config: the robot file.
         body: with the mesh and the masses of its nodes.
-        source: the robot file's path, for errors and for the files beside it.
+        selector: of regions of the mesh.
 
     Raises:
         RobotFileError: a point outside the mesh, a chamber that is not closed, an empty region.
     """
-    mesh = body.mesh
-    boundary = boundary_triangles(mesh.tets) if config.chambers else np.zeros((0, 3), np.int64)
+    mesh, source = body.mesh, selector.source
     return ActuatorParts(
         cables=build_cables(config, mesh, source),
-        chambers=[build_chamber(item, config, mesh, boundary, source) for item in config.chambers],
-        forces=[build_force(item, body, source) for item in config.forces],
+        chambers=[build_chamber(item, selector) for item in config.chambers],
+        forces=[build_force(item, body, selector) for item in config.forces],
         coupling=coupling_of(config),
     )
 
 
-def build_chamber(
-    item: ChamberSettings, config: RobotConfig, mesh: TetMesh, boundary: Ints, source: str
-) -> Ints:
+def build_chamber(item: ChamberSettings, selector: Selector) -> Ints:
     """The closed surface of a chamber (t, 3), normals out of the chamber.
 
     Args:
         item: the chamber.
-        config: the robot file.
-        mesh: the body.
-        boundary: (b, 3) its boundary triangles.
-        source: the robot file's path, for errors and for the files beside it.
+        selector: of regions of the mesh.
     """
+    nodes, boundary, source = selector.nodes, selector.boundary, selector.source
     where = f"{source}: chambers.{item.name}"
     try:
         if item.inside is not None:
-            chosen = cavity_around(mesh.nodes, boundary, np.array(item.inside))
+            chosen = cavity_around(nodes, boundary, np.array(item.inside))
         elif item.stl is not None:
-            unit = UNITS[item.stl_unit or config.mesh.length_unit]
+            unit = UNITS[item.stl_unit]
             points, triangles = read_triangles(Path(source).parent / item.stl)
             centres = unit * points[triangles].mean(axis=1)
-            chosen = cavity_nearest(mesh.nodes, boundary, centres)
+            chosen = cavity_nearest(nodes, boundary, centres)
         else:
-            known = {surface.name: surface for surface in config.surfaces}
-            if item.surface not in known:
-                raise ChamberError(
-                    f"surface {item.surface!r} is not defined, known are "
-                    f"{', '.join(sorted(known)) or 'none'}"
-                )
-            chosen = select_surface(known[item.surface], mesh, boundary, source)
-        return chamber_surface(mesh.nodes, chosen)
+            assert item.surface is not None
+            what = f"chambers.{item.name}.surface"
+            chosen = boundary[selector.select_triangles(item.surface, what)]
+        return chamber_surface(nodes, chosen)
     except (ChamberError, MeshError) as error:
         raise RobotFileError(f"{where}: {error}") from error
 
 
-def build_force(item: ForceSettings, body: BodyParts, source: str) -> PointForce:
+def build_force(item: ForceSettings, body: BodyParts, selector: Selector) -> PointForce:
     """A force at a point or spread over the nodes in a region by their mass.
 
     Args:
         item: the force.
         body: with the mesh and the masses of its nodes.
-        source: the robot file's path, for errors.
+        selector: of regions of the mesh.
     """
-    where, nodes = f"{source}: forces.{item.name}", body.mesh.nodes
+    where = f"{selector.source}: forces.{item.name}"
     direction = np.array(item.direction) / np.linalg.norm(item.direction)
     if item.point is not None:
         place = place_points(body.mesh, [item.point], f"{where}.point", item.max_outside)
         return PointForce(place.nodes[0], place.weights[0], direction)
     assert item.region is not None
-    chosen = np.flatnonzero(in_box(nodes, item.region))
-    if len(chosen) == 0:
-        raise RobotFileError(
-            f"{where}.region: no node in {item.region.lower} to {item.region.upper}"
-        )
+    chosen = np.flatnonzero(selector.select_nodes(item.region, f"forces.{item.name}.region"))
     return PointForce(chosen, body.mass[chosen] / body.mass[chosen].sum(), direction)
 
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Sequence
+from functools import partial
 from importlib import resources
 from pathlib import Path
 from typing import Any, TypeVar
@@ -13,23 +15,15 @@ from numpy.typing import NDArray
 from tauten.model.actuation import actuators_of
 from tauten.model.actuators import ActuatorParts, place_actuators
 from tauten.model.body import Material
-from tauten.model.contact import ContactPair, ContactSet
+from tauten.model.contact import ContactSet
 from tauten.model.limits import limits_of
 from tauten.model.load.actuators import build_actuators, place_points
 from tauten.model.load.beams import build_beam_robot, read_structure
-from tauten.model.load.elements import build_body, place_elements
-from tauten.model.load.surfaces import select_surface
-from tauten.model.mesh import (
-    QuadraticMesh,
-    TetMesh,
-    boundary_triangles,
-    in_box,
-    read_mesh,
-    read_quadratic_mesh,
-    spread_points,
-)
+from tauten.model.load.bodies import AnyMesh, Bodies, build_bodies, read_bodies
+from tauten.model.load.contacts import build_contacts
+from tauten.model.load.effectors import build_nodal_effectors
+from tauten.model.load.elements import place_elements
 from tauten.model.numerics import Bools, make_factorisation
-from tauten.model.points import MaterialPoints, effector_matrix
 from tauten.model.robot import Robot, names_of
 from tauten.model.schema import (
     BeamConfig,
@@ -119,11 +113,7 @@ def make_robot(contents: dict[str, Any], path: Path, changes: Changes) -> Robot:
             )
         return build_beam_robot(beams, read_structure(path.parent / beams.beams.file), str(path))
     config = changed(validated(RobotConfig, raw, path), changes, path)
-    read = read_quadratic_mesh if config.mesh.element == "quadratic" else read_mesh
-    mesh: TetMesh | QuadraticMesh = read(path.parent / config.mesh.file, config.mesh.length_unit)
-    for _ in range(changes.refinements):
-        mesh = mesh.refine()
-    return build_robot(config, mesh, str(path))
+    return build_robot(config, read_bodies(config, path, changes.refinements), str(path))
 
 
 def changed(config: C, changes: Changes, path: Path) -> C:
@@ -145,14 +135,29 @@ def changed(config: C, changes: Changes, path: Path) -> C:
         sections["integration"] = config.integration.model_copy(update=scheme)
     if changes.young_scale != 1.0:
         what = f"{path}: scaled by {changes.young_scale:g}"
-        sections["material"] = scaled(config.material, changes.young_scale, what, "material")
+        stiffer = partial(scaled, factor=changes.young_scale, source=what)
+        if config.material is not None:
+            sections["material"] = stiffer(config.material, prefix="material")
     config = config.model_copy(update=sections)
     if changes.young_scale != 1.0 and isinstance(config, RobotConfig):
         materials = tuple(
-            scaled(item, changes.young_scale, what, f"materials.{index}")
+            stiffer(item, prefix=f"materials.{index}")
             for index, item in enumerate(config.materials)
         )
-        config = config.model_copy(update={"materials": materials})
+        bodies = tuple(
+            body.model_copy(
+                update={
+                    "material": body.material
+                    and stiffer(body.material, prefix=f"bodies.{b}.material"),
+                    "materials": tuple(
+                        stiffer(item, prefix=f"bodies.{b}.materials.{index}")
+                        for index, item in enumerate(body.materials)
+                    ),
+                }
+            )
+            for b, body in enumerate(config.bodies)
+        )
+        config = config.model_copy(update={"materials": materials, "bodies": bodies})
     return config
 
 
@@ -173,25 +178,28 @@ def scaled(material: M, factor: float, source: str, prefix: str) -> M:
     return validated(type(material), contents, source, prefix)
 
 
-def build_robot(config: RobotConfig, mesh: TetMesh | QuadraticMesh, source: str) -> TetRobot:
-    """Build a robot from a validated robot file and a checked mesh.
+def build_robot(config: RobotConfig, mesh: AnyMesh | Sequence[AnyMesh], source: str) -> TetRobot:
+    """Build a robot from a validated robot file and checked meshes.
 
     Args:
         config: the robot file.
-        mesh: the body.
+        mesh: of its body, or of each of its bodies.
         source: the robot file's path, for errors.
 
     Raises:
         RobotFileError: a region is empty or a point lies outside the mesh; the text names `source`.
     """
-    settings = config.material
+    settings = config.all_bodies[0].material
+    assert settings is not None
     material = Material(settings.young_modulus, settings.poisson_ratio, settings.density)
-    body = build_body(config, mesh, source)
-    fixed = fixed_nodes(config, body.mesh, source)
-    parts = build_actuators(config, body, source)
-    effectors = build_effectors(config, body.mesh, source)
+    meshes = mesh if isinstance(mesh, Sequence) else [mesh]
+    bodies = build_bodies(config, meshes, source)
+    body, selector, fixed = bodies.parts, bodies.selector, bodies.fixed
+    require_held(bodies, source)
+    parts = build_actuators(config, body, selector)
     pattern = make_pattern(fixed, [*(part.nodes for part in body.domains), *parts.groups])
-    contacts = build_contacts(config, body.mesh, source)
+    contacts = build_contacts(config, selector)
+    place = partial(place_points, body.mesh)
     mass = body.mass[~fixed]  # (n / 3,)
     scheme = config.integration
     return TetRobot(
@@ -209,78 +217,31 @@ def build_robot(config: RobotConfig, mesh: TetMesh | QuadraticMesh, source: str)
         actuators=actuators_of(config),
         actuator_set=place_actuators(parts, body.mesh.nodes, pattern),
         limits=limits_of(config, source),
-        effectors=effectors,
-        H_e=effector_matrix(effectors, pattern.dof, pattern.n),
+        effectors=build_nodal_effectors(config.effectors, selector, place, pattern.dof, pattern.n),
         contacts=contacts,
         factorisation=make_factorisation(pattern.indptr, pattern.indices, scheme.factorisation),
     )
 
 
-def fixed_nodes(config: RobotConfig, mesh: TetMesh, source: str) -> Bools:
-    """Nodes in any of the `fixed` boxes: (n_nodes,) bool.
+def require_held(bodies: Bodies, source: str) -> None:
+    """Raise a RobotFileError where the fixed nodes do not hold every body, or hold all nodes.
 
     Args:
-        config: the robot file.
-        mesh: the body.
+        bodies: the bodies.
         source: the robot file's path, for errors.
-
-    Raises:
-        RobotFileError: a box without nodes, or nodes that do not hold the body or hold all of it.
     """
-    fixed = np.zeros(len(mesh.nodes), dtype=bool)
-    for index, box in enumerate(config.fixed):
-        chosen = in_box(mesh.nodes, box)
-        if not chosen.any():
-            low, high = mesh.nodes.min(axis=0).round(4), mesh.nodes.max(axis=0).round(4)
+    nodes, fixed = bodies.parts.mesh.nodes, bodies.fixed
+    for name in bodies.selector.ranges:
+        held = nodes[bodies.selector.nodes_of(name) & fixed]
+        size = bodies.parts.mesh.size
+        if len(held) == 0 or np.linalg.matrix_rank(held - held[0], tol=1e-6 * size) < 2:
+            of = f" {name!r}" if len(bodies.selector.ranges) > 1 else ""
+            whole = "robot" if not of else f"body{of}"
             raise RobotFileError(
-                f"{source}: fixed.{index}: no node in {box.lower} to {box.upper}, "
-                f"the mesh spans {low.tolist()} to {high.tolist()} m"
+                f"{source}: fixed: needs three nodes not on a line to hold the {whole}"
             )
-        fixed |= chosen
-    if np.linalg.matrix_rank(mesh.nodes[fixed] - mesh.nodes[fixed][0], tol=1e-6 * mesh.size) < 2:
-        raise RobotFileError(f"{source}: fixed: needs three nodes not on a line to hold the robot")
     if fixed.all():
         raise RobotFileError(f"{source}: fixed: holds every node, no node can move")
-    return fixed
-
-
-def build_effectors(config: RobotConfig, mesh: TetMesh, source: str) -> MaterialPoints:
-    """Effectors attached to the mesh.
-
-    Args:
-        config: the robot file.
-        mesh: the body.
-        source: the robot file's path, for errors.
-    """
-    parts = [
-        place_points(mesh, [item.point], f"{source}: effectors.{index}.point", item.max_outside)
-        for index, item in enumerate(config.effectors)
-    ]
-    return MaterialPoints(
-        np.concatenate([part.nodes for part in parts]),
-        np.concatenate([part.weights for part in parts]),
-    )
-
-
-def build_contacts(config: RobotConfig, mesh: TetMesh, source: str) -> ContactSet:
-    """Candidates and target surfaces of every contact.
-
-    Args:
-        config: the robot file.
-        mesh: the body.
-        source: the robot file's path, for errors.
-    """
-    boundary = boundary_triangles(mesh.tets)
-    surfaces = {s.name: select_surface(s, mesh, boundary, source) for s in config.surfaces}
-    pairs = []
-    for contact in config.contacts:
-        try:
-            nodes, weights = spread_points(mesh.nodes, surfaces[contact.candidates], contact.points)
-        except ValueError as error:
-            raise RobotFileError(f"{source}: contacts.{contact.candidates}: {error}") from error
-        name = f"{contact.candidates} on {contact.against}"
-        pairs.append(ContactPair(name, nodes, weights, surfaces[contact.against]))
-    return ContactSet(pairs, len(mesh.nodes), config.contact.alarm_distance)
 
 
 def digest(
@@ -307,6 +268,8 @@ def digest(
     ]
     for pair in contacts.pairs:
         arrays += [pair.nodes, pair.weights, pair.triangles]
+        if len(pair.apart):
+            arrays.append(pair.apart)
     arrays += parts.chambers
     for force in parts.forces:
         arrays += [force.nodes, force.weights, force.direction]

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import null_space
 from scipy.spatial.transform import Rotation
+from scipy.stats.qmc import LatinHypercube
 
 from tauten.model import Robot
 from tauten.model.numerics import Array
@@ -182,7 +183,7 @@ def plackett_burman_levels(factors: int) -> Array:
 
 
 def latin_hypercube_levels(runs: int, factors: int, seed: int) -> Array:
-    """Levels in [0, 1), one in each of the `runs` classes of every factor.
+    """Levels in [0, 1), one in each of the `runs` classes of every factor, of low centred discrepancy.
 
     Args:
         runs: number of runs.
@@ -192,9 +193,10 @@ def latin_hypercube_levels(runs: int, factors: int, seed: int) -> Array:
     Returns:
         (runs, factors).
     """
-    rng = np.random.default_rng(seed)
-    order = rng.permuted(np.tile(np.arange(runs)[:, None], factors), axis=0)
-    levels: Array = (order + rng.random((runs, factors))) / runs
+    sampler = LatinHypercube(
+        factors, optimization="random-cd" if runs > 1 else None, seed=np.random.default_rng(seed)
+    )
+    levels: Array = sampler.random(runs)
     return levels
 
 

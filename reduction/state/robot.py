@@ -15,6 +15,7 @@ import numpy as np
 from tauten.model import (
     Actuators,
     ContactRows,
+    EffectorLayout,
     Integration,
     Limits,
     PairSlots,
@@ -28,20 +29,17 @@ from tauten.model.contact import ContactSet
 from tauten.model.numerics import Array, DenseFactors, FactorisationError, Ints
 from tauten.model.tetra import TetRobot
 from tauten.reduction.state.actuators import ReducedActuators, reduced_actuators
-from tauten.reduction.state.basis import StateBasis, corotational_robot
+from tauten.reduction.state.arrays import Body, Dynamics, Work, make_work
+from tauten.reduction.state.basis import StateBasis, reducible_robot
 from tauten.reduction.state.body import (
     ReducedPoints,
     contact_surface,
     sampled_body,
 )
 from tauten.reduction.state.kernels import (
-    Body,
-    Dynamics,
-    Work,
     assemble_sample,
     contact_jacobian,
     linearise,
-    make_work,
 )
 
 
@@ -57,7 +55,8 @@ class ReducedRobot:
         actuator_set: rows and curvature of its actuators.
         mass: (r, r) Φᵀ M Φ [kg].
         load: (r,) Φᵀ of gravity and outer forces [N].
-        effectors: effector points.
+        effector_points: points that the effectors are functions of.
+        effector_places: (3 p, r) displacement of the effectors, where outer forces act on them.
         surface: vertices of candidates and target triangles.
         contacts: candidates and triangles on the vertices of `surface`.
         work: workspace of the kernels.
@@ -70,7 +69,8 @@ class ReducedRobot:
     actuator_set: ReducedActuators
     mass: Array
     load: Array
-    effectors: ReducedPoints
+    effector_points: ReducedPoints
+    effector_places: Array
     surface: ReducedPoints
     contacts: ContactSet
     work: Work
@@ -117,8 +117,13 @@ class ReducedRobot:
 
     @property
     def n_e(self) -> int:
-        """Effector rows, three a point."""
-        return len(self.effectors.rest)
+        """Effector rows."""
+        return self.effector_layout.n_rows
+
+    @property
+    def effector_layout(self) -> EffectorLayout:
+        """Kinds of the effectors, their rows, goal values and weights."""
+        return self.full.effector_layout
 
     @property
     def n_c(self) -> int:
@@ -175,7 +180,7 @@ class ReducedRobot:
         return dataclasses.replace(self, work=make_work(self.body, self.actuator_set.tendons))
 
     def loaded(self, gravity: Array, effector_force: Array) -> ReducedRobot:
-        """The robot under another gravity (3,) [m/s²] and forces on its effectors (n_e,) [N]."""
+        """The robot under another gravity (3,) [m/s²] and forces on its effectors (3 p,) [N]."""
         full = self.full.loaded(gravity, effector_force)
         return dataclasses.replace(self, full=full, load=self.states.Phi.T @ full.load)
 
@@ -196,7 +201,11 @@ class ReducedRobot:
 
     def effector(self, state: State) -> Array:
         """Positions of the effectors: (p, 3) [m]."""
-        return self.effectors.at(state.q)
+        return self.full.effectors.kinds.positions(self.effector_points.at(state.q))
+
+    def effector_values(self, state: State) -> Array:
+        """Goal values of the effectors: (n_v,)."""
+        return self.full.effectors.kinds.values(self.effector_points.at(state.q))
 
     def points(self, state: State) -> Array:
         """Positions of all nodes, which `triangles` refers to: (n_nodes, 3) [m]; as long as the mesh."""
@@ -208,7 +217,7 @@ class ReducedRobot:
 
     def displacement(self, dq: Array) -> float:
         """Largest displacement of an effector or contact vertex in a change dq (r,) [m]."""
-        parts = (self.effectors.map @ dq, self.surface.map @ dq)
+        parts = (self.effector_places @ dq, self.surface.map @ dq)
         return max(float(np.abs(part).max(initial=0.0)) for part in parts)
 
     def forces(
@@ -256,7 +265,9 @@ class ReducedRobot:
     def rows(self, state: State, contacts: bool = True) -> RobotRows:
         """Rows of effectors, actuators and, where `contacts` is true, contacts at this state."""
         return RobotRows(
-            effectors=Rows(self.effectors.map, self.effectors.at(state.q).ravel()),
+            effectors=self.full.effectors.kinds.rows(
+                self.effector_points.at(state.q), self.effector_points.map
+            ),
             actuators=self.actuator_set.rows(state.q),
             contacts=self._contact_rows(state.q) if contacts else self._no_contact_rows(),
         )
@@ -297,7 +308,7 @@ def reduced_robot(robot: Robot, states: StateBasis) -> ReducedRobot:
         StateBasisError: the basis was made for another robot, or this one is not made of tetrahedra.
     """
     states.check_robot(robot)
-    robot = corotational_robot(robot)
+    robot = reducible_robot(robot)
     Phi = states.Phi
     body = sampled_body(robot, Phi, states.elements, states.weights)
     actuators = reduced_actuators(robot, Phi)
@@ -310,7 +321,10 @@ def reduced_robot(robot: Robot, states: StateBasis) -> ReducedRobot:
         actuator_set=actuators,
         mass=Phi.T @ (robot.mass[:, None] * Phi),
         load=Phi.T @ robot.load,
-        effectors=ReducedPoints(robot.effector(robot.rest()).ravel(), np.asarray(robot.H_e @ Phi)),
+        effector_points=ReducedPoints(
+            robot.effectors.points(robot.mesh.nodes).ravel(), np.asarray(robot.effectors.C @ Phi)
+        ),
+        effector_places=np.asarray(robot.effectors.kinds.force_map(robot.effectors.C) @ Phi),
         surface=surface,
         contacts=contacts,
         work=make_work(body, actuators.tendons),

@@ -9,8 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from tauten.model import Simulator, TetRobot
-from tauten.model.load import build_robot
-from tauten.model.mesh import QuadraticMesh, TetMesh, read_mesh, read_quadratic_mesh
+from tauten.model.load import build_robot, read_bodies
 from tauten.model.schema import ElementName, RobotConfig
 
 TOLERANCE = 1e-6  # m; movement of the last step of an equilibrium
@@ -135,16 +134,8 @@ def variant_robot(config: RobotConfig, path: Path, variant: Variant) -> TetRobot
     Raises:
         RobotFileError, MeshError: it cannot be built.
     """
-    section = config.mesh.model_copy(update={"element": variant.element})
-    file = path.parent / config.mesh.file
-    mesh: TetMesh | QuadraticMesh
-    if variant.element == "quadratic":
-        mesh = read_quadratic_mesh(file, config.mesh.length_unit)
-    else:
-        mesh = read_mesh(file, config.mesh.length_unit)
-    for _ in range(variant.refinements):
-        mesh = mesh.refine()
-    return build_robot(config.model_copy(update={"mesh": section}), mesh, str(path))
+    changed = config.with_element(variant.element)
+    return build_robot(changed, read_bodies(changed, path, variant.refinements), str(path))
 
 
 def equilibria(
