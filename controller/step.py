@@ -16,7 +16,15 @@ import numpy as np
 
 from tauten.controller.inverse import energy_scale, exact_problem, inverse_problem, weighted_rows
 from tauten.controller.locks import LockedStep
-from tauten.controller.qpcc import Certificate, Qpcc, QpccSettings, Start, Status, solve_qpcc
+from tauten.controller.qpcc import (
+    NO_PIECE,
+    Certificate,
+    Qpcc,
+    QpccSettings,
+    Start,
+    Status,
+    solve_qpcc,
+)
 from tauten.model import (
     Actuators,
     Command,
@@ -36,6 +44,7 @@ from tauten.model import (
 )
 from tauten.model.numerics import Array, Bools
 
+EXACTLY = 1e-7  # of the robot's size, within which an exact effector meets its target
 ROUNDING = 1e-6  # of the largest tension; what a solver's rounding may exceed it by
 
 
@@ -124,9 +133,10 @@ def decide(
 ) -> Decision:
     """Find the tensions that bring the effectors to a goal within one step.
 
-    As near as possible, weighed against the energy of the cables; the rows of exact effectors are
-    equations. Where no tensions meet these, the nearest is decided as without them, with the status
-    NOT_EXACT and the names of what is in conflict.
+    As near as possible, weighed against the energy of the actuators; rows of exact effectors are
+    equations, met within 1e-7 of the robot's size. Where no efforts meet these, the nearest is decided as
+    without them, with the status NOT_EXACT and the names of the rows that are missed and of limits in
+    conflict with them.
 
     Args:
         robot: limits, time step, kinds and weights of the effectors.
@@ -146,7 +156,9 @@ def decide(
     nearest = _decide(robot, prepared, target, pull, settings, locks)
     if not nearest.status.usable:
         return nearest
-    return replace(nearest, status=Status.NOT_EXACT, conflict=decision.conflict)
+    missed = layout.missed_rows(target - nearest.predicted.delta[: layout.n_rows])
+    limits = (name for name in decision.conflict if name not in (*missed, *NO_PIECE))
+    return replace(nearest, status=Status.NOT_EXACT, conflict=(*missed, *limits))
 
 
 def _decide(
@@ -184,7 +196,7 @@ def _decide(
         if reduced is not None:
             problem = reduced.bounded(problem, robot.limits, robot.actuators)
         if exact:
-            problem = exact_problem(problem, W, delta_free, target, layout)
+            problem = exact_problem(problem, W, delta_free, target, layout, EXACTLY * robot.size)
         solution = solve_qpcc(problem, start, settings.qpcc)
         if reduced is not None:
             lam = reduced.forces(solution)

@@ -51,6 +51,8 @@ class ActuatorKind(Enum):
 
     CABLE = "cable"
     CHAMBER = "chamber"
+    DRIVE = "drive"
+    SLIDE = "slide"
     FORCE = "force"
 
     @property
@@ -72,6 +74,14 @@ _QUANTITIES = {
     ActuatorKind.CHAMBER: (
         Quantity("volume change", "m³", "mL", 1e6),
         Quantity("pressure", "Pa", "kPa", 1e-3),
+    ),
+    ActuatorKind.DRIVE: (
+        Quantity("angle", "rad", "deg", 180.0 / np.pi),
+        Quantity("torque", "N m", "N mm", 1e3),
+    ),
+    ActuatorKind.SLIDE: (
+        Quantity("travel", "m", "mm", 1e3),
+        Quantity("force", "N", "N", 1.0),
     ),
     ActuatorKind.FORCE: (
         Quantity("displacement", "m", "mm", 1e3),

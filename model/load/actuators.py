@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 
 from tauten.model.actuators import (
@@ -56,7 +54,7 @@ def build_chamber(item: ChamberSettings, selector: Selector) -> Ints:
             chosen = cavity_around(nodes, boundary, np.array(item.inside))
         elif item.stl is not None:
             unit = UNITS[item.stl_unit]
-            points, triangles = read_triangles(Path(source).parent / item.stl)
+            points, triangles = read_triangles(selector.folder / item.stl)
             centres = unit * points[triangles].mean(axis=1)
             chosen = cavity_nearest(nodes, boundary, centres)
         else:

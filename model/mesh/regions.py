@@ -17,9 +17,9 @@ from typing import Literal
 import numpy as np
 
 from tauten.model.mesh.groups import CellGroup
-from tauten.model.mesh.stl_distance import distances_to_triangles, read_stl
 from tauten.model.mesh.surface import boundary_owners, boundary_triangles
-from tauten.model.mesh.tet_mesh import MeshError, TetMesh
+from tauten.model.mesh.tet_mesh import UNITS, MeshError, TetMesh, read_triangles
+from tauten.model.mesh.triangle_distance import distances_to_triangles
 from tauten.model.numerics import Array, Bools, Ints
 from tauten.model.schema import (
     Box,
@@ -167,7 +167,8 @@ class Selector:
             facing: Bools = normals @ wanted >= np.cos(np.radians(region.max_angle_deg))
             return facing
         if isinstance(region, NearStl):
-            surface = read_stl(self.folder / region.file, region.length_unit)
+            points, triangles = read_triangles(self.folder / region.file)
+            surface = UNITS[region.length_unit] * points[triangles]  # (s, 3, 3)
             edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)  # (t, 3)
             reach = region.distance or STL_DISTANCE * float(edges.mean())
             near: Bools = distances_to_triangles(corners.mean(axis=1), surface) <= reach

@@ -10,11 +10,13 @@ from tauten.model.schema.actuators import (
 )
 from tauten.model.schema.beam_file import BarSettings, BeamConfig, Structure, TubeSettings, Vertebra
 from tauten.model.schema.body import BodySettings, ElementName, MeshSettings, RotationSettings
+from tauten.model.schema.constraints import AttachmentSettings, DriveSettings, RigidSettings
 from tauten.model.schema.contact import (
     ALARM_DISTANCE,
     ITSELF,
     ContactRange,
     ContactSettings,
+    SurfaceSettings,
     check_surfaces,
 )
 from tauten.model.schema.effector import COMPONENTS, EffectorKind, EffectorSettings
@@ -43,7 +45,6 @@ from tauten.model.schema.robot_file import (
     RobotConfig,
     RobotSettings,
     SingleActuator,
-    SurfaceSettings,
     model_tables,
 )
 from tauten.model.schema.section import (
@@ -65,6 +66,7 @@ __all__ = [
     "ContactRange",
     "ContactSettings",
     "AnyRegion",
+    "AttachmentSettings",
     "BarSettings",
     "BeamConfig",
     "BodySettings",
@@ -77,6 +79,7 @@ __all__ = [
     "CouplingSettings",
     "Cylinder",
     "Difference",
+    "DriveSettings",
     "EffectorKind",
     "EffectorSettings",
     "ElementName",
@@ -97,6 +100,7 @@ __all__ = [
     "Range",
     "Rate",
     "Region",
+    "RigidSettings",
     "RobotConfig",
     "RobotFileError",
     "RobotSettings",

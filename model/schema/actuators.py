@@ -24,7 +24,7 @@ from tauten.model.schema.section import (
 )
 
 Held = Literal["position", "force"]
-Kind = Literal["cable", "chamber", "force"]
+Kind = Literal["cable", "chamber", "drive", "slide", "force"]
 Pressure = Annotated[float, in_range(-1e9, 1e9, "Pa")]
 Volume = Annotated[float, in_range(-1e3, 1e3, "m³")]
 Length = Annotated[float, in_range(-1e3, 1e3, "m")]
@@ -85,8 +85,8 @@ class ChamberSettings(Section):
 
     name: Annotated[Name, Field(description="Name in keys, messages and tables.")]
     surface: Annotated[
-        Name | None,
-        Field(description="Surface of boundary triangles that encloses the chamber, by its name."),
+        Selection | None,
+        Field(description="Region of boundary triangles that encloses the chamber, or its name."),
     ] = None
     stl: Annotated[
         str | None,

@@ -1,4 +1,4 @@
-"""The contact tables of a robot file."""
+"""Surfaces and contacts of a robot file."""
 
 from __future__ import annotations
 
@@ -7,10 +7,33 @@ from typing import Annotated
 
 from pydantic import Field, model_validator
 
-from tauten.model.schema.section import Distance, Name, Section
+from tauten.model.schema.region import Box, Facing, Intersection, Region
+from tauten.model.schema.section import Direction, Distance, Name, Section
 
 ITSELF = "itself"  # instead of the name of a surface: the surface of the candidates
 ALARM_DISTANCE = 2e-3  # m, by default between surfaces with names
+
+
+class SurfaceSettings(Section):
+    """Boundary triangles whose centre lies in the box and whose normal points along `normal`."""
+
+    name: Name = Field(description="Name of the surface, used once.")
+    box: Box = Field(description="Box in which the centres of the triangles lie [m].")
+    normal: Direction | None = Field(
+        default=None,
+        description="Direction near which the outward normals of the triangles are; by default any.",
+    )
+    max_angle_deg: Annotated[float, Field(gt=0.0, le=180.0)] = Field(
+        default=45.0,
+        description="Largest angle between `normal` and the normal of a triangle [deg], by default 45.",
+    )
+
+    def region(self) -> Region:
+        """The same as a region."""
+        if self.normal is None:
+            return self.box
+        facing = Facing(kind="normal", direction=self.normal, max_angle_deg=self.max_angle_deg)
+        return Intersection(kind="intersection", of=[self.box, facing])
 
 
 class ContactSettings(Section):

@@ -18,7 +18,13 @@ from tauten.model.schema.actuators import (
     check_couplings,
 )
 from tauten.model.schema.body import BodySettings, ElementName, MeshSettings
-from tauten.model.schema.contact import ContactRange, ContactSettings, check_surfaces
+from tauten.model.schema.constraints import AttachmentSettings, DriveSettings, RigidSettings
+from tauten.model.schema.contact import (
+    ContactRange,
+    ContactSettings,
+    SurfaceSettings,
+    check_surfaces,
+)
 from tauten.model.schema.effector import EffectorSettings
 from tauten.model.schema.material import (
     RegionMaterialSettings,
@@ -26,15 +32,11 @@ from tauten.model.schema.material import (
 )
 from tauten.model.schema.region import (
     AnyRegion,
-    Box,
-    Facing,
-    Intersection,
     Region,
     Selection,
     check_regions,
 )
 from tauten.model.schema.section import (
-    Direction,
     MaxOutside,
     Name,
     NonNegative,
@@ -110,29 +112,7 @@ class CableSettings(Section):
         return self
 
 
-SingleActuator = CableSettings | ChamberSettings | ForceSettings
-
-
-class SurfaceSettings(Section):
-    """Boundary triangles whose centre lies in the box and whose normal points along `normal`."""
-
-    name: Name = Field(description="Name of the surface, used once.")
-    box: Box = Field(description="Box in which the centres of the triangles lie [m].")
-    normal: Direction | None = Field(
-        default=None,
-        description="Direction near which the outward normals of the triangles are; by default any.",
-    )
-    max_angle_deg: Annotated[float, Field(gt=0.0, le=180.0)] = Field(
-        default=45.0,
-        description="Largest angle between `normal` and the normal of a triangle [deg], by default 45.",
-    )
-
-    def region(self) -> Region:
-        """The same as a region."""
-        if self.normal is None:
-            return self.box
-        facing = Facing(kind="normal", direction=self.normal, max_angle_deg=self.max_angle_deg)
-        return Intersection(kind="intersection", of=[self.box, facing])
+SingleActuator = CableSettings | ChamberSettings | DriveSettings | ForceSettings
 
 
 class IntegrationSettings(Section):
@@ -204,13 +184,17 @@ class RobotSettings(Section):
         "else holds every body.",
     )
     regions: tuple[AnyRegion, ...] = Field(
-        (), description="Regions that other tables use by name; by default none."
+        default=(), description="Regions that other tables use by name; by default none."
     )
     cables: tuple[CableSettings, ...] = Field(
         default=(), description="Cables, one table each; by default none."
     )
     chambers: tuple[ChamberSettings, ...] = Field(
         default=(), description="Closed cavities under pressure, one table each; by default none."
+    )
+    drives: tuple[DriveSettings, ...] = Field(
+        default=(),
+        description="Motors that turn or move a region, one table each; by default none.",
     )
     forces: tuple[ForceSettings, ...] = Field(
         default=(),
@@ -243,7 +227,9 @@ class RobotSettings(Section):
         check_unique("effectors", [effector.name for effector in self.effectors])
         single = self.single_actuators
         if not single:
-            raise ValueError("a robot needs an actuator: a table cables, chambers or forces")
+            raise ValueError(
+                "a robot needs an actuator: a table cables, chambers, drives or forces"
+            )
         check_unique("actuators", [item.name for item in (*single, *self.couplings)])
         check_couplings(self.couplings, {item.name: item.kind for item in single})
         return self
@@ -266,6 +252,7 @@ class RobotSettings(Section):
         found: list[tuple[str, Region | str | None]] = [
             *((f"fixed.{index}", item) for index, item in enumerate(self.fixed)),
             *((f"chambers.{index}.surface", c.surface) for index, c in enumerate(self.chambers)),
+            *((f"drives.{index}.region", d.region) for index, d in enumerate(self.drives)),
             *((f"forces.{index}.region", f.region) for index, f in enumerate(self.forces)),
             *((f"effectors.{index}.region", e.region) for index, e in enumerate(self.effectors)),
         ]
@@ -278,8 +265,8 @@ class RobotSettings(Section):
 
     @property
     def single_actuators(self) -> tuple[SingleActuator, ...]:
-        """All actuators but couplings: cables, chambers, forces as listed."""
-        return (*self.cables, *self.chambers, *self.forces)
+        """All actuators but couplings: cables, chambers, drives, forces as listed."""
+        return (*self.cables, *self.chambers, *self.drives, *self.forces)
 
     @property
     def actuators(self) -> tuple[SingleActuator | CouplingSettings, ...]:
@@ -307,6 +294,14 @@ class RobotConfig(RobotSettings):
     bodies: tuple[BodySettings, ...] = Field(
         default=(), description="Bodies, one table each, instead of `mesh`."
     )
+    rigid: tuple[RigidSettings, ...] = Field(
+        default=(),
+        description="Regions that move as rigid bodies, one table each; by default none.",
+    )
+    attachments: tuple[AttachmentSettings, ...] = Field(
+        default=(),
+        description="What joins regions to each other or to the robot's frame; by default nothing.",
+    )
     surfaces: tuple[SurfaceSettings, ...] = Field(
         default=(),
         description="Named parts of the body's surface, one table each; by default none.",
@@ -320,6 +315,7 @@ class RobotConfig(RobotSettings):
         if self.bodies and self.materials:
             raise ValueError("materials: with bodies they stand in the table of each body")
         check_unique("bodies", [body.name for body in self.bodies])
+        check_unique("rigid", [item.name for item in self.rigid])
         for index, body in enumerate(self.bodies):
             if body.material is None and self.material is None:
                 raise ValueError(f"bodies.{index}.material: Field required, or material for all")
@@ -365,6 +361,10 @@ class RobotConfig(RobotSettings):
         """Selections outside of `regions`, with the fields they come from."""
         found = super().selections()
         found += [(f"materials.{i}.region", item.region) for i, item in enumerate(self.materials)]
+        found += [(f"rigid.{item.name}.region", item.region) for item in self.rigid]
+        for i, item in enumerate(self.attachments):
+            found.append((f"attachments.{i}.region", item.region))
+            found += [(f"attachments.{i}.to", item.to)] if item.to is not None else []
         for b, body in enumerate(self.bodies):
             parts = enumerate(body.materials)
             found += [(f"bodies.{b}.materials.{i}.region", item.region) for i, item in parts]

@@ -1,31 +1,10 @@
-"""Distance of points to the triangles of an STL file."""
+"""Distance of points to triangles."""
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 
-from tauten.model.mesh.tet_mesh import UNITS, MeshError, read_with_meshio
 from tauten.model.numerics import Array, kernel
-
-
-def read_stl(path: Path, length_unit: str) -> Array:
-    """Corners of the triangles of an STL file: (t, 3, 3) [m].
-
-    Args:
-        path: the file.
-        length_unit: unit of its coordinates.
-
-    Raises:
-        MeshError: missing, not readable, or without triangles.
-    """
-    raw = read_with_meshio(path)
-    blocks = [np.asarray(block.data) for block in raw.cells if block.type == "triangle"]
-    if not sum(len(block) for block in blocks):
-        raise MeshError(f"{path}: no triangles found")
-    corners: Array = np.asarray(raw.points, dtype=float)[np.concatenate(blocks)]
-    return corners * UNITS[length_unit]
 
 
 @kernel
