@@ -216,7 +216,7 @@ class ConstrainedRobot(SparseRobot):
         # past the largest torque a drive holds the robot against its own tangent: stiffness on the diagonal
         # of a drive that is held changes no step towards equilibrium, the semidefinite tangent does
         drives = self.product.drive_places[self.driven]
-        K[drives] += semidefinite[drives]
+        K[drives] += semidefinite[drives] + 2.0 * np.abs(K[drives]) + mass[drives] / scheme.h**2
         for tangent in [K, semidefinite] if len(drives) else [semidefinite]:
             try:
                 system = make(tangent, mass, force + inertia, state.v)

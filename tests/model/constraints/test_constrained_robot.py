@@ -129,7 +129,7 @@ def test_the_tangent_is_the_derivative_of_the_forces(
     first = 3 * len(robot.coordinates.free)
     turning = np.arange(first + 3, first + 6)
     difference = K @ direction - found
-    # about a point of a turn group the tangent is K plus half of the moment's cross product
+    # the antisymmetric part of the derivative is half of the cross product with the moment
     moment = robot.forces(state)[0][turning]
     difference[turning] += 0.5 * np.cross(moment, direction[turning])
     assert np.abs(difference).max() < 1e-6 * np.abs(found).max()
