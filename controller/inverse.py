@@ -75,9 +75,14 @@ def weighted_rows(W: Array, delta_free: Array, layout: EffectorLayout) -> tuple[
 
 
 def exact_problem(
-    problem: Qpcc, W: Array, delta_free: Array, target: Array, layout: EffectorLayout
+    problem: Qpcc,
+    W: Array,
+    delta_free: Array,
+    target: Array,
+    layout: EffectorLayout,
+    tolerance: float,
 ) -> Qpcc:
-    """The inverse problem with the rows of exact effectors as equations, δ_e = 0.
+    """The inverse problem with the rows of exact effectors as limits, −tolerance <= δ_e <= tolerance.
 
     Args:
         problem: from `inverse_problem`.
@@ -85,6 +90,7 @@ def exact_problem(
         delta_free: (m,) as it was given there.
         target: (n_e,) as it was given there.
         layout: of the effectors.
+        tolerance: within which a target counts as met [m].
     """
     rows, n_e = np.flatnonzero(layout.exact), layout.n_rows
     wanted = target[rows] - delta_free[rows]
@@ -92,8 +98,8 @@ def exact_problem(
     return replace(
         problem,
         G=np.concatenate([problem.G, W[rows, n_e:]]),
-        g_lo=np.concatenate([problem.g_lo, wanted]),
-        g_hi=np.concatenate([problem.g_hi, wanted]),
+        g_lo=np.concatenate([problem.g_lo, wanted - tolerance]),
+        g_hi=np.concatenate([problem.g_hi, wanted + tolerance]),
         row_names=(*problem.row_names, *names),
     )
 

@@ -15,7 +15,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tauten.controller.inverse import energy_scale, exact_problem, inverse_problem, weighted_rows
-from tauten.controller.qpcc import Certificate, Qpcc, QpccSettings, Start, Status, solve_qpcc
+from tauten.controller.qpcc import (
+    NO_PIECE,
+    Certificate,
+    Qpcc,
+    QpccSettings,
+    Start,
+    Status,
+    solve_qpcc,
+)
 from tauten.model import (
     Actuators,
     Command,
@@ -34,6 +42,7 @@ from tauten.model import (
 )
 from tauten.model.numerics import Array, Bools
 
+EXACTLY = 1e-7  # of the robot's size, within which an exact effector meets its target
 ROUNDING = 1e-6  # of the largest tension; what a solver's rounding may exceed it by
 
 
@@ -117,9 +126,10 @@ def decide(
 ) -> Decision:
     """Find the tensions that bring the effectors to a goal within one step.
 
-    As near as possible, weighed against the energy of the cables; the rows of exact effectors are
-    equations. Where no tensions meet these, the nearest is decided as without them, with the status
-    NOT_EXACT and the names of what is in conflict.
+    As near as possible, weighed against the energy of the actuators; rows of exact effectors are
+    equations, met within 1e-7 of the robot's size. Where no efforts meet these, the nearest is decided as
+    without them, with the status NOT_EXACT and the names of the rows that are missed and of limits in
+    conflict with them.
 
     Args:
         robot: limits, time step, kinds and weights of the effectors.
@@ -138,7 +148,9 @@ def decide(
     nearest = _decide(robot, prepared, target, pull, settings)
     if not nearest.status.usable:
         return nearest
-    return replace(nearest, status=Status.NOT_EXACT, conflict=decision.conflict)
+    missed = layout.missed_rows(target - nearest.predicted.delta[: layout.n_rows])
+    limits = (name for name in decision.conflict if name not in (*missed, *NO_PIECE))
+    return replace(nearest, status=Status.NOT_EXACT, conflict=(*missed, *limits))
 
 
 def _decide(
@@ -161,7 +173,7 @@ def _decide(
             W, delta_free, target, pull, robot.limits, robot.h, weight, robot.actuators
         )
         if exact:
-            problem = exact_problem(problem, W, delta_free, target, layout)
+            problem = exact_problem(problem, W, delta_free, target, layout, EXACTLY * robot.size)
         start = Start(prepared.forces.tension, loop.step.pushing(prepared.forces))
         solution = solve_qpcc(problem, start, settings.qpcc)
         lam = np.concatenate([np.zeros(robot.n_e), solution.lam_a, solution.beta])

@@ -1,7 +1,8 @@
 """The model of a robot: finite elements, cables, contacts, and the forward simulator."""
 
-from tauten.model.actuation import ActuatorKind, Actuators, Springs, cable_actuators
+from tauten.model.actuation import ActuatorKind, Actuators, Quantity, Springs, cable_actuators
 from tauten.model.command import Command
+from tauten.model.command_range import CommandRange, command_range
 from tauten.model.compliance import Compliance, row_compliance
 from tauten.model.condensed_step import CondensedStep, Forces, condense_step, no_forces
 from tauten.model.contact_space import ContactSpace, EmptySpace, ReducedContacts
@@ -30,6 +31,7 @@ __all__ = [
     "ActuatorKind",
     "Actuators",
     "Command",
+    "CommandRange",
     "Compliance",
     "CondensedStep",
     "ContactRows",
@@ -50,6 +52,7 @@ __all__ = [
     "Pose",
     "PredictedStep",
     "ReducedContacts",
+    "Quantity",
     "Robot",
     "RobotFileError",
     "RobotRows",
@@ -61,6 +64,7 @@ __all__ = [
     "Target",
     "TetRobot",
     "cable_actuators",
+    "command_range",
     "condense_step",
     "contact_model",
     "default_enrichment",

@@ -22,7 +22,14 @@ from tauten.model.schema import CableSettings, CouplingSettings, RobotSettings, 
 
 @dataclass(frozen=True, slots=True)
 class Quantity:
-    """Name of a quantity, its SI unit, and the unit tables and plots show it in, `scale` times as small."""
+    """A quantity of an actuator.
+
+    Attributes:
+        name: in messages.
+        unit: SI unit.
+        shown_unit: unit in tables and plots.
+        scale: from the SI unit to the one shown.
+    """
 
     name: str
     unit: str
@@ -33,6 +40,10 @@ class Quantity:
     def label(self) -> str:
         """Name and unit for an axis or the head of a column."""
         return f"{self.name} [{self.shown_unit}]"
+
+    def text(self, value: float) -> str:
+        """A value in SI units, with the unit it is shown in."""
+        return f"{self.scale * value:.3g} {self.shown_unit}"
 
 
 class ActuatorKind(Enum):

@@ -29,6 +29,7 @@ from tauten.model.schema import COMPONENTS, EffectorKind, EffectorSettings
 ROWS = COMPONENTS
 VALUES: dict[EffectorKind, int] = COMPONENTS | {"frame": 7}
 COMPONENT_NAMES = ("x", "y", "z", "rotation about x", "rotation about y", "rotation about z")
+MISSED = 1e-3  # of the largest error; smaller ones are those of rows that reach their target
 UNIT_LENGTH = 1e-3  # what the length of a quaternion may differ from one by
 # Angle from which on a rotation pulls less [rad]. Half a turn can be made both ways round: there the pull is
 # zero, so that it does not change its direction at once where a target passes that angle.
@@ -109,6 +110,12 @@ class EffectorLayout:
         component = COMPONENT_NAMES[number] if ROWS[kind] > 1 else kind
         return f"{component} of effector {self.names[effector]}"
 
+    def missed_rows(self, errors: Array) -> tuple[str, ...]:
+        """Names of the exact rows that share in errors (n_e,), by a thousandth of the largest at least."""
+        sizes = np.where(self.exact, np.abs(self.scale * errors), 0.0)
+        found = np.flatnonzero(sizes > MISSED * sizes.max(initial=0.0))
+        return tuple(self.row_name(row) for row in found.tolist())
+
     def parts(self) -> list[slice]:
         """Rows that are one vector or number each: positions, rotations, scalars."""
         found = []
@@ -123,6 +130,14 @@ class EffectorLayout:
         """Length of each part (`parts`) of row values (n_e,), in metres by `units`."""
         metres = self.units * rows
         return np.array([float(np.linalg.norm(metres[part])) for part in self.parts()])
+
+    def in_metres(self, rows: Array) -> Array:
+        """Rows (n_e, m) in metres by `units`: (3 q, m), three for each part (`parts`), zeros for scalars."""
+        metres, parts = self.units[:, None] * rows, self.parts()
+        found = np.zeros((3 * len(parts), rows.shape[1]))
+        for i, part in enumerate(parts):
+            found[3 * i : 3 * i + part.stop - part.start] = metres[part]
+        return found
 
     def goal_values(self, target: Target) -> Array | None:
         """A target as goal values (n_v,); None: not one goal for each effector, or not finite.

@@ -184,7 +184,7 @@ class RobotSettings(Section):
         "else holds every body.",
     )
     regions: tuple[AnyRegion, ...] = Field(
-        (), description="Regions that other tables use by name; by default none."
+        default=(), description="Regions that other tables use by name; by default none."
     )
     cables: tuple[CableSettings, ...] = Field(
         default=(), description="Cables, one table each; by default none."
