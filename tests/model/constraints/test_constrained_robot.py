@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 from support.bodies import box_mesh
-from support.constraints import END, MESH, MIDDLE, ROOT, RUBBER, SLIDE, TURN, constrained, moved
+from support.small_bodies import END, MESH, MIDDLE, ROOT, RUBBER, SLIDE, TURN, constrained, moved
 
 from tauten.model import State
 from tauten.model.constraints import ConstrainedRobot
