@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -26,6 +25,7 @@ from tauten.model import (
     Forces,
     Robot,
     State,
+    Target,
     contact_model,
     default_enrichment,
     no_forces,
@@ -42,7 +42,9 @@ class Actuation:
     Attributes:
         pull: (n_a,) positions, of cables pulled lengths [m, m³].
         tension: (n_a,) efforts, of cables tensions [N, Pa].
-        effector: (p, 3) predicted positions of the effectors [m].
+        effector: (p, 3) predicted positions of the effectors [m]; those of a distance, length or
+            volume are where they are drawn before the step.
+        effector_values: (n_v,) their predicted goal values, see `EffectorLayout`.
         status: how the decision or the hold ended; where it is not usable, the actuators hold.
         certificate: residuals and deepest predicted gap.
         conflict: names of the limits that conflict.
@@ -52,6 +54,7 @@ class Actuation:
     pull: Array
     tension: Array
     effector: Array
+    effector_values: Array
     status: Status
     certificate: Certificate
     conflict: tuple[str, ...] = ()
@@ -66,14 +69,15 @@ class Actuation:
             clamped: whether a limiter changed them.
         """
         return Actuation(
-            pull, tension, self.effector, self.status, self.certificate, self.conflict, clamped
-        )
+            pull, tension, self.effector, self.effector_values, self.status, self.certificate,
+            self.conflict, clamped,
+        )  # fmt: skip
 
     def copy(self) -> Actuation:
         """The same actuation in arrays of its own."""
         return Actuation(
-            self.pull.copy(), self.tension.copy(), self.effector.copy(), self.status,
-            self.certificate, self.conflict, self.clamped,
+            self.pull.copy(), self.tension.copy(), self.effector.copy(),
+            self.effector_values.copy(), self.status, self.certificate, self.conflict, self.clamped,
         )  # fmt: skip
 
 
@@ -144,8 +148,9 @@ class Controller:
         self._last_decision: Decision | None = None
         self._pending: Actuation | None = None  # decided in this step
         self._left = Actuation(  # in the step before: what rates and holds start from
-            pull, forces.tension, self.robot.effector(state), Status.OK, NO_CERTIFICATE
-        )
+            pull, forces.tension, self.robot.effector(state), self.robot.effector_values(state),
+            Status.OK, NO_CERTIFICATE,
+        )  # fmt: skip
 
     def take_over(self, other: Controller, state: State) -> None:
         """Continue from another controller of the same robot and cables.
@@ -171,8 +176,15 @@ class Controller:
     def effector(self) -> Array:
         """The model's own effector positions: (p, 3) [m]."""
         if self._prepared is not None:  # which has computed them
-            return self._prepared.step.rows.effectors.delta.reshape(-1, 3).copy()
+            return self._prepared.step.rows.effectors.positions.copy()
         return self.robot.effector(self._state).copy()
+
+    @property
+    def effector_values(self) -> Array:
+        """The model's own goal values of the effectors: (n_v,), see `EffectorLayout`."""
+        if self._prepared is not None:
+            return self._prepared.step.rows.effectors.values.copy()
+        return self.robot.effector_values(self._state).copy()
 
     @property
     def actuation(self) -> Actuation:
@@ -202,8 +214,8 @@ class Controller:
         """Contact candidates within the alarm distance in the prepared step."""
         return 0 if self._prepared is None else len(self._prepared.step.rows.contacts)
 
-    def step(self, target: Sequence[float] | Array) -> Actuation:
-        """Prepare, decide and advance: one control step towards a target (3,) or (p, 3) [m]."""
+    def step(self, target: Target) -> Actuation:
+        """Prepare, decide and advance: one control step towards a target as of `decide`."""
         actuation = self.decide(target)
         self.advance()
         return actuation
@@ -219,13 +231,15 @@ class Controller:
         except FactorisationError:
             self.status = Status.NOT_FINITE
 
-    def decide(self, target: Sequence[float] | Array) -> Actuation:
+    def decide(self, target: Target) -> Actuation:
         """Efforts for a target. A bad target raises nothing: the actuators hold, and `status` is the reason.
 
         Args:
-            target: (p, 3) or (3 p,) positions of the effectors [m].
+            target: positions (p, 3) or (3 p,) of effectors that are points or centres [m]; of other
+                kinds one goal for each effector, a position (3,) [m], a `Pose` or a number, or all goal
+                values (n_v,) in a row.
         """
-        goal = self._goal(target)
+        goal = self.robot.effector_layout.goal_values(target)
         self.prepare()
         if goal is None:
             return self._hold(Status.NOT_FINITE)
@@ -237,10 +251,11 @@ class Controller:
             return self._hold(decision.status, decision.conflict)
         return self._take(decision, None, decision.status, decision.conflict)
 
-    def rehearse(self, target: Array) -> None:
-        """Decide for a target (p, 3) [m] without effect: code that ran just before runs faster."""
-        if self._prepared is not None and self._decision is None:
-            decide(self.robot, self._prepared, target.ravel(), self._left.pull, self.settings)
+    def rehearse(self, target: Target) -> None:
+        """Decide for a target without effect: code that ran just before runs faster."""
+        goal = self.robot.effector_layout.goal_values(target)
+        if goal is not None and self._prepared is not None and self._decision is None:
+            decide(self.robot, self._prepared, goal, self._left.pull, self.settings)
 
     def hold(self) -> Actuation:
         """Keep position or effort of each actuator, as the robot file says; the model moves so."""
@@ -264,17 +279,6 @@ class Controller:
         self._left, self._pending = self._pending, None
         self._prepared = self._decision = None
 
-    def _goal(self, target: Sequence[float] | Array) -> Array | None:
-        """Target positions (n_e,) [m]; None: not as many finite numbers."""
-        n_e = self.robot.n_e
-        try:
-            goal = np.asarray(target, dtype=float)
-        except (TypeError, ValueError, OverflowError):
-            return None
-        if goal.shape not in ((n_e // 3, 3), (n_e,)) or not np.isfinite(goal).all():
-            return None
-        return goal.ravel()
-
     def _hold(self, status: Status | None, conflict: tuple[str, ...] = ()) -> Actuation:
         """Hold the actuators, after a decision that failed with this status; None: no decision failed."""
         if self._prepared is None:
@@ -293,7 +297,9 @@ class Controller:
     ) -> Actuation:
         """Make a decision this step's; positions are the held ones or the predicted."""
         n_e, actuators = self.robot.n_e, slice(self.robot.n_e, self.robot.n_e + self.robot.n_a)
-        delta = decision.predicted.delta
+        delta, effectors = decision.predicted.delta, decision.predicted.step.rows.effectors
+        layout = self.robot.effector_layout
+        values = layout.values_at(effectors.values, delta[:n_e])
         pull = delta[actuators]
         if held is not None:
             pull = np.where(held.by_position, held.pull, pull)
@@ -301,7 +307,8 @@ class Controller:
         self._pending = Actuation(
             pull=pull,
             tension=decision.predicted.lam[actuators],
-            effector=delta[:n_e].reshape(-1, 3),
+            effector=layout.positions_at(effectors.positions, values),
+            effector_values=values,
             status=status,
             certificate=decision.certificate,
             conflict=conflict,
@@ -313,6 +320,7 @@ class Controller:
         self.status, self._decision, self._pending = Status.NOT_FINITE, None, None
         left = self._left
         self._left = Actuation(
-            left.pull, left.tension, self.effector, Status.NOT_FINITE, NO_CERTIFICATE
-        )
+            left.pull, left.tension, self.effector, self.effector_values, Status.NOT_FINITE,
+            NO_CERTIFICATE,
+        )  # fmt: skip
         return self._left.copy()

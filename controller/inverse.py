@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
 
 from tauten.controller.qpcc import Qpcc
-from tauten.model import Actuators, Limits, cable_actuators
+from tauten.model import Actuators, EffectorLayout, Limits, cable_actuators
 from tauten.model.numerics import Array, Bools, Ints, cholesky, kernel, solve_rows
 
 
@@ -53,6 +54,53 @@ def inverse_problem(
         constant=constant,
         bound_names=(actuators or numbered(n_a)).effort_names,
         row_names=position_names(actuators or numbered(n_a), by_rate.tobytes()),
+    )
+
+
+def weighted_rows(W: Array, delta_free: Array, layout: EffectorLayout) -> tuple[Array, Array]:
+    """Compliance and values of a step with the effector rows in metres, times their weights.
+
+    For points and centres with weight one these are the arguments themselves.
+
+    Args:
+        W: (m, m) compliance of effectors, cables and contacts, in this order.
+        delta_free: (m,) row values after a step without forces.
+        layout: of the effectors.
+    """
+    if layout.unweighted:
+        return W, delta_free
+    factor = np.ones(len(W))
+    factor[: layout.n_rows] = layout.scale
+    return factor[:, None] * W * factor, factor * delta_free
+
+
+def exact_problem(
+    problem: Qpcc,
+    W: Array,
+    delta_free: Array,
+    target: Array,
+    layout: EffectorLayout,
+    tolerance: float,
+) -> Qpcc:
+    """The inverse problem with the rows of exact effectors as limits, −tolerance <= δ_e <= tolerance.
+
+    Args:
+        problem: from `inverse_problem`.
+        W: (m, m) as it was given there.
+        delta_free: (m,) as it was given there.
+        target: (n_e,) as it was given there.
+        layout: of the effectors.
+        tolerance: within which a target counts as met [m].
+    """
+    rows, n_e = np.flatnonzero(layout.exact), layout.n_rows
+    wanted = target[rows] - delta_free[rows]
+    names = tuple((name, name) for name in (layout.row_name(row) for row in rows.tolist()))
+    return replace(
+        problem,
+        G=np.concatenate([problem.G, W[rows, n_e:]]),
+        g_lo=np.concatenate([problem.g_lo, wanted - tolerance]),
+        g_hi=np.concatenate([problem.g_hi, wanted + tolerance]),
+        row_names=(*problem.row_names, *names),
     )
 
 

@@ -10,12 +10,20 @@ than the tolerance, a unit column joins the contact basis for this step and the 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tauten.controller.inverse import energy_scale, inverse_problem
-from tauten.controller.qpcc import Certificate, Qpcc, QpccSettings, Start, Status, solve_qpcc
+from tauten.controller.inverse import energy_scale, exact_problem, inverse_problem, weighted_rows
+from tauten.controller.qpcc import (
+    NO_PIECE,
+    Certificate,
+    Qpcc,
+    QpccSettings,
+    Start,
+    Status,
+    solve_qpcc,
+)
 from tauten.model import (
     Actuators,
     Command,
@@ -34,6 +42,7 @@ from tauten.model import (
 )
 from tauten.model.numerics import Array, Bools
 
+EXACTLY = 1e-7  # of the robot's size, within which an exact effector meets its target
 ROUNDING = 1e-6  # of the largest tension; what a solver's rounding may exceed it by
 
 
@@ -107,29 +116,64 @@ def prepare(
     contacts = space.k > 0 or enrichment.rounds > 0
     step = condense_step(robot, space, state, forces, contacts, effectors=True)
     pushing, groups = step.pushing(forces), robot.actuators.groups
-    scale = energy_scale(step.compliance.W, step.n_e, step.n_a, pushing, groups)
+    W, _ = weighted_rows(step.compliance.W, step.compliance.delta_free, robot.effector_layout)
+    scale = energy_scale(W, step.n_e, step.n_a, pushing, groups)
     return Prepared(step, forces, scale)
 
 
 def decide(
-    robot: Robot, prepared: Prepared, target: Array, pull: Array, settings: DecideSettings
+    robot: Robot, prepared: Prepared, goal: Array, pull: Array, settings: DecideSettings
 ) -> Decision:
-    """Find the tensions that bring the effectors to a target within one step.
+    """Find the tensions that bring the effectors to a goal within one step.
+
+    As near as possible, weighed against the energy of the actuators; rows of exact effectors are
+    equations, met within 1e-7 of the robot's size. Where no efforts meet these, the nearest is decided as
+    without them, with the status NOT_EXACT and the names of the rows that are missed and of limits in
+    conflict with them.
 
     Args:
-        robot: limits and time step.
+        robot: limits, time step, kinds and weights of the effectors.
         prepared: the step.
-        target: (n_e,) positions [m].
+        goal: (n_v,) values of the effectors, see `EffectorLayout`.
         pull: (n_a,) positions of the actuators commanded last [m].
         settings: weights and tolerances.
     """
+    layout = robot.effector_layout
+    target = layout.row_targets(prepared.step.rows.effectors.values, goal)  # (n_e,)
+    if not layout.exact.any():
+        return _decide(robot, prepared, target, pull, settings)
+    decision = _decide(robot, prepared, target, pull, settings, exact=True)
+    if decision.status.usable:
+        return decision
+    nearest = _decide(robot, prepared, target, pull, settings)
+    if not nearest.status.usable:
+        return nearest
+    missed = layout.missed_rows(target - nearest.predicted.delta[: layout.n_rows])
+    limits = (name for name in decision.conflict if name not in (*missed, *NO_PIECE))
+    return replace(nearest, status=Status.NOT_EXACT, conflict=(*missed, *limits))
+
+
+def _decide(
+    robot: Robot,
+    prepared: Prepared,
+    target: Array,
+    pull: Array,
+    settings: DecideSettings,
+    exact: bool = False,
+) -> Decision:
+    """`decide` for row targets (n_e,), with or without equations for the rows of exact effectors."""
+    layout = robot.effector_layout
+    target = target if layout.unweighted else layout.scale * target
     weight = settings.epsilon * prepared.scale
     loop = EnrichmentLoop(prepared.step, settings.enrichment)
     while loop.prediction is None:
-        W, delta_free = loop.step.compliance.W, loop.step.compliance.delta_free
+        compliance = loop.step.compliance
+        W, delta_free = weighted_rows(compliance.W, compliance.delta_free, layout)
         problem = inverse_problem(
             W, delta_free, target, pull, robot.limits, robot.h, weight, robot.actuators
         )
+        if exact:
+            problem = exact_problem(problem, W, delta_free, target, layout, EXACTLY * robot.size)
         start = Start(prepared.forces.tension, loop.step.pushing(prepared.forces))
         solution = solve_qpcc(problem, start, settings.qpcc)
         lam = np.concatenate([np.zeros(robot.n_e), solution.lam_a, solution.beta])

@@ -11,9 +11,10 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from tauten.model.actuation import Actuators
+from tauten.model.effector_layout import EffectorLayout
 from tauten.model.limits import Limits
 from tauten.model.numerics import Array, Ints
-from tauten.model.rows import ContactRows, PairSlots, Rows
+from tauten.model.rows import ContactRows, EffectorRows, PairSlots, Rows
 from tauten.model.schema import RobotSettings
 from tauten.model.system import Integration, System
 
@@ -36,12 +37,12 @@ class RobotRows:
     """The rows that effectors, actuators and contacts contribute to a step.
 
     Attributes:
-        effectors: positions x_e, 3 rows a point.
+        effectors: positions x_e and other kinds, see `EffectorLayout`.
         actuators: positions δ_a.
         contacts: signed gaps of the candidates in range.
     """
 
-    effectors: Rows
+    effectors: EffectorRows
     actuators: Rows
     contacts: ContactRows
 
@@ -111,7 +112,11 @@ class Robot(Protocol):
 
     @property
     def n_e(self) -> int:
-        """Effector rows, three a point."""
+        """Effector rows."""
+
+    @property
+    def effector_layout(self) -> EffectorLayout:
+        """Kinds of the effectors, their rows, goal values and weights."""
 
     @property
     def n_c(self) -> int:
@@ -157,13 +162,16 @@ class Robot(Protocol):
         """The same robot with a separate workspace."""
 
     def loaded(self, gravity: Array, effector_force: Array) -> Robot:
-        """The robot under another gravity (3,) [m/s²] and forces on its effectors (n_e,) [N]."""
+        """The robot under another gravity (3,) [m/s²] and forces on its effectors (3 p,) [N]."""
 
     def rest(self) -> State:
         """The stress-free state at standstill."""
 
     def effector(self, state: State) -> Array:
-        """Positions of the effectors: (p, 3) [m]."""
+        """Positions of the effectors: (p, 3) [m]; of a distance, length or volume, of its points' mean."""
+
+    def effector_values(self, state: State) -> Array:
+        """Goal values of the effectors: (n_v,), see `EffectorLayout`."""
 
     def points(self, state: State) -> Array:
         """Positions of what `triangles` joins: (P, 3) [m]."""

@@ -98,7 +98,7 @@ class Simulator:
         self._state, self._forces = State(state.q.copy(), state.v.copy()), given
 
     def load(self, gravity: Array, effector_force: Array) -> None:
-        """Change the loads: gravity (3,) [m/s²] and forces on the effectors (n_e,) [N]."""
+        """Change the loads: gravity (3,) [m/s²] and forces on the effectors (3 p,) [N]."""
         self.robot = self.robot.loaded(gravity, effector_force)
 
     @property
@@ -115,6 +115,11 @@ class Simulator:
     def effector(self) -> Array:
         """Positions of the effectors: (p, 3) [m]."""
         return self.robot.effector(self._state).copy()
+
+    @property
+    def effector_values(self) -> Array:
+        """Goal values of the effectors: (n_v,), see `EffectorLayout`."""
+        return self.robot.effector_values(self._state).copy()
 
     @property
     def pull(self) -> Array:

@@ -12,8 +12,9 @@ from tauten.model.beams.body import BeamBody
 from tauten.model.beams.elements import assemble_beams
 from tauten.model.beams.surfaces import BeamSurfaces
 from tauten.model.body import SparseRobot
+from tauten.model.effectors import BeamEffectors
 from tauten.model.numerics import Array, Ints, turned
-from tauten.model.points import AttachedPoints, Entries
+from tauten.model.points import Entries
 from tauten.model.robot import RobotRows, State
 from tauten.model.rows import ContactRows, Rows
 from tauten.model.system import System
@@ -31,12 +32,12 @@ class BeamRobot(SparseRobot):
     Attributes, beside those of every sparse robot:
         body: the beams at rest.
         beam_slot: places of the elements in the pattern.
-        effector_force: (n_e,) outer forces on the effectors [N].
+        effector_force: (3 p,) outer forces on the effectors [N].
         surfaces: for contact and for drawing.
     """
 
     actuator_set: BeamActuators
-    effectors: AttachedPoints
+    effectors: BeamEffectors
     body: BeamBody
     beam_slot: tuple[Ints, Ints]
     effector_force: Array
@@ -68,7 +69,7 @@ class BeamRobot(SparseRobot):
         return self.pattern.dof[::2]
 
     def loaded(self, gravity: Array, effector_force: Array) -> BeamRobot:
-        """The robot under another gravity (3,) [m/s²] and forces on its effectors (n_e,) [N]."""
+        """The robot under another gravity (3,) [m/s²] and forces on its effectors (3 p,) [N]."""
         return dataclasses.replace(
             self, gravity=np.asarray(gravity), effector_force=np.asarray(effector_force)
         )
@@ -88,7 +89,11 @@ class BeamRobot(SparseRobot):
 
     def effector(self, state: State) -> Array:
         """Positions of the effectors: (p, 3) [m]."""
-        return self.effectors.place(*self.pose(state))[0]
+        return self.effectors.positions(*self.pose(state))
+
+    def effector_values(self, state: State) -> Array:
+        """Goal values of the effectors: (n_v,)."""
+        return self.effectors.values(*self.pose(state))
 
     def points(self, state: State) -> Array:
         """Positions of what `triangles` joins: (P, 3) [m]."""
@@ -127,22 +132,18 @@ class BeamRobot(SparseRobot):
         if preload is not None:
             total += preload
         if self.effector_force.any():
-            total += self.effector_rows(x, Q).H.T @ self.effector_force
+            places = self.effectors.force_rows(x, Q, self.dof, self.n)
+            total += places.H.T @ self.effector_force
         return total, K
 
     def rows(self, state: State, contacts: bool = True) -> RobotRows:
         """Rows of effectors, actuators and, with `contacts`, contacts at this state."""
         x, Q = self.pose(state)
         return RobotRows(
-            effectors=self.effector_rows(x, Q),
+            effectors=self.effectors.rows(x, Q, self.dof, self.n),
             actuators=self.actuator_set.rows(x, Q, self.dof, self.n),
             contacts=self.contact_rows(x, Q) if contacts else self.no_contact_rows(),
         )
-
-    def effector_rows(self, x: Array, Q: Array) -> Rows:
-        """Positions of the effectors as rows."""
-        points, arms = self.effectors.place(x, Q)
-        return Rows(self.effectors.velocity_map(arms, self.dof, self.n), points.ravel())
 
     def contact_rows(self, x: Array, Q: Array) -> ContactRows:
         """Gaps and H_c of the candidates in range at node positions and rotations."""

@@ -7,14 +7,16 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import Self
 
+import numpy as np
 import scipy.sparse as sp
 
 from tauten.model.actuation import Actuators
 from tauten.model.actuators import ActuatorSet, BeamActuators
 from tauten.model.contact import ContactSet
+from tauten.model.effector_layout import EffectorLayout
+from tauten.model.effectors import BeamEffectors, NodalEffectors
 from tauten.model.limits import Limits
-from tauten.model.numerics import Array, Factorisation, FactorisationError, make_factorisation
-from tauten.model.points import AttachedPoints, MaterialPoints
+from tauten.model.numerics import Array, Factorisation, FactorisationError, Ints, make_factorisation
 from tauten.model.robot import RobotNames, State
 from tauten.model.rows import ContactRows, PairSlots
 from tauten.model.system import Integration, Pattern, System, make_system
@@ -35,7 +37,7 @@ class SparseRobot(ABC):
         actuators: names, kinds and laws of its actuators.
         actuator_set: their rows and curvature.
         limits: limits of their efforts, positions and rates.
-        effectors: points that are to reach targets.
+        effectors: what is to reach targets.
         contacts: candidates and the surfaces they may touch.
         factorisation: workspace of the linear solver.
     """
@@ -50,7 +52,7 @@ class SparseRobot(ABC):
     actuators: Actuators
     actuator_set: ActuatorSet | BeamActuators
     limits: Limits
-    effectors: MaterialPoints | AttachedPoints
+    effectors: NodalEffectors | BeamEffectors
     contacts: ContactSet
     factorisation: Factorisation
 
@@ -81,8 +83,13 @@ class SparseRobot(ABC):
 
     @property
     def n_e(self) -> int:
-        """Effector rows, three a point."""
-        return 3 * len(self.effectors)
+        """Effector rows."""
+        return self.effector_layout.n_rows
+
+    @property
+    def effector_layout(self) -> EffectorLayout:
+        """Kinds of the effectors, their rows, goal values and weights."""
+        return self.effectors.kinds.layout
 
     @property
     def n_c(self) -> int:
@@ -148,6 +155,15 @@ class SparseRobot(ABC):
                 if not exact:
                     raise
         raise AssertionError("unreachable")
+
+    @property
+    def motor_coordinates(self) -> Ints:
+        """Degrees of freedom that a motor holds, none by default."""
+        return np.zeros(0, dtype=np.int64)
+
+    def mass_matrix(self, state: State) -> sp.csc_array:
+        """The mass matrix (n, n) at a state, for most robots the lumped masses at any."""
+        return sp.csc_array(sp.diags_array(self.mass))
 
     def no_contact_rows(self) -> ContactRows:
         """Contact rows with no candidate in range."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -27,13 +28,13 @@ from tauten.model.beams import (
 from tauten.model.body import Material
 from tauten.model.contact import ContactPair, ContactSet
 from tauten.model.limits import limits_of
+from tauten.model.load.effectors import build_beam_effectors
 from tauten.model.mesh import point_selector, spread_points
 from tauten.model.numerics import Array, Bools, Ints, make_factorisation
 from tauten.model.points import (
     AttachedPoints,
     BeamCables,
     attach_to_nodes,
-    join_attached_points,
     make_beam_cables,
 )
 from tauten.model.robot import names_of
@@ -85,10 +86,10 @@ def build_beam_robot(config: BeamConfig, structure: Structure, source: str) -> B
             f"{source}: {table}: a robot made of beams is driven by cables, remove this table"
         )
     cables = build_beam_cables(config, structure, body, source)
-    effectors = [
-        on_vertebra(structure, body, [item.point], f"{source}: effectors.{i}", item.max_outside)
-        for i, item in enumerate(config.effectors)
-    ]
+    selector = point_selector(body.nodes, config.named_regions(), source)
+    effectors = build_beam_effectors(
+        config.effectors, selector, partial(on_vertebra, structure, body)
+    )
     surfaces, named = build_beam_surfaces(structure, profiles, body)
     contacts = build_beam_contacts(config, surfaces, named, body, source)
     pattern = make_pattern(np.repeat(fixed, 2), [groups(body.ends), groups(cables.ends)])
@@ -104,13 +105,13 @@ def build_beam_robot(config: BeamConfig, structure: Structure, source: str) -> B
         pattern=pattern,
         beam_slot=pattern.blocks(groups(body.ends)),
         mass=np.repeat(np.stack([body.mass, body.inertia], axis=1)[free].ravel(), 3),
-        effector_force=np.zeros(3 * len(effectors)),
+        effector_force=np.zeros(3 * len(config.effectors)),
         actuators=actuators_of(config),
         actuator_set=BeamActuators(
             cables, coupling_of(config), pattern.blocks(groups(cables.ends))
         ),
         limits=limits_of(config, source),
-        effectors=join_attached_points(effectors),
+        effectors=effectors,
         surfaces=surfaces,
         contacts=contacts,
         factorisation=make_factorisation(pattern.indptr, pattern.indices, scheme.factorisation),

@@ -10,6 +10,7 @@ from tauten.model.schema.actuators import (
 )
 from tauten.model.schema.beam_file import BarSettings, BeamConfig, Structure, TubeSettings, Vertebra
 from tauten.model.schema.body import BodySettings, ElementName, MeshSettings, RotationSettings
+from tauten.model.schema.constraints import AttachmentSettings, DriveSettings, RigidSettings
 from tauten.model.schema.contact import (
     ALARM_DISTANCE,
     ITSELF,
@@ -18,6 +19,7 @@ from tauten.model.schema.contact import (
     SurfaceSettings,
     check_surfaces,
 )
+from tauten.model.schema.effector import COMPONENTS, EffectorKind, EffectorSettings
 from tauten.model.schema.material import LawName, MaterialSettings
 from tauten.model.schema.region import (
     AnyRegion,
@@ -64,25 +66,30 @@ __all__ = [
     "ContactRange",
     "ContactSettings",
     "AnyRegion",
+    "AttachmentSettings",
     "BarSettings",
     "BeamConfig",
     "BodySettings",
     "Box",
+    "COMPONENTS",
     "CableSettings",
     "ChamberSettings",
     "Changes",
     "ControlPeriod",
+    "CouplingSettings",
     "Cylinder",
     "Difference",
+    "DriveSettings",
+    "EffectorKind",
+    "EffectorSettings",
     "ElementName",
     "Everything",
     "Facing",
-    "NamedGroup",
+    "ForceSettings",
     "HalfSpace",
     "Intersection",
-    "CouplingSettings",
-    "ForceSettings",
     "Kind",
+    "NamedGroup",
     "LARGEST_COORDINATE",
     "LawName",
     "MaterialSettings",
@@ -93,15 +100,16 @@ __all__ = [
     "Range",
     "Rate",
     "Region",
+    "RigidSettings",
     "RobotConfig",
     "RobotFileError",
     "RobotSettings",
     "RotationSettings",
     "Section",
     "Selection",
+    "SingleActuator",
     "Skin",
     "Sphere",
-    "SingleActuator",
     "SpringSettings",
     "Structure",
     "SurfaceSettings",

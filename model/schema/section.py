@@ -107,6 +107,15 @@ Thickness = Annotated[float, in_range(1e-6, 10.0, "m")]  # of solid parts
 Distance = Annotated[float, in_range(1e-9, 1.0, "m")]  # alarm distance and tolerance of contact
 Rate = Annotated[float, Field(gt=0.0, le=10_000.0), in_range(1e-2, 1e4, "Hz")]
 
+MaxOutside = Annotated[
+    NonNegative,
+    Field(
+        le=10.0,
+        description="How far outside the body its points may lie [m], by default 0; they then move with "
+        "the nearest element.",
+    ),
+]
+
 
 def read_text(path: Path, parse: Callable[[str], Any], kind: str) -> Any:
     """The contents of a file that holds TOML or JSON, not validated.

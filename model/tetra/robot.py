@@ -6,15 +6,14 @@ import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.sparse as sp
 
 from tauten.model.actuators import ActuatorSet
 from tauten.model.body import Material, SparseRobot
 from tauten.model.contact import contact_rows
+from tauten.model.effectors import NodalEffectors
 from tauten.model.materials import EXACT, PROJECTED
 from tauten.model.mesh import TetMesh, boundary_triangles
 from tauten.model.numerics import Array, Ints
-from tauten.model.points import MaterialPoints, effector_rows
 from tauten.model.robot import RobotRows, State
 from tauten.model.rows import ContactRows
 from tauten.model.system import System
@@ -41,16 +40,14 @@ class TetRobot(SparseRobot):
         material: its material; of a `Solid`, that outside the regions with another.
         elements: its elements: linear corotational tetrahedra of one material, or a `Solid`.
         load: (n,) gravity and outer forces on the effectors [N].
-        H_e: (3 p, n) constant rows of the effectors.
     """
 
     actuator_set: ActuatorSet
-    effectors: MaterialPoints
+    effectors: NodalEffectors
     mesh: TetMesh
     material: Material
     elements: Elements | Solid
     load: Array
-    H_e: sp.csr_array
 
     @property
     def size(self) -> float:
@@ -103,6 +100,10 @@ class TetRobot(SparseRobot):
         """Positions of the effectors: (p, 3) [m]."""
         return self.effectors.positions(self.nodes(state))
 
+    def effector_values(self, state: State) -> Array:
+        """Goal values of the effectors: (n_v,)."""
+        return self.effectors.values(self.nodes(state))
+
     def points(self, state: State) -> Array:
         """Positions of what `triangles` joins, here all nodes: (n_nodes, 3) [m]."""
         return self.nodes(state)
@@ -112,11 +113,10 @@ class TetRobot(SparseRobot):
         return self.contacts.positions(self.nodes(state))
 
     def loaded(self, gravity: Array, effector_force: Array) -> TetRobot:
-        """The robot under another gravity (3,) [m/s²] and forces on its effectors (n_e,) [N]."""
+        """The robot under another gravity (3,) [m/s²] and forces on its effectors (3 p,) [N]."""
         body = self.mass * np.tile(gravity, self.n // 3)  # (n,)
-        return dataclasses.replace(
-            self, gravity=np.asarray(gravity), load=body + self.H_e.T @ effector_force
-        )
+        pushed = self.effectors.kinds.force_map(self.effectors.C).T @ effector_force
+        return dataclasses.replace(self, gravity=np.asarray(gravity), load=body + pushed)
 
     def displacement(self, dq: Array) -> float:
         """Largest displacement of a node in a change dq (n,) of the configuration [m]."""
@@ -180,7 +180,7 @@ class TetRobot(SparseRobot):
         """Rows of effectors, actuators and, with `contacts`, contacts at this state."""
         x = self.nodes(state)
         return RobotRows(
-            effectors=effector_rows(self.effectors, self.H_e, x),
+            effectors=self.effectors.rows(x),
             actuators=self.actuator_set.rows(x, self.pattern.dof, self.n),
             contacts=self.contact_rows(x) if contacts else self.no_contact_rows(),
         )

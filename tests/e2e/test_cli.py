@@ -18,7 +18,7 @@ def test_help_names_every_command() -> None:
     result = tauten("--help")
     assert result.returncode == 0
     commands = "serve plant stream demo replay command record metrics alive doctor"
-    commands += " reduce inspect compare check bench"
+    commands += " reduce inspect compare check new bench"
     for command in commands.split():
         assert re.search(rf"\b{command}\b", result.stdout)
 
