@@ -5,7 +5,16 @@ from tauten.model.command import Command
 from tauten.model.compliance import Compliance, row_compliance
 from tauten.model.condensed_step import CondensedStep, Forces, condense_step, no_forces
 from tauten.model.contact_space import ContactSpace, EmptySpace, ReducedContacts
-from tauten.model.effector_layout import EffectorLayout, Goal, Pose, Target
+from tauten.model.effector_layout import (
+    ROWS,
+    UNIT_LENGTH,
+    VALUES,
+    EffectorGoal,
+    EffectorLayout,
+    Pose,
+    Target,
+    point_layout,
+)
 from tauten.model.enrichment import (
     Enrichment,
     EnrichmentLoop,
@@ -34,6 +43,7 @@ __all__ = [
     "CondensedStep",
     "ContactRows",
     "ContactSpace",
+    "EffectorGoal",
     "EffectorLayout",
     "EffectorRows",
     "EmptySpace",
@@ -42,13 +52,13 @@ __all__ = [
     "EnrichmentLoop",
     "Forces",
     "ForwardStep",
-    "Goal",
     "Integration",
     "Limits",
     "MeshError",
     "PairSlots",
     "Pose",
     "PredictedStep",
+    "ROWS",
     "ReducedContacts",
     "Robot",
     "RobotFileError",
@@ -60,6 +70,8 @@ __all__ = [
     "System",
     "Target",
     "TetRobot",
+    "UNIT_LENGTH",
+    "VALUES",
     "cable_actuators",
     "condense_step",
     "contact_model",
@@ -68,6 +80,7 @@ __all__ = [
     "load_robot",
     "make_pattern",
     "no_forces",
+    "point_layout",
     "row_compliance",
     "worst_rows",
 ]

@@ -1,6 +1,22 @@
 """The network: keys, messages, sessions, modes, rejection reasons."""
 
 from tauten.service.wire.commands import COMMAND_RING, CommandSubscriber, encode_command
+from tauten.service.wire.effector_messages import (
+    MESSAGE_TYPES,
+    EffectorMessage,
+    decode_effector,
+    effector_json,
+    encode_effector,
+)
+from tauten.service.wire.effector_subscriber import (
+    CLOCKS_AGREE,
+    EFFECTOR_RING,
+    EffectorSubscriber,
+    Received,
+    Source,
+    payload_of,
+    reach_of,
+)
 from tauten.service.wire.health import (
     Diagnostic,
     Level,
@@ -18,6 +34,7 @@ from tauten.service.wire.messages import (
     JSON,
     MAX_PAYLOAD,
     POINT,
+    POSE,
     TEXT,
     TICK,
     Joints,
@@ -46,15 +63,6 @@ from tauten.service.wire.network import (
     open_session,
     read_config,
 )
-from tauten.service.wire.position_subscriber import (
-    CLOCKS_AGREE,
-    POSITION_RING,
-    PositionSubscriber,
-    Received,
-    Source,
-    payload_of,
-    reach_of,
-)
 from tauten.service.wire.publisher import Publisher
 from tauten.service.wire.questions import ask_description, wait_for
 from tauten.service.wire.tick import Positions, Tick, decode_tick, encode_tick
@@ -66,6 +74,9 @@ __all__ = [
     "Cause",
     "CommandSubscriber",
     "Diagnostic",
+    "EFFECTOR_RING",
+    "EffectorMessage",
+    "EffectorSubscriber",
     "FLOAT",
     "HEALTH",
     "JOINTS",
@@ -74,15 +85,15 @@ __all__ = [
     "Keys",
     "Level",
     "MAX_PAYLOAD",
+    "MESSAGE_TYPES",
     "MessageCounts",
     "Mode",
     "Network",
     "NetworkError",
     "OperatorCommand",
     "POINT",
-    "POSITION_RING",
+    "POSE",
     "Point",
-    "PositionSubscriber",
     "Positions",
     "Publisher",
     "Received",
@@ -95,13 +106,16 @@ __all__ = [
     "Tick",
     "Window",
     "ask_description",
+    "decode_effector",
     "decode_health",
     "decode_joints",
     "decode_point",
     "decode_tick",
     "default_port",
     "definition",
+    "effector_json",
     "encode_command",
+    "encode_effector",
     "encode_float",
     "encode_health",
     "encode_joints",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass
 
+from tauten.service.wire.effector_subscriber import Source, payload_of
 from tauten.service.wire.health import MessageCounts
 from tauten.service.wire.messages import (
     JSON,
@@ -17,7 +18,6 @@ from tauten.service.wire.messages import (
     to_cdr,
 )
 from tauten.service.wire.modes import OperatorCommand
-from tauten.service.wire.position_subscriber import Source, payload_of
 
 COMMAND_RING = 16
 

@@ -27,7 +27,7 @@ def follow(feedback: Feedback, target: np.ndarray, reach: float, steps: int) -> 
 
 
 def test_a_mismatch_is_removed_at_the_gains_pace() -> None:
-    feedback, target = Feedback(1, gain=2.0, largest=1.0), np.array([[0.01, 0.02, 0.0]])
+    feedback, target = Feedback(LAYOUT, gain=2.0, largest=1.0), np.array([[0.01, 0.02, 0.0]])
     error = [float(np.linalg.norm(follow(feedback, target, 1.0, 25) - target)) for _ in range(6)]
     # half a second a turn: the error falls by e each
     np.testing.assert_allclose(np.array(error[1:]) / error[:-1], np.exp(-1.0), rtol=1e-9)
@@ -35,7 +35,7 @@ def test_a_mismatch_is_removed_at_the_gains_pace() -> None:
 
 
 def test_a_target_out_of_reach_does_not_wind_it_up() -> None:
-    feedback, far = Feedback(1, gain=2.0, largest=10.0), np.array([[0.3, 0.0, 0.0]])
+    feedback, far = Feedback(LAYOUT, gain=2.0, largest=10.0), np.array([[0.3, 0.0, 0.0]])
     follow(feedback, far, reach=0.1, steps=5000)
     assert np.linalg.norm(feedback.correction) <= np.linalg.norm(OFF) * (1.0 + 1e-9)
     # so back in reach it is right at once
@@ -45,14 +45,14 @@ def test_a_target_out_of_reach_does_not_wind_it_up() -> None:
 
 @given(st.lists(st.tuples(st.floats(-1.0, 1.0), st.floats(0.0, 10.0)), max_size=30))
 def test_no_correction_is_longer_than_allowed(seen: list[tuple[float, float]]) -> None:
-    feedback = Feedback(1, gain=5.0, largest=0.02)
+    feedback = Feedback(LAYOUT, gain=5.0, largest=0.02)
     for off, seconds in seen:
         feedback.observe(np.full((1, 3), off), np.zeros((1, 3)), seconds)
         assert np.linalg.norm(feedback.correction) <= 0.02 * (1.0 + 1e-12)
 
 
 def test_long_pauses_do_not_overshoot() -> None:
-    feedback = Feedback(1, gain=50.0, largest=1.0)
+    feedback = Feedback(LAYOUT, gain=50.0, largest=1.0)
     feedback.observe(OFF, np.zeros((1, 3)), 100.0)
     np.testing.assert_allclose(feedback.correction, OFF)
     feedback.reset()
@@ -61,7 +61,7 @@ def test_long_pauses_do_not_overshoot() -> None:
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
 def test_a_model_that_is_lost_corrects_nothing(bad: float) -> None:
-    feedback = Feedback(1, gain=5.0, largest=0.02)
+    feedback = Feedback(LAYOUT, gain=5.0, largest=0.02)
     feedback.observe(np.full((1, 3), bad), np.zeros((1, 3)), 1.0)
     assert not feedback.correction.any()
 
@@ -80,9 +80,9 @@ def with_delay(feedback: Feedback, delay: float, seconds: float) -> np.ndarray:
 
 def test_a_late_measurement_is_stable_with_the_gain_of_a_stated_delay() -> None:
     size = float(np.linalg.norm(OFF))
-    swinging = with_delay(Feedback(1, gain=2.0, largest=0.1), delay=1.0, seconds=40.0)
+    swinging = with_delay(Feedback(LAYOUT, gain=2.0, largest=0.1), delay=1.0, seconds=40.0)
     assert swinging[-200:].max() > 3.0 * size
-    stable = with_delay(Feedback(1, gain=2.0, largest=0.1, delay=1.0), delay=1.0, seconds=40.0)
+    stable = with_delay(Feedback(LAYOUT, gain=2.0, largest=0.1, delay=1.0), delay=1.0, seconds=40.0)
     assert stable[-200:].max() < 0.01 * size
 
 
@@ -107,7 +107,7 @@ REST = np.array([[0.1, 0.0, 0.0], [0.05, 0.0, 0.0]])
 
 def check(measure: object, scale: float = 1.0) -> tuple[MeasurementCheck, list[str]]:
     """What a check finds while the model swings up and down, and measurements are made of it."""
-    found, reasons = MeasurementCheck(SIZE, 0.25 * SIZE), []
+    found, reasons = MeasurementCheck(LAYOUT, SIZE, 0.25 * SIZE), []
     for tick in range(200):
         up = 0.015 * scale * np.sin(2.0 * pi * tick / 100.0)
         model = REST + np.array([[0.0, 0.0, up], [0.0, 0.0, 0.3 * up]])
@@ -148,13 +148,13 @@ def test_a_frozen_mirrored_turned_or_exchanged_measurement_is_not(
 
 
 def test_effectors_that_are_close_to_each_other_are_found_exchanged() -> None:
-    found = MeasurementCheck(SIZE, 0.25 * SIZE)
+    found = MeasurementCheck(LAYOUT, SIZE, 0.25 * SIZE)
     model = np.array([[0.1, 0.0, 0.0], [0.09, 0.0, 0.0]])
     assert found.reason(model, model[::-1], H) == "two measured effectors are exchanged"
 
 
 def test_a_single_jump_is_refused_and_the_next_measurement_used() -> None:
-    found = MeasurementCheck(SIZE, 0.25 * SIZE)
+    found = MeasurementCheck(LAYOUT, SIZE, 0.25 * SIZE)
     assert found.reason(REST, REST, H) == ""
     assert "jumps by 20 mm" in found.reason(REST, REST + np.array([0.0, 0.0, 0.02]), H)
     assert found.reason(REST, REST + 1e-4, 2.0 * H) == ""

@@ -21,7 +21,7 @@ from tauten.service.wire import (
     Mode,
     OperatorCommand,
     Point,
-    PositionSubscriber,
+    EffectorSubscriber,
     encode_point,
 )
 
@@ -53,7 +53,7 @@ class Rig:
         self.plant = Simulator(robot, contact="none")
         self.rings = [Ring() for _ in robot.effector_names]
         rest = robot.effector(robot.rest())
-        subscriber = PositionSubscriber(self.rings, robot.frame, rest, 1.0, timeout=0.25)
+        subscriber = EffectorSubscriber(self.rings, robot.frame, rest, 1.0, timeout=0.25)
         self.measured = MeasuredLoop(robot, ServiceSettings(), subscriber)
         self.largest = 0.0  # correction [m]
         self.farthest = 0.0  # robot from its target [m]
