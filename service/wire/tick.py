@@ -56,7 +56,7 @@ class Tick:
         extra_columns: contacts that joined the basis for this tick.
         clamped: whether the limiter changed the actuation.
         goal_values: goal values of all effectors, see `tauten.model.EffectorLayout`; empty when nothing
-            was decided.
+            was decided. Where they are missing when a tick is decoded, they are those of `goal`.
         correction_values: of all effector rows, added to the goal in a closed loop; empty in an open one.
     """
 
@@ -80,8 +80,8 @@ class Tick:
     stationarity: float
     extra_columns: int
     clamped: bool
-    goal_values: tuple[float, ...]
-    correction_values: tuple[float, ...]
+    goal_values: tuple[float, ...] = ()
+    correction_values: tuple[float, ...] = ()
 
 
 def encode_tick(tick: Tick) -> bytes:
@@ -120,13 +120,17 @@ def encode_tick(tick: Tick) -> bytes:
 def decode_tick(payload: bytes) -> Tick | Rejection:
     """A tick from CDR, also one that was recorded before effectors had kinds."""
     message: Any = from_cdr(TICK, payload)
-    of_points = from_cdr(TICK_OF_POINTS, payload) if isinstance(message, Rejection) else None
-    if of_points is not None and not isinstance(of_points, Rejection):
-        message = of_points
     if isinstance(message, Rejection):
-        return message
+        of_points = from_cdr(TICK_OF_POINTS, payload)
+        if isinstance(of_points, Rejection):
+            return message
+        message = of_points
     if message.mode not in set(Mode) or message.cause not in set(Cause):
         return Rejection(RejectionReason.MALFORMED, f"no mode {message.mode[:20]!r} or cause")
+
+    def values(field: str) -> tuple[float, ...]:
+        return tuple(getattr(message, field, np.zeros(0)).tolist())
+
     goal = tuple((point.x, point.y, point.z) for point in message.goal)
     correction = tuple((point.x, point.y, point.z) for point in message.correction)
     return Tick(
@@ -150,10 +154,8 @@ def decode_tick(payload: bytes) -> Tick | Rejection:
         stationarity=message.stationarity,
         extra_columns=message.extra_columns,
         clamped=message.clamped,
-        goal_values=_flat(goal) if message is of_points else tuple(message.goal_values.tolist()),
-        correction_values=(
-            _flat(correction) if message is of_points else tuple(message.correction_values.tolist())
-        ),
+        goal_values=values("goal_values") or _flat(goal),
+        correction_values=values("correction_values") or _flat(correction),
     )
 
 

@@ -7,19 +7,21 @@ from datetime import UTC, datetime
 import numpy as np
 import pytest
 
+from tauten.model import point_layout
 from tauten.service.wire import (
     CDR,
     CLOCKS_AGREE,
+    EFFECTOR_RING,
     JSON,
     MAX_PAYLOAD,
-    EFFECTOR_RING,
-    Point,
     EffectorSubscriber,
+    Point,
     encode_point,
     point_json,
 )
 
-REST = np.array([[0.0, 0.0, -0.1], [0.0, 0.1, 0.0]])
+LAYOUT = point_layout(["tip", "middle"])
+REST = np.array([0.0, 0.0, -0.1, 0.0, 0.1, 0.0])
 HERE = REST + 0.01  # where the effectors are
 WALL = 1.8e9  # s since the epoch
 
@@ -68,7 +70,7 @@ def queues() -> list[Queue]:
 
 @pytest.fixture
 def targets(queues: list[Queue]) -> EffectorSubscriber:
-    return EffectorSubscriber(queues, "base", REST, reach=0.3, timeout=0.5)
+    return EffectorSubscriber(queues, "base", LAYOUT, REST, reach=0.3, timeout=0.5)
 
 
 def test_there_is_no_goal_before_the_first_target(targets: EffectorSubscriber) -> None:
@@ -82,7 +84,7 @@ def test_the_latest_target_is_used_and_other_effectors_keep_theirs(
     queues[0].put((0.01, 0.0, -0.1))
     queues[0].put((0.02, 0.0, -0.1), stamp=6)
     assert len(targets.read(1.0, WALL)) == 2
-    np.testing.assert_array_equal(targets.latest(1.0, HERE), [[0.02, 0.0, -0.1], HERE[1]])
+    np.testing.assert_array_equal(targets.latest(1.0, HERE), [0.02, 0.0, -0.1, *HERE[3:]])
     assert targets.stamp == 6
     assert targets.take_fresh()
     targets.read(1.1, WALL)
@@ -139,7 +141,7 @@ def test_a_flood_costs_a_bounded_time_a_tick(
     assert len(targets.read(0.0, WALL)) == EFFECTOR_RING
     goal = targets.latest(0.0, HERE)
     assert goal is not None
-    assert goal[0, 0] == pytest.approx(1e-5 * (10 * EFFECTOR_RING - 1))  # the newest survives
+    assert goal[0] == pytest.approx(1e-5 * (10 * EFFECTOR_RING - 1))  # the newest survives
 
 
 def test_positions_are_complete_while_each_is_young(
@@ -151,7 +153,7 @@ def test_positions_are_complete_while_each_is_young(
     queues[1].put((0.0, 0.11, 0.0))
     targets.read(1.2, WALL)
     assert targets.fresh
-    np.testing.assert_allclose(targets.complete(1.5), [[0.01, 0.0, -0.1], [0.0, 0.11, 0.0]])
+    np.testing.assert_allclose(targets.complete(1.5), [0.01, 0.0, -0.1, 0.0, 0.11, 0.0])
     queues[1].put((0.0, 0.12, 0.0))
     targets.read(1.51, WALL)
     assert targets.complete(1.51) is None  # the first is too old by now
