@@ -111,8 +111,8 @@ def energy_scale(W: Array, n_e: int, n_a: int, pushing: Bools, groups: Ints | No
     actuators has. Where their efforts are in several units, s is the mean of those of the units, by their
     number of actuators. W̃ is the compliance with the pushing contacts kept closed: where a robot rests on
     itself its actuators move the effectors a hundred times less, and an energy weighted by the free motion
-    would outweigh the target. Without any coupling s = tr W_aa / n_a. The scale is part of the prepared
-    step: it is the same for every target, start of the solver and round of enrichment.
+    would outweigh the target. Without any coupling s = tr W_aa / n_a. The scale is part of the prepared step:
+    it is the same for every target, start of the solver and round of enrichment.
 
     Args:
         W: (m, m) compliance of effectors, actuators and contacts, in this order [m/N].

@@ -1,7 +1,8 @@
 """The model of a robot: finite elements, cables, contacts, and the forward simulator."""
 
-from tauten.model.actuation import ActuatorKind, Actuators, Springs, cable_actuators
+from tauten.model.actuation import ActuatorKind, Actuators, Quantity, Springs, cable_actuators
 from tauten.model.command import Command
+from tauten.model.command_range import CommandRange, command_range
 from tauten.model.compliance import Compliance, row_compliance
 from tauten.model.condensed_step import CondensedStep, Forces, condense_step, no_forces
 from tauten.model.contact_space import ContactSpace, EmptySpace, ReducedContacts
@@ -39,6 +40,7 @@ __all__ = [
     "ActuatorKind",
     "Actuators",
     "Command",
+    "CommandRange",
     "Compliance",
     "CondensedStep",
     "ContactRows",
@@ -60,6 +62,7 @@ __all__ = [
     "PredictedStep",
     "ROWS",
     "ReducedContacts",
+    "Quantity",
     "Robot",
     "RobotFileError",
     "RobotRows",
@@ -73,6 +76,7 @@ __all__ = [
     "UNIT_LENGTH",
     "VALUES",
     "cable_actuators",
+    "command_range",
     "condense_step",
     "contact_model",
     "default_enrichment",

@@ -22,7 +22,14 @@ from tauten.model.schema import CableSettings, CouplingSettings, RobotSettings, 
 
 @dataclass(frozen=True, slots=True)
 class Quantity:
-    """Name of a quantity, its SI unit, and the unit tables and plots show it in, `scale` times as small."""
+    """A quantity of an actuator.
+
+    Attributes:
+        name: in messages.
+        unit: SI unit.
+        shown_unit: unit in tables and plots.
+        scale: from the SI unit to the one shown.
+    """
 
     name: str
     unit: str
@@ -34,12 +41,18 @@ class Quantity:
         """Name and unit for an axis or the head of a column."""
         return f"{self.name} [{self.shown_unit}]"
 
+    def text(self, value: float) -> str:
+        """A value in SI units, with the unit it is shown in."""
+        return f"{self.scale * value:.3g} {self.shown_unit}"
+
 
 class ActuatorKind(Enum):
     """Kinds of actuators; the value is the name in messages."""
 
     CABLE = "cable"
     CHAMBER = "chamber"
+    DRIVE = "drive"
+    SLIDE = "slide"
     FORCE = "force"
 
     @property
@@ -61,6 +74,14 @@ _QUANTITIES = {
     ActuatorKind.CHAMBER: (
         Quantity("volume change", "m³", "mL", 1e6),
         Quantity("pressure", "Pa", "kPa", 1e-3),
+    ),
+    ActuatorKind.DRIVE: (
+        Quantity("angle", "rad", "deg", 180.0 / np.pi),
+        Quantity("torque", "N m", "N mm", 1e3),
+    ),
+    ActuatorKind.SLIDE: (
+        Quantity("travel", "m", "mm", 1e3),
+        Quantity("force", "N", "N", 1.0),
     ),
     ActuatorKind.FORCE: (
         Quantity("displacement", "m", "mm", 1e3),

@@ -7,6 +7,7 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import Self
 
+import numpy as np
 import scipy.sparse as sp
 
 from tauten.model.actuation import Actuators
@@ -15,7 +16,7 @@ from tauten.model.contact import ContactSet
 from tauten.model.effector_layout import EffectorLayout
 from tauten.model.effectors import BeamEffectors, NodalEffectors
 from tauten.model.limits import Limits
-from tauten.model.numerics import Array, Factorisation, FactorisationError, make_factorisation
+from tauten.model.numerics import Array, Factorisation, FactorisationError, Ints, make_factorisation
 from tauten.model.robot import RobotNames, State
 from tauten.model.rows import ContactRows, PairSlots
 from tauten.model.system import Integration, Pattern, System, make_system
@@ -154,6 +155,15 @@ class SparseRobot(ABC):
                 if not exact:
                     raise
         raise AssertionError("unreachable")
+
+    @property
+    def motor_coordinates(self) -> Ints:
+        """Degrees of freedom that a motor holds, none by default."""
+        return np.zeros(0, dtype=np.int64)
+
+    def mass_matrix(self, state: State) -> sp.csc_array:
+        """The mass matrix (n, n) at a state, for most robots the lumped masses at any."""
+        return sp.csc_array(sp.diags_array(self.mass))
 
     def no_contact_rows(self) -> ContactRows:
         """Contact rows with no candidate in range."""

@@ -26,7 +26,7 @@ def build_actuators(config: RobotConfig, body: BodyParts, selector: Selector) ->
     Args:
         config: the robot file.
         body: with the mesh and the masses of its nodes.
-        selector: of regions of the mesh; it names the robot file and its folder.
+        selector: of regions of the mesh.
 
     Raises:
         RobotFileError: a point outside the mesh, a chamber that is not closed, an empty region.
@@ -34,37 +34,33 @@ def build_actuators(config: RobotConfig, body: BodyParts, selector: Selector) ->
     mesh, source = body.mesh, selector.source
     return ActuatorParts(
         cables=build_cables(config, mesh, source),
-        chambers=[build_chamber(item, config, selector) for item in config.chambers],
+        chambers=[build_chamber(item, selector) for item in config.chambers],
         forces=[build_force(item, body, selector) for item in config.forces],
         coupling=coupling_of(config),
     )
 
 
-def build_chamber(item: ChamberSettings, config: RobotConfig, selector: Selector) -> Ints:
+def build_chamber(item: ChamberSettings, selector: Selector) -> Ints:
     """The closed surface of a chamber (t, 3), normals out of the chamber.
 
     Args:
         item: the chamber.
-        config: the robot file.
         selector: of regions of the mesh.
     """
-    where, nodes, boundary = (
-        f"{selector.source}: chambers.{item.name}",
-        selector.nodes,
-        selector.boundary,
-    )
+    nodes, boundary, source = selector.nodes, selector.boundary, selector.source
+    where = f"{source}: chambers.{item.name}"
     try:
         if item.inside is not None:
             chosen = cavity_around(nodes, boundary, np.array(item.inside))
         elif item.stl is not None:
-            unit = UNITS[item.stl_unit or config.all_bodies[0].mesh.length_unit]
+            unit = UNITS[item.stl_unit]
             points, triangles = read_triangles(selector.folder / item.stl)
             centres = unit * points[triangles].mean(axis=1)
             chosen = cavity_nearest(nodes, boundary, centres)
         else:
             assert item.surface is not None
-            found = selector.select_triangles(item.surface, f"chambers.{item.name}.surface")
-            chosen = boundary[found]
+            what = f"chambers.{item.name}.surface"
+            chosen = boundary[selector.select_triangles(item.surface, what)]
         return chamber_surface(nodes, chosen)
     except (ChamberError, MeshError) as error:
         raise RobotFileError(f"{where}: {error}") from error
@@ -78,15 +74,13 @@ def build_force(item: ForceSettings, body: BodyParts, selector: Selector) -> Poi
         body: with the mesh and the masses of its nodes.
         selector: of regions of the mesh.
     """
-    where = f"forces.{item.name}"
+    where = f"{selector.source}: forces.{item.name}"
     direction = np.array(item.direction) / np.linalg.norm(item.direction)
     if item.point is not None:
-        place = place_points(
-            body.mesh, [item.point], f"{selector.source}: {where}.point", item.max_outside
-        )
+        place = place_points(body.mesh, [item.point], f"{where}.point", item.max_outside)
         return PointForce(place.nodes[0], place.weights[0], direction)
     assert item.region is not None
-    chosen = np.flatnonzero(selector.select_nodes(item.region, f"{where}.region"))
+    chosen = np.flatnonzero(selector.select_nodes(item.region, f"forces.{item.name}.region"))
     return PointForce(chosen, body.mass[chosen] / body.mass[chosen].sum(), direction)
 
 

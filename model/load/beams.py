@@ -39,6 +39,8 @@ from tauten.model.points import (
 )
 from tauten.model.robot import names_of
 from tauten.model.schema import (
+    ALARM_DISTANCE,
+    ITSELF,
     BarSettings,
     BeamConfig,
     RobotFileError,
@@ -284,14 +286,19 @@ def build_beam_contacts(
     rest = np.tile([1.0, 0.0, 0.0, 0.0], (len(body.nodes), 1))
     points, _ = surfaces.contact_points.place(body.nodes, rest)
     pairs = []
-    for contact in config.contacts:
+    for index, contact in enumerate(config.contacts):
+        if contact.against == ITSELF or contact.candidates is None or contact.points is None:
+            raise RobotFileError(
+                f"{source}: contacts.{index}: beams need candidates, points, and the name of another "
+                "surface in against"
+            )
         try:
             nodes, weights = spread_points(points, named[contact.candidates], contact.points)
         except ValueError as error:
             raise RobotFileError(f"{source}: contacts.{contact.candidates}: {error}") from error
         name = f"{contact.candidates} on {contact.against}"
         pairs.append(ContactPair(name, nodes, weights, named[contact.against]))
-    return ContactSet(pairs, len(points), config.contact.alarm_distance)
+    return ContactSet(pairs, len(points), config.contact.alarm_distance or ALARM_DISTANCE)
 
 
 def beam_digest(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 from importlib import resources
 from pathlib import Path
@@ -15,17 +16,16 @@ from numpy.typing import NDArray
 from tauten.model.actuation import actuators_of
 from tauten.model.actuators import ActuatorParts, place_actuators
 from tauten.model.body import Material
-from tauten.model.contact import ContactPair, ContactSet
+from tauten.model.constraints import ConstrainedRobot
+from tauten.model.contact import ContactSet
 from tauten.model.limits import limits_of
 from tauten.model.load.actuators import build_actuators, place_points
 from tauten.model.load.beams import build_beam_robot, read_structure
-from tauten.model.load.bodies import AnyMesh, Bodies, build_bodies, read_bodies
+from tauten.model.load.bodies import AnyMesh, build_bodies, read_bodies
+from tauten.model.load.constraints import build_constraints, constrained, require_held
+from tauten.model.load.contacts import build_contacts
 from tauten.model.load.effectors import build_nodal_effectors
 from tauten.model.load.elements import place_elements
-from tauten.model.mesh import (
-    Selector,
-    spread_points,
-)
 from tauten.model.numerics import Bools, make_factorisation
 from tauten.model.robot import Robot, names_of
 from tauten.model.schema import (
@@ -181,7 +181,9 @@ def scaled(material: M, factor: float, source: str, prefix: str) -> M:
     return validated(type(material), contents, source, prefix)
 
 
-def build_robot(config: RobotConfig, mesh: AnyMesh | Sequence[AnyMesh], source: str) -> TetRobot:
+def build_robot(
+    config: RobotConfig, mesh: AnyMesh | Sequence[AnyMesh], source: str
+) -> TetRobot | ConstrainedRobot:
     """Build a robot from a validated robot file and checked meshes.
 
     Args:
@@ -198,14 +200,19 @@ def build_robot(config: RobotConfig, mesh: AnyMesh | Sequence[AnyMesh], source: 
     meshes = mesh if isinstance(mesh, Sequence) else [mesh]
     bodies = build_bodies(config, meshes, source)
     body, selector, fixed = bodies.parts, bodies.selector, bodies.fixed
-    require_held(bodies, source)
+    constraints = build_constraints(config, bodies)
+    require_held(config, bodies, constraints)
     parts = build_actuators(config, body, selector)
+    coupling = parts.coupling
+    if constraints:  # couplings are those of the robot in other coordinates
+        parts = replace(parts, coupling=None)
     pattern = make_pattern(fixed, [*(part.nodes for part in body.domains), *parts.groups])
     contacts = build_contacts(config, selector)
     place = partial(place_points, body.mesh)
     mass = body.mass[~fixed]  # (n / 3,)
     scheme = config.integration
-    return TetRobot(
+    backend = "superlu" if constraints else scheme.factorisation
+    robot = TetRobot(
         names=names_of(config),
         digest=digest(body, material, fixed, parts, contacts),
         gravity=np.array(config.gravity),
@@ -222,56 +229,9 @@ def build_robot(config: RobotConfig, mesh: AnyMesh | Sequence[AnyMesh], source: 
         limits=limits_of(config, source),
         effectors=build_nodal_effectors(config.effectors, selector, place, pattern.dof, pattern.n),
         contacts=contacts,
-        factorisation=make_factorisation(pattern.indptr, pattern.indices, scheme.factorisation),
+        factorisation=make_factorisation(pattern.indptr, pattern.indices, backend),
     )
-
-
-def require_held(bodies: Bodies, source: str) -> None:
-    """Raise a RobotFileError where the fixed nodes do not hold every body, or hold all nodes.
-
-    Args:
-        bodies: the bodies.
-        source: the robot file's path, for errors.
-    """
-    nodes, fixed = bodies.parts.mesh.nodes, bodies.fixed
-    for name in bodies.selector.ranges:
-        held = nodes[bodies.selector.nodes_of(name) & fixed]
-        size = bodies.parts.mesh.size
-        if len(held) == 0 or np.linalg.matrix_rank(held - held[0], tol=1e-6 * size) < 2:
-            of = f" {name!r}" if len(bodies.selector.ranges) > 1 else ""
-            whole = "robot" if not of else f"body{of}"
-            raise RobotFileError(
-                f"{source}: fixed: needs three nodes not on a line to hold the {whole}"
-            )
-    if fixed.all():
-        raise RobotFileError(f"{source}: fixed: holds every node, no node can move")
-
-
-def build_contacts(config: RobotConfig, selector: Selector) -> ContactSet:
-    """Candidates and target surfaces of every contact.
-
-    Args:
-        config: the robot file.
-        selector: of regions of the mesh.
-    """
-    source, nodes_at_rest = selector.source, selector.nodes
-    used = [name for contact in config.contacts for name in (contact.candidates, contact.against)]
-    wanted = dict.fromkeys([*(surface.name for surface in config.surfaces), *used])
-    surfaces = {
-        name: selector.boundary[selector.select_triangles(selector.named[name], f"surfaces.{name}")]
-        for name in wanted
-    }
-    pairs = []
-    for contact in config.contacts:
-        try:
-            nodes, weights = spread_points(
-                nodes_at_rest, surfaces[contact.candidates], contact.points
-            )
-        except ValueError as error:
-            raise RobotFileError(f"{source}: contacts.{contact.candidates}: {error}") from error
-        name = f"{contact.candidates} on {contact.against}"
-        pairs.append(ContactPair(name, nodes, weights, surfaces[contact.against]))
-    return ContactSet(pairs, len(nodes_at_rest), config.contact.alarm_distance)
+    return constrained(robot, constraints, config, body.mass, coupling) if constraints else robot
 
 
 def digest(
@@ -298,6 +258,8 @@ def digest(
     ]
     for pair in contacts.pairs:
         arrays += [pair.nodes, pair.weights, pair.triangles]
+        if len(pair.apart):
+            arrays.append(pair.apart)
     arrays += parts.chambers
     for force in parts.forces:
         arrays += [force.nodes, force.weights, force.direction]

@@ -10,7 +10,15 @@ from tauten.model.schema.actuators import (
 )
 from tauten.model.schema.beam_file import BarSettings, BeamConfig, Structure, TubeSettings, Vertebra
 from tauten.model.schema.body import BodySettings, ElementName, MeshSettings, RotationSettings
-from tauten.model.schema.contact import SurfaceSettings, check_surfaces
+from tauten.model.schema.constraints import AttachmentSettings, DriveSettings, RigidSettings
+from tauten.model.schema.contact import (
+    ALARM_DISTANCE,
+    ITSELF,
+    ContactRange,
+    ContactSettings,
+    SurfaceSettings,
+    check_surfaces,
+)
 from tauten.model.schema.effector import COMPONENTS, EffectorKind, EffectorSettings
 from tauten.model.schema.material import LawName, MaterialSettings
 from tauten.model.schema.region import (
@@ -53,7 +61,12 @@ from tauten.model.schema.section import (
 )
 
 __all__ = [
+    "ALARM_DISTANCE",
+    "ITSELF",
+    "ContactRange",
+    "ContactSettings",
     "AnyRegion",
+    "AttachmentSettings",
     "BarSettings",
     "BeamConfig",
     "BodySettings",
@@ -66,6 +79,7 @@ __all__ = [
     "CouplingSettings",
     "Cylinder",
     "Difference",
+    "DriveSettings",
     "EffectorKind",
     "EffectorSettings",
     "ElementName",
@@ -86,6 +100,7 @@ __all__ = [
     "Range",
     "Rate",
     "Region",
+    "RigidSettings",
     "RobotConfig",
     "RobotFileError",
     "RobotSettings",

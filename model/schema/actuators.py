@@ -24,7 +24,7 @@ from tauten.model.schema.section import (
 )
 
 Held = Literal["position", "force"]
-Kind = Literal["cable", "chamber", "force"]
+Kind = Literal["cable", "chamber", "drive", "slide", "force"]
 Pressure = Annotated[float, in_range(-1e9, 1e9, "Pa")]
 Volume = Annotated[float, in_range(-1e3, 1e3, "m³")]
 Length = Annotated[float, in_range(-1e3, 1e3, "m")]
@@ -95,9 +95,9 @@ class ChamberSettings(Section):
         ),
     ] = None
     stl_unit: Annotated[
-        Literal["m", "cm", "mm"] | None,
-        Field(description="Unit of the STL file; default: that of the mesh."),
-    ] = None
+        Literal["m", "cm", "mm"],
+        Field(description="Unit of the STL file, by default m."),
+    ] = "m"
     inside: Annotated[
         Point | None,
         Field(
@@ -152,7 +152,7 @@ class ChamberSettings(Section):
             raise ValueError(
                 f"found {' and '.join(given) or 'none'} of surface, stl and inside, give one of them"
             )
-        if self.stl_unit is not None and self.stl is None:
+        if "stl_unit" in self.model_fields_set and self.stl is None:
             raise ValueError("stl_unit is given without stl")
         self.limits.check("volume_change", "pressure")
         return self

@@ -88,6 +88,10 @@ class BodySettings(Section):
     rigid: bool = Field(
         default=False, description="Whether the body is rigid; by default it deforms."
     )
+    free: bool = Field(
+        default=False,
+        description="Whether nothing needs to hold the body, which then moves by its inertia alone.",
+    )
     material: SolidMaterialSettings | None = Field(
         default=None, description="Material of the body; by default the robot's `material`."
     )

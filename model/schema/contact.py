@@ -5,10 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Annotated
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from tauten.model.schema.region import Box, Facing, Intersection, Region
 from tauten.model.schema.section import Direction, Distance, Name, Section
+
+ITSELF = "itself"  # instead of the name of a surface: the surface of the candidates
+ALARM_DISTANCE = 2e-3  # m, by default between surfaces with names
 
 
 class SurfaceSettings(Section):
@@ -34,20 +37,44 @@ class SurfaceSettings(Section):
 
 
 class ContactSettings(Section):
-    """Candidate points spread over one surface against the triangles of another."""
+    """Candidate points spread over one surface against the triangles of another, or of the same one."""
 
-    candidates: Name = Field(description="Surface that the candidates are spread over.")
-    against: Name = Field(description="Surface that they may touch.")
-    points: Annotated[int, Field(ge=1, le=100_000)] = Field(description="Number of candidates.")
+    candidates: Name | None = Field(
+        default=None,
+        description='Surface or region that the candidates are spread over; where `against` is "itself" it '
+        "may be left out, which means the whole surface of the robot.",
+    )
+    against: Name = Field(
+        description='Surface or region that they may touch; "itself" means the one of the candidates, '
+        "without the neighbourhood of each candidate."
+    )
+    points: Annotated[int, Field(ge=1, le=100_000)] | None = Field(
+        default=None,
+        description="Number of candidates; by default one for each square of a mean edge of the surface.",
+    )
+    neighbour_distance: Distance | None = Field(
+        default=None,
+        description='With `against = "itself"`: way along the surface at rest within which parts of it are '
+        "never compared [m]; by default two mean edges of the surface, and no less than two alarm distances.",
+    )
+
+    @model_validator(mode="after")
+    def _consistent(self) -> ContactSettings:
+        if self.against != ITSELF and self.candidates is None:
+            raise ValueError('candidates are missing; only against = "itself" goes without them')
+        if self.against != ITSELF and self.neighbour_distance is not None:
+            raise ValueError('neighbour_distance is used with against = "itself" only')
+        return self
 
 
 class ContactRange(Section):
     """Distances of contact handling [m]."""
 
-    alarm_distance: Distance = Field(
-        default=2e-3,
-        description="Distance up to which candidates and surfaces are compared [m], by default 2e-3; less "
-        "than the thickness of the thinnest wall in contact.",
+    alarm_distance: Distance | None = Field(
+        default=None,
+        description="Distance up to which candidates and surfaces are compared [m], less than the thickness "
+        "of the thinnest wall between two surfaces with names; by default 2e-3, and where a surface may "
+        "touch itself half its mean edge.",
     )
     tolerance: Distance = Field(
         default=5e-5,
@@ -56,10 +83,12 @@ class ContactRange(Section):
 
 
 def check_surfaces(contacts: Sequence[ContactSettings], known: set[str]) -> None:
-    """Raise a ValueError when a contact names a surface that is not known."""
+    """Raise a ValueError when a contact names a surface that is not known, or a surface is named itself."""
+    if ITSELF in known:
+        raise ValueError(f"no surface or region may have the name {ITSELF!r}")
     for index, contact in enumerate(contacts):
         for name in (contact.candidates, contact.against):
-            if name not in known:
+            if name is not None and name != ITSELF and name not in known:
                 raise ValueError(
                     f"contacts.{index}: surface {name!r} is not defined, "
                     f"known are {', '.join(sorted(known)) or 'none'}"

@@ -18,6 +18,7 @@ from tauten.model.schema.actuators import (
     check_couplings,
 )
 from tauten.model.schema.body import BodySettings, ElementName, MeshSettings
+from tauten.model.schema.constraints import AttachmentSettings, DriveSettings, RigidSettings
 from tauten.model.schema.contact import (
     ContactRange,
     ContactSettings,
@@ -85,10 +86,10 @@ class CableSettings(Section):
         description="Largest speed of the winch, in and out [m/s]."
     )
     max_outside: MaxOutside = 0.0
-    spring: Annotated[
-        SpringSettings | None, Field(description="Spring between winch and cable; default: none.")
-    ] = None
-    held: Annotated[Held, Field(description=HELD)] = "position"
+    spring: SpringSettings | None = Field(
+        default=None, description="Spring between winch and cable; default: none."
+    )
+    held: Held = Field(default="position", description=HELD)
 
     @property
     def limits(self) -> Range:
@@ -111,7 +112,7 @@ class CableSettings(Section):
         return self
 
 
-SingleActuator = CableSettings | ChamberSettings | ForceSettings
+SingleActuator = CableSettings | ChamberSettings | DriveSettings | ForceSettings
 
 
 class IntegrationSettings(Section):
@@ -188,15 +189,21 @@ class RobotSettings(Section):
     cables: tuple[CableSettings, ...] = Field(
         default=(), description="Cables, one table each; by default none."
     )
-    chambers: Annotated[
-        tuple[ChamberSettings, ...], Field(description="Closed cavities under pressure.")
-    ] = ()
-    forces: Annotated[
-        tuple[ForceSettings, ...], Field(description="Forces of fixed direction on the body.")
-    ] = ()
-    couplings: Annotated[
-        tuple[CouplingSettings, ...], Field(description="Motors that drive several actuators each.")
-    ] = ()
+    chambers: tuple[ChamberSettings, ...] = Field(
+        default=(), description="Closed cavities under pressure, one table each; by default none."
+    )
+    drives: tuple[DriveSettings, ...] = Field(
+        default=(),
+        description="Motors that turn or move a region, one table each; by default none.",
+    )
+    forces: tuple[ForceSettings, ...] = Field(
+        default=(),
+        description="Forces of fixed direction on the body, one table each; by default none.",
+    )
+    couplings: tuple[CouplingSettings, ...] = Field(
+        default=(),
+        description="Motors that drive several actuators each, one table each; by default none.",
+    )
     effectors: Annotated[list[EffectorSettings], Field(min_length=1)] = Field(
         description="What is to reach targets, one table each; the first one's keys on the wire "
         "are plain."
@@ -220,7 +227,9 @@ class RobotSettings(Section):
         check_unique("effectors", [effector.name for effector in self.effectors])
         single = self.single_actuators
         if not single:
-            raise ValueError("a robot needs an actuator: a table cables, chambers or forces")
+            raise ValueError(
+                "a robot needs an actuator: a table cables, chambers, drives or forces"
+            )
         check_unique("actuators", [item.name for item in (*single, *self.couplings)])
         check_couplings(self.couplings, {item.name: item.kind for item in single})
         return self
@@ -242,8 +251,9 @@ class RobotSettings(Section):
         """Selections outside of `regions`, with the fields they come from."""
         found: list[tuple[str, Region | str | None]] = [
             *((f"fixed.{index}", item) for index, item in enumerate(self.fixed)),
-            *((f"chambers.{c.name}.surface", c.surface) for c in self.chambers),
-            *((f"forces.{f.name}.region", f.region) for f in self.forces),
+            *((f"chambers.{index}.surface", c.surface) for index, c in enumerate(self.chambers)),
+            *((f"drives.{index}.region", d.region) for index, d in enumerate(self.drives)),
+            *((f"forces.{index}.region", f.region) for index, f in enumerate(self.forces)),
             *((f"effectors.{index}.region", e.region) for index, e in enumerate(self.effectors)),
         ]
         return [(field, selection) for field, selection in found if selection is not None]
@@ -255,8 +265,8 @@ class RobotSettings(Section):
 
     @property
     def single_actuators(self) -> tuple[SingleActuator, ...]:
-        """All actuators but couplings: cables, chambers, forces as listed."""
-        return (*self.cables, *self.chambers, *self.forces)
+        """All actuators but couplings: cables, chambers, drives, forces as listed."""
+        return (*self.cables, *self.chambers, *self.drives, *self.forces)
 
     @property
     def actuators(self) -> tuple[SingleActuator | CouplingSettings, ...]:
@@ -284,6 +294,14 @@ class RobotConfig(RobotSettings):
     bodies: tuple[BodySettings, ...] = Field(
         default=(), description="Bodies, one table each, instead of `mesh`."
     )
+    rigid: tuple[RigidSettings, ...] = Field(
+        default=(),
+        description="Regions that move as rigid bodies, one table each; by default none.",
+    )
+    attachments: tuple[AttachmentSettings, ...] = Field(
+        default=(),
+        description="What joins regions to each other or to the robot's frame; by default nothing.",
+    )
     surfaces: tuple[SurfaceSettings, ...] = Field(
         default=(),
         description="Named parts of the body's surface, one table each; by default none.",
@@ -297,6 +315,7 @@ class RobotConfig(RobotSettings):
         if self.bodies and self.materials:
             raise ValueError("materials: with bodies they stand in the table of each body")
         check_unique("bodies", [body.name for body in self.bodies])
+        check_unique("rigid", [item.name for item in self.rigid])
         for index, body in enumerate(self.bodies):
             if body.material is None and self.material is None:
                 raise ValueError(f"bodies.{index}.material: Field required, or material for all")
@@ -342,6 +361,10 @@ class RobotConfig(RobotSettings):
         """Selections outside of `regions`, with the fields they come from."""
         found = super().selections()
         found += [(f"materials.{i}.region", item.region) for i, item in enumerate(self.materials)]
+        found += [(f"rigid.{item.name}.region", item.region) for item in self.rigid]
+        for i, item in enumerate(self.attachments):
+            found.append((f"attachments.{i}.region", item.region))
+            found += [(f"attachments.{i}.to", item.to)] if item.to is not None else []
         for b, body in enumerate(self.bodies):
             parts = enumerate(body.materials)
             found += [(f"bodies.{b}.materials.{i}.region", item.region) for i, item in parts]

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import null_space
 from scipy.spatial.transform import Rotation
+from scipy.stats.qmc import LatinHypercube
 
 from tauten.model import Robot
 from tauten.model.numerics import Array
@@ -123,7 +124,9 @@ def ramp(robot: Robot, step: float = 5e-5) -> Design:
         steps = round(float(limit[cable]) / step)
         final = np.zeros(robot.n_a)
         final[cable] = limit[cable]
-        runs.append(_from_rest(final, robot.gravity, np.zeros(3 * len(robot.effector_names)), steps))
+        runs.append(
+            _from_rest(final, robot.gravity, np.zeros(3 * len(robot.effector_names)), steps)
+        )
     sizes = " + ".join(str(len(run)) for run in runs)
     return Design(f"ramp: each cable to its largest pull in {sizes} steps", tuple(runs))
 
@@ -182,7 +185,7 @@ def plackett_burman_levels(factors: int) -> Array:
 
 
 def latin_hypercube_levels(runs: int, factors: int, seed: int) -> Array:
-    """Levels in [0, 1), one in each of the `runs` classes of every factor.
+    """Levels in [0, 1), one in each of the `runs` classes of every factor, of low centred discrepancy.
 
     Args:
         runs: number of runs.
@@ -192,9 +195,10 @@ def latin_hypercube_levels(runs: int, factors: int, seed: int) -> Array:
     Returns:
         (runs, factors).
     """
-    rng = np.random.default_rng(seed)
-    order = rng.permuted(np.tile(np.arange(runs)[:, None], factors), axis=0)
-    levels: Array = (order + rng.random((runs, factors))) / runs
+    sampler = LatinHypercube(
+        factors, optimization="random-cd" if runs > 1 else None, seed=np.random.default_rng(seed)
+    )
+    levels: Array = sampler.random(runs)
     return levels
 
 

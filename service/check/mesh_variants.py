@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from tauten.model import Simulator, TetRobot
+from tauten.model.constraints import ConstrainedRobot
 from tauten.model.load import build_robot, read_bodies
 from tauten.model.schema import ElementName, RobotConfig
 
@@ -99,7 +100,7 @@ class VariantStates:
     states: tuple[LoadedState, ...]
 
 
-def make_loads(robot: TetRobot, shares: tuple[float, ...]) -> tuple[Load, ...]:
+def make_loads(robot: TetRobot | ConstrainedRobot, shares: tuple[float, ...]) -> tuple[Load, ...]:
     """Every cable alone at shares of its largest pull, in ascending order."""
     return tuple(
         Load(cable, name, share, share * float(robot.limits.pull_max[cable]))
@@ -123,7 +124,7 @@ def chosen_variants(element: ElementName, refinements: int) -> tuple[Variant, ..
     return tuple(dict.fromkeys([own[0], *quadratic, *smoothed, *own[1:]]))
 
 
-def variant_robot(config: RobotConfig, path: Path, variant: Variant) -> TetRobot:
+def variant_robot(config: RobotConfig, path: Path, variant: Variant) -> TetRobot | ConstrainedRobot:
     """The robot of a file on another mesh.
 
     Args:
@@ -139,7 +140,7 @@ def variant_robot(config: RobotConfig, path: Path, variant: Variant) -> TetRobot
 
 
 def equilibria(
-    robot: TetRobot, loads: tuple[Load, ...], stopped: Callable[[], bool]
+    robot: TetRobot | ConstrainedRobot, loads: tuple[Load, ...], stopped: Callable[[], bool]
 ) -> Iterator[LoadedState]:
     """The robot at rest under each load, until `stopped`.
 

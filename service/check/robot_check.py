@@ -8,6 +8,7 @@ from pathlib import Path
 
 from tauten.model import MeshError, RobotFileError, TetRobot, load_robot
 from tauten.model.beams import BeamRobot
+from tauten.model.constraints import ConstrainedRobot
 from tauten.model.load import build_bodies, read_bodies, robot_path
 from tauten.model.mesh import read_unchecked_mesh
 from tauten.model.schema import RobotConfig, model_tables, read_toml, validated
@@ -100,7 +101,7 @@ def check_robot(settings: CheckSettings, stop: StopFlag, progress: Progress) -> 
             return RobotCheck(config.name, findings, refused=str(error))
         findings += tuple(part.finding for part in parts_of(config, path))
         progress(0.02, "body")
-        findings += tuple(body_findings(robot, 3, config.contact.alarm_distance))
+        findings += tuple(body_findings(robot, 3, robot.contacts.alarm_distance))
         progress(0.08, own.name)
         if not settings.shares:
             return RobotCheck(config.name, findings)
@@ -121,7 +122,7 @@ def parts_of(config: RobotConfig, path: Path) -> tuple[RegionParts, ...]:
     return tuple(region_parts(config, bodies.selector))
 
 
-def selected(name_or_path: str) -> tuple[TetRobot, tuple[RegionParts, ...]]:
+def selected(name_or_path: str) -> tuple[TetRobot | ConstrainedRobot, tuple[RegionParts, ...]]:
     """A robot made of tetrahedra, and what the regions of its file select.
 
     Args:
@@ -132,7 +133,7 @@ def selected(name_or_path: str) -> tuple[TetRobot, tuple[RegionParts, ...]]:
         MeshError: its mesh cannot be used.
     """
     path, robot = robot_path(name_or_path), load_robot(name_or_path)
-    if not isinstance(robot, TetRobot):
+    if not isinstance(robot, TetRobot | ConstrainedRobot):
         raise RobotFileError(f"{path}: regions are drawn of robots made of tetrahedra only")
     config = validated(RobotConfig, model_tables(read_toml(path)), path)
     return robot, parts_of(config, path)
@@ -152,7 +153,7 @@ def compare_meshes(
     settings: CheckSettings,
     config: RobotConfig,
     path: Path,
-    robot: TetRobot,
+    robot: TetRobot | ConstrainedRobot,
     stop: StopFlag,
     progress: Progress,
 ) -> MeshErrorEstimate:

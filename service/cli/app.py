@@ -17,6 +17,7 @@ from tauten.service.cli.bench_node import node
 from tauten.service.cli.check import check
 from tauten.service.cli.closed_loop import closed_loop
 from tauten.service.cli.compare import compare
+from tauten.service.cli.new import new
 from tauten.service.cli.operate import alive, command, doctor, metrics, record
 from tauten.service.cli.options import (
     AcceptError,
@@ -43,7 +44,6 @@ app = typer.Typer(
     help="Real-time inverse control of cable-driven soft robots that touch themselves.",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
-    add_completion=False,
 )
 
 
@@ -179,7 +179,7 @@ def stream(
 _COMMANDS = (
     *(serve, plant, stream, demo, replay, solve),
     *(command, record, metrics, alive, doctor),
-    *(reduce, inspect, compare, check, schema),
+    *(reduce, inspect, compare, check, new, schema),
 )
 for _command in _COMMANDS:
     app.command()(_command)
@@ -214,6 +214,7 @@ def _setup_errors() -> tuple[type[Exception], ...]:
     from tauten.reduction.state import StateBasisError
     from tauten.service.bench import CompareError
     from tauten.service.log import LogError
+    from tauten.service.new import PartError
     from tauten.service.plant import DemoError, PathError
     from tauten.service.process import RealtimeError
     from tauten.service.rate_check import RateError
@@ -230,6 +231,7 @@ def _setup_errors() -> tuple[type[Exception], ...]:
         LogError,
         NetworkError,
         PageError,
+        PartError,
         PathError,
         RateError,
         RealtimeError,

@@ -10,8 +10,7 @@ from typing import Literal
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from tauten.model import Robot, Simulator
-from tauten.model.compliance import row_compliance
+from tauten.model import Command, Robot, Simulator, command_range
 from tauten.model.numerics import Array
 from tauten.model.schema import EffectorKind
 from tauten.service.plant.waypoints import PathError, TargetPath, csv_path, without_sign_changes
@@ -137,32 +136,30 @@ def reach_path(robot: Robot, effector: int, fraction: float, period: float) -> T
     """Where an effector gets when the cables are pulled: a path that the robot can follow.
 
     One cable is pulled and let go once; several are pulled one after another, in turns that grow
-    and fade, in the order of the directions they pull the effector to. Cables that may be let out work
-    against each other: they get tensions and not pulled lengths. A smooth curve through some
-    equilibria of the full-order model with pointwise contact. Where there is no equilibrium under a load, the
-    path goes through the last one on the way to it.
+    and fade, in the order of the directions they pull the effector to, and other actuators alike. What is
+    commanded of each, and how far, says `command_range`. A smooth curve through some equilibria of the
+    full-order model with pointwise contact. Where there is no equilibrium under a load, the path goes through
+    the last one on the way to it.
 
     Args:
         robot: the robot.
         effector: its number.
-        fraction: of each cable's largest pull, or tension, up to which it is pulled.
+        fraction: of the range of each actuator that is used.
         period: seconds of one pass.
 
     Raises:
         PathError: the model finds no equilibrium but that at rest.
     """
-    largest, slack = largest_command(robot)
-    commands = fraction * largest * reach_shares(directions(robot, effector))  # (m, n_a)
+    reach, shares = command_range(robot), fraction * reach_shares(directions(robot, effector))
     simulator, shortened = Simulator(robot, contact="full"), 0
     layout = robot.effector_layout
     kind = layout.kinds[effector]
     found: dict[bytes, Array] = {}  # one cable passes each equilibrium twice
-    for command in commands:
-        if command.tobytes() not in found:
-            held = (None, command) if slack else (command, None)  # pull, tension
-            shortened += not _settled_or_shortened(simulator, held)
-            found[command.tobytes()] = simulator.effector_values[layout.values_of(effector)]
-    values = np.array([found[command.tobytes()] for command in commands])  # (m, v)
+    for share in shares:
+        if share.tobytes() not in found:
+            shortened += not _settled_or_shortened(simulator, reach.command(share))
+            found[share.tobytes()] = simulator.effector_values[layout.values_of(effector)]
+    values = np.array([found[share.tobytes()] for share in shares])  # (m, v)
     if kind == "frame":
         values[:, 3:] = without_sign_changes(values[:, 3:])
     unit = float(layout.units[layout.row_starts[effector]])  # metres
@@ -181,46 +178,28 @@ def reach_path(robot: Robot, effector: int, fraction: float, period: float) -> T
     return TargetPath(times, curve, True, kind, shortened)
 
 
-def _settled_or_shortened(simulator: Simulator, held: tuple[Array | None, Array | None]) -> bool:
-    """Settle under pulled lengths or tensions; whether that is nearly the whole load."""
+def _settled_or_shortened(simulator: Simulator, command: Command) -> bool:
+    """Settle under a command; whether that is nearly the whole load."""
     before = simulator.state, simulator.forces
-    report = simulator.settle(held[0], held[1], _SETTLED, _MAX_STEPS, load_steps=False)
+    held = command.pull, command.tension
+    report = simulator.settle(*held, _SETTLED, _MAX_STEPS, load_steps=False)
     if report.movement < _NEARLY_SETTLED:
         return True
     simulator.start_from(*before)
-    return simulator.settle(held[0], held[1], _SETTLED, _MAX_STEPS).converged
+    return simulator.settle(*held, _SETTLED, _MAX_STEPS).converged
 
 
-def largest_command(robot: Robot) -> tuple[Array, bool]:
-    """Largest command of every cable alone, and whether it is of tensions: (n_a,) [m] or [N].
+def bending_command(robot: Robot, effector: int = 0) -> Command:
+    """The command that bends a robot as far as its first actuator can.
 
-    Where no cable may be let out it is the largest pulled length. Cables that may be let out work against
-    each other, so they get tensions: those that, to first order, would pull each to its largest pulled
-    length, within the limits of tension.
-    """
-    limits = robot.limits
-    if not (limits.pull_min < 0.0).any():
-        return limits.pull_max, False
-    rest, robot = robot.rest(), robot.fork()
-    system = robot.linearise(rest, None, replace(robot.integration, static=True))
-    rows = robot.rows(rest, contacts=False).actuators
-    W = row_compliance(system, rows.dense(), rows.delta).W  # (n_a, n_a)
-    return np.minimum(limits.tension_max, limits.pull_max / np.diag(W)), True
-
-
-def bending_command(robot: Robot, effector: int = 0) -> tuple[Array | None, Array | None]:
-    """Pulled lengths (n_a,) [m], or tensions [N], that bend a robot as far as the first cable can.
-
-    Each cable gets as much of its largest command as it pulls the effector into the direction of the first
-    one; cables on the other side get nothing.
+    Each actuator gets as much of its range as it moves the effector into the direction of the first one;
+    cables on the other side get nothing.
 
     Args:
         robot: the robot.
         effector: number of the effector.
     """
-    largest, tension = largest_command(robot)
-    command = largest * np.maximum(np.cos(directions(robot, effector)), 0.0)
-    return (None, command) if tension else (command, None)
+    return command_range(robot).command(np.cos(directions(robot, effector)))
 
 
 def directions(robot: Robot, effector: int) -> Array:
@@ -241,10 +220,10 @@ def directions(robot: Robot, effector: int) -> Array:
 
 
 def reach_shares(angles: Array) -> Array:
-    """Shares of the largest pull on the way of `reach`, all zero at both ends: (m, n_a).
+    """Shares −1 to 1 of the ranges of the actuators on the way of `reach`, zero at both ends: (m, n_a).
 
     Args:
-        angles: (n_a,) into which direction each cable pulls [rad].
+        angles: (n_a,) into which direction each moves the effector [rad].
     """
     turns = 1 if len(angles) == 1 else _REACH_TURNS
     half = np.linspace(0.0, np.pi, turns * _REACH_SAMPLES + 1)
@@ -253,5 +232,5 @@ def reach_shares(angles: Array) -> Array:
     if len(angles) == 1:
         return swell[:, None]
     phase = np.linspace(0.0, 2.0 * np.pi * turns, len(swell))
-    shares: Array = swell[:, None] * np.maximum(np.cos(phase[:, None] - angles), 0.0)
+    shares: Array = swell[:, None] * np.cos(phase[:, None] - angles)
     return shares

@@ -63,10 +63,10 @@ def pneumatic_config(**changes: object) -> dict[str, object]:
     return settings
 
 
-def pneumatic_robot(mesh: TetMesh | None = None, **changes: object) -> TetRobot:
+def pneumatic_robot(body: TetMesh | None = None, **changes: object) -> TetRobot:
     """A robot made of a hollow beam."""
     config = RobotConfig.model_validate(pneumatic_config(**changes))
-    return build_robot(config, hollow_beam() if mesh is None else mesh, "balloon")
+    return build_robot(config, hollow_beam() if body is None else body, "balloon")
 
 
 def sphere_surface(subdivisions: int) -> tuple[Array, Ints]:

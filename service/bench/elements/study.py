@@ -192,7 +192,10 @@ def load_variant(name: str, variant: ElementVariant) -> TetRobot:
         raise ValueError(f"{path}: material: the comparison of elements needs one for all bodies")
     material = config.material.model_copy(update={"law": variant.law})
     mesh = Variant(variant.element, variant.refinements)
-    return variant_robot(config.model_copy(update={"material": material}), path, mesh)
+    robot = variant_robot(config.model_copy(update={"material": material}), path, mesh)
+    if not isinstance(robot, TetRobot):
+        raise ValueError(f"{path}: robots with drives or attachments are not compared")
+    return robot
 
 
 def measure_elements(
