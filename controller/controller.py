@@ -188,6 +188,11 @@ class Controller:
             return self._prepared.step.rows.effectors.values.copy()
         return self.robot.effector_values(self._state).copy()
 
+    def shifted(self, distance: float) -> Array:
+        """The effectors' goal values (n_v,) with every row changed by a distance, by its unit [m]."""
+        layout = self.robot.effector_layout
+        return layout.moved(self.effector_values, distance / layout.units)
+
     @property
     def actuation(self) -> Actuation:
         """The last actuation: of this step, or of the step before."""

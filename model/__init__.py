@@ -6,7 +6,16 @@ from tauten.model.command_range import CommandRange, command_range
 from tauten.model.compliance import Compliance, row_compliance
 from tauten.model.condensed_step import CondensedStep, Forces, condense_step, no_forces
 from tauten.model.contact_space import ContactSpace, EmptySpace, ReducedContacts
-from tauten.model.effector_layout import EffectorLayout, Goal, Pose, Target
+from tauten.model.effector_layout import (
+    ROWS,
+    UNIT_LENGTH,
+    VALUES,
+    EffectorGoal,
+    EffectorLayout,
+    Pose,
+    Target,
+    point_layout,
+)
 from tauten.model.enrichment import (
     Enrichment,
     EnrichmentLoop,
@@ -36,6 +45,7 @@ __all__ = [
     "CondensedStep",
     "ContactRows",
     "ContactSpace",
+    "EffectorGoal",
     "EffectorLayout",
     "EffectorRows",
     "EmptySpace",
@@ -44,13 +54,13 @@ __all__ = [
     "EnrichmentLoop",
     "Forces",
     "ForwardStep",
-    "Goal",
     "Integration",
     "Limits",
     "MeshError",
     "PairSlots",
     "Pose",
     "PredictedStep",
+    "ROWS",
     "ReducedContacts",
     "Quantity",
     "Robot",
@@ -63,6 +73,8 @@ __all__ = [
     "System",
     "Target",
     "TetRobot",
+    "UNIT_LENGTH",
+    "VALUES",
     "cable_actuators",
     "command_range",
     "condense_step",
@@ -73,6 +85,7 @@ __all__ = [
     "load_robot",
     "make_pattern",
     "no_forces",
+    "point_layout",
     "row_compliance",
     "worst_rows",
 ]

@@ -13,6 +13,7 @@ import time
 from collections import deque
 from collections.abc import Iterator
 
+import numpy as np
 import zenoh
 
 from tauten.model.numerics import Array
@@ -124,7 +125,7 @@ class Node:
         inputs.read_targets(index)
         for command in inputs.read_commands(index):
             inputs.count(command, loop.obey(command))
-        effectors = loop.controller.effector
+        effectors = loop.controller.effector_values
         measurement = inputs.read_measurements(effectors, loop.state.mode is not Mode.STOP, index)
         goal, fresh = inputs.goal(effectors), inputs.take_fresh()
         seen = Signals(goal is not None, beat.slack >= 0.0, measurement, shutdown)
@@ -165,7 +166,7 @@ class Node:
 
     def _rehearse(self) -> None:
         """Compute the decision for the latest target, so that the tick's own is fast."""
-        goal = self._inputs.goal(self._loop.controller.effector)
+        goal = self._inputs.goal(self._loop.controller.effector_values)
         if goal is not None and self._decide_seconds < _QUICK:
             self._loop.rehearse(goal.corrected)
 
@@ -186,7 +187,15 @@ class Node:
         step: float,
         latency: float,
     ) -> Tick:
-        certificate = action.actuation.certificate
+        certificate, layout = action.actuation.certificate, self._robot.effector_layout
+        wanted = corrected = np.zeros((0, 3))  # (p, 3), of points alone
+        values = correction = np.zeros(0)
+        if goal is not None:
+            values = goal.values
+            wanted = layout.positions_at(action.actuation.effector, values)
+            if goal.correction is not None:
+                correction = goal.correction
+                corrected = layout.position_changes(correction)
         return Tick(
             stamp=stamp,
             frame=self._robot.frame,
@@ -194,10 +203,8 @@ class Node:
             mode=action.mode,
             cause=action.cause,
             status="" if action.status is None else action.status.name,
-            goal=() if goal is None else _positions(goal.positions),
-            correction=()
-            if goal is None or goal.correction is None
-            else _positions(goal.correction),
+            goal=_positions(wanted),
+            correction=_positions(corrected),
             target_stamp=0 if goal is None else goal.stamp,
             lateness=beat.lateness,
             latency=latency,
@@ -210,6 +217,8 @@ class Node:
             stationarity=certificate.stationarity,
             extra_columns=certificate.extra_columns,
             clamped=action.actuation.clamped,
+            goal_values=tuple(values.tolist()),
+            correction_values=tuple(correction.tolist()),
         )
 
     def _publish_ticks(self, clock: Clock, most: int) -> None:

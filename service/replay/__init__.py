@@ -5,7 +5,7 @@ from tauten.service.replay.replaying import Replay, replay, write_problem
 from tauten.service.replay.report import (
     RunReport,
     Spread,
-    distance_to_goal,
+    errors_to_goal,
     make_report,
     overheads,
     spread,
@@ -21,7 +21,7 @@ __all__ = [
     "Spread",
     "TICKS",
     "VERDICT",
-    "distance_to_goal",
+    "errors_to_goal",
     "make_report",
     "overheads",
     "read_run",

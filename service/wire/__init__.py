@@ -6,6 +6,22 @@ from tauten.service.wire.commands import (
     decode_command,
     encode_command,
 )
+from tauten.service.wire.effector_messages import (
+    MESSAGE_TYPES,
+    EffectorMessage,
+    decode_effector,
+    effector_json,
+    encode_effector,
+)
+from tauten.service.wire.effector_subscriber import (
+    CLOCKS_AGREE,
+    EFFECTOR_RING,
+    EffectorSubscriber,
+    Received,
+    Source,
+    payload_of,
+    reach_of,
+)
 from tauten.service.wire.health import (
     Diagnostic,
     Level,
@@ -23,6 +39,7 @@ from tauten.service.wire.messages import (
     JSON,
     MAX_PAYLOAD,
     POINT,
+    POSE,
     TEXT,
     TICK,
     Joints,
@@ -51,15 +68,6 @@ from tauten.service.wire.network import (
     open_session,
     read_config,
 )
-from tauten.service.wire.position_subscriber import (
-    CLOCKS_AGREE,
-    POSITION_RING,
-    PositionSubscriber,
-    Received,
-    Source,
-    payload_of,
-    reach_of,
-)
 from tauten.service.wire.publisher import Publisher
 from tauten.service.wire.questions import ask_description, wait_for
 from tauten.service.wire.tick import Positions, Tick, decode_tick, encode_tick
@@ -71,6 +79,9 @@ __all__ = [
     "Cause",
     "CommandSubscriber",
     "Diagnostic",
+    "EFFECTOR_RING",
+    "EffectorMessage",
+    "EffectorSubscriber",
     "FLOAT",
     "HEALTH",
     "JOINTS",
@@ -80,6 +91,7 @@ __all__ = [
     "Level",
     "LockOrder",
     "MAX_PAYLOAD",
+    "MESSAGE_TYPES",
     "MessageCounts",
     "Mode",
     "Network",
@@ -87,9 +99,8 @@ __all__ = [
     "OperatorCommand",
     "OperatorOrder",
     "POINT",
-    "POSITION_RING",
+    "POSE",
     "Point",
-    "PositionSubscriber",
     "Positions",
     "Publisher",
     "Received",
@@ -103,13 +114,16 @@ __all__ = [
     "Window",
     "ask_description",
     "decode_command",
+    "decode_effector",
     "decode_health",
     "decode_joints",
     "decode_point",
     "decode_tick",
     "default_port",
     "definition",
+    "effector_json",
     "encode_command",
+    "encode_effector",
     "encode_float",
     "encode_health",
     "encode_joints",
