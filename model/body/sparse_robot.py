@@ -103,6 +103,11 @@ class SparseRobot(ABC):
         return self.names.cables
 
     @property
+    def cable_owners(self) -> Ints:
+        """The cable of every segment that `cable_segments` gives: (s,)."""
+        return self.cables.owner
+
+    @property
     def effector_names(self) -> tuple[str, ...]:
         """Names of the effectors, in row order."""
         return self.names.effectors

@@ -110,6 +110,14 @@ class TetRobot(SparseRobot):
         """Positions of the contact candidates: (n_c, 3) [m]."""
         return self.contacts.positions(self.nodes(state))
 
+    def contact_normals(self, state: State) -> Array:
+        """Directions in which contacts push the candidates, NaN out of range: (n_c, 3)."""
+        return self.contacts.normals(self.nodes(state))
+
+    def cable_segments(self, state: State) -> Array:
+        """Both ends of every straight piece of the cables: (s, 2, 3) [m]."""
+        return self.cables.segments(self.nodes(state))
+
     def loaded(self, gravity: Array, effector_force: Array) -> TetRobot:
         """The robot under another gravity (3,) [m/s²] and forces on its effectors (n_e,) [N]."""
         body = self.mass * np.tile(gravity, self.n // 3)  # (n,)

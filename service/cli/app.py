@@ -33,6 +33,7 @@ from tauten.service.cli.options import (
 from tauten.service.cli.reduction import inspect, reduce
 from tauten.service.cli.runs import demo, replay
 from tauten.service.cli.solve import solve
+from tauten.service.cli.view import view
 from tauten.service.process import set_up_logging
 
 if TYPE_CHECKING:
@@ -173,7 +174,7 @@ def stream(
 
 
 _COMMANDS = (
-    *(serve, plant, stream, demo, replay, solve),
+    *(serve, plant, stream, demo, replay, solve, view),
     *(command, record, metrics, alive, doctor),
     *(reduce, inspect, compare, check),
 )

@@ -9,7 +9,16 @@ from tauten.service.plant.demo import (
     run_demo,
     save_path,
 )
-from tauten.service.plant.paths import SHAPES, PathError, PathSettings, Plane, directions, make_path
+from tauten.service.plant.paths import (
+    SHAPES,
+    PathError,
+    PathSettings,
+    Plane,
+    TargetPath,
+    csv_path,
+    directions,
+    make_path,
+)
 from tauten.service.plant.plant import PlantSettings, simulate
 from tauten.service.plant.processes import Child, DemoError, child, free_ports
 from tauten.service.plant.streaming import StreamSettings, stream
@@ -28,7 +37,9 @@ __all__ = [
     "SHAPES",
     "StreamSettings",
     "TARGETS",
+    "TargetPath",
     "child",
+    "csv_path",
     "directions",
     "free_ports",
     "make_path",
