@@ -20,6 +20,7 @@ from tauten.model.robot import Robot, RobotRows, State
 from tauten.model.rows import ContactRows, PairSlots, Rows
 from tauten.model.schema.section import RobotFileError
 from tauten.model.simulator import Simulator
+from tauten.model.skin import NO_CONTACTS, Contacts, Floats, Geometry, Skin, skin_of
 from tauten.model.system import Integration, System, make_pattern
 from tauten.model.tetra.robot import TetRobot
 
@@ -28,15 +29,19 @@ __all__ = [
     "CondensedStep",
     "ContactRows",
     "ContactSpace",
+    "Contacts",
     "EmptySpace",
     "Ending",
     "Enrichment",
     "EnrichmentLoop",
+    "Floats",
     "Forces",
     "ForwardStep",
+    "Geometry",
     "Integration",
     "Limits",
     "MeshError",
+    "NO_CONTACTS",
     "PairSlots",
     "PredictedStep",
     "ReducedContacts",
@@ -45,6 +50,7 @@ __all__ = [
     "RobotRows",
     "Rows",
     "Simulator",
+    "Skin",
     "State",
     "System",
     "TetRobot",
@@ -56,5 +62,6 @@ __all__ = [
     "make_pattern",
     "no_forces",
     "row_compliance",
+    "skin_of",
     "worst_rows",
 ]

@@ -33,7 +33,7 @@ from tauten.service.cli.options import (
 from tauten.service.cli.reduction import inspect, reduce
 from tauten.service.cli.runs import demo, replay
 from tauten.service.cli.solve import solve
-from tauten.service.cli.view import view
+from tauten.service.cli.view import ExtraError, view
 from tauten.service.process import set_up_logging
 
 if TYPE_CHECKING:
@@ -224,6 +224,7 @@ def _setup_errors() -> tuple[type[Exception], ...]:
         *reduction_errors,
         CompareError,
         DemoError,
+        ExtraError,
         LogError,
         NetworkError,
         PageError,

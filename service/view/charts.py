@@ -9,7 +9,7 @@ import viser
 from viser import uplot
 
 from tauten.model.numerics import Array
-from tauten.service.view.frame import ActuatorLook, RobotLook, ViewFrame
+from tauten.service.frames import ActuatorLook, RobotLook, ViewFrame
 
 SPAN = 10.0  # s
 _POINTS = 150  # of a line at most

@@ -1,8 +1,8 @@
 """What a browser may send: known messages of bounded size with finite numbers, by one operator at a time.
 
-viser 1.1 accepts WebSockets of any origin, checks limits in the browser alone, and lets any client open a public
-tunnel. So this guard stands in front of it: it wraps the handler of the connections and passes to viser only what
-it has checked.
+viser 1.1 accepts WebSockets of any origin, checks limits in the browser alone, and lets any client open a
+public tunnel. So this guard stands in front of it: it wraps the handler of the connections and passes to
+viser only what it has checked.
 
 | refused | because |
 |---|---|
@@ -197,7 +197,9 @@ def _is_update(content: dict[str, Any]) -> bool:
     """Only the value of an input may change: no colour, no limit, no callback."""
     updates = content.get("updates")
     return (
-        isinstance(content.get("uuid"), str) and isinstance(updates, dict) and set(updates) <= {"value"}
+        isinstance(content.get("uuid"), str)
+        and isinstance(updates, dict)
+        and set(updates) <= {"value"}
     )
 
 

@@ -8,8 +8,8 @@ from queue import Empty, SimpleQueue
 
 import viser
 
+from tauten.service.frames import RobotLook
 from tauten.service.view.charts import Charts
-from tauten.service.view.frame import RobotLook
 
 SPEEDS = {"1": 1.0, "1/2": 0.5, "1/4": 0.25, "1/10": 0.1}
 _SLOWEST, _FASTEST = 1.0, 500.0  # mm/s of the target along waypoints
@@ -55,7 +55,8 @@ class ViewPanel:
                 )
                 self._button(server, Request.STOP, "Release the actuators.")
                 self._buttons(
-                    server, (Request.HOLD, Request.ENABLE, Request.RESET),
+                    server,
+                    (Request.HOLD, Request.ENABLE, Request.RESET),
                     "hold: the actuators do not move. enable: follow again. reset: ready again after a stop.",
                 )
         with gui.add_folder("Time"):
@@ -69,7 +70,8 @@ class ViewPanel:
                     self._effector = gui.add_dropdown("effector", look.effectors)
                 self._pace = gui.add_slider("speed [mm/s]", _SLOWEST, _FASTEST, 1.0, 30.0)
                 self._buttons(
-                    server, (Request.ADD, Request.PLAY, Request.CLEAR, Request.SAVE),
+                    server,
+                    (Request.ADD, Request.PLAY, Request.CLEAR, Request.SAVE),
                     "set: keep the target's position. play: move the target through all. save: as tauten "
                     "stream reads them.",
                 )
@@ -91,7 +93,7 @@ class ViewPanel:
     def show_follow(self, armed: bool) -> None:
         """Show whether *follow* is on."""
         if self._follow is not None and self._follow.value != armed:
-            self._follow.value = armed
+            self._follow.value = armed  # type: ignore[misc]  # viser types it so
 
     def requests(self) -> Iterator[Request]:
         """Requests since the last call, oldest first."""
@@ -109,7 +111,7 @@ class ViewPanel:
     def pause(self, paused: bool) -> None:
         """Show whether time stands still."""
         if self._pause.value != paused:
-            self._pause.value = paused
+            self._pause.value = paused  # type: ignore[misc]  # viser types it so
 
     @property
     def speed(self) -> float:
@@ -146,7 +148,7 @@ class ViewPanel:
             self._slider.min = first
         if self._slider.max != last:
             self._slider.max = last
-        self._slider.value = min(max(shown, first), last)
+        self._slider.value = min(max(shown, first), last)  # type: ignore[misc]  # viser types it so
 
     def say(self, words: str) -> None:
         """Show a text in Markdown."""
@@ -166,13 +168,11 @@ class ViewPanel:
 
         server.gui.add_button(request.value, hint=hint, color="red").on_click(callback)
 
-    def _buttons(
-        self, server: viser.ViserServer, requests: tuple[Request, ...], hint: str
-    ) -> None:
+    def _buttons(self, server: viser.ViserServer, requests: tuple[Request, ...], hint: str) -> None:
         """Buttons in a row that put their requests into the queue."""
         names = {request.value: request for request in requests}
 
-        async def callback(event: viser.GuiEvent[viser.GuiButtonGroupHandle[str]]) -> None:
+        async def callback(event: viser.GuiEvent[viser.GuiButtonGroupHandle]) -> None:
             if event.target.value in names:
                 self._requests.put(names[event.target.value])
 

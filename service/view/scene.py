@@ -2,19 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Coroutine
+from typing import Any
 
 import numpy as np
 import viser
 from numpy.typing import NDArray
 
+from tauten.model import Contacts, Floats
 from tauten.model.numerics import Array
-from tauten.service.view.frame import ActuatorLook, Contacts, Floats, RobotLook, ViewFrame
+from tauten.service.frames import ActuatorLook, RobotLook, ViewFrame
 
 _SILICONE = (205, 214, 224)
-_SLACK, _MIDDLE, _TIGHT = (70, 110, 190), (240, 190, 60), (215, 40, 40)  # cables from slack to the limit
+_SLACK, _MIDDLE, _TIGHT = (
+    (70, 110, 190),
+    (240, 190, 60),
+    (215, 40, 40),
+)  # cables from slack to the limit
 _THIN, _THICK = 0.006, 0.018  # thickness of a cable, as a share of the robot's size
-_TARGET, _EFFECTOR, _CONTACT, _WAYPOINT = (215, 60, 40), (40, 90, 160), (20, 150, 90), (120, 60, 160)
+_TARGET, _EFFECTOR, _CONTACT, _WAYPOINT = (
+    (215, 60, 40),
+    (40, 90, 160),
+    (20, 150, 90),
+    (120, 60, 160),
+)
 _ARROW = 0.15  # length of the arrow of the largest force, as a share of the robot's size
 _TRAIL = 120  # pieces of a trail
 _STEPS = 16  # levels of a cable's colour: nothing is sent while the level remains
@@ -52,7 +63,9 @@ class RobotScene:
             for i, actuator in enumerate(look.actuators)
             if (look.cable_owners == i).any()
         ]
-        self._cable_numbers = [i for i in range(len(look.actuators)) if (look.cable_owners == i).any()]
+        self._cable_numbers = [
+            i for i in range(len(look.actuators)) if (look.cable_owners == i).any()
+        ]
         self._arrows: viser.ArrowsHandle | None = None
         self._effectors = [
             scene.add_icosphere(f"/effectors/{name}", 0.012 * size, _EFFECTOR, subdivisions=2)
@@ -132,7 +145,9 @@ class RobotScene:
             if level != self._levels[i]:
                 self._levels[i] = level
                 pieces = len(handle.points)
-                handle.colors = np.tile(np.array(cable_colour(level / _STEPS), np.uint8), (pieces, 2, 1))
+                handle.colors = np.tile(
+                    np.array(cable_colour(level / _STEPS), np.uint8), (pieces, 2, 1)
+                )
                 handle.thickness = size * (_THIN + (_THICK - _THIN) * level / _STEPS)
 
     def _draw_contacts(self, contacts: Contacts) -> None:
@@ -181,10 +196,9 @@ class _Trail:
 
 def line_pieces(points: Array) -> Floats | None:
     """Pieces (_TRAIL, 2, 3) of a line through positions (m, 3); None without any."""
-    finite = np.isfinite(points).all(axis=1)
-    both = finite[1:] & finite[:-1]
-    found = np.stack([points[:-1], points[1:]], axis=1)[both][-_TRAIL:] if len(points) > 1 else None
-    if found is None or len(found) == 0:
+    pairs = np.stack([points[:-1], points[1:]], axis=1)  # (m - 1, 2, 3)
+    found = pairs[np.isfinite(pairs).all(axis=(1, 2))][-_TRAIL:]
+    if len(found) == 0:
         return None
     pieces = np.repeat(found[-1:, 1:], _TRAIL * 2, axis=0).reshape(_TRAIL, 2, 3)
     pieces[: len(found)] = found
@@ -205,7 +219,9 @@ def cable_colour(share: float) -> tuple[int, int, int]:
     return r, g, b
 
 
-def _mover(number: int, moved: Callable[[int, Array], None]) -> Callable[..., object]:
+def _mover(
+    number: int, moved: Callable[[int, Array], None]
+) -> Callable[[viser.TransformControlsEvent], Coroutine[Any, Any, None]]:
     async def callback(event: viser.TransformControlsEvent) -> None:
         moved(number, np.array(event.target.position))
 

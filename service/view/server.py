@@ -25,7 +25,7 @@ HOST = "127.0.0.1"
 FIRST_PORT = 8080
 
 
-class ViewError(RuntimeError):
+class ViewError(OSError):
     """A viewer that cannot be opened; the text names what to change."""
 
 
@@ -70,7 +70,10 @@ def open_server(port: int, label: str) -> Iterator[tuple[LoopbackServer, Guard]]
         websockets.asyncio.server.serve = serve  # type: ignore[misc]
     try:
         server.gui.configure_theme(
-            control_width="large", show_logo=False, show_share_button=False, brand_color=(40, 90, 160)
+            control_width="large",
+            show_logo=False,
+            show_share_button=False,
+            brand_color=(40, 90, 160),
         )
         yield server, guard
     finally:

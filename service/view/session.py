@@ -10,19 +10,15 @@ from pathlib import Path
 import numpy as np
 
 from tauten.model.numerics import Array
+from tauten.service.frames import FrameHistory, FrameSource, TargetStore, ViewFrame, WaypointList
 from tauten.service.node import Clock
 from tauten.service.plant import TargetPath, csv_path
 from tauten.service.process import StopFlag
 from tauten.service.view.charts import SPAN
-from tauten.service.view.frame import ViewFrame
 from tauten.service.view.guard import Guard
-from tauten.service.view.history import FrameHistory
 from tauten.service.view.panel import Request, ViewPanel
 from tauten.service.view.scene import RobotScene
 from tauten.service.view.server import LoopbackServer
-from tauten.service.view.source import FrameSource
-from tauten.service.view.targets import TargetStore
-from tauten.service.view.waypoints import WaypointList
 from tauten.service.view.words import health_in_words, mode_in_words
 from tauten.service.wire import OperatorCommand
 
@@ -55,7 +51,12 @@ class ViewUsage:
 
 
 class ViewSession:
-    """One robot in one server."""
+    """One robot in one server.
+
+    Attributes:
+        targets: what is followed while it is armed.
+        waypoints: of one effector.
+    """
 
     def __init__(self, source: FrameSource, server: LoopbackServer, guard: Guard) -> None:
         """Fill scene and panel.
@@ -69,7 +70,7 @@ class ViewSession:
         self._source, self._server = source, server
         self._panel = ViewPanel(server, look, operates=True)
         self._scene = RobotScene(server, look, draggable=True)
-        self._targets = TargetStore(look.rest, look.size)
+        self.targets = TargetStore(look.rest, look.size)
         self._history = FrameHistory(whole=False)
         self.waypoints = WaypointList()
         self._playing: tuple[TargetPath, float] | None = None
@@ -104,9 +105,7 @@ class ViewSession:
             if due:
                 drawn = now
                 self._draw()
-        return ViewUsage(
-            time.monotonic() - begin, self._frames, time.process_time() - processor
-        )
+        return ViewUsage(time.monotonic() - begin, self._frames, time.process_time() - processor)
 
     def _period(self, now: float, due: bool) -> None:
         """Requests of the operator, then one period of the robot."""
@@ -123,10 +122,10 @@ class ViewSession:
         if paused and self._source.pausable:
             return
         self._play(now)
-        frame = self._source.advance(self._targets.goal(), due)
+        frame = self._source.advance(self.targets.goal(), due)
         if frame is not None:
             self._history.add(frame)
-            self._targets.rest_at(frame.effector)
+            self.targets.rest_at(frame.effector)
 
     def _draw(self) -> None:
         history, panel = self._history, self._panel
@@ -141,8 +140,8 @@ class ViewSession:
         self._frames += 1
         with self._server.atomic():
             self._scene.draw(frame, history.between(frame.time - _TRAIL, frame.time))
-            self._scene.place_gizmos(self._targets.positions)
-        panel.show_follow(self._targets.armed)
+            self._scene.place_gizmos(self.targets.positions)
+        panel.show_follow(self.targets.armed)
         if self._frames % _PLOTS == 1:
             self._say(frame)
 
@@ -155,52 +154,60 @@ class ViewSession:
         panel.say(f"{mode_in_words(frame.mode, frame.cause)}\n\n{words}")
 
     def _do(self, request: Request, now: float) -> None:
+        """Carry out a request of the operator."""
         if request in _COMMANDS:
-            self._source.command(_COMMANDS[request])
-            if request in (Request.STOP, Request.HOLD):
-                self._playing = None
-            if request is Request.STOP:
-                self._disarm()
-            if self._source.pausable:
-                self._panel.pause(False)
+            self._command(_COMMANDS[request])
         elif request is Request.NOW:
             self._shown = None
             self._panel.pause(False)
-        elif request is Request.ADD:
-            self.waypoints.add(self._targets.positions[self._panel.effector])
-            self._scene.show_waypoints(self.waypoints.points)
-        elif request is Request.CLEAR:
-            self.waypoints.clear()
-            self._playing = None
-            self._scene.show_waypoints(self.waypoints.points)
-        elif request is Request.PLAY and len(self.waypoints):
-            start = self._targets.positions[self._panel.effector]
-            self._playing = self.waypoints.path(start, self._panel.pace), now
+        elif request is Request.PLAY:
+            if len(self.waypoints):
+                start = self.targets.positions[self._panel.effector]
+                self._playing = self.waypoints.path(start, self._panel.pace), now
         elif request is Request.SAVE:
             content = self.waypoints.csv(self._panel.pace).encode()
             for client in self._server.get_clients().values():
                 client.send_file_download("waypoints.csv", content)
+        else:
+            self._change_waypoints(request)
+
+    def _command(self, command: OperatorCommand) -> None:
+        self._source.command(command)
+        if command in (OperatorCommand.STOP, OperatorCommand.HOLD):
+            self._playing = None
+        if command is OperatorCommand.STOP:
+            self._disarm()
+        if self._source.pausable:
+            self._panel.pause(False)
+
+    def _change_waypoints(self, request: Request) -> None:
+        if request is Request.ADD:
+            self.waypoints.add(self.targets.positions[self._panel.effector])
+        else:
+            self.waypoints.clear()
+            self._playing = None
+        self._scene.show_waypoints(self.waypoints.points)
 
     def _play(self, now: float) -> None:
         """Move the target along the waypoints that are played."""
-        if self._playing is None or not self._targets.armed:
+        if self._playing is None or not self.targets.armed:
             self._playing = None
             return
         path, begin = self._playing
-        self._targets.put(self._panel.effector, path.at(now - begin))
+        self.targets.put(self._panel.effector, path.at(now - begin))
         if now - begin > path.duration:
             self._playing = None
 
     def _dragged(self, effector: int, position: Array) -> None:
         self._playing = None
-        self._targets.put(effector, position)
+        self.targets.put(effector, position)
 
     def _arm(self, armed: bool) -> None:
-        self._targets.arm(armed)
+        self.targets.arm(armed)
 
     def _disarm(self) -> None:
         """The dead man's switch: the browser that operated has left."""
-        self._targets.arm(False)
+        self.targets.arm(False)
 
 
 def read_waypoints(path: Path) -> Array:

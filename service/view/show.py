@@ -7,11 +7,13 @@ import webbrowser
 from dataclasses import dataclass
 
 from tauten.model import load_robot
+from tauten.service.frames import ServedRobot, SimulatedRobot
+from tauten.service.operate import node_of
 from tauten.service.process import StopFlag, one_blas_thread
-from tauten.service.setup import load_setup, Order
+from tauten.service.setup import Order, load_setup
 from tauten.service.view.server import FIRST_PORT, HOST, open_server
 from tauten.service.view.session import ViewSession, ViewUsage
-from tauten.service.view.simulated import SimulatedRobot
+from tauten.service.wire import Network
 
 log = logging.getLogger(__name__)
 
@@ -63,6 +65,28 @@ def view_simulation(
             session.arm()
             announce(server.get_port(), settings.browser)
             return session.run(stop, settings.seconds)
+
+
+def view_served(robot: str, network: Network, settings: ViewSettings, stop: StopFlag) -> ViewUsage:
+    """Show a robot that a node serves, until a request to stop; targets go out while *follow* is armed.
+
+    Args:
+        robot: name.
+        network: of its node.
+        settings: of the viewer.
+        stop: ends it.
+
+    Raises:
+        NetworkError: no node, or one of another version.
+        ViewError: the port is taken.
+    """
+    with node_of(robot, network) as session:
+        source = ServedRobot(session, robot)
+        source.await_surface()
+        with open_server(settings.port, robot) as (server, guard):
+            shown = ViewSession(source, server, guard)
+            announce(server.get_port(), settings.browser)
+            return shown.run(stop, settings.seconds)
 
 
 def announce(port: int, browser: bool) -> None:

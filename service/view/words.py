@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tauten.service.view.frame import RobotLook, ViewFrame
+from tauten.service.frames import RobotLook, ViewFrame
 from tauten.service.wire import Cause, Mode
 
 _TITLES = {

@@ -1,5 +1,14 @@
 """The network: keys, messages, sessions, modes, rejection reasons."""
 
+from tauten.service.wire.cloud import (
+    CLOUD,
+    CONTACT_FIELDS,
+    LARGEST_CLOUD,
+    SKIN_FIELDS,
+    Cloud,
+    decode_cloud,
+    encode_cloud,
+)
 from tauten.service.wire.commands import COMMAND_RING, CommandSubscriber, encode_command
 from tauten.service.wire.health import (
     Diagnostic,
@@ -61,8 +70,11 @@ from tauten.service.wire.tick import Positions, Tick, decode_tick, encode_tick
 __all__ = [
     "CDR",
     "CLOCKS_AGREE",
+    "CLOUD",
     "COMMAND_RING",
+    "CONTACT_FIELDS",
     "Cause",
+    "Cloud",
     "CommandSubscriber",
     "Diagnostic",
     "FLOAT",
@@ -71,6 +83,7 @@ __all__ = [
     "JSON",
     "Joints",
     "Keys",
+    "LARGEST_CLOUD",
     "Level",
     "MAX_PAYLOAD",
     "MessageCounts",
@@ -88,17 +101,20 @@ __all__ = [
     "Rejection",
     "RejectionReason",
     "Role",
+    "SKIN_FIELDS",
     "Source",
     "TEXT",
     "TICK",
     "Tick",
     "Window",
+    "decode_cloud",
     "decode_health",
     "decode_joints",
     "decode_point",
     "decode_tick",
     "default_port",
     "definition",
+    "encode_cloud",
     "encode_command",
     "encode_float",
     "encode_health",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Protocol
 
 from tauten.model.numerics import Array
-from tauten.service.view.frame import RobotLook, ViewFrame
+from tauten.service.frames.frame import RobotLook, ViewFrame
 from tauten.service.wire import OperatorCommand
 
 

@@ -6,11 +6,11 @@ import time
 
 import numpy as np
 
-from tauten.model import Robot, Simulator
+from tauten.model import Robot, Simulator, skin_of
 from tauten.model.numerics import Array, FactorisationError
+from tauten.service.frames.frame import RobotLook, ViewFrame, look_of
 from tauten.service.node import ControlLoop, Signals
 from tauten.service.setup import Setup, warm_controller
-from tauten.service.view.frame import RobotLook, ViewFrame, look_of, skin_of
 from tauten.service.wire import OperatorCommand
 
 _PACE = 0.1  # share of a new duration in the mean
@@ -51,7 +51,9 @@ class SimulatedRobot:
         if self._seconds > self._h:
             found.append(f"simulated at {self._h / self._seconds:.2f} times real time")
         if self._resets:
-            found.append(f"the simulation has blown up {self._resets} times and started again at rest")
+            found.append(
+                f"the simulation has blown up {self._resets} times and started again at rest"
+            )
         return tuple(found)
 
     def command(self, command: OperatorCommand) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from bisect import bisect_right
 
-from tauten.service.view.frame import ViewFrame
+from tauten.service.frames.frame import ViewFrame
 
 BUDGET = 256 * 2**20  # bytes
 
@@ -12,8 +12,8 @@ BUDGET = 256 * 2**20  # bytes
 class FrameHistory:
     """Frames in the order of their time.
 
-    When they need more memory than allowed, either the oldest ones are forgotten, or every second one: then the
-    whole run remains, at a lower rate.
+    When they need more memory than allowed, either the oldest ones are forgotten, or every second one:
+    then the whole run remains, at a lower rate.
     """
 
     def __init__(self, whole: bool, budget: int = BUDGET) -> None:

@@ -15,8 +15,9 @@ _WITHIN = 0.999  # of the reach, so that rounding on the wire cannot put a targe
 class TargetStore:
     """The newest targets, written by callbacks of the browser and read by the loop.
 
-    A dead man's switch: there are targets only while *follow* is armed, and it is disarmed when the browser leaves.
-    Before it is armed the targets are where the effectors are, so that arming never makes a robot jump.
+    A dead man's switch: there are targets only while *follow* is armed, and it is disarmed when the
+    browser leaves. Before it is armed the targets are where the effectors are, so that arming never makes a
+    robot jump.
     """
 
     def __init__(self, rest: Array, size: float) -> None:
