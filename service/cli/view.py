@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -19,11 +20,21 @@ class ExtraError(ImportError):
 def view(
     robot: Annotated[
         str,
-        typer.Argument(help="Name of a robot that is served; with --simulate also a robot file."),
+        typer.Argument(
+            help="Name of a robot that is served; with --simulate a robot's name or file; or a log, .mcap."
+        ),
     ],
     simulate: Annotated[
         bool, typer.Option("--simulate", help="Simulate model and robot here, without a node.")
     ] = False,
+    path: Annotated[
+        str | None,
+        typer.Option(help="With --simulate: what the target follows, as for `tauten stream`."),
+    ] = None,
+    export: Annotated[
+        Path | None,
+        typer.Option(help="Write a log or a simulated path as an HTML file that plays by itself."),
+    ] = None,
     web_port: Annotated[
         int, typer.Option(min=0, max=65535, help="Port of the page; 0: any free one.")
     ] = 8080,
@@ -34,6 +45,12 @@ def view(
     basis: Basis = None,
     model: Model = None,
     young_scale: YoungScale = 1.0,
+    against: Annotated[
+        str | None, typer.Option(help="Robot to use instead of a log's: name or file.")
+    ] = None,
+    recorded_paths: Annotated[
+        bool, typer.Option("--recorded-paths", help="As for `tauten replay`.")
+    ] = False,
     port: Port = None,
     zenoh_config: ZenohConfig = None,
 ) -> None:
@@ -42,16 +59,28 @@ def view(
     from tauten.service.wire import Network
 
     try:
-        from tauten.service.view import ViewSettings, view_served, view_simulation
+        from tauten.service import view as viewer
     except ModuleNotFoundError as error:
         raise missing(error) from error
 
-    settings = ViewSettings(web_port, browser, seconds)
+    settings = viewer.ViewSettings(web_port, browser, seconds)
+    simulation = viewer.SimulationSettings(robot, basis, model, young_scale, path)
+    is_log = robot.endswith(".mcap")
+    if not simulate and not is_log and (path or export):
+        raise typer.BadParameter("--path needs --simulate, --export needs a log or --simulate")
     with stop_on_signals() as stop:
-        if simulate:
-            view_simulation(robot, settings, stop, basis, model, young_scale)
+        if export is not None:
+            if is_log:
+                count = viewer.export_log(Path(robot), export, against, recorded_paths)
+            else:
+                count = viewer.export_simulation(simulation, seconds, export, stop)
+            typer.echo(f"{export}: {count} frames")
+        elif is_log:
+            viewer.view_log(Path(robot), settings, stop, against, recorded_paths)
+        elif simulate:
+            viewer.view_simulation(simulation, settings, stop)
         else:
-            view_served(robot, Network(port, zenoh_config), settings, stop)
+            viewer.view_served(robot, Network(port, zenoh_config), settings, stop)
 
 
 def missing(error: ModuleNotFoundError) -> ImportError:

@@ -2,6 +2,7 @@
 
 from tauten.service.frames.frame import ActuatorLook, RobotLook, ViewFrame, look_of
 from tauten.service.frames.history import FrameHistory
+from tauten.service.frames.recorded import RecordedRobot
 from tauten.service.frames.served import ServedRobot
 from tauten.service.frames.simulated import SimulatedRobot
 from tauten.service.frames.source import FrameSource
@@ -12,6 +13,7 @@ __all__ = [
     "ActuatorLook",
     "FrameHistory",
     "FrameSource",
+    "RecordedRobot",
     "RobotLook",
     "ServedRobot",
     "SimulatedRobot",

@@ -15,7 +15,6 @@ from tauten.service.plant.paths import (
     PathSettings,
     Plane,
     TargetPath,
-    csv_path,
     directions,
     make_path,
 )
@@ -39,7 +38,6 @@ __all__ = [
     "TARGETS",
     "TargetPath",
     "child",
-    "csv_path",
     "directions",
     "free_ports",
     "make_path",

@@ -143,7 +143,7 @@ class ViewPanel:
             last: latest time that can be shown [s].
             shown: the time that is shown [s].
         """
-        last = max(last, first + 0.02)
+        first, last = round(first, 2), max(round(last, 2), round(first, 2) + 0.02)
         if self._slider.min != first:
             self._slider.min = first
         if self._slider.max != last:

@@ -13,13 +13,13 @@ from tauten.model import Contacts, Floats
 from tauten.model.numerics import Array
 from tauten.service.frames import ActuatorLook, RobotLook, ViewFrame
 
-_SILICONE = (205, 214, 224)
+_SILICONE = (140, 160, 185)
 _SLACK, _MIDDLE, _TIGHT = (
     (70, 110, 190),
     (240, 190, 60),
     (215, 40, 40),
 )  # cables from slack to the limit
-_THIN, _THICK = 0.006, 0.018  # thickness of a cable, as a share of the robot's size
+_THIN, _THICK = 0.010, 0.024  # thickness of a cable, as a share of the robot's size
 _TARGET, _EFFECTOR, _CONTACT, _WAYPOINT = (
     (215, 60, 40),
     (40, 90, 160),
@@ -27,6 +27,7 @@ _TARGET, _EFFECTOR, _CONTACT, _WAYPOINT = (
     (120, 60, 160),
 )
 _ARROW = 0.15  # length of the arrow of the largest force, as a share of the robot's size
+TRAIL = 4.0  # s
 _TRAIL = 120  # pieces of a trail
 _STEPS = 16  # levels of a cable's colour: nothing is sent while the level remains
 
@@ -50,8 +51,8 @@ class RobotScene:
         scene.set_up_direction("+z")
         _place_camera(server, look)
         self._skin = scene.add_mesh_simple(
-            "/skin", look.vertices, look.triangles.astype(np.uint32), color=_SILICONE, opacity=0.55,
-            side="double", flat_shading=False, cast_shadow=False, receive_shadow=False,
+            "/skin", look.vertices, look.triangles.astype(np.uint32), color=_SILICONE, opacity=0.5,
+            side="double", flat_shading=True, cast_shadow=False, receive_shadow=False,
         )  # fmt: skip
         self._cables = [
             scene.add_line_segments(

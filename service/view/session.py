@@ -5,19 +5,16 @@ from __future__ import annotations
 import logging
 import time
 from dataclasses import dataclass
-from pathlib import Path
-
-import numpy as np
 
 from tauten.model.numerics import Array
 from tauten.service.frames import FrameHistory, FrameSource, TargetStore, ViewFrame, WaypointList
 from tauten.service.node import Clock
-from tauten.service.plant import TargetPath, csv_path
+from tauten.service.plant import TargetPath
 from tauten.service.process import StopFlag
 from tauten.service.view.charts import SPAN
 from tauten.service.view.guard import Guard
 from tauten.service.view.panel import Request, ViewPanel
-from tauten.service.view.scene import RobotScene
+from tauten.service.view.scene import TRAIL, RobotScene
 from tauten.service.view.server import LoopbackServer
 from tauten.service.view.words import health_in_words, mode_in_words
 from tauten.service.wire import OperatorCommand
@@ -26,7 +23,6 @@ log = logging.getLogger(__name__)
 
 FRAMES = 30.0  # a second
 _PLOTS = 6  # frames between two updates of the plots
-_TRAIL = 4.0  # s
 _COMMANDS = {
     Request.HOLD: OperatorCommand.HOLD,
     Request.ENABLE: OperatorCommand.ENABLE,
@@ -75,6 +71,7 @@ class ViewSession:
         self.waypoints = WaypointList()
         self._playing: tuple[TargetPath, float] | None = None
         self._shown: float | None = None  # time of the frame that is shown; None: the newest
+        self._elapsed = 0.0  # s of the robot
         self._frames = 0
         self._scene.on_drag(self._dragged)
         self._panel.on_follow(self._arm)
@@ -83,6 +80,10 @@ class ViewSession:
     def arm(self) -> None:
         """Follow the target from now on."""
         self._arm(True)
+
+    def follow_path(self, path: TargetPath) -> None:
+        """Move the first effector's target along a path from now on, until the operator moves it."""
+        self._playing = path, self._elapsed
 
     def run(self, stop: StopFlag, seconds: float | None = None) -> ViewUsage:
         """Show the robot until a request to stop.
@@ -101,16 +102,16 @@ class ViewSession:
                 clock, period = Clock(wanted), wanted
             now = time.monotonic()
             due = now - drawn >= 1.0 / FRAMES - 0.25 * period
-            self._period(now, due)
+            self._period(due)
             if due:
                 drawn = now
                 self._draw()
         return ViewUsage(time.monotonic() - begin, self._frames, time.process_time() - processor)
 
-    def _period(self, now: float, due: bool) -> None:
+    def _period(self, due: bool) -> None:
         """Requests of the operator, then one period of the robot."""
         for request in self._panel.requests():
-            self._do(request, now)
+            self._do(request)
         if (scrubbed := self._panel.take_scrubbed()) is not None:
             self._panel.pause(True)
             self._shown = scrubbed
@@ -121,7 +122,8 @@ class ViewSession:
             self._shown = None
         if paused and self._source.pausable:
             return
-        self._play(now)
+        self._play()
+        self._elapsed += 1.0 / self._source.look.rate
         frame = self._source.advance(self.targets.goal(), due)
         if frame is not None:
             self._history.add(frame)
@@ -139,7 +141,7 @@ class ViewSession:
             return
         self._frames += 1
         with self._server.atomic():
-            self._scene.draw(frame, history.between(frame.time - _TRAIL, frame.time))
+            self._scene.draw(frame, history.between(frame.time - TRAIL, frame.time))
             self._scene.place_gizmos(self.targets.positions)
         panel.show_follow(self.targets.armed)
         if self._frames % _PLOTS == 1:
@@ -153,7 +155,7 @@ class ViewSession:
         words = health_in_words(self._source.look, frame, self._source.notes)
         panel.say(f"{mode_in_words(frame.mode, frame.cause)}\n\n{words}")
 
-    def _do(self, request: Request, now: float) -> None:
+    def _do(self, request: Request) -> None:
         """Carry out a request of the operator."""
         if request in _COMMANDS:
             self._command(_COMMANDS[request])
@@ -163,7 +165,7 @@ class ViewSession:
         elif request is Request.PLAY:
             if len(self.waypoints):
                 start = self.targets.positions[self._panel.effector]
-                self._playing = self.waypoints.path(start, self._panel.pace), now
+                self._playing = self.waypoints.path(start, self._panel.pace), self._elapsed
         elif request is Request.SAVE:
             content = self.waypoints.csv(self._panel.pace).encode()
             for client in self._server.get_clients().values():
@@ -188,14 +190,15 @@ class ViewSession:
             self._playing = None
         self._scene.show_waypoints(self.waypoints.points)
 
-    def _play(self, now: float) -> None:
-        """Move the target along the waypoints that are played."""
+    def _play(self) -> None:
+        """Move the target along the path that is played."""
         if self._playing is None or not self.targets.armed:
             self._playing = None
             return
         path, begin = self._playing
-        self.targets.put(self._panel.effector, path.at(now - begin))
-        if now - begin > path.duration:
+        elapsed = self._elapsed - begin
+        self.targets.put(self._panel.effector, path.at(elapsed))
+        if elapsed > path.duration and not path.repeats:
             self._playing = None
 
     def _dragged(self, effector: int, position: Array) -> None:
@@ -208,12 +211,3 @@ class ViewSession:
     def _disarm(self) -> None:
         """The dead man's switch: the browser that operated has left."""
         self.targets.arm(False)
-
-
-def read_waypoints(path: Path) -> Array:
-    """Positions (m, 3) [m] of a CSV file with columns x, y, z and optionally t.
-
-    Raises:
-        PathError: the file cannot be used.
-    """
-    return np.asarray(csv_path(path, 1.0, False).points)

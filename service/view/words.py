@@ -23,17 +23,22 @@ _ADVICE = {
 }
 
 
-def mode_in_words(mode: Mode, cause: Cause) -> str:
+def mode_in_words(mode: Mode, cause: Cause, advice: bool = True) -> str:
     """Mode and cause as a short text in Markdown.
 
     Args:
         mode: of the node.
         cause: why it does not follow.
+        advice: whether to say what to do about it; otherwise the cause alone is named.
     """
-    advice = _ADVICE[cause] if mode is not Mode.RUN else ""
+    title = f"**{_TITLES[mode]}**"
+    if mode is Mode.RUN or cause is Cause.NONE:
+        return title
+    if not advice:
+        return f"{title}\n\n{cause}"
     if mode is Mode.STOP and cause is Cause.OPERATOR:
-        advice = "press *reset* once they are slack"
-    return f"**{_TITLES[mode]}**" + (f"\n\n{advice}" if advice else "")
+        return f"{title}\n\npress *reset* once they are slack"
+    return f"{title}\n\n{_ADVICE[cause]}"
 
 
 def health_in_words(look: RobotLook, frame: ViewFrame, notes: tuple[str, ...]) -> str:
