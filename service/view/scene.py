@@ -15,15 +15,15 @@ from tauten.service.frames import ActuatorLook, RobotLook, ViewFrame
 
 _SILICONE = (140, 160, 185)
 _SLACK, _MIDDLE, _TIGHT = (
-    (70, 110, 190),
-    (240, 190, 60),
-    (215, 40, 40),
+    (30, 80, 200),
+    (235, 170, 20),
+    (215, 20, 20),
 )  # cables from slack to the limit
 _THIN, _THICK = 0.010, 0.024  # thickness of a cable, as a share of the robot's size
 _TARGET, _EFFECTOR, _CONTACT, _WAYPOINT = (
     (215, 60, 40),
     (40, 90, 160),
-    (20, 150, 90),
+    (0, 140, 70),
     (120, 60, 160),
 )
 _ARROW = 0.15  # length of the arrow of the largest force, as a share of the robot's size
@@ -164,8 +164,8 @@ class RobotScene:
         points = np.stack([contacts.points - drawn, contacts.points], axis=1).astype(np.float32)
         if self._arrows is None:
             self._arrows = self._scene.add_arrows(
-                "/contacts", points, _CONTACT, shaft_radius=0.0025 * size, head_radius=0.006 * size,
-                head_length=0.014 * size,
+                "/contacts", points, _CONTACT, shaft_radius=0.004 * size, head_radius=0.009 * size,
+                head_length=0.02 * size,
             )  # fmt: skip
             return
         self._arrows.points = points
@@ -234,6 +234,6 @@ def _place_camera(server: viser.ViserServer, look: RobotLook) -> None:
     low, high = look.vertices.min(axis=0), look.vertices.max(axis=0)
     middle: NDArray[np.float64] = 0.5 * (low + high).astype(float)
     camera = server.initial_camera
-    camera.position = tuple(middle + look.size * np.array([0.35, -1.15, 0.25]))
+    camera.position = tuple(middle + look.size * np.array([0.35, -1.25, 0.25]))
     camera.look_at = tuple(middle)
     camera.near, camera.far = 0.02 * look.size, 100.0 * look.size

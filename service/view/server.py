@@ -70,7 +70,7 @@ def open_server(port: int, label: str) -> Iterator[tuple[LoopbackServer, Guard]]
         websockets.asyncio.server.serve = serve  # type: ignore[misc]
     try:
         server.gui.configure_theme(
-            control_width="large",
+            control_width="medium",
             show_logo=False,
             show_share_button=False,
             brand_color=(40, 90, 160),

@@ -77,6 +77,11 @@ class ViewSession:
         self._panel.on_follow(self._arm)
         guard.on_operator_left(self._disarm)
 
+    @property
+    def newest(self) -> ViewFrame | None:
+        """The newest frame; None before the first."""
+        return self._history.at(self._history.last)
+
     def arm(self) -> None:
         """Follow the target from now on."""
         self._arm(True)
