@@ -32,7 +32,11 @@ _SPARE = 3e-4  # s left for other work
 
 
 class ShapePublisher:
-    """Publishes the skin and the contacts of the model that decides."""
+    """Publishes the skin and the contacts of the model that decides.
+
+    Attributes:
+        published: number of surfaces.
+    """
 
     def __init__(self, session: zenoh.Session, robot: Robot) -> None:
         """Declare the publishers.
@@ -46,6 +50,7 @@ class ShapePublisher:
         self._contacts = Publisher(session, keys.contacts, CLOUD, urgent=False)
         self._frame = robot.frame
         self._skin: Skin = skin_of(robot)
+        self.published = 0
         self._next = 0.0
         self._expected = _FIRST
 
@@ -73,4 +78,5 @@ class ShapePublisher:
         if wants_contacts:
             pushing = np.hstack([geometry.contacts.points, geometry.contacts.forces])  # (c, 6)
             self._contacts.put(encode_cloud(Cloud(stamp, self._frame, pushing), CONTACT_FIELDS))
+        self.published += 1
         self._expected = time.monotonic() - now

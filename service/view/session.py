@@ -174,7 +174,7 @@ class ViewSession:
         elif request is Request.SAVE:
             content = self.waypoints.csv(self._panel.pace).encode()
             for client in self._server.get_clients().values():
-                client.send_file_download("waypoints.csv", content)
+                client.send_file_download("waypoints.csv", content, save_immediately=True)
         else:
             self._change_waypoints(request)
 
