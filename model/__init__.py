@@ -1,8 +1,11 @@
 """The model of a robot: finite elements, cables, contacts, and the forward simulator."""
 
+from tauten.model.actuation import ActuatorKind, Actuators, Quantity, Springs, cable_actuators
+from tauten.model.command import Command
 from tauten.model.compliance import Compliance, row_compliance
 from tauten.model.condensed_step import CondensedStep, Forces, condense_step, no_forces
 from tauten.model.contact_space import ContactSpace, EmptySpace, ReducedContacts
+from tauten.model.effector_layout import EffectorLayout, Goal, Pose, Target
 from tauten.model.enrichment import (
     Enrichment,
     EnrichmentLoop,
@@ -17,7 +20,7 @@ from tauten.model.limits import Limits
 from tauten.model.load.robot import load_robot
 from tauten.model.mesh.tet_mesh import MeshError
 from tauten.model.robot import Robot, RobotRows, State
-from tauten.model.rows import ContactRows, PairSlots, Rows
+from tauten.model.rows import ContactRows, EffectorRows, PairSlots, Rows
 from tauten.model.schema.section import RobotFileError
 from tauten.model.simulator import Simulator
 from tauten.model.skin import NO_CONTACTS, Contacts, Floats, Geometry, Skin, skin_of
@@ -25,11 +28,16 @@ from tauten.model.system import Integration, System, make_pattern
 from tauten.model.tetra.robot import TetRobot
 
 __all__ = [
+    "ActuatorKind",
+    "Actuators",
+    "Command",
     "Compliance",
     "CondensedStep",
     "ContactRows",
     "ContactSpace",
     "Contacts",
+    "EffectorLayout",
+    "EffectorRows",
     "EmptySpace",
     "Ending",
     "Enrichment",
@@ -38,12 +46,15 @@ __all__ = [
     "Forces",
     "ForwardStep",
     "Geometry",
+    "Goal",
     "Integration",
     "Limits",
     "MeshError",
     "NO_CONTACTS",
     "PairSlots",
+    "Pose",
     "PredictedStep",
+    "Quantity",
     "ReducedContacts",
     "Robot",
     "RobotFileError",
@@ -51,9 +62,12 @@ __all__ = [
     "Rows",
     "Simulator",
     "Skin",
+    "Springs",
     "State",
     "System",
+    "Target",
     "TetRobot",
+    "cable_actuators",
     "condense_step",
     "contact_model",
     "default_enrichment",

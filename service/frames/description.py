@@ -9,8 +9,9 @@ from typing import Annotated
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from tauten.model import ActuatorKind
 from tauten.model.numerics import Ints
-from tauten.service.frames.frame import RobotLook, cable_look
+from tauten.service.frames.frame import ActuatorLook, RobotLook
 from tauten.service.wire import NetworkError
 
 _Limits = Annotated[tuple[float, float], Field()]
@@ -25,8 +26,9 @@ class _Described(BaseModel):
     model_config = ConfigDict(frozen=True, extra="ignore")
 
 
-class _Cable(_Described):
+class _Actuator(_Described):
     name: _Name
+    kind: ActuatorKind
     tension: _Limits
     pull: _Limits
 
@@ -50,7 +52,7 @@ class RobotDescription(_Described):
     rate: Annotated[float, Field(gt=0.0, le=1e5)]
     size: Annotated[float, Field(gt=0.0, le=1e3)]
     target_timeout: Annotated[float, Field(gt=0.0)]
-    cables: Annotated[list[_Cable], Field(max_length=1000)]
+    actuators: Annotated[list[_Actuator], Field(max_length=1000)]
     effectors: Annotated[list[_Effector], Field(min_length=1, max_length=1000)]
     surface: _Surface
 
@@ -69,8 +71,10 @@ class RobotDescription(_Described):
             size=self.size,
             vertices=np.zeros((surface.vertices, 3), np.float32),
             triangles=triangles,
-            cable_owners=_numbers(self.robot, surface.cables, len(self.cables)),
-            actuators=tuple(cable_look(one.name, one.pull, one.tension) for one in self.cables),
+            cable_owners=_numbers(self.robot, surface.cables, len(self.actuators)),
+            actuators=tuple(
+                ActuatorLook(one.name, one.kind, one.pull, one.tension) for one in self.actuators
+            ),
             effectors=tuple(one.name for one in self.effectors),
             rest=np.array([one.rest for one in self.effectors]),
         )

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tauten.model import Floats, Geometry, Robot, Skin
+from tauten.model import ActuatorKind, Floats, Geometry, Quantity, Robot, Skin
 from tauten.model.numerics import Array, Ints
 from tauten.service.wire import Cause, Mode
 
@@ -17,21 +17,25 @@ class ActuatorLook:
 
     Attributes:
         name: of the actuator.
-        travel_unit: unit of what it has travelled, δ_a, as shown.
-        force_unit: unit of its force, λ_a, as shown.
-        travel_scale: from SI to `travel_unit`.
-        force_scale: from SI to `force_unit`.
-        travel: its limits [SI].
-        force: its limits [SI].
+        kind: cable, chamber or another, with its units.
+        pull: limits of its position δ_a [SI].
+        tension: limits of its effort λ_a [SI].
     """
 
     name: str
-    travel_unit: str
-    force_unit: str
-    travel_scale: float
-    force_scale: float
-    travel: tuple[float, float]
-    force: tuple[float, float]
+    kind: ActuatorKind
+    pull: tuple[float, float]
+    tension: tuple[float, float]
+
+    @property
+    def position(self) -> Quantity:
+        """What δ_a is."""
+        return self.kind.position
+
+    @property
+    def effort(self) -> Quantity:
+        """What λ_a is."""
+        return self.kind.effort
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,8 +77,8 @@ class ViewFrame:
         cause: why it does not follow.
         status: of the decision, "" where nothing was decided.
         geometry: where the robot is.
-        pull: (n_a,) what the actuators have travelled [SI].
-        tension: (n_a,) their forces [SI].
+        pull: (n_a,) positions of the actuators [SI].
+        tension: (n_a,) their efforts [SI].
         target: (p, 3) that is followed [m], NaN where none is.
         effector: (p, 3) [m].
         step: time of the control step [s].
@@ -114,12 +118,15 @@ def look_of(robot: Robot, skin: Skin) -> RobotLook:
     """
     limits, rest = robot.limits, robot.rest()
     actuators = tuple(
-        cable_look(
+        ActuatorLook(
             name,
+            kind,
             (float(limits.pull_min[i]), float(limits.pull_max[i])),
             (float(limits.tension_min[i]), float(limits.tension_max[i])),
         )
-        for i, name in enumerate(robot.cable_names)
+        for i, (name, kind) in enumerate(
+            zip(robot.actuators.names, robot.actuators.kinds, strict=True)
+        )
     )
     return RobotLook(
         name=robot.name,
@@ -133,14 +140,3 @@ def look_of(robot: Robot, skin: Skin) -> RobotLook:
         effectors=robot.effector_names,
         rest=robot.effector(rest),
     )
-
-
-def cable_look(name: str, pull: tuple[float, float], tension: tuple[float, float]) -> ActuatorLook:
-    """How a cable is shown.
-
-    Args:
-        name: of the cable.
-        pull: limits of its pulled length [m].
-        tension: its limits [N].
-    """
-    return ActuatorLook(name, "mm", "N", 1e3, 1.0, pull, tension)

@@ -35,7 +35,7 @@ class SimulatedRobot:
         """
         self._loop = ControlLoop(warm_controller(setup), settings=setup.service)
         self._simulator = Simulator(plant, contact="full")
-        self._simulator.step(pull=np.zeros(plant.n_a))
+        self._simulator.step(tension=np.zeros(plant.n_a))
         self._simulator.reset()
         self._skin = skin_of(plant)
         self._h = plant.h
@@ -72,8 +72,9 @@ class SimulatedRobot:
         self._loop.prepare()
         step = time.perf_counter() - begin
         simulator = self._simulator
+        led = simulator.robot.actuators.held(action.actuation.pull, action.actuation.tension)
         try:
-            simulator.step(pull=action.actuation.pull)
+            simulator.step(pull=led.pull, tension=led.tension)
         except FactorisationError:
             simulator.reset()
             self._resets += 1

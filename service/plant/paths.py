@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from tauten.model import Robot, Simulator
+from tauten.model import Robot, Simulator, row_compliance
 from tauten.model.numerics import Array
 
 log = logging.getLogger(__name__)
@@ -96,10 +96,25 @@ def make_path(name: str, robot: Robot, settings: PathSettings) -> TargetPath:
     """
     if name == "reach":
         return reach_path(robot, settings.effector, settings.fraction, settings.period)
+    start = robot.effector(robot.rest())[settings.effector]
+    return path_from(name, start, robot.size, settings)
+
+
+def path_from(name: str, start: Array, robot_size: float, settings: PathSettings) -> TargetPath:
+    """A path by name that needs no model: a shape, or a CSV file.
+
+    Args:
+        name: of the shape or the CSV file.
+        start: (3,) where the effector rests [m].
+        robot_size: of the robot [m].
+        settings: of the path.
+
+    Raises:
+        PathError: no such path, or one that cannot be made.
+    """
     for shape in SHAPES:
         if name == shape:
-            start = robot.effector(robot.rest())[settings.effector]
-            size = 0.1 * robot.size if settings.size is None else settings.size
+            size = 0.1 * robot_size if settings.size is None else settings.size
             return shape_path(shape, start, size, settings.period, settings.plane)
     if not name.endswith(".csv"):
         allowed = ", ".join([*SHAPES, "reach"])
@@ -155,8 +170,7 @@ def reach_path(robot: Robot, effector: int, fraction: float, period: float) -> T
     Raises:
         PathError: the model finds no equilibrium but that at rest.
     """
-    slack = bool((robot.limits.pull_min < 0.0).any())
-    largest = robot.limits.tension_max if slack else robot.limits.pull_max
+    largest, slack = largest_command(robot)
     commands = fraction * largest * reach_shares(directions(robot, effector))  # (m, n_a)
     simulator, shortened = Simulator(robot, contact="full"), 0
     found: dict[bytes, Array] = {}  # one cable passes each equilibrium twice
@@ -187,6 +201,38 @@ def _settled_or_shortened(simulator: Simulator, held: tuple[Array | None, Array 
         return True
     simulator.start_from(*before)
     return simulator.settle(held[0], held[1], _SETTLED, _MAX_STEPS).converged
+
+
+def largest_command(robot: Robot) -> tuple[Array, bool]:
+    """Largest command of every cable alone, and whether it is of tensions: (n_a,) [m] or [N].
+
+    Where no cable may be let out it is the largest pulled length. Cables that may be let out work against
+    each other, so they get tensions: those that, to first order, would pull each to its largest pulled
+    length, within the limits of tension.
+    """
+    limits = robot.limits
+    if not (limits.pull_min < 0.0).any():
+        return limits.pull_max, False
+    rest, robot = robot.rest(), robot.fork()
+    system = robot.linearise(rest, None, replace(robot.integration, static=True))
+    rows = robot.rows(rest, contacts=False).actuators
+    W = row_compliance(system, rows.dense(), rows.delta).W  # (n_a, n_a)
+    return np.minimum(limits.tension_max, limits.pull_max / np.diag(W)), True
+
+
+def bending_command(robot: Robot, effector: int = 0) -> tuple[Array | None, Array | None]:
+    """Pulled lengths (n_a,) [m], or tensions [N], that bend a robot as far as the first cable can.
+
+    Each cable gets as much of its largest command as it pulls the effector into the direction of the first
+    one; cables on the other side get nothing.
+
+    Args:
+        robot: the robot.
+        effector: number of the effector.
+    """
+    largest, tension = largest_command(robot)
+    command = largest * np.maximum(np.cos(directions(robot, effector)), 0.0)
+    return (None, command) if tension else (command, None)
 
 
 def directions(robot: Robot, effector: int) -> Array:

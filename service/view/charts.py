@@ -8,6 +8,7 @@ import numpy as np
 import viser
 from viser import uplot
 
+from tauten.model import ActuatorKind
 from tauten.model.numerics import Array
 from tauten.service.frames import ActuatorLook, RobotLook, ViewFrame
 
@@ -22,10 +23,9 @@ _COLOURS = (
 
 @dataclass(frozen=True, slots=True)
 class _Group:
-    """Actuators with the same units."""
+    """Actuators of one kind."""
 
-    travel_unit: str
-    force_unit: str
+    kind: ActuatorKind
     numbers: tuple[int, ...]
 
 
@@ -45,10 +45,10 @@ class Charts:
         self._travel, self._force = [], []
         for group in self._groups:
             shown = [names[i] for i in group.numbers]
-            self._travel.append(_plot(server, f"travel [{group.travel_unit}]", shown))
+            self._travel.append(_plot(server, group.kind.position.label, shown))
             limit = _common_limit(look, group)
             lines = shown if limit is None else [*shown, "limit"]
-            self._force.append(_plot(server, f"force [{group.force_unit}]", lines))
+            self._force.append(_plot(server, group.kind.effort.label, lines))
         self._error = _plot(server, "distance to target [mm]", ["error"])
         self._step = _plot(server, "step [ms]", ["step", "period"])
 
@@ -60,10 +60,9 @@ class Charts:
         time = np.array([frame.time for frame in frames])  # (m,)
         pull = np.array([frame.pull for frame in frames])  # (m, n_a)
         tension = np.array([frame.tension for frame in frames])  # (m, n_a)
-        actuators = self._look.actuators
         for group, travel, force in zip(self._groups, self._travel, self._force, strict=True):
-            travel.data = (time, *(actuators[i].travel_scale * pull[:, i] for i in group.numbers))
-            lines = [actuators[i].force_scale * tension[:, i] for i in group.numbers]
+            travel.data = (time, *(group.kind.position.scale * pull[:, i] for i in group.numbers))
+            lines = [group.kind.effort.scale * tension[:, i] for i in group.numbers]
             limit = _common_limit(self._look, group)
             if limit is not None:
                 lines.append(np.full(len(time), limit))
@@ -74,17 +73,17 @@ class Charts:
 
 
 def groups(actuators: tuple[ActuatorLook, ...]) -> tuple[_Group, ...]:
-    """Actuators by their units, in the order in which the units appear."""
-    found: dict[tuple[str, str], list[int]] = {}
+    """Actuators by their kind, in the order in which the kinds appear."""
+    found: dict[ActuatorKind, list[int]] = {}
     for i, actuator in enumerate(actuators):
-        found.setdefault((actuator.travel_unit, actuator.force_unit), []).append(i)
-    return tuple(_Group(*units, tuple(numbers)) for units, numbers in found.items())
+        found.setdefault(actuator.kind, []).append(i)
+    return tuple(_Group(kind, tuple(numbers)) for kind, numbers in found.items())
 
 
 def _common_limit(look: RobotLook, group: _Group) -> float | None:
-    """Largest force of all actuators of a group as shown; None where they differ."""
-    found = {look.actuators[i].force_scale * look.actuators[i].force[1] for i in group.numbers}
-    limit = found.pop()
+    """Largest effort of all actuators of a group as shown; None where they differ."""
+    found = {look.actuators[i].tension[1] for i in group.numbers}
+    limit = group.kind.effort.scale * found.pop()
     return limit if not found and np.isfinite(limit) else None
 
 

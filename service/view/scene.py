@@ -208,7 +208,7 @@ def line_pieces(points: Array) -> Floats | None:
 
 def tension_share(actuator: ActuatorLook, tension: float) -> float:
     """Tension as a share of its limit, 0 … 1; of a pressure that may be negative, of the farther limit."""
-    limit = max(abs(actuator.force[0]), abs(actuator.force[1]))
+    limit = max(abs(actuator.tension[0]), abs(actuator.tension[1]))
     return min(abs(tension) / limit, 1.0) if limit > 0.0 and np.isfinite(tension) else 0.0
 
 

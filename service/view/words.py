@@ -62,12 +62,12 @@ def health_in_words(look: RobotLook, frame: ViewFrame, notes: tuple[str, ...]) -
 
 
 def at_limit(look: RobotLook, frame: ViewFrame) -> list[str]:
-    """Names of the actuators whose travel or force is at its upper limit."""
+    """Names of the actuators whose position or effort is at its upper limit."""
     return [
         actuator.name
         for actuator, travel, force in zip(
             look.actuators, frame.pull.tolist(), frame.tension.tolist(), strict=True
         )
-        if travel >= actuator.travel[1] - 1e-3 * (actuator.travel[1] - actuator.travel[0])
-        or force >= actuator.force[1] - 1e-3 * abs(actuator.force[1])
+        if travel >= actuator.pull[1] - 1e-3 * (actuator.pull[1] - actuator.pull[0])
+        or force >= actuator.tension[1] - 1e-3 * abs(actuator.tension[1])
     ]

@@ -6,8 +6,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tauten.model import Robot, TetRobot
-from tauten.service.plant import SHAPES, PathError, PathSettings, Plane, make_path, save_path
+from tauten.model import Robot, Simulator, TetRobot
+from tauten.service.plant import (
+    SHAPES,
+    PathError,
+    PathSettings,
+    Plane,
+    bending_command,
+    make_path,
+    save_path,
+)
 
 SETTINGS = PathSettings(size=0.01, period=4.0)
 
@@ -97,3 +105,24 @@ def test_reach_goes_on_where_there_is_no_equilibrium(finger: TetRobot) -> None:
     assert path.shortened > 0
     assert np.isfinite(path.points).all()
     assert np.ptp(path.points, axis=0).max() > 0.05  # m
+
+
+def test_cables_on_the_other_side_do_not_pull(beam: TetRobot) -> None:
+    """The load of `tauten compare`: one of two antagonistic cables, not both."""
+    pull, tension = bending_command(beam)
+    assert tension is None
+    assert pull == pytest.approx([0.02, 0.0])
+    assert Simulator(beam).settle(pull=pull).converged
+
+
+def test_cables_that_may_be_let_out_get_tensions_of_the_size_of_their_pull(beam: TetRobot) -> None:
+    """Antagonists with winches so strong that their largest tension crushes the robot."""
+    strong = np.full(2, 1e5)
+    limits = replace(beam.limits, pull_min=-beam.limits.pull_max, tension_max=strong)
+    pull, tension = bending_command(replace(beam, limits=limits))
+    assert pull is None
+    assert tension is not None
+    assert tension[1] == 0.0
+    simulator = Simulator(beam)
+    assert simulator.settle(tension=0.02 * tension).converged
+    assert simulator.pull[0] == pytest.approx(0.02 * beam.limits.pull_max[0], rel=0.05)
