@@ -23,7 +23,7 @@ from tauten.model.robot import Robot, RobotRows, State
 from tauten.model.rows import ContactRows, EffectorRows, PairSlots, Rows
 from tauten.model.schema.section import RobotFileError
 from tauten.model.simulator import Simulator
-from tauten.model.skin import NO_CONTACTS, Contacts, Floats, Geometry, Skin, skin_of
+from tauten.model.skin import NO_CONTACTS, Contacts, Floats, Geometry, SkinMesh, skin_of
 from tauten.model.system import Integration, System, make_pattern
 from tauten.model.tetra.robot import TetRobot
 
@@ -61,7 +61,7 @@ __all__ = [
     "RobotRows",
     "Rows",
     "Simulator",
-    "Skin",
+    "SkinMesh",
     "Springs",
     "State",
     "System",

@@ -48,7 +48,7 @@ class Geometry:
 
 
 @dataclass(frozen=True, slots=True)
-class Skin:
+class SkinMesh:
     """The vertices of a robot's surface among its points.
 
     Attributes:
@@ -74,10 +74,10 @@ class Skin:
         )
 
 
-def skin_of(robot: Robot) -> Skin:
+def skin_of(robot: Robot) -> SkinMesh:
     """The skin of a robot."""
     used, inverse = np.unique(robot.triangles, return_inverse=True)
-    return Skin(used, inverse.reshape(-1, 3))
+    return SkinMesh(used, inverse.reshape(-1, 3))
 
 
 def pushing_contacts(robot: Robot, state: State, lam: Array) -> Contacts:

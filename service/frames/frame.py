@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tauten.model import ActuatorKind, Floats, Geometry, Quantity, Robot, Skin
+from tauten.model import ActuatorKind, Floats, Geometry, Quantity, Robot, SkinMesh
 from tauten.model.numerics import Array, Ints
 from tauten.service.wire import Cause, Mode
 
@@ -109,7 +109,7 @@ class ViewFrame:
         return sum(array.nbytes for array in arrays)
 
 
-def look_of(robot: Robot, skin: Skin) -> RobotLook:
+def look_of(robot: Robot, skin: SkinMesh) -> RobotLook:
     """The looks of a robot.
 
     Args:

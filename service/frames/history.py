@@ -93,4 +93,3 @@ class FrameHistory:
         self._frames, self._times = self._frames[::2], self._times[::2]
         self._bytes = sum(frame.nbytes for frame in self._frames)
         self._stride *= 2
-        self._count = 1

@@ -9,6 +9,7 @@ import numpy as np
 from tauten.model.numerics import Array
 from tauten.service.wire import reach_of
 
+_FAR = 1e6  # m; squares of larger numbers may overflow
 _WITHIN = 0.999  # of the reach, so that rounding on the wire cannot put a target outside
 
 
@@ -64,7 +65,7 @@ class TargetStore:
         """
         if position.shape != (3,) or not np.isfinite(position).all():
             return None
-        away = position - self._rest[effector]
+        away = np.clip(position - self._rest[effector], -_FAR, _FAR)
         distance = float(np.linalg.norm(away))
         if distance <= self._reach:
             return position.copy()

@@ -24,8 +24,7 @@ from tauten.service.node.inputs import Goal, NodeInputs
 from tauten.service.node.loop import Action, ControlLoop
 from tauten.service.node.metrics import prometheus_text
 from tauten.service.node.model_watch import FallBack
-from tauten.service.node.outputs import NodeOutputs
-from tauten.service.node.shape import ShapePublisher
+from tauten.service.node.outputs import NodeOutputs, ShapePublisher
 from tauten.service.node.state_machine import Signals
 from tauten.service.node.statistics import LoopStatistics
 from tauten.service.process import StopFlag
@@ -255,7 +254,7 @@ class Node:
         return prometheus_text(self._robot.name, diagnostics, times)
 
     def _diagnostics(self, clock: Clock) -> list[Diagnostic]:
-        arrived = self._inputs.diagnostics()
+        arrived = [*self._inputs.diagnostics(), self._shape.diagnostic()]
         if self._fall_back is not None:
             arrived.append(self._fall_back.watch.diagnostic())
         return self._statistics.diagnostics(clock, arrived, self._recorder, self._facts)

@@ -50,6 +50,7 @@ class ViewSession:
     """One robot in one server.
 
     Attributes:
+        source: of the frames.
         targets: what is followed while it is armed.
         waypoints: of one effector.
     """
@@ -63,7 +64,7 @@ class ViewSession:
             guard: tells when the operator's browser leaves.
         """
         look = source.look
-        self._source, self._server = source, server
+        self.source, self._server = source, server
         self._panel = ViewPanel(server, look, operates=True)
         self._scene = RobotScene(server, look, draggable=True)
         self.targets = TargetStore(look.rest, look.size)
@@ -97,12 +98,12 @@ class ViewSession:
             stop: ends it.
             seconds: ends it too; None: only `stop` does.
         """
-        rate = self._source.look.rate
+        rate = self.source.look.rate
         clock, period = Clock(1.0 / rate), 1.0 / rate
         begin, processor, drawn = time.monotonic(), time.process_time(), -1.0
         while not stop.requested and (seconds is None or time.monotonic() - begin < seconds):
             clock.wait()
-            wanted = 1.0 / (self._panel.speed if self._source.pausable else 1.0) / rate
+            wanted = 1.0 / (self._panel.speed if self.source.pausable else 1.0) / rate
             if wanted != period:
                 clock, period = Clock(wanted), wanted
             now = time.monotonic()
@@ -123,13 +124,13 @@ class ViewSession:
         paused = self._panel.paused
         if paused and self._shown is None:
             self._shown = self._history.last
-        if not paused and self._source.pausable:
+        if not paused and self.source.pausable:
             self._shown = None
-        if paused and self._source.pausable:
+        if paused and self.source.pausable:
             return
         self._play()
-        self._elapsed += 1.0 / self._source.look.rate
-        frame = self._source.advance(self.targets.goal(), due)
+        self._elapsed += 1.0 / self.source.look.rate
+        frame = self.source.advance(self.targets.goal(), due)
         if frame is not None:
             self._history.add(frame)
             self.targets.rest_at(frame.effector)
@@ -157,7 +158,7 @@ class ViewSession:
         history, panel = self._history, self._panel
         panel.charts.draw(history.between(frame.time - SPAN, frame.time))
         panel.show_time(history.first, history.last, frame.time)
-        words = health_in_words(self._source.look, frame, self._source.notes)
+        words = health_in_words(self.source.look, frame, self.source.notes)
         panel.say(f"{mode_in_words(frame.mode, frame.cause)}\n\n{words}")
 
     def _do(self, request: Request) -> None:
@@ -179,12 +180,12 @@ class ViewSession:
             self._change_waypoints(request)
 
     def _command(self, command: OperatorCommand) -> None:
-        self._source.command(command)
+        self.source.command(command)
         if command in (OperatorCommand.STOP, OperatorCommand.HOLD):
             self._playing = None
         if command is OperatorCommand.STOP:
             self._disarm()
-        if self._source.pausable:
+        if self.source.pausable:
             self._panel.pause(False)
 
     def _change_waypoints(self, request: Request) -> None:
