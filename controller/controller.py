@@ -175,6 +175,11 @@ class Controller:
         return self._forces.copy()
 
     @property
+    def lam_c(self) -> Array:
+        """Contact force of every candidate in the last step: (n_c,) [N]."""
+        return self._forces.at_candidates(self.space)
+
+    @property
     def effector(self) -> Array:
         """The model's own effector positions: (p, 3) [m]."""
         if self._prepared is not None:  # which has computed them

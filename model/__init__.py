@@ -33,6 +33,7 @@ from tauten.model.robot import Robot, RobotRows, State
 from tauten.model.rows import ContactRows, EffectorRows, PairSlots, Rows
 from tauten.model.schema.section import RobotFileError
 from tauten.model.simulator import Simulator
+from tauten.model.skin import NO_CONTACTS, Contacts, Floats, Geometry, SkinMesh, skin_of
 from tauten.model.system import Integration, System, make_pattern
 from tauten.model.tetra.robot import TetRobot
 
@@ -46,28 +47,33 @@ __all__ = [
     "ContactRows",
     "ContactSpace",
     "EffectorGoal",
+    "Contacts",
     "EffectorLayout",
     "EffectorRows",
     "EmptySpace",
     "Ending",
     "Enrichment",
     "EnrichmentLoop",
+    "Floats",
     "Forces",
     "ForwardStep",
+    "Geometry",
     "Integration",
     "Limits",
     "MeshError",
+    "NO_CONTACTS",
     "PairSlots",
     "Pose",
     "PredictedStep",
     "ROWS",
-    "ReducedContacts",
     "Quantity",
+    "ReducedContacts",
     "Robot",
     "RobotFileError",
     "RobotRows",
     "Rows",
     "Simulator",
+    "SkinMesh",
     "Springs",
     "State",
     "System",
@@ -87,5 +93,6 @@ __all__ = [
     "no_forces",
     "point_layout",
     "row_compliance",
+    "skin_of",
     "worst_rows",
 ]

@@ -304,7 +304,7 @@ def _compare(reader: LogReader, setup: Setup, robot: str, tolerance: float) -> R
         worst_tick=int(shares.argmax()),
         statuses=sum(before != now for before, now in courses.status),
         tolerance=tolerance,
-        notes=tuple(_changes(reader, setup)),
+        notes=tuple(changes(reader, setup)),
     )
 
 
@@ -327,7 +327,8 @@ def _courses(recorded: Iterator[RecordedTick], setup: Setup) -> Courses:
     )
 
 
-def _changes(reader: LogReader, setup: Setup) -> Iterator[str]:
+def changes(reader: LogReader, setup: Setup) -> Iterator[str]:
+    """What has changed since a log was made, a sentence each; once all its messages have been read."""
     if not reader.complete:
         yield "the log was cut short"
     now = setup.metadata()

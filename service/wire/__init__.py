@@ -1,5 +1,14 @@
 """The network: keys, messages, sessions, modes, rejection reasons."""
 
+from tauten.service.wire.cloud import (
+    CLOUD,
+    CONTACT_FIELDS,
+    LARGEST_CLOUD,
+    SKIN_FIELDS,
+    Cloud,
+    decode_cloud,
+    encode_cloud,
+)
 from tauten.service.wire.commands import (
     COMMAND_RING,
     CommandSubscriber,
@@ -75,8 +84,11 @@ from tauten.service.wire.tick import Positions, Tick, decode_tick, encode_tick
 __all__ = [
     "CDR",
     "CLOCKS_AGREE",
+    "CLOUD",
     "COMMAND_RING",
+    "CONTACT_FIELDS",
     "Cause",
+    "Cloud",
     "CommandSubscriber",
     "Diagnostic",
     "EFFECTOR_RING",
@@ -88,6 +100,7 @@ __all__ = [
     "JSON",
     "Joints",
     "Keys",
+    "LARGEST_CLOUD",
     "Level",
     "LockOrder",
     "MAX_PAYLOAD",
@@ -107,6 +120,7 @@ __all__ = [
     "Rejection",
     "RejectionReason",
     "Role",
+    "SKIN_FIELDS",
     "Source",
     "TEXT",
     "TICK",
@@ -115,6 +129,7 @@ __all__ = [
     "ask_description",
     "decode_command",
     "decode_effector",
+    "decode_cloud",
     "decode_health",
     "decode_joints",
     "decode_point",
@@ -122,6 +137,7 @@ __all__ = [
     "default_port",
     "definition",
     "effector_json",
+    "encode_cloud",
     "encode_command",
     "encode_effector",
     "encode_float",

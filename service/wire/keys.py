@@ -69,6 +69,16 @@ class Keys:
         return self._key("health")
 
     @property
+    def surface(self) -> str:
+        """Published by the node while somebody listens, sensor_msgs/PointCloud2: skin and cables [m]."""
+        return self._key("surface")
+
+    @property
+    def contacts(self) -> str:
+        """Published by the node while somebody listens, sensor_msgs/PointCloud2: [m] and forces [N]."""
+        return self._key("contacts")
+
+    @property
     def plant_token(self) -> str:
         """Liveliness token of a plant."""
         return self._key("plant")
