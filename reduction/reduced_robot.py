@@ -8,7 +8,17 @@ from typing import Protocol
 
 import numpy as np
 
-from tauten.model import Integration, Limits, PairSlots, Robot, RobotRows, State, System
+from tauten.model import (
+    Actuators,
+    EffectorLayout,
+    Integration,
+    Limits,
+    PairSlots,
+    Robot,
+    RobotRows,
+    State,
+    System,
+)
 from tauten.model.numerics import Array, DenseFactors, Ints
 
 
@@ -67,13 +77,18 @@ class ReducedRobot(ABC):
 
     @property
     def n_a(self) -> int:
-        """Cables."""
-        return self.full.n_a
+        """Actuators; couplings count as one."""
+        return len(self.full.actuators)
 
     @property
     def n_e(self) -> int:
         """Effector rows."""
-        return self.full.n_e
+        return self.effector_layout.n_rows
+
+    @property
+    def effector_layout(self) -> EffectorLayout:
+        """Kinds of the effectors, their rows, goal values and weights."""
+        return self.full.effector_layout
 
     @property
     def n_c(self) -> int:
@@ -102,13 +117,13 @@ class ReducedRobot(ABC):
 
     @property
     def limits(self) -> Limits:
-        """Limits of the winches."""
+        """Limits of the actuators."""
         return self.full.limits
 
     @property
-    def cable_names(self) -> tuple[str, ...]:
-        """Names of the cables, in the order of λ_a."""
-        return self.full.cable_names
+    def actuators(self) -> Actuators:
+        """Names, kinds and laws of the actuators, in the order of λ_a."""
+        return self.full.actuators
 
     @property
     def effector_names(self) -> tuple[str, ...]:
@@ -124,6 +139,15 @@ class ReducedRobot(ABC):
     def pairs(self) -> tuple[PairSlots, ...]:
         """Contact pairs in the order of their slots."""
         return self.full.pairs
+
+    @property
+    def cable_owners(self) -> Ints:
+        """The actuator of every segment that `cable_segments` gives: (s,)."""
+        return self.full.cable_owners
+
+    def cable_segments(self, state: State) -> Array:
+        """Both ends of every straight piece of the cables: (s, 2, 3) [m]; as long as the mesh."""
+        return self.full.cable_segments(self.lifted(state))
 
     def rest(self) -> State:
         """The stress-free state at standstill."""
@@ -150,7 +174,7 @@ class ReducedRobot(ABC):
 
     @abstractmethod
     def loaded(self, gravity: Array, effector_force: Array) -> ReducedRobot:
-        """The robot under another gravity (3,) [m/s²] and forces on its effectors (n_e,) [N]."""
+        """The robot under another gravity (3,) [m/s²] and forces on its effectors (3 p,) [N]."""
 
     @abstractmethod
     def lifted(self, state: State) -> State:
@@ -165,6 +189,14 @@ class ReducedRobot(ABC):
         """Positions of the effectors: (p, 3) [m]."""
 
     @abstractmethod
+    def effector_values(self, state: State) -> Array:
+        """Goal values of the effectors: (n_v,)."""
+
+    @abstractmethod
+    def contact_normals(self, state: State) -> Array:
+        """Directions in which contacts push the candidates, NaN out of range: (n_c, 3)."""
+
+    @abstractmethod
     def candidates(self, state: State) -> Array:
         """Positions of the contact candidates: (n_c, 3) [m]."""
 
@@ -176,11 +208,11 @@ class ReducedRobot(ABC):
     def forces(
         self, state: State, tension: Array | None = None, exact: bool = False
     ) -> tuple[Array, Array]:
-        """Forces without cables and contacts (r,), and the tangent K (r, r).
+        """Forces without actuators and contacts (r,), and the tangent K (r, r).
 
         Args:
             state: where to evaluate.
-            tension: (n_a,) tensions whose curvature enters the tangent [N].
+            tension: (n_a,) efforts of the actuators, whose curvature enters the tangent.
             exact: the exact derivative, which is not always positive definite.
         """
 
@@ -192,7 +224,7 @@ class ReducedRobot(ABC):
 
         Args:
             state: where the step starts.
-            tension: (n_a,) last tensions, for the curvature they add to A [N].
+            tension: (n_a,) last efforts of the actuators, for the curvature they add to A.
             integration: replaces the robot's own scheme.
 
         Raises:
@@ -201,7 +233,7 @@ class ReducedRobot(ABC):
 
     @abstractmethod
     def rows(self, state: State, contacts: bool = True) -> RobotRows:
-        """Rows of effectors, cables and, where `contacts` is true, contacts at this state."""
+        """Rows of effectors, actuators and, where `contacts` is true, contacts at this state."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -21,12 +21,16 @@ ORDER = (
     "model",
     "model.mesh",
     "model.points",
+    "model.actuators",
+    "model.effectors",
     "model.contact",
     "model.body",
     "model.tetra",
+    "model.constraints",
     "model.beams",
     "model.load",
     "model.robots",
+    "model.robots.gallery",
     "reduction",
     "reduction.campaign",
     "reduction.contact",
@@ -37,6 +41,7 @@ ORDER = (
     "controller",
     "service.process",
     "service.check",
+    "service.new",
     "service.wire",
     "service.log",
     "service",
@@ -44,6 +49,8 @@ ORDER = (
     "service.replay",
     "service.plant",
     "service.operate",
+    "service.frames",
+    "service.view",
     "service.bench.elements",
     "service.bench.qpcc",
     "service.bench",
@@ -56,7 +63,14 @@ MOST_LINES = 400
 MOST_PARAMETERS = 8
 DOCUMENTED = 3  # parameters of a public function from which on its docstring lists them
 # `serve` is the process that a robot depends on: none of these is loaded by it.
-LABORATORY = ("service.bench", "service.tables", "service.plots", "service.cli")
+LABORATORY = (
+    "service.frames",
+    "service.view",
+    "service.bench",
+    "service.tables",
+    "service.plots",
+    "service.cli",
+)
 
 FILES = [
     path

@@ -13,11 +13,15 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import null_space
 from scipy.spatial.transform import Rotation
+from scipy.stats.qmc import LatinHypercube
 
-from tauten.model import Robot
+from tauten.model import CommandRange, Robot, command_range
 from tauten.model.numerics import Array
 
-RAMP_STEPS = 800  # equilibria of a ramp, about, unless its step is given
+RAMP_STEPS = 800  # of one actuator whose position is commanded, as in the paper
+EFFORT_STEPS = 200  # of one actuator whose effort is commanded
+RUN_STEPS = 20  # of a run of several actuators
+LEAST_RUNS, RUNS_EACH = 8, 2  # number of such runs, and more for each actuator
 
 
 class DesignError(ValueError):
@@ -29,10 +33,10 @@ class Run:
     """Equilibria that follow one another, from rest.
 
     Attributes:
-        pull: (n_a, s) pulled lengths [m]; NaN where tensions are prescribed.
+        pull: (n_a, s) positions [m]; NaN where efforts are prescribed.
         gravity: (3, s) acceleration of gravity [m/s²].
-        effector_force: (n_e, s) outer forces on the effectors [N].
-        tension: (n_a, s) tensions prescribed instead of pulled lengths [N].
+        effector_force: (3 p, s) outer forces on the effectors [N].
+        tension: (n_a, s) efforts prescribed instead of positions [N]; NaN where positions are.
     """
 
     pull: Array
@@ -107,19 +111,57 @@ class Ranges:
             )
 
 
-def ramp(robot: Robot, step: float | None = None) -> Design:
+def exploring(robot: Robot, seed: int = 0) -> Design:
+    """The design for a robot about which nothing else is known.
+
+    One actuator goes through its range in small steps, as in the paper. Several go from rest to commands of a
+    Latin hypercube over their ranges, in as many runs as their number needs.
+
+    Args:
+        robot: its limits and gravity are used.
+        seed: of the random commands.
+    """
+    found = command_range(robot)
+    if robot.n_a == 1 and not found.by_force[0] and found.least[0] == 0.0:
+        return ramp(robot, float(found.most[0]) / RAMP_STEPS)
+    if robot.n_a == 1:
+        ends = np.array([[1.0], *([[-1.0]] if found.least[0] < 0.0 else [])])
+        steps = EFFORT_STEPS
+    else:
+        count = LEAST_RUNS + RUNS_EACH * robot.n_a
+        both = found.least < 0.0
+        levels = latin_hypercube_levels(count, robot.n_a, seed)
+        ends, steps = np.where(both, 2.0 * levels - 1.0, levels), RUN_STEPS
+    runs = tuple(_to_command(robot, found, end, steps) for end in ends)
+    return Design(
+        f"exploring: {len(runs)} runs of {steps} steps within the range of each actuator, seed {seed}",
+        runs,
+    )
+
+
+def _to_command(robot: Robot, found: CommandRange, shares: Array, steps: int) -> Run:
+    """A run from rest to a command given by shares (n_a,) of the ranges."""
+    rise = np.arange(1, steps + 1) / steps
+    commands = [found.command(share * shares) for share in rise]
+    return Run(
+        pull=np.stack([command.pull for command in commands], axis=1),
+        gravity=np.tile(robot.gravity[:, None], steps),
+        effector_force=np.zeros((3 * len(robot.effector_names), steps)),
+        tension=np.stack([command.tension for command in commands], axis=1),
+    )
+
+
+def ramp(robot: Robot, step: float = 5e-5) -> Design:
     """One run a cable: pulled from rest to its limit in equal steps, as in the paper.
 
     Args:
         robot: its limits and gravity are used.
-        step: of the pulled length [m]; default: so that all runs together have about 800 snapshots.
+        step: of the pulled length [m]; the finger's 40 mm make 800 snapshots.
 
     Raises:
         DesignError: the step is not positive or beyond the largest pull.
     """
     limit = robot.limits.pull_max  # (n_a,)
-    if step is None:
-        step = min(float(limit.sum()) / RAMP_STEPS, float(limit.min()))
     if not 0.0 < step <= limit.min():
         raise DesignError(f"ramp step is {step} m: allowed are 0 to {limit.min()} m, above 0")
     runs = []
@@ -127,7 +169,9 @@ def ramp(robot: Robot, step: float | None = None) -> Design:
         steps = round(float(limit[cable]) / step)
         final = np.zeros(robot.n_a)
         final[cable] = limit[cable]
-        runs.append(_from_rest(final, robot.gravity, np.zeros(robot.n_e), steps))
+        runs.append(
+            _from_rest(final, robot.gravity, np.zeros(3 * len(robot.effector_names)), steps)
+        )
     sizes = " + ".join(str(len(run)) for run in runs)
     return Design(f"ramp: each cable to its largest pull in {sizes} steps", tuple(runs))
 
@@ -186,7 +230,7 @@ def plackett_burman_levels(factors: int) -> Array:
 
 
 def latin_hypercube_levels(runs: int, factors: int, seed: int) -> Array:
-    """Levels in [0, 1), one in each of the `runs` classes of every factor.
+    """Levels in [0, 1), one in each of the `runs` classes of every factor, of low centred discrepancy.
 
     Args:
         runs: number of runs.
@@ -196,14 +240,16 @@ def latin_hypercube_levels(runs: int, factors: int, seed: int) -> Array:
     Returns:
         (runs, factors).
     """
-    rng = np.random.default_rng(seed)
-    order = rng.permuted(np.tile(np.arange(runs)[:, None], factors), axis=0)
-    levels: Array = (order + rng.random((runs, factors))) / runs
+    sampler = LatinHypercube(
+        factors, optimization="random-cd" if runs > 1 else None, seed=np.random.default_rng(seed)
+    )
+    levels: Array = sampler.random(runs)
     return levels
 
 
 def _factor_count(robot: Robot, ranges: Ranges) -> int:
-    return robot.n_a + 2 * (ranges.tilt > 0.0) + robot.n_e * (ranges.force > 0.0)
+    forces = 3 * len(robot.effector_names) * (ranges.force > 0.0)
+    return robot.n_a + 2 * (ranges.tilt > 0.0) + forces
 
 
 def _spread(robot: Robot, ranges: Ranges, levels: Array, steps: int, name: str) -> Design:
@@ -218,7 +264,7 @@ def _spread(robot: Robot, ranges: Ranges, levels: Array, steps: int, name: str) 
         final = (low + (high - low) * row[: robot.n_a]) * limit
         turn = np.zeros(2)
         turn[: tilts - robot.n_a] = ranges.tilt * (2.0 * row[robot.n_a : tilts] - 1.0)
-        force = np.zeros(robot.n_e)
+        force = np.zeros(3 * len(robot.effector_names))
         force[: len(row) - tilts] = ranges.force * (2.0 * row[tilts:] - 1.0)
         turned = Rotation.from_rotvec(axes @ turn).apply(gravity)
         runs.append(_from_rest(final, turned, force, steps, ranges.tension is not None))
@@ -230,7 +276,7 @@ def _spread(robot: Robot, ranges: Ranges, levels: Array, steps: int, name: str) 
 def _from_rest(
     final: Array, gravity: Array, force: Array, steps: int, tension: bool = False
 ) -> Run:
-    """Pulls or tensions from just above 0 to final (n_a,), gravity (3,) and force (n_e,) constant."""
+    """Pulls or tensions from just above 0 to final (n_a,), gravity (3,) and force (3 p,) constant."""
     rise = np.outer(final, np.arange(1, steps + 1) / steps)  # (n_a, s)
     return Run(
         pull=np.full_like(rise, np.nan) if tension else rise,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from tauten.model import Robot, TetRobot
 from tauten.model.beams import BeamRobot
+from tauten.model.constraints import ConstrainedRobot
 from tauten.reduction.reduced_robot import Reducible, StateBasisError
 from tauten.reduction.state.beams import ReducibleBeamRobot
 from tauten.reduction.state.tetra import ReducibleTetRobot
@@ -15,6 +16,11 @@ def reducible(robot: Robot) -> Reducible:
     Raises:
         StateBasisError: its kind of body has no state bases.
     """
+    if isinstance(robot, ConstrainedRobot):
+        raise StateBasisError(
+            f"robot {robot.name}: robots with drives, rigid regions or attachments have no state bases; "
+            "use the full model"
+        )
     if isinstance(robot, TetRobot):
         return ReducibleTetRobot(robot)
     if isinstance(robot, BeamRobot):

@@ -9,10 +9,10 @@ from typing import Literal
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from tauten.model import Robot, default_enrichment
+from tauten.model import ContactSpace, Robot, default_enrichment
 from tauten.model.numerics import Array, Bools
 from tauten.reduction.campaign import Snapshots
-from tauten.reduction.contact import ContactBasis, TipErrors, tip_errors
+from tauten.reduction.contact import TipErrors, tip_errors
 from tauten.reduction.provenance import package_versions
 from tauten.reduction.reduced_robot import ElementSample, StateBasisError
 from tauten.reduction.state.basis import StateBasis, StateOrigin
@@ -57,7 +57,7 @@ class StateSettings:
 
 
 def reduce_states(
-    robot: Robot, snapshots: Snapshots, basis: ContactBasis, settings: StateSettings
+    robot: Robot, snapshots: Snapshots, basis: ContactSpace, settings: StateSettings
 ) -> StateBasis:
     """A state basis, its sample of elements, and its tip errors on equilibria that were held out.
 
@@ -94,7 +94,7 @@ def n_elements(robot: Robot) -> int:
 
 
 def _reduced(
-    robot: Robot, snapshots: Snapshots, basis: ContactBasis, settings: StateSettings
+    robot: Robot, snapshots: Snapshots, basis: ContactSpace, settings: StateSettings
 ) -> StateBasis:
     """As `reduce_states`, arguments checked."""
     body = reducible(robot)
@@ -183,7 +183,7 @@ def chosen_modes(found: Pod, r: int | Literal["auto"], allowed: float) -> Pod:
 
 
 def check_errors(
-    robot: Robot, states: StateBasis, basis: ContactBasis, held_out: Snapshots
+    robot: Robot, states: StateBasis, basis: ContactSpace, held_out: Snapshots
 ) -> TipErrors:
     """Tip errors of the reduced model, with the enrichment of a controller, at full-order equilibria.
 
@@ -199,7 +199,7 @@ def check_errors(
 
 
 def checked_on_held_out(
-    robot: Robot, states: StateBasis, basis: ContactBasis, held_out: Snapshots
+    robot: Robot, states: StateBasis, basis: ContactSpace, held_out: Snapshots
 ) -> StateBasis:
     """The basis with its tip errors on held-out equilibria.
 

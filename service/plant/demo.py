@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import csv
 import signal
 import subprocess
 import time
@@ -11,9 +10,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from tauten.service.plant.paths import PathSettings, TargetPath, make_path
+from tauten.model import Actuators
+from tauten.service.plant.paths import PathSettings, make_path
 from tauten.service.plant.plant import Drive
 from tauten.service.plant.processes import STOP_TIME, Child, DemoError, child, free_ports
+from tauten.service.plant.waypoints import save_path
 from tauten.service.process import StopFlag
 from tauten.service.replay import RecordedRun, RunReport, make_report, read_run
 from tauten.service.setup import Order, load_setup
@@ -57,11 +58,11 @@ class DemoSettings:
 
 @dataclass(frozen=True, slots=True)
 class DemoResult:
-    """What the demo did: its run, the numbers of it, names of the cables."""
+    """What the demo did: its run, the numbers of it, the robot's actuators."""
 
     run: RecordedRun
     report: RunReport
-    cables: tuple[str, ...]
+    actuators: Actuators
 
 
 def run_demo(settings: DemoSettings, stop: StopFlag, notify: Callable[[str], None]) -> DemoResult:
@@ -106,27 +107,18 @@ def run_demo(settings: DemoSettings, stop: StopFlag, notify: Callable[[str], Non
         _wait_alive(Keys(robot.name), Network(port), (node, plant, sender), stop)
         notify(f"following targets for {settings.seconds:g} s")
         _wait_end(sender, (node, plant), stop)
-        notify("releasing the cables")
+        notify("releasing the actuators")
         _end(node)
         _end(plant)
     notify("reading the log")
-    return _result(folder, robot.cable_names)
+    return _result(folder, robot.actuators)
 
 
-def _result(folder: Path, cables: tuple[str, ...]) -> DemoResult:
+def _result(folder: Path, actuators: Actuators) -> DemoResult:
     run = read_run(folder / LOG)
     report = make_report(run)
     report.save(folder / REPORT)
-    return DemoResult(run, report, cables)
-
-
-def save_path(path: TargetPath, file: Path) -> None:
-    """Write a path as the CSV that `tauten stream` reads."""
-    with file.open("w", newline="", encoding="utf-8") as stream:
-        writer = csv.writer(stream)
-        writer.writerow(["t", "x", "y", "z"])
-        for time_, (x, y, z) in zip(path.times.tolist(), path.points.tolist(), strict=True):
-            writer.writerow([repr(value) for value in (time_, x, y, z)])
+    return DemoResult(run, report, actuators)
 
 
 def _wait_alive(keys: Keys, network: Network, children: tuple[Child, ...], stop: StopFlag) -> None:

@@ -20,23 +20,23 @@ from tauten.service.wire import (
     FLOAT,
     HEALTH,
     JOINTS,
-    POINT,
+    MESSAGE_TYPES,
     Diagnostic,
+    EffectorMessage,
     Joints,
     Keys,
     Level,
     MessageCounts,
     Network,
-    Point,
     Publisher,
     Rejection,
     Role,
     Window,
     decode_joints,
+    encode_effector,
     encode_float,
     encode_health,
     encode_joints,
-    encode_point,
     open_session,
     payload_of,
     typestore,
@@ -85,13 +85,21 @@ class Plant:
         # only the latest actuation is used
         self._source = session.declare_subscriber(keys.actuation, zenoh.handlers.RingChannel(1))
         self._state = Publisher(session, keys.plant_state, JOINTS)
-        names = robot.effector_names
+        names, kinds = robot.effector_names, robot.effector_layout.kinds
         groups = [keys.plant_effectors(names)] + [keys.measurements(names)] * settings.measure
-        self._effectors = [[Publisher(session, key, POINT) for key in group] for group in groups]
+        self._effectors = [
+            [
+                Publisher(session, key, MESSAGE_TYPES[kind])
+                for key, kind in zip(group, kinds, strict=True)
+            ]
+            for group in groups
+        ]
         self._gap = Publisher(session, keys.plant_gap, FLOAT)
         self._health = Publisher(session, keys.plant_health, HEALTH, urgent=False)
-        self._drive = settings.drive
-        self._command: Array = np.zeros(robot.n_a)
+        # what leads each actuator: efforts of those that a hold keeps by their effort
+        self._by_force = robot.actuators.held_by_force | (settings.drive == "tension")
+        self._pull: Array = np.where(self._by_force, np.nan, 0.0)
+        self._tension: Array = np.where(self._by_force, 0.0, np.nan)
         self._counts = MessageCounts()
         self._step = Window()
         self._unconverged = 0
@@ -115,7 +123,7 @@ class Plant:
         sample = self._source.try_recv()
         if sample is None:
             return
-        payload, names = payload_of(sample), self._robot.cable_names
+        payload, names = payload_of(sample), self._robot.actuators.names
         if isinstance(payload, Rejection):
             self._counts.refuse(payload)
             return
@@ -124,15 +132,14 @@ class Plant:
             self._counts.refuse(joints)
             return
         self._counts.accepted += 1
-        found = joints.pull if self._drive == "pull" else joints.tension
-        self._command = np.array(found)  # (n_a,)
+        pull, tension = np.array(joints.pull), np.array(joints.tension)  # (n_a,)
+        self._pull = np.where(self._by_force, np.nan, pull)
+        self._tension = np.where(self._by_force, tension, np.nan)
 
     def _advance(self) -> None:
         """One step; a simulation that blows up starts again at rest."""
         try:
-            simulator, command = self._simulator, self._command
-            pulled = self._drive == "pull"
-            report = simulator.step(pull=command) if pulled else simulator.step(tension=command)
+            report = self._simulator.step(pull=self._pull, tension=self._tension)
             self._unconverged += not report.converged
         except FactorisationError as error:
             log.error("the simulation has blown up and starts again at rest: %s", error)
@@ -141,12 +148,14 @@ class Plant:
 
     def _publish(self) -> None:
         robot, simulator, stamp = self._robot, self._simulator, time.time_ns()
-        points = [Point(stamp, robot.frame, (x, y, z)) for x, y, z in simulator.effector.tolist()]
-        for publishers in self._effectors:
-            for publisher, point in zip(publishers, points, strict=True):
-                publisher.put(encode_point(point))
+        layout, values = robot.effector_layout, simulator.effector_values
+        for i, (kind, name) in enumerate(zip(layout.kinds, layout.names, strict=True)):
+            own = tuple(values[layout.values_of(i)].tolist())
+            payload = encode_effector(kind, name, EffectorMessage(stamp, robot.frame, own))
+            for publishers in self._effectors:
+                publishers[i].put(payload)
         pull, tension = tuple(simulator.pull.tolist()), tuple(simulator.tension.tolist())
-        joints = Joints(stamp, robot.frame, robot.cable_names, pull, tension)
+        joints = Joints(stamp, robot.frame, robot.actuators.names, pull, tension)
         self._state.put(encode_joints(joints))
         self._gap.put(encode_float(float(simulator.gaps.min(initial=np.inf))))
 

@@ -8,27 +8,25 @@ from dataclasses import dataclass
 
 import zenoh
 
-from tauten.model import Robot
 from tauten.service.node import Clock
-from tauten.service.plant.paths import TargetPath
+from tauten.service.plant.receiver import Receiver
+from tauten.service.plant.waypoints import TargetPath
 from tauten.service.process import StopFlag
 from tauten.service.wire import (
     CDR,
     JSON,
-    POINT,
+    MESSAGE_TYPES,
+    EffectorMessage,
     Keys,
     Network,
-    Point,
     Role,
-    encode_point,
-    is_alive,
+    effector_json,
+    encode_effector,
     open_session,
-    point_json,
+    wait_for,
 )
 
 log = logging.getLogger(__name__)
-
-_RETRY = 0.2  # s
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,12 +49,12 @@ class StreamSettings:
 
 
 def stream(
-    robot: Robot, path: TargetPath, settings: StreamSettings, network: Network, stop: StopFlag
+    receiver: Receiver, path: TargetPath, settings: StreamSettings, network: Network, stop: StopFlag
 ) -> int:
     """Send targets, once the robot's node is alive; returns how many.
 
     Args:
-        robot: that is served.
+        receiver: the robot that is served.
         path: of the targets.
         settings: of the stream.
         network: ports or configuration.
@@ -65,55 +63,38 @@ def stream(
     Raises:
         NetworkError: no session.
     """
-    keys = Keys(robot.name)
-    key = keys.targets(robot.effector_names)[settings.effector]
-    session = open_session(network, Role.OTHER, robot.name)
+    keys = Keys(receiver.name)
+    key = keys.targets(receiver.effectors)[settings.effector]
+    session = open_session(network, Role.OTHER, receiver.name)
     try:
         tokens = [keys.token, *([keys.plant_token] if settings.await_plant else [])]
         if not all(wait_for(session, token, stop) for token in tokens):
             return 0
-        encoding = f"{JSON if settings.json else CDR};{POINT}"
+        kind = receiver.kinds[settings.effector]
+        encoding = f"{JSON if settings.json else CDR};{MESSAGE_TYPES[kind]}"
         publisher = session.declare_publisher(key, encoding=encoding, express=True)
-        return _send(publisher, robot.frame, path, settings, stop)
+        return _send(publisher, receiver, path, settings, stop)
     finally:
         session.close()  # type: ignore[no-untyped-call]
 
 
 def _send(
     publisher: zenoh.Publisher,
-    frame: str,
+    receiver: Receiver,
     path: TargetPath,
     settings: StreamSettings,
     stop: StopFlag,
 ) -> int:
-    encode = point_json if settings.json else encode_point
+    encode = effector_json if settings.json else encode_effector
+    kind, name = receiver.kinds[settings.effector], receiver.effectors[settings.effector]
     end = settings.duration
     if end is None and not path.repeats:
         end = path.duration
     clock, count, elapsed = Clock(1.0 / settings.rate), 0, 0.0
     while not stop.requested and (end is None or elapsed <= end):
-        x, y, z = path.at(elapsed).tolist()
-        publisher.put(encode(Point(time.time_ns(), frame, (x, y, z))))
+        values = tuple(path.at(elapsed).tolist())
+        publisher.put(encode(kind, name, EffectorMessage(time.time_ns(), receiver.frame, values)))
         count += 1
         elapsed = clock.wait().index * clock.period
     log.info("%d targets sent", count)
     return count
-
-
-def wait_for(session: zenoh.Session, token: str, stop: StopFlag) -> bool:
-    """Wait until a liveliness token is declared; False after a request to stop.
-
-    Args:
-        session: open Zenoh session.
-        token: its key.
-        stop: ends the wait.
-    """
-    waiting = False
-    while not stop.requested:
-        if is_alive(session, token):
-            return True
-        if not waiting:
-            log.info("waiting for %s", token)
-        waiting = True
-        time.sleep(_RETRY)
-    return False

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from tauten.model import Actuators, Quantity
 from tauten.model.numerics import Array
-from tauten.service.replay import RecordedRun, distance_to_goal
+from tauten.service.replay import RecordedRun, Series, errors_to_goal
 
 _TARGET, _MODEL, _PLANT, _LIMIT = "#222222", "#0072b2", "#d55e00", "#999999"
 CABLE_COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
@@ -17,22 +19,64 @@ _MM = 1e3
 _LEAD = 0.5  # s shown before the first goal
 
 
-def draw_run(run: RecordedRun, cables: tuple[str, ...], path: Path) -> None:
+@dataclass(frozen=True, slots=True)
+class Shown:
+    """How positions or efforts of actuators are shown on one axis.
+
+    Attributes:
+        names: of the actuators, with units where these differ.
+        label: of the axis.
+        unit: in brackets; "" where units differ.
+        scale: (n_a,) from SI units to those shown.
+    """
+
+    names: tuple[str, ...]
+    label: str
+    unit: str
+    scale: Array
+
+
+def shown_positions(actuators: Actuators) -> Shown:
+    """How the positions of actuators are shown."""
+    return _shown(actuators.names, [kind.position for kind in actuators.kinds], "position")
+
+
+def shown_efforts(actuators: Actuators) -> Shown:
+    """How the efforts of actuators are shown."""
+    return _shown(actuators.names, [kind.effort for kind in actuators.kinds], "effort")
+
+
+def _shown(names: tuple[str, ...], quantities: list[Quantity], common: str) -> Shown:
+    scale = np.array([quantity.scale for quantity in quantities])
+    first = quantities[0]
+    if all(quantity == first for quantity in quantities):
+        return Shown(names, first.label, f"[{first.shown_unit}]", scale)
+    pairs = zip(names, quantities, strict=True)
+    return Shown(tuple(f"{name} [{item.shown_unit}]" for name, item in pairs), common, "", scale)
+
+
+def draw_run(run: RecordedRun, actuators: Actuators, path: Path) -> None:
     """Draw a run.
 
     Args:
         run: the run.
-        cables: names of the cables.
+        actuators: of the robot.
         path: of the figure; its suffix decides the format.
     """
     figure = Figure(figsize=(13.0, 8.0), layout="constrained")
     paths_box, time_box = figure.subfigures(1, 2, width_ratios=(1.0, 1.25), squeeze=False)[0]
-    draw_paths(run, paths_box.subplots())
-    axes = time_box.subplots(4, 1, sharex=True)
-    draw_pull(run, cables, axes[0])
-    draw_tension(run, cables, axes[1])
+    if run.goal.shape[1] >= 3:
+        draw_paths(run, paths_box.subplots())
+    else:
+        draw_values(run, paths_box.subplots())
+    axes = time_box.subplots(5 if run.kind == "frame" else 4, 1, sharex=True)
+    draw_actuators(run.pull, shown_positions(actuators), axes[0])
+    draw_actuators(run.tension, shown_efforts(actuators), axes[1])
+    axes[0].legend(loc="upper right", ncols=4, fontsize="small")
     draw_error(run, axes[2])
-    draw_step_time(run, axes[3])
+    if run.kind == "frame":
+        draw_rotation_error(run, axes[3])
+    draw_step_time(run, axes[-1])
     axes[-1].set_xlabel("time [s]")
     active = run.time[run.active]
     axes[-1].set_xlim(active[0] - _LEAD, max(float(run.time[-1]), active[0] + _LEAD))
@@ -46,8 +90,8 @@ def draw_run(run: RecordedRun, cables: tuple[str, ...], path: Path) -> None:
 def draw_paths(run: RecordedRun, axes: Axes) -> None:
     """Target, model and plant tips in the plane in which they move most."""
     following = run.following
-    goal = run.goal[following]
-    model = run.model.value
+    goal = run.goal[following, :3]
+    model = run.model.value[:, :3]
     i, j = widest_plane(np.concatenate([goal, model])) if len(goal) + len(model) else (0, 2)
     lines = ((goal, "target", _TARGET, 3.5, 0.35), (run.plant.value, "plant", _PLANT, 1.8, 0.9))
     for points, name, color, width, alpha in (*lines, (model, "model", _MODEL, 1.2, 1.0)):
@@ -66,6 +110,24 @@ def draw_paths(run: RecordedRun, axes: Axes) -> None:
     axes.legend(loc="best")
 
 
+def draw_values(run: RecordedRun, axes: Axes) -> None:
+    """Target, model and plant of a distance, length or volume over time."""
+    factor, unit = (1e6, "ml") if run.kind == "volume" else (_MM, "mm")
+    following = run.following
+    lines = (
+        (run.time[following], run.goal[following], "target", _TARGET, 3.5, 0.35),
+        (run.plant.time, run.plant.value, "plant", _PLANT, 1.8, 0.9),
+        (run.model.time, run.model.value, "model", _MODEL, 1.2, 1.0),
+    )
+    for time, values, name, color, width, alpha in lines:
+        if len(time):
+            axes.plot(time, factor * values[:, 0], color=color, lw=width, alpha=alpha, label=name)
+    axes.set_xlabel("time [s]")
+    axes.set_ylabel(f"{run.kind} [{unit}]")
+    axes.grid(alpha=0.3)
+    axes.legend(loc="best")
+
+
 def widest_plane(points: Array) -> tuple[int, int]:
     """The two axes along which points (m, 3) spread most, in order."""
     extent = np.ptp(points, axis=0)
@@ -73,43 +135,39 @@ def widest_plane(points: Array) -> tuple[int, int]:
     return first, second
 
 
-def draw_pull(run: RecordedRun, cables: tuple[str, ...], axes: Axes) -> None:
-    """Draw the commanded pulled lengths.
+def draw_actuators(course: Series, shown: Shown, axes: Axes) -> None:
+    """Draw commanded positions or efforts of all actuators.
 
     Args:
-        run: the run.
-        cables: names of the cables.
+        course: their values over time.
+        shown: names, units and label.
         axes: to draw into.
     """
-    for index, name in enumerate(cables):
+    for index, name in enumerate(shown.names):
         color = CABLE_COLOURS[index % len(CABLE_COLOURS)]
-        axes.plot(run.pull.time, _MM * run.pull.value[:, index], color=color, label=name)
-    axes.set_ylabel("pull [mm]")
-    axes.legend(loc="upper right", ncols=4, fontsize="small")
-
-
-def draw_tension(run: RecordedRun, cables: tuple[str, ...], axes: Axes) -> None:
-    """Draw the commanded tensions.
-
-    Args:
-        run: the run.
-        cables: names of the cables.
-        axes: to draw into.
-    """
-    for index in range(len(cables)):
-        color = CABLE_COLOURS[index % len(CABLE_COLOURS)]
-        axes.plot(run.tension.time, run.tension.value[:, index], color=color)
-    axes.set_ylabel("tension [N]")
+        axes.plot(course.time, shown.scale[index] * course.value[:, index], color=color, label=name)
+    axes.set_ylabel(shown.label)
 
 
 def draw_error(run: RecordedRun, axes: Axes) -> None:
     """Distance of model and plant from the goal."""
+    factor, unit = (1e6, "ml") if run.kind == "volume" else (_MM, "mm")
     for series, name, color in ((run.plant, "plant", _PLANT), (run.model, "model", _MODEL)):
         if len(series.time):
-            axes.plot(series.time, _MM * distance_to_goal(run, series), color=color, label=name)
-    axes.set_ylabel("error [mm]")
+            distance, _ = errors_to_goal(run, series)
+            axes.plot(series.time, factor * distance, color=color, label=name)
+    axes.set_ylabel(f"error [{unit}]")
     axes.set_ylim(bottom=0.0)
     axes.legend(loc="upper right", ncols=2, fontsize="small")
+
+
+def draw_rotation_error(run: RecordedRun, axes: Axes) -> None:
+    """Angle between the frame of model and plant and that of the goal."""
+    for series, color in ((run.plant, _PLANT), (run.model, _MODEL)):
+        if len(series.time):
+            axes.plot(series.time, 1e3 * errors_to_goal(run, series)[1], color=color)
+    axes.set_ylabel("error [mrad]")
+    axes.set_ylim(bottom=0.0)
 
 
 def draw_step_time(run: RecordedRun, axes: Axes) -> None:

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tauten.model import ContactRows, Integration, RobotRows, Rows, State, System
+from tauten.model import ContactRows, EffectorRows, Integration, RobotRows, Rows, State, System
 from tauten.model.beams import BeamRobot, gap_entries
 from tauten.model.numerics import Array, DenseFactors, FactorisationError, Ints
 from tauten.model.points import AttachedPoints, Entries
@@ -68,8 +68,9 @@ class ReducedBeamRobot(ReducedRobot):
         carrying: (6 s, r) their rows of Φ.
         stiffness: (r, r) Φᵀ D Φ.
         mass: (6 n_nodes,) lumped mass [kg] and rotary inertia [kg m²].
+        outer: (P, 3) outer forces on the points of the effectors [N].
         stations: coordinates of the cables' stations as rows over them.
-        cable: (p,) cable of each station.
+        cable: (s,) cable of each station.
         work: motion and factors.
     """
 
@@ -79,6 +80,7 @@ class ReducedBeamRobot(ReducedRobot):
     carrying: Array
     stiffness: Array
     mass: Array
+    outer: Array
     stations: Entries
     cable: Ints
     work: BeamWork
@@ -95,8 +97,9 @@ class ReducedBeamRobot(ReducedRobot):
         )
 
     def loaded(self, gravity: Array, effector_force: Array) -> ReducedBeamRobot:
-        """The robot under another gravity (3,) [m/s²] and forces on its effectors (n_e,) [N]."""
-        return dataclasses.replace(self, full=self.full.loaded(gravity, effector_force))
+        """The robot under another gravity (3,) [m/s²] and forces on its effectors (3 p,) [N]."""
+        full = self.full.loaded(gravity, effector_force)
+        return dataclasses.replace(self, full=full, outer=outer_forces(full))
 
     def lifted(self, state: State) -> State:
         """The state of the full robot: nodes that follow the strains Φ α, and their velocities."""
@@ -125,12 +128,22 @@ class ReducedBeamRobot(ReducedRobot):
     def effector(self, state: State) -> Array:
         """Positions of the effectors: (p, 3) [m]."""
         work = self.moved(state.q)
-        return self.full.effectors.place(work.x, work.Q)[0]
+        return self.full.effectors.positions(work.x, work.Q)
+
+    def effector_values(self, state: State) -> Array:
+        """Goal values of the effectors: (n_v,)."""
+        work = self.moved(state.q)
+        return self.full.effectors.values(work.x, work.Q)
 
     def candidates(self, state: State) -> Array:
         """Positions of the contact candidates: (n_c, 3) [m]."""
         full, work = self.full, self.moved(state.q)
         return full.contacts.positions(full.surfaces.contact_points.place(work.x, work.Q)[0])
+
+    def contact_normals(self, state: State) -> Array:
+        """Directions in which contacts push the candidates, NaN out of range: (n_c, 3)."""
+        full, work = self.full, self.moved(state.q)
+        return full.contacts.normals(full.surfaces.contact_points.place(work.x, work.Q)[0])
 
     def displacement(self, dq: Array) -> float:
         """Largest displacement of a node or a point attached to it in a change dq (r,), about [m]."""
@@ -141,26 +154,32 @@ class ReducedBeamRobot(ReducedRobot):
         """Strain energy minus the work of gravity and outer forces since rest [J]."""
         full, work = self.full, self.moved(state.q)
         fallen = full.body.mass @ (work.x - full.body.nodes) @ full.gravity
-        outer = 0.0
-        if full.effector_force.any():
-            outer = float(full.effector_force @ full.effectors.place(work.x, work.Q)[0].ravel())
-        return float(0.5 * state.q @ self.stiffness @ state.q) - float(fallen) - outer
+        pushed = np.vdot(self.outer, full.effectors.points.place(work.x, work.Q)[0])
+        return float(0.5 * state.q @ self.stiffness @ state.q - fallen - pushed)
 
     def forces(
         self, state: State, tension: Array | None = None, exact: bool = False
     ) -> tuple[Array, Array]:
-        """Forces without cables and contacts (r,), and the tangent K (r, r).
+        """Forces without actuators and contacts (r,), and the tangent K (r, r).
 
         Args:
             state: where to evaluate.
-            tension: (n_a,) tensions whose curvature enters the tangent [N].
+            tension: (n_a,) efforts of the actuators, whose curvature enters the tangent.
             exact: with the terms that stress brings, which may make the tangent indefinite.
         """
         work, full = self.moved(state.q), self.full
         force = self.mass_rows(full.gravity) @ work.J - self.stiffness @ state.q
-        if full.effector_force.any():
-            force += full.effector_force @ self.effector_rows(work).dense()
-        return force, self.tangent(work, tension, exact)
+        if self.outer.any():
+            points = full.effectors.points
+            _, arms = points.place(work.x, work.Q)
+            force += self.outer.ravel() @ rows_of(points, arms, points.coordinates, work.J)
+        coupling = full.actuator_set.coupling
+        if coupling is None:
+            return force, self.tangent(work, tension, exact)
+        if coupling.is_preloaded:
+            force += coupling.offsets @ self.cable_rows(work).dense()
+        motors = np.zeros(self.n_a) if tension is None else tension
+        return force, self.tangent(work, coupling.efforts(motors), exact)
 
     def mass_rows(self, acceleration: Array) -> Array:
         """Forces on all nodes (6 n_nodes,) under an acceleration (3,) of the whole body [N]."""
@@ -173,10 +192,10 @@ class ReducedBeamRobot(ReducedRobot):
 
         Args:
             work: motion at the state.
-            tension: (n_a,) [N], or None.
+            tension: of each cable [N], or None.
             exact: with the terms that loads bring.
         """
-        full, cables = self.full, self.full.cables
+        full, cables = self.full, self.full.actuator_set.cables
         K = self.stiffness.copy()
         force, moment = np.zeros((full.n_nodes, 3)), np.zeros((full.n_nodes, 3, 3))
         if tension is not None:
@@ -191,10 +210,10 @@ class ReducedBeamRobot(ReducedRobot):
         if not exact:
             return K
         force += np.outer(full.body.mass, full.gravity)
-        if full.effector_force.any():
-            effectors, outer = full.effectors, full.effector_force.reshape(-1, 3)
-            _, arms = effectors.place(work.x, work.Q)
-            add_point_loads(outer, effectors.nodes, effectors.weights, arms, force, moment)
+        if self.outer.any():
+            held = full.effectors.points
+            _, arms = held.place(work.x, work.Q)
+            add_point_loads(self.outer, held.nodes, held.weights, arms, force, moment)
         loads = np.empty_like(force), np.empty_like(moment)
         loads_beyond(force, moment, work.x, self.tree.beams.ends, *loads)
         strains, Y = self.Phi @ work.alpha, work.load_Y
@@ -210,7 +229,7 @@ class ReducedBeamRobot(ReducedRobot):
 
         Args:
             state: where the step starts.
-            tension: (n_a,) last tensions, for the curvature they add to A [N].
+            tension: (n_a,) last efforts of the actuators, for the curvature they add to A.
             integration: replaces the robot's own scheme.
 
         Raises:
@@ -234,22 +253,31 @@ class ReducedBeamRobot(ReducedRobot):
         return mass
 
     def rows(self, state: State, contacts: bool = True) -> RobotRows:
-        """Rows of effectors, cables and, where `contacts` is true, contacts at this state."""
-        work, cables = self.moved(state.q), self.full.cables
-        points, arms = cables.stations.place(work.x, work.Q)
-        pulled, entries = cables.pulled(points)
+        """Rows of effectors, actuators and, where `contacts` is true, contacts at this state."""
+        work, coupling = self.moved(state.q), self.full.actuator_set.coupling
+        members = self.cable_rows(work)
+        if coupling is not None:
+            members = Rows(coupling.gains @ members.dense(), coupling.gains @ members.delta)
         nothing = ContactRows.out_of_range(np.zeros((0, self.n)), self.n_c)
         return RobotRows(
             effectors=self.effector_rows(work),
-            actuators=Rows(rows_of(cables.stations, arms, entries, work.J), pulled),
+            actuators=members,
             contacts=self.contact_rows(work) if contacts else nothing,
         )
 
-    def effector_rows(self, work: BeamWork) -> Rows:
-        """Positions of the effectors as rows."""
+    def cable_rows(self, work: BeamWork) -> Rows:
+        """Pulled lengths of the single cables."""
+        cables = self.full.actuator_set.cables
+        points, arms = cables.stations.place(work.x, work.Q)
+        pulled, entries = cables.pulled(points)
+        return Rows(rows_of(cables.stations, arms, entries, work.J), pulled)
+
+    def effector_rows(self, work: BeamWork) -> EffectorRows:
+        """Rows of the effectors."""
         effectors = self.full.effectors
-        points, arms = effectors.place(work.x, work.Q)
-        return Rows(rows_of(effectors, arms, effectors.coordinates, work.J), points.ravel())
+        y, arms = effectors.points.place(work.x, work.Q)
+        C = rows_of(effectors.points, arms, effectors.points.coordinates, work.J)
+        return effectors.kinds.rows(y, C)
 
     def contact_rows(self, work: BeamWork) -> ContactRows:
         """Gaps of the candidates in range."""
@@ -274,6 +302,16 @@ def rows_of(points: AttachedPoints, arms: Array, entries: Entries, J: Array) -> 
     )
 
 
+def outer_forces(robot: BeamRobot) -> Array:
+    """Outer forces on the points of the effectors: (P, 3) [N]."""
+    forces = robot.effector_force.reshape(-1, 3)
+    parts = [
+        np.outer(measure.carrier, force)
+        for measure, force in zip(robot.effectors.kinds.measures, forces, strict=True)
+    ]
+    return np.concatenate(parts)
+
+
 def make_beam_work(robot: BeamRobot, Phi: Array, n_elements: int) -> BeamWork:
     """A workspace; its motion belongs to no state yet.
 
@@ -282,7 +320,7 @@ def make_beam_work(robot: BeamRobot, Phi: Array, n_elements: int) -> BeamWork:
         Phi: (6 e, r) strain modes.
         n_elements: elements in the sample.
     """
-    r, segments = Phi.shape[1], len(robot.cables.first)
+    r, segments = Phi.shape[1], len(robot.actuator_set.cables.first)
     x, Q = robot.pose(robot.rest())
     return BeamWork(
         alpha=np.full(r, np.nan),
@@ -305,7 +343,7 @@ def make_reduced(robot: BeamRobot, tree: BeamTree, Phi: Array, elements: Ints) -
         Phi: (6 e, r) strain modes.
         elements: (s,) elements that carry loads, at which the change of J is evaluated.
     """
-    mass = np.zeros((robot.n_nodes, 6))
+    mass, cables = np.zeros((robot.n_nodes, 6)), robot.actuator_set.cables
     mass[:, :3], mass[:, 3:] = robot.body.mass[:, None], robot.body.inertia[:, None]
     rows = (6 * elements[:, None] + np.arange(6)).ravel()
     return ReducedBeamRobot(
@@ -317,7 +355,8 @@ def make_reduced(robot: BeamRobot, tree: BeamTree, Phi: Array, elements: Ints) -
         carrying=Phi[rows],
         stiffness=Phi.T @ (tree.D[:, None] * Phi),
         mass=mass.ravel(),
-        stations=robot.cables.stations.coordinates,
-        cable=np.repeat(np.arange(robot.n_a), np.diff(robot.cables.starts)),
+        outer=outer_forces(robot),
+        stations=cables.stations.coordinates,
+        cable=np.repeat(np.arange(cables.n_a), np.diff(cables.starts)),
         work=make_beam_work(robot, Phi, len(elements)),
     )

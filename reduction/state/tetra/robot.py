@@ -17,11 +17,11 @@ from tauten.model.contact import ContactSet
 from tauten.model.numerics import Array, DenseFactors, FactorisationError, Ints
 from tauten.reduction.dense_step import scheme_of
 from tauten.reduction.reduced_robot import ElementSample, ReducedRobot
-from tauten.reduction.state.tetra.arrays import Body, Tendons, Work, make_work
+from tauten.reduction.state.tetra.actuators import ReducedActuators, reduced_actuators
+from tauten.reduction.state.tetra.arrays import Body, Work, make_work
 from tauten.reduction.state.tetra.body import (
     ReducedPoints,
     contact_surface,
-    reduced_tendons,
     sampled_body,
 )
 from tauten.reduction.state.tetra.ecsw import sample_elements
@@ -29,7 +29,6 @@ from tauten.reduction.state.tetra.kernels import (
     assemble_sample,
     contact_jacobian,
     linearise,
-    pulled_lengths,
 )
 from tauten.reduction.state.tetra.points import integration_points
 
@@ -44,10 +43,11 @@ class ReducedTetRobot(ReducedRobot):
 
     Attributes, beside those of every reduced robot:
         body: sampled elements.
-        tendons: cable segments.
+        actuator_set: rows and curvature of its actuators.
         mass: (r, r) Φᵀ M Φ [kg].
         load: (r,) Φᵀ of gravity and outer forces [N].
-        effectors: effector points.
+        effector_points: points that the effectors are functions of.
+        effector_places: (3 p, r) displacement of the effectors, where outer forces act on them.
         surface: vertices of candidates and target triangles.
         contacts: candidates and triangles on the vertices of `surface`.
         work: workspace of the kernels.
@@ -55,10 +55,11 @@ class ReducedTetRobot(ReducedRobot):
 
     full: TetRobot
     body: Body
-    tendons: Tendons
+    actuator_set: ReducedActuators
     mass: Array
     load: Array
-    effectors: ReducedPoints
+    effector_points: ReducedPoints
+    effector_places: Array
     surface: ReducedPoints
     contacts: ContactSet
     work: Work
@@ -70,10 +71,10 @@ class ReducedTetRobot(ReducedRobot):
 
     def fork(self) -> ReducedTetRobot:
         """The same robot with a workspace of its own."""
-        return dataclasses.replace(self, work=make_work(self.body, self.tendons))
+        return dataclasses.replace(self, work=make_work(self.body, self.actuator_set.tendons))
 
     def loaded(self, gravity: Array, effector_force: Array) -> ReducedTetRobot:
-        """The robot under another gravity (3,) [m/s²] and forces on its effectors (n_e,) [N]."""
+        """The robot under another gravity (3,) [m/s²] and forces on its effectors (3 p,) [N]."""
         full = self.full.loaded(gravity, effector_force)
         return dataclasses.replace(self, full=full, load=self.Phi.T @ full.load)
 
@@ -90,29 +91,38 @@ class ReducedTetRobot(ReducedRobot):
 
     def effector(self, state: State) -> Array:
         """Positions of the effectors: (p, 3) [m]."""
-        return self.effectors.at(state.q)
+        return self.full.effectors.kinds.positions(self.effector_points.at(state.q))
+
+    def effector_values(self, state: State) -> Array:
+        """Goal values of the effectors: (n_v,)."""
+        return self.full.effectors.kinds.values(self.effector_points.at(state.q))
 
     def candidates(self, state: State) -> Array:
         """Positions of the contact candidates: (n_c, 3) [m]."""
         return self.contacts.positions(self.surface.at(state.q))
 
+    def contact_normals(self, state: State) -> Array:
+        """Directions in which contacts push the candidates, NaN out of range: (n_c, 3)."""
+        return self.contacts.normals(self.surface.at(state.q))
+
     def displacement(self, dq: Array) -> float:
         """Largest displacement of an effector or contact vertex in a change dq (r,) [m]."""
-        parts = (self.effectors.map @ dq, self.surface.map @ dq)
+        parts = (self.effector_places @ dq, self.surface.map @ dq)
         return max(float(np.abs(part).max(initial=0.0)) for part in parts)
 
     def forces(
         self, state: State, tension: Array | None = None, exact: bool = False
     ) -> tuple[Array, Array]:
-        """Forces without cables and contacts (r,) [N], and the tangent K (r, r).
+        """Forces without actuators and contacts (r,) [N], and the tangent K (r, r).
 
         Args:
             state: where to evaluate.
-            tension: (n_a,) tensions whose curvature enters the tangent [N].
+            tension: (n_a,) efforts of the actuators, whose curvature enters the tangent.
             exact: the exact derivative, which is not always positive definite.
         """
-        taut = np.zeros(self.n_a) if tension is None else tension
-        assemble_sample(state.q, taut, self.load, exact, self.body, self.tendons, self.work)
+        taut, load = self._loads(state.q, tension)
+        tendons = self.actuator_set.tendons
+        assemble_sample(state.q, taut, load, exact, self.body, tendons, self.work)
         return self.work.force.copy(), self.work.K.copy()
 
     def linearise(
@@ -122,17 +132,18 @@ class ReducedTetRobot(ReducedRobot):
 
         Args:
             state: where the step starts.
-            tension: (n_a,) last tensions, for the curvature they add to A [N].
+            tension: (n_a,) last efforts of the actuators, for the curvature they add to A.
             integration: replaces the robot's own scheme.
 
         Raises:
             FactorisationError: A is not positive definite (a state that has blown up).
         """
         scheme, work = integration or self.integration, self.work
+        taut, load = self._loads(state.q, tension)
         residual = linearise(
-            state.q, state.v, np.zeros(self.n_a) if tension is None else tension, self.load,
+            state.q, state.v, taut, load,
             (self.mass, scheme_of(scheme)),
-            self.body, self.tendons, work,
+            self.body, self.actuator_set.tendons, work,
         )  # fmt: skip
         if not np.isfinite(residual):
             raise FactorisationError("the reduced model's matrix is not positive definite")
@@ -140,12 +151,23 @@ class ReducedTetRobot(ReducedRobot):
         return System(scheme.h, v, work.v_free.copy(), residual, DenseFactors(work.L))
 
     def rows(self, state: State, contacts: bool = True) -> RobotRows:
-        """Rows of effectors, cables and, where `contacts` is true, contacts at this state."""
+        """Rows of effectors, actuators and, where `contacts` is true, contacts at this state."""
         return RobotRows(
-            effectors=Rows(self.effectors.map, self.effectors.at(state.q).ravel()),
-            actuators=Rows(*pulled_lengths(state.q, self.tendons)),
+            effectors=self.full.effectors.kinds.rows(
+                self.effector_points.at(state.q), self.effector_points.map
+            ),
+            actuators=self.actuator_set.rows(state.q),
             contacts=self._contact_rows(state.q) if contacts else self._no_contact_rows(),
         )
+
+    def _loads(self, alpha: Array, tension: Array | None) -> tuple[Array, Array]:
+        """Tensions of the cables and the load (r,) [N]; sets the curvature of the chambers."""
+        actuators = self.actuator_set
+        efforts = actuators.efforts(np.zeros(self.n_a) if tension is None else tension)
+        actuators.set_curvature(alpha, efforts, self.work.curvature)
+        preload = actuators.preload(alpha)
+        load = self.load if preload is None else self.load + preload
+        return actuators.tensions(efforts), load
 
     def _contact_rows(self, alpha: Array) -> ContactRows:
         found = self.contacts.detect(self.surface.at(alpha))
@@ -239,19 +261,20 @@ class ReducibleTetRobot:
         """
         robot = self.robot
         body = sampled_body(robot, Phi, elements, weights)
-        tendons = reduced_tendons(robot, Phi)
+        actuators = reduced_actuators(robot, Phi)
         surface, contacts = contact_surface(robot, Phi)
-        positions = robot.effector(robot.rest()).ravel()
+        points = robot.effectors.points(robot.mesh.nodes).ravel()
         return ReducedTetRobot(
             full=robot,
             Phi=Phi,
             integration=robot.integration,
             body=body,
-            tendons=tendons,
+            actuator_set=actuators,
             mass=Phi.T @ (robot.mass[:, None] * Phi),
             load=Phi.T @ robot.load,
-            effectors=ReducedPoints(positions, np.asarray(robot.H_e @ Phi)),
+            effector_points=ReducedPoints(points, np.asarray(robot.effectors.C @ Phi)),
+            effector_places=np.asarray(robot.effectors.kinds.force_map(robot.effectors.C) @ Phi),
             surface=surface,
             contacts=contacts,
-            work=make_work(body, tendons),
+            work=make_work(body, actuators.tendons),
         )

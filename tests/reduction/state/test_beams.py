@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy.sparse import csc_array
 from support.beam_robots import build, path_of_beams, rectangle
-from support.short_arm import short_arm
-from support.state_bases import basis_of
+from support.reduced.short_arm import short_arm
+from support.reduced.state_bases import basis_of
 
 from tauten.controller import Controller
 from tauten.model import Integration, Simulator, State

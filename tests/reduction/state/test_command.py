@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.processes import run_main
-from support.short_arm import write_short_arm
+from support.reduced.short_arm import write_short_arm
 from support.thumb import write_thumb
 
 from tauten.controller import Controller

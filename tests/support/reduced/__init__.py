@@ -1,0 +1,1 @@
+"""Robots and bases for tests of reduced models."""
