@@ -175,6 +175,11 @@ class Controller:
         return self._forces.copy()
 
     @property
+    def lam_c(self) -> Array:
+        """Contact force of every candidate in the last step: (n_c,) [N]."""
+        return self._forces.at_candidates(self.space)
+
+    @property
     def effector(self) -> Array:
         """The model's own effector positions: (p, 3) [m]."""
         if self._prepared is not None:  # which has computed them
@@ -187,6 +192,11 @@ class Controller:
         if self._prepared is not None:
             return self._prepared.step.rows.effectors.values.copy()
         return self.robot.effector_values(self._state).copy()
+
+    def shifted(self, distance: float) -> Array:
+        """The effectors' goal values (n_v,) with every row changed by a distance, by its unit [m]."""
+        layout = self.robot.effector_layout
+        return layout.moved(self.effector_values, distance / layout.units)
 
     @property
     def actuation(self) -> Actuation:

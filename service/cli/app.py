@@ -35,6 +35,7 @@ from tauten.service.cli.reduction import inspect, reduce
 from tauten.service.cli.runs import demo, replay
 from tauten.service.cli.schema import schema
 from tauten.service.cli.solve import solve
+from tauten.service.cli.view import ExtraError, view
 from tauten.service.process import set_up_logging
 
 if TYPE_CHECKING:
@@ -177,7 +178,7 @@ def stream(
 
 
 _COMMANDS = (
-    *(serve, plant, stream, demo, replay, solve),
+    *(serve, plant, stream, demo, replay, solve, view),
     *(command, lock, unlock, record, metrics, alive, doctor),
     *(reduce, inspect, compare, check, new, schema),
 )
@@ -229,6 +230,7 @@ def _setup_errors() -> tuple[type[Exception], ...]:
         *reduction_errors,
         CompareError,
         DemoError,
+        ExtraError,
         LogError,
         NetworkError,
         OrderError,

@@ -153,14 +153,14 @@ class ControlLoop:
         """One tick: a transition of the state machine, then its action.
 
         Args:
-            goal: (p, 3) target positions of the model [m]; None: nothing to follow.
+            goal: (n_v,) goal values of the model; None: nothing to follow.
             seen: inputs of the state machine in this tick.
         """
         self._state = transition(self._state, seen, self._settings.late_limit)
         return self.act(goal)
 
     def act(self, goal: Array | None) -> Action:
-        """The action in the present state, for a goal (p, 3) [m] or none."""
+        """The action in the present state, for goal values (n_v,) or none."""
         last, decided = self.controller.actuation, False
         if self._state.mode is Mode.STOP:
             wanted = self._release()
@@ -176,7 +176,7 @@ class ControlLoop:
         return Action(self._state.mode, self._state.cause, decided, wanted, actuation)
 
     def rehearse(self, goal: Array) -> None:
-        """Go through a decision that the next tick may need, (p, 3) [m], without effect."""
+        """Go through a decision that the next tick may need, for goal values (n_v,), without effect."""
         if self._state.mode is Mode.RUN:
             self.controller.rehearse(goal)
 

@@ -4,6 +4,7 @@ from tauten.service.operate.commands import (
     ask_metrics,
     is_there,
     node_of,
+    put_command,
     send_command,
     serve_metrics,
 )
@@ -18,6 +19,7 @@ __all__ = [
     "examine",
     "is_there",
     "node_of",
+    "put_command",
     "record_robot",
     "send_command",
     "send_lock",

@@ -15,7 +15,7 @@ from time import perf_counter
 import numpy as np
 
 from tauten.controller.qpcc import write_qpcc
-from tauten.model import Actuators
+from tauten.model import Actuators, EffectorLayout
 from tauten.model.numerics import Array
 from tauten.service.log import LogError, LogReader
 from tauten.service.node import Action, ControlLoop
@@ -161,7 +161,7 @@ def write_problem(path: Path, index: int, file: Path, recorded_paths: bool = Fal
         loop = replay_loop(setup)
         for tick, _, _ in actions(recorded_ticks(reader, setup, recorded.robot), loop):
             decision = loop.controller.last_decision
-            if tick.index != index or not tick.goal or decision is None:
+            if tick.index != index or not tick.goal_values or decision is None:
                 continue
             if decision.problem is not None:
                 write_qpcc(file, decision.problem, decision.start)
@@ -212,7 +212,7 @@ def recorded_ticks(reader: LogReader, setup: Setup, robot: str) -> Iterator[Reco
             tick = decode_tick(message.payload)
             if isinstance(tick, Rejection):
                 raise LogError(f"{reader.path}: a damaged tick: {tick.detail}")
-            _check_positions(tick, len(setup.robot.effector_names), reader.path)
+            _check_goal(tick, setup.robot.effector_layout, reader.path)
             if tick.index != count:
                 raise LogError(f"{reader.path}: ticks {count} to {tick.index - 1} are missing")
             count += 1
@@ -221,16 +221,27 @@ def recorded_ticks(reader: LogReader, setup: Setup, robot: str) -> Iterator[Reco
             yield RecordedTick(tick, actuation, read)
 
 
-def _check_positions(tick: Tick, effectors: int, path: Path) -> None:
-    """Goals and corrections of a tick: none, or one for each effector, finite."""
-    for what, positions in (("goals", tick.goal), ("corrections", tick.correction)):
-        if positions and len(positions) != effectors:
+def _check_goal(tick: Tick, layout: EffectorLayout, path: Path) -> None:
+    """Goal and correction of a tick: none, or those of all effectors, finite."""
+    for what, positions, values, expected in (
+        ("goals", tick.goal, tick.goal_values, layout.n_values),
+        ("corrections", tick.correction, tick.correction_values, layout.n_rows),
+    ):
+        if positions and len(positions) != len(layout):
             raise LogError(
-                f"{path}: tick {tick.index}: {what} for {len(positions)} effectors, the robot has {effectors}"
+                f"{path}: tick {tick.index}: {what} for {len(positions)} effectors, "
+                f"the robot has {len(layout)}"
             )
-        if not all(isfinite(value) for position in positions for value in position):
+        if len(values) not in (0, expected):
+            raise LogError(
+                f"{path}: tick {tick.index}: {what} of {len(values)} values, the robot's effectors "
+                f"have {expected}"
+            )
+        if not all(map(isfinite, values)):
             raise LogError(f"{path}: tick {tick.index}: {what} that are not finite")
-    if tick.correction and not tick.goal:
+    if tick.goal_values and layout.checked(np.array(tick.goal_values)) is None:
+        raise LogError(f"{path}: tick {tick.index}: a goal that is no rotation")
+    if tick.correction_values and not tick.goal_values:
         raise LogError(f"{path}: tick {tick.index}: a correction without a goal")
 
 
@@ -253,11 +264,12 @@ def actions(
         if tick.mode is not Mode.STOP:
             _rest_after_stop(loop)
         # also where the decision could not be used
-        mode = Mode.RUN if tick.goal else tick.mode
+        mode = Mode.RUN if tick.goal_values else tick.mode
         loop.set_mode(mode, tick.cause)
-        goal = np.array(tick.goal) if tick.goal else None
-        if goal is not None and tick.correction:
-            goal = goal + np.array(tick.correction)
+        goal = np.array(tick.goal_values) if tick.goal_values else None
+        if goal is not None and tick.correction_values:
+            layout = loop.controller.robot.effector_layout
+            goal = layout.moved(goal, np.array(tick.correction_values))
         action = loop.act(goal)
         loop.prepare()
         yield tick, actuation, action
@@ -292,7 +304,7 @@ def _compare(reader: LogReader, setup: Setup, robot: str, tolerance: float) -> R
         worst_tick=int(shares.argmax()),
         statuses=sum(before != now for before, now in courses.status),
         tolerance=tolerance,
-        notes=tuple(_changes(reader, setup)),
+        notes=tuple(changes(reader, setup)),
     )
 
 
@@ -315,7 +327,8 @@ def _courses(recorded: Iterator[RecordedTick], setup: Setup) -> Courses:
     )
 
 
-def _changes(reader: LogReader, setup: Setup) -> Iterator[str]:
+def changes(reader: LogReader, setup: Setup) -> Iterator[str]:
+    """What has changed since a log was made, a sentence each; once all its messages have been read."""
     if not reader.complete:
         yield "the log was cut short"
     now = setup.metadata()

@@ -10,6 +10,7 @@ import json
 import math
 from dataclasses import dataclass
 
+from tauten.service.wire.effector_subscriber import Source, payload_of
 from tauten.service.wire.health import MessageCounts
 from tauten.service.wire.messages import (
     JSON,
@@ -22,7 +23,6 @@ from tauten.service.wire.messages import (
     to_cdr,
 )
 from tauten.service.wire.modes import LockOrder, OperatorCommand, OperatorOrder
-from tauten.service.wire.position_subscriber import Source, payload_of
 
 COMMAND_RING = 16
 
