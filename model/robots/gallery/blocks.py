@@ -68,6 +68,7 @@ def write_mesh(path: Path, nodes: Array, cells: Ints) -> str:
         nodes: (n, 3) [m].
         cells: (c, 8) hexahedra.
     """
+    nodes = nodes + 0.0  # no negative zeros
     tets = tetrahedra(nodes, cells)
     meshio.write(path, meshio.Mesh(nodes, [("tetra", tets)]))
     return f"{path}: {len(nodes)} nodes, {len(tets)} tetrahedra"
