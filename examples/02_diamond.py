@@ -11,7 +11,7 @@ from tauten.controller import Controller
 from tauten.model import Simulator, load_robot
 from tauten.service.setup import load_setup
 
-RADIUS, HEIGHT = 0.006, 0.0675  # m
+RADIUS, HEIGHT = 0.006, 0.071  # m
 
 
 def main() -> None:
