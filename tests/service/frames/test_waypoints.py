@@ -1,0 +1,54 @@
+"""Waypoints are played at a steady speed, and saved as `tauten stream` reads them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tauten.model import Robot
+from tauten.service.frames import WaypointList
+from tauten.service.plant import PathSettings, make_path
+
+POINTS = np.array([[0.1, 0.01, 0.012], [0.1, 0.01, 0.016], [0.1, 0.013, 0.016]])
+SPEED = 0.002  # m/s
+
+
+def listed() -> WaypointList:
+    """Three waypoints."""
+    waypoints = WaypointList()
+    for point in POINTS:
+        assert waypoints.add(point)
+    return waypoints
+
+
+def test_the_target_moves_at_the_speed() -> None:
+    start = np.array([0.1, 0.01, 0.01])
+    path = listed().path(start, SPEED)
+    assert path.duration == pytest.approx((0.002 + 0.004 + 0.003) / SPEED)
+    times = np.linspace(0.0, path.duration, 301)
+    places = np.array([path.at(time) for time in times])
+    speeds = np.linalg.norm(np.diff(places, axis=0), axis=1) / np.diff(times)
+    assert np.median(speeds) == pytest.approx(SPEED)
+    assert places[0] == pytest.approx(start)
+    assert places[-1] == pytest.approx(POINTS[-1])
+
+
+def test_a_saved_file_is_a_path_for_stream(tmp_path: Path, beam: Robot) -> None:
+    file = tmp_path / "waypoints.csv"
+    file.write_text(listed().csv(SPEED))
+    path = make_path(str(file), beam, PathSettings())
+    assert [path.at(time) for time in (0.0, 2.0, 3.5)] == [pytest.approx(one) for one in POINTS]
+
+
+def test_there_is_a_largest_number() -> None:
+    waypoints = WaypointList()
+    while waypoints.add(POINTS[0]):
+        assert len(waypoints) <= 1000
+    count = len(waypoints)
+    assert not waypoints.add(POINTS[1])
+    waypoints.replace(np.repeat(POINTS, count, axis=0))
+    assert len(waypoints) == count
+    waypoints.clear()
+    assert len(waypoints.points) == 0
