@@ -20,7 +20,9 @@ def main() -> None:
     controller = Controller(setup.robot, setup.contact, settings=setup.controller)
     full = Simulator(load_robot("trunk"))
     apart, missed = [], []
-    for step in range(300):  # 6 s: the first half brings the tip to the circle, the second goes round
+    for step in range(
+        300
+    ):  # 6 s: the first half brings the tip to the circle, the second goes round
         angle = np.pi * max(step - 150, 0) / 75
         radius = RADIUS * min(step / 100, 1.0)
         target = np.array([radius * np.cos(angle), radius * np.sin(angle), DEPTH])
@@ -30,7 +32,9 @@ def main() -> None:
             assert full.settle(pull=actuation.pull).converged
             missed.append(np.linalg.norm(controller.effector[0] - target))
             apart.append(np.linalg.norm(full.effector[0] - target))
-    print(f"model {1e3 * max(missed):.2f} mm, robot {1e3 * max(apart):.2f} mm from the circle at most")
+    print(
+        f"model {1e3 * max(missed):.2f} mm, robot {1e3 * max(apart):.2f} mm from the circle at most"
+    )
     assert max(missed) < 0.5e-3
     assert max(apart) < 1.5e-3
 
