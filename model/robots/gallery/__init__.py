@@ -4,12 +4,14 @@ from collections.abc import Callable
 from pathlib import Path
 
 from tauten.model.robots.gallery.diamond import make_diamond
+from tauten.model.robots.gallery.tripod import make_tripod
 from tauten.model.robots.gallery.trunk import make_trunk
 
 # Each writes the files of a robot into a folder and returns lines about them.
 ROBOTS: dict[str, Callable[[Path], list[str]]] = {
     "trunk": make_trunk,
     "diamond": make_diamond,
+    "tripod": make_tripod,
 }
 
 __all__ = ["ROBOTS"]
