@@ -2,7 +2,6 @@
 
 from tauten.model.actuation import ActuatorKind, Actuators, Quantity, Springs, cable_actuators
 from tauten.model.command import Command
-from tauten.model.command_range import CommandRange, command_range
 from tauten.model.compliance import Compliance, row_compliance
 from tauten.model.condensed_step import CondensedStep, Forces, condense_step, no_forces
 from tauten.model.contact_space import ContactSpace, EmptySpace, ReducedContacts
@@ -41,7 +40,6 @@ __all__ = [
     "ActuatorKind",
     "Actuators",
     "Command",
-    "CommandRange",
     "Compliance",
     "CondensedStep",
     "ContactRows",
@@ -82,7 +80,6 @@ __all__ = [
     "UNIT_LENGTH",
     "VALUES",
     "cable_actuators",
-    "command_range",
     "condense_step",
     "contact_model",
     "default_enrichment",
