@@ -2,10 +2,20 @@
 
 from tauten.model.actuation import ActuatorKind, Actuators, Quantity, Springs, cable_actuators
 from tauten.model.command import Command
+from tauten.model.command_range import CommandRange, command_range
 from tauten.model.compliance import Compliance, row_compliance
 from tauten.model.condensed_step import CondensedStep, Forces, condense_step, no_forces
 from tauten.model.contact_space import ContactSpace, EmptySpace, ReducedContacts
-from tauten.model.effector_layout import EffectorLayout, Goal, Pose, Target
+from tauten.model.effector_layout import (
+    ROWS,
+    UNIT_LENGTH,
+    VALUES,
+    EffectorGoal,
+    EffectorLayout,
+    Pose,
+    Target,
+    point_layout,
+)
 from tauten.model.enrichment import (
     Enrichment,
     EnrichmentLoop,
@@ -15,7 +25,7 @@ from tauten.model.enrichment import (
     worst_rows,
 )
 from tauten.model.equilibrium import Ending
-from tauten.model.forward_step import ForwardStep, forward_step
+from tauten.model.forward_step import ForwardStep, eliminate_rows, forward_step
 from tauten.model.limits import Limits
 from tauten.model.load.robot import load_robot
 from tauten.model.mesh.tet_mesh import MeshError
@@ -31,10 +41,12 @@ __all__ = [
     "ActuatorKind",
     "Actuators",
     "Command",
+    "CommandRange",
     "Compliance",
     "CondensedStep",
     "ContactRows",
     "ContactSpace",
+    "EffectorGoal",
     "Contacts",
     "EffectorLayout",
     "EffectorRows",
@@ -46,7 +58,6 @@ __all__ = [
     "Forces",
     "ForwardStep",
     "Geometry",
-    "Goal",
     "Integration",
     "Limits",
     "MeshError",
@@ -54,6 +65,7 @@ __all__ = [
     "PairSlots",
     "Pose",
     "PredictedStep",
+    "ROWS",
     "Quantity",
     "ReducedContacts",
     "Robot",
@@ -67,14 +79,19 @@ __all__ = [
     "System",
     "Target",
     "TetRobot",
+    "UNIT_LENGTH",
+    "VALUES",
     "cable_actuators",
+    "command_range",
     "condense_step",
     "contact_model",
     "default_enrichment",
+    "eliminate_rows",
     "forward_step",
     "load_robot",
     "make_pattern",
     "no_forces",
+    "point_layout",
     "row_compliance",
     "skin_of",
     "worst_rows",

@@ -30,6 +30,7 @@ ORDER = (
     "model.beams",
     "model.load",
     "model.robots",
+    "model.robots.gallery",
     "reduction",
     "reduction.campaign",
     "reduction.contact",

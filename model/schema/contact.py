@@ -1,4 +1,4 @@
-"""The contact tables of a robot file."""
+"""Surfaces and contacts of a robot file."""
 
 from __future__ import annotations
 

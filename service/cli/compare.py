@@ -52,7 +52,8 @@ def compare(
     elif tension:
         chosen = None, _each(loaded, tension, "--tension", loaded.limits.tension_max)
     else:
-        chosen = bending_command(loaded)
+        bending = bending_command(loaded)
+        chosen = bending.pull, bending.tension
     passing = equilibrium(loaded, "none", *chosen)
     touching = equilibrium(loaded, "full", *chosen)
     found = compare_equilibria(loaded, touching, passing)

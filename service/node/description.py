@@ -10,7 +10,7 @@ from tauten.model import skin_of
 from tauten.model.numerics import Ints
 from tauten.service.process import versions
 from tauten.service.setup import Setup
-from tauten.service.wire import CLOUD, HEALTH, JOINTS, POINT, TEXT, TICK, Keys
+from tauten.service.wire import CLOUD, HEALTH, JOINTS, MESSAGE_TYPES, TEXT, TICK, Keys
 
 
 def description(setup: Setup) -> dict[str, Any]:
@@ -30,17 +30,20 @@ def description(setup: Setup) -> dict[str, Any]:
             zip(robot.actuators.names, robot.actuators.kinds, strict=True)
         )
     ]
-    rest = robot.effector(robot.rest())  # (p, 3)
+    layout, rest = robot.effector_layout, robot.effector_values(robot.rest())
     measured = keys.measurements(robot.effector_names)
     targets, published = keys.targets(robot.effector_names), keys.effectors(robot.effector_names)
     effectors = [
         {
             "name": name,
-            "rest": [float(value) for value in rest[i]],
+            "kind": layout.kinds[i],
+            "rest": rest[layout.values_of(i)].tolist(),
+            "weight": layout.weights[layout.rows_of(i)].tolist(),
+            "exact": bool(layout.exact[layout.rows_of(i)].any()),
             "target": targets[i],
             "measurement": measured[i],
             "position": published[i],
-            "type": POINT,
+            "type": MESSAGE_TYPES[layout.kinds[i]],
         }
         for i, name in enumerate(robot.effector_names)
     ]

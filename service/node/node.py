@@ -13,6 +13,7 @@ import time
 from collections import deque
 from collections.abc import Iterator
 
+import numpy as np
 import zenoh
 
 from tauten.model.numerics import Array
@@ -124,8 +125,8 @@ class Node:
         inputs, loop, index = self._inputs, self._loop, self._index
         inputs.read_targets(index)
         for command in inputs.read_commands(index):
-            inputs.count(command, loop.command(command))
-        effectors = loop.controller.effector
+            inputs.count(command, loop.obey(command))
+        effectors = loop.controller.effector_values
         measurement = inputs.read_measurements(effectors, loop.state.mode is not Mode.STOP, index)
         goal, fresh = inputs.goal(effectors), inputs.take_fresh()
         seen = Signals(goal is not None, beat.slack >= 0.0, measurement, shutdown)
@@ -166,7 +167,7 @@ class Node:
 
     def _rehearse(self) -> None:
         """Compute the decision for the latest target, so that the tick's own is fast."""
-        goal = self._inputs.goal(self._loop.controller.effector)
+        goal = self._inputs.goal(self._loop.controller.effector_values)
         if goal is not None and self._decide_seconds < _QUICK:
             self._loop.rehearse(goal.corrected)
 
@@ -187,7 +188,15 @@ class Node:
         step: float,
         latency: float,
     ) -> Tick:
-        certificate = action.actuation.certificate
+        certificate, layout = action.actuation.certificate, self._robot.effector_layout
+        wanted = corrected = np.zeros((0, 3))  # (p, 3), of points alone
+        values = correction = np.zeros(0)
+        if goal is not None:
+            values = goal.values
+            wanted = layout.positions_at(action.actuation.effector, values)
+            if goal.correction is not None:
+                correction = goal.correction
+                corrected = layout.position_changes(correction)
         return Tick(
             stamp=stamp,
             frame=self._robot.frame,
@@ -195,10 +204,8 @@ class Node:
             mode=action.mode,
             cause=action.cause,
             status="" if action.status is None else action.status.name,
-            goal=() if goal is None else _positions(goal.positions),
-            correction=()
-            if goal is None or goal.correction is None
-            else _positions(goal.correction),
+            goal=_positions(wanted),
+            correction=_positions(corrected),
             target_stamp=0 if goal is None else goal.stamp,
             lateness=beat.lateness,
             latency=latency,
@@ -211,6 +218,8 @@ class Node:
             stationarity=certificate.stationarity,
             extra_columns=certificate.extra_columns,
             clamped=action.actuation.clamped,
+            goal_values=tuple(values.tolist()),
+            correction_values=tuple(correction.tolist()),
         )
 
     def _publish_ticks(self, clock: Clock, most: int) -> None:
@@ -254,7 +263,7 @@ class Node:
         return prometheus_text(self._robot.name, diagnostics, times)
 
     def _diagnostics(self, clock: Clock) -> list[Diagnostic]:
-        arrived = [*self._inputs.diagnostics(), self._shape.diagnostic()]
+        arrived = [self._loop.locks, *self._inputs.diagnostics(), self._shape.diagnostic()]
         if self._fall_back is not None:
             arrived.append(self._fall_back.watch.diagnostic())
         return self._statistics.diagnostics(clock, arrived, self._recorder, self._facts)

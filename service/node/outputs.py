@@ -25,21 +25,21 @@ from tauten.service.wire import (
     CONTACT_FIELDS,
     HEALTH,
     JOINTS,
-    POINT,
+    MESSAGE_TYPES,
     SKIN_FIELDS,
     TICK,
     Cloud,
     Diagnostic,
+    EffectorMessage,
     Joints,
     Keys,
     Level,
     Mode,
-    Point,
     Publisher,
     Tick,
     encode_cloud,
+    encode_effector,
     encode_joints,
-    encode_point,
     encode_tick,
 )
 
@@ -66,8 +66,10 @@ class NodeOutputs:
         self._recorder = recorder
         self._actuation = Publisher(session, keys.actuation, JOINTS)
         self._effectors = [
-            Publisher(session, key, POINT, urgent=False)
-            for key in keys.effectors(robot.effector_names)
+            Publisher(session, key, MESSAGE_TYPES[kind], urgent=False)
+            for key, kind in zip(
+                keys.effectors(robot.effector_names), robot.effector_layout.kinds, strict=True
+            )
         ]
         self._tick = Publisher(session, keys.tick, TICK, urgent=False)
         self._health = Publisher(session, keys.health, HEALTH, urgent=False)
@@ -88,10 +90,12 @@ class NodeOutputs:
         self._send(self._actuation, encode_joints(joints), stamp, tick)
         if action.mode is Mode.STOP:  # the model does not follow a release
             return
-        for publisher, position in zip(self._effectors, actuation.effector, strict=True):
+        layout, values = robot.effector_layout, actuation.effector_values
+        for i, publisher in enumerate(self._effectors):
             if self._is_used(publisher):
-                x, y, z = position.tolist()
-                payload = encode_point(Point(stamp, robot.frame, (x, y, z)))
+                own = tuple(values[layout.values_of(i)].tolist())
+                message = EffectorMessage(stamp, robot.frame, own)
+                payload = encode_effector(layout.kinds[i], layout.names[i], message)
                 self._send(publisher, payload, stamp, tick)
 
     def tick(self, tick: Tick) -> None:

@@ -14,7 +14,7 @@ from tauten.service.replay.replaying import (
 from tauten.service.replay.report import (
     RunReport,
     Spread,
-    distance_to_goal,
+    errors_to_goal,
     make_report,
     overheads,
     spread,
@@ -32,7 +32,7 @@ __all__ = [
     "VERDICT",
     "actions",
     "changes",
-    "distance_to_goal",
+    "errors_to_goal",
     "make_report",
     "overheads",
     "read_run",

@@ -9,7 +9,28 @@ from tauten.service.wire.cloud import (
     decode_cloud,
     encode_cloud,
 )
-from tauten.service.wire.commands import COMMAND_RING, CommandSubscriber, encode_command
+from tauten.service.wire.commands import (
+    COMMAND_RING,
+    CommandSubscriber,
+    decode_command,
+    encode_command,
+)
+from tauten.service.wire.effector_messages import (
+    MESSAGE_TYPES,
+    EffectorMessage,
+    decode_effector,
+    effector_json,
+    encode_effector,
+)
+from tauten.service.wire.effector_subscriber import (
+    CLOCKS_AGREE,
+    EFFECTOR_RING,
+    EffectorSubscriber,
+    Received,
+    Source,
+    payload_of,
+    reach_of,
+)
 from tauten.service.wire.health import (
     Diagnostic,
     Level,
@@ -27,6 +48,7 @@ from tauten.service.wire.messages import (
     JSON,
     MAX_PAYLOAD,
     POINT,
+    POSE,
     TEXT,
     TICK,
     Joints,
@@ -45,7 +67,7 @@ from tauten.service.wire.messages import (
     point_json,
     typestore,
 )
-from tauten.service.wire.modes import Cause, Mode, OperatorCommand
+from tauten.service.wire.modes import Cause, LockOrder, Mode, OperatorCommand, OperatorOrder
 from tauten.service.wire.network import (
     Network,
     NetworkError,
@@ -54,15 +76,6 @@ from tauten.service.wire.network import (
     is_alive,
     open_session,
     read_config,
-)
-from tauten.service.wire.position_subscriber import (
-    CLOCKS_AGREE,
-    POSITION_RING,
-    PositionSubscriber,
-    Received,
-    Source,
-    payload_of,
-    reach_of,
 )
 from tauten.service.wire.publisher import Publisher
 from tauten.service.wire.questions import ask_description, wait_for
@@ -78,6 +91,9 @@ __all__ = [
     "Cloud",
     "CommandSubscriber",
     "Diagnostic",
+    "EFFECTOR_RING",
+    "EffectorMessage",
+    "EffectorSubscriber",
     "FLOAT",
     "HEALTH",
     "JOINTS",
@@ -86,16 +102,18 @@ __all__ = [
     "Keys",
     "LARGEST_CLOUD",
     "Level",
+    "LockOrder",
     "MAX_PAYLOAD",
+    "MESSAGE_TYPES",
     "MessageCounts",
     "Mode",
     "Network",
     "NetworkError",
     "OperatorCommand",
+    "OperatorOrder",
     "POINT",
-    "POSITION_RING",
+    "POSE",
     "Point",
-    "PositionSubscriber",
     "Positions",
     "Publisher",
     "Received",
@@ -109,6 +127,8 @@ __all__ = [
     "Tick",
     "Window",
     "ask_description",
+    "decode_command",
+    "decode_effector",
     "decode_cloud",
     "decode_health",
     "decode_joints",
@@ -116,8 +136,10 @@ __all__ = [
     "decode_tick",
     "default_port",
     "definition",
+    "effector_json",
     "encode_cloud",
     "encode_command",
+    "encode_effector",
     "encode_float",
     "encode_health",
     "encode_joints",

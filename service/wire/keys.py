@@ -45,7 +45,7 @@ class Keys:
 
     @property
     def command(self) -> str:
-        """Published by an operator, std_msgs/String: enable, hold, stop or reset."""
+        """Published by an operator, std_msgs/String, see `tauten.service.wire.commands`."""
         return self._key("command")
 
     @property
@@ -104,19 +104,19 @@ class Keys:
         return self._key("plant", "health")
 
     def targets(self, effectors: tuple[str, ...]) -> tuple[str, ...]:
-        """Key of each effector's target, geometry_msgs/PointStamped [m]."""
+        """Key of each effector's target, of the message type of its kind."""
         return tuple(self._key("target", *parts) for parts in _suffixes(effectors))
 
     def measurements(self, effectors: tuple[str, ...]) -> tuple[str, ...]:
-        """Key of each effector's measured position, geometry_msgs/PointStamped [m]."""
+        """Key of each effector's measured values, of the message type of its kind."""
         return tuple(self._key("measurement", *parts) for parts in _suffixes(effectors))
 
     def effectors(self, effectors: tuple[str, ...]) -> tuple[str, ...]:
-        """Key of each effector's position in the model, geometry_msgs/PointStamped [m]."""
+        """Key of each effector's values in the model, of the message type of its kind."""
         return tuple(self._key("effector", *parts) for parts in _suffixes(effectors))
 
     def plant_effectors(self, effectors: tuple[str, ...]) -> tuple[str, ...]:
-        """Key of each effector's position in a plant, geometry_msgs/PointStamped [m]."""
+        """Key of each effector's values in a plant, of the message type of its kind."""
         return tuple(self._key("plant", "effector", *parts) for parts in _suffixes(effectors))
 
 
