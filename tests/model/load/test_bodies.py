@@ -8,7 +8,7 @@ import meshio
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from support.bodies import beam_config, box_mesh
+from support.robots.bodies import beam_config, box_mesh
 
 from tauten.model import Simulator, TetRobot
 from tauten.model.load import build_robot, make_robot
