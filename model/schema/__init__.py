@@ -50,6 +50,7 @@ from tauten.model.schema.robot_file import (
 from tauten.model.schema.section import (
     LARGEST_COORDINATE,
     Name,
+    Point,
     Positive,
     Rate,
     RobotFileError,
@@ -96,6 +97,7 @@ __all__ = [
     "MeshSettings",
     "Name",
     "NearStl",
+    "Point",
     "Positive",
     "Range",
     "Rate",
