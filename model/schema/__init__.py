@@ -8,7 +8,14 @@ from tauten.model.schema.actuators import (
     Range,
     SpringSettings,
 )
-from tauten.model.schema.beam_file import BarSettings, BeamConfig, Structure, TubeSettings, Vertebra
+from tauten.model.schema.beam_file import (
+    BarSettings,
+    BeamConfig,
+    SectionSettings,
+    Structure,
+    TubeSettings,
+    Vertebra,
+)
 from tauten.model.schema.body import BodySettings, ElementName, MeshSettings, RotationSettings
 from tauten.model.schema.constraints import AttachmentSettings, DriveSettings, RigidSettings
 from tauten.model.schema.contact import (
@@ -108,6 +115,7 @@ __all__ = [
     "RobotSettings",
     "RotationSettings",
     "Section",
+    "SectionSettings",
     "Selection",
     "SingleActuator",
     "Skin",
