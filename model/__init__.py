@@ -2,11 +2,19 @@
 
 from tauten.model.actuation import ActuatorKind, Actuators, Quantity, Springs, cable_actuators
 from tauten.model.command import Command
-from tauten.model.command_range import CommandRange, command_range
 from tauten.model.compliance import Compliance, row_compliance
 from tauten.model.condensed_step import CondensedStep, Forces, condense_step, no_forces
 from tauten.model.contact_space import ContactSpace, EmptySpace, ReducedContacts
-from tauten.model.effector_layout import EffectorLayout, Goal, Pose, Target
+from tauten.model.effector_layout import (
+    ROWS,
+    UNIT_LENGTH,
+    VALUES,
+    EffectorGoal,
+    EffectorLayout,
+    Pose,
+    Target,
+    point_layout,
+)
 from tauten.model.enrichment import (
     Enrichment,
     EnrichmentLoop,
@@ -16,7 +24,7 @@ from tauten.model.enrichment import (
     worst_rows,
 )
 from tauten.model.equilibrium import Ending
-from tauten.model.forward_step import ForwardStep, forward_step
+from tauten.model.forward_step import ForwardStep, eliminate_rows, forward_step
 from tauten.model.limits import Limits
 from tauten.model.load.robot import load_robot
 from tauten.model.mesh.tet_mesh import MeshError
@@ -24,6 +32,7 @@ from tauten.model.robot import Robot, RobotRows, State
 from tauten.model.rows import ContactRows, EffectorRows, PairSlots, Rows
 from tauten.model.schema.section import RobotFileError
 from tauten.model.simulator import Simulator
+from tauten.model.skin import NO_CONTACTS, Contacts, Floats, Geometry, SkinMesh, skin_of
 from tauten.model.system import Integration, System, make_pattern
 from tauten.model.tetra.robot import TetRobot
 
@@ -31,47 +40,56 @@ __all__ = [
     "ActuatorKind",
     "Actuators",
     "Command",
-    "CommandRange",
     "Compliance",
     "CondensedStep",
     "ContactRows",
     "ContactSpace",
+    "EffectorGoal",
+    "Contacts",
     "EffectorLayout",
     "EffectorRows",
     "EmptySpace",
     "Ending",
     "Enrichment",
     "EnrichmentLoop",
+    "Floats",
     "Forces",
     "ForwardStep",
-    "Goal",
+    "Geometry",
     "Integration",
     "Limits",
     "MeshError",
+    "NO_CONTACTS",
     "PairSlots",
     "Pose",
     "PredictedStep",
-    "ReducedContacts",
+    "ROWS",
     "Quantity",
+    "ReducedContacts",
     "Robot",
     "RobotFileError",
     "RobotRows",
     "Rows",
     "Simulator",
+    "SkinMesh",
     "Springs",
     "State",
     "System",
     "Target",
     "TetRobot",
+    "UNIT_LENGTH",
+    "VALUES",
     "cable_actuators",
-    "command_range",
     "condense_step",
     "contact_model",
     "default_enrichment",
+    "eliminate_rows",
     "forward_step",
     "load_robot",
     "make_pattern",
     "no_forces",
+    "point_layout",
     "row_compliance",
+    "skin_of",
     "worst_rows",
 ]

@@ -49,9 +49,9 @@ class Pose:
     quaternion: tuple[float, float, float, float]
 
 
-Goal: TypeAlias = "Pose | float | Sequence[float] | Array"  # of one effector, by its kind
+EffectorGoal: TypeAlias = "Pose | float | Sequence[float] | Array"  # of one effector, by its kind
 # Of all effectors; an array (p, 3) where all are points or centres; of one effector alone its goal.
-Target: TypeAlias = "Goal | Sequence[Goal]"
+Target: TypeAlias = "EffectorGoal | Sequence[EffectorGoal]"
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,6 +126,11 @@ class EffectorLayout:
                 found.append(slice(first + 3, first + 6))
         return found
 
+    def error(self, end: Array, start: Array) -> float:
+        """Largest difference of a part with weight between values (n_v,), in metres by `units` [m]."""
+        rows = np.where(self.weights > 0.0, self.difference(end, start), 0.0)
+        return float(self.lengths(rows).max())
+
     def lengths(self, rows: Array) -> Array:
         """Length of each part (`parts`) of row values (n_e,), in metres by `units`."""
         metres = self.units * rows
@@ -157,7 +162,7 @@ class EffectorLayout:
             values = values.ravel()
         return self.checked(values)
 
-    def _joined(self, target: Sequence[Goal] | Sequence[float]) -> Array | None:
+    def _joined(self, target: Sequence[EffectorGoal] | Sequence[float]) -> Array | None:
         try:
             parts = [_flat(goal) for goal in target]
         except (TypeError, ValueError, OverflowError):
@@ -180,6 +185,13 @@ class EffectorLayout:
                 return None
             q /= size
         return values
+
+    def normalised(self, values: Array) -> Array:
+        """Values (m, n_v) with quaternions of length one, of any length before."""
+        found = values.copy()
+        for _, part in self._rotations():
+            found[:, part] /= np.linalg.norm(found[:, part], axis=1, keepdims=True)
+        return found
 
     def row_targets(self, now: Array, goal: Array) -> Array:
         """Values (n_e,) that the rows of a step are to reach.
@@ -241,6 +253,22 @@ class EffectorLayout:
                 found[i] = values[first : first + 3]
         return found
 
+    def position_values(self, values: Array) -> Array:
+        """The positions among values (n_v,), of effectors that have one: (m, 3) [m]."""
+        starts = [
+            int(self.value_starts[i]) for i, kind in enumerate(self.kinds) if VALUES[kind] >= 3
+        ]
+        return np.array([values[first : first + 3] for first in starts]).reshape(-1, 3)
+
+    def position_changes(self, change: Array) -> Array:
+        """The part of row changes (n_e,) that are positions, zero for scalars: (p, 3) [m]."""
+        found = np.zeros((len(self), 3))
+        for i, kind in enumerate(self.kinds):
+            if ROWS[kind] >= 3:
+                first = int(self.row_starts[i])
+                found[i] = change[first : first + 3]
+        return found
+
     def _moved(self, values: Array, change: Array, base: Array) -> Array:
         """`base` (n_v,) plus the change of rows; quaternions are those of `values` turned by it."""
         result = np.empty(self.n_values)
@@ -283,7 +311,7 @@ class EffectorLayout:
         return [values[part] for _, part in self._rotations()]
 
 
-def _flat(goal: Goal) -> Array:
+def _flat(goal: EffectorGoal) -> Array:
     """A goal of one effector as its values."""
     if isinstance(goal, Pose):
         return np.concatenate(
@@ -326,3 +354,9 @@ def effector_layout(
         row_starts=np.cumsum([0, *(ROWS[item.kind] for item in effectors)]),
         value_starts=np.cumsum([0, *(VALUES[item.kind] for item in effectors)]),
     )
+
+
+def point_layout(names: Sequence[str]) -> EffectorLayout:
+    """The layout of effectors that are points with weight one."""
+    origin = (0.0, 0.0, 0.0)
+    return effector_layout([EffectorSettings(name=name, point=origin) for name in names], 1.0)

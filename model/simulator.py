@@ -143,9 +143,7 @@ class Simulator:
     @property
     def lam_c(self) -> Array:
         """Contact force of every candidate in the last step: (n_c,) [N]."""
-        lam = self._space.lift(self._forces.beta).copy()
-        lam[self._forces.extra] += self._forces.extra_beta
-        return lam
+        return self._forces.at_candidates(self._space)
 
     def step(
         self,

@@ -109,6 +109,20 @@ class ConstrainedRobot(SparseRobot):
         """Positions of the contact candidates: (n_c, 3) [m]."""
         return self.raw.candidates(self.placed(state)[0])
 
+    def contact_normals(self, state: State) -> Array:
+        """Directions in which contacts push the candidates, NaN out of range: (n_c, 3)."""
+        return self.raw.contact_normals(self.placed(state)[0])
+
+    @property
+    def cable_owners(self) -> Ints:
+        """The actuator of every segment that `cable_segments` gives: (s,)."""
+        owners = self.raw.cable_owners
+        return owners if self.coupling is None else self.coupling.motors[owners]
+
+    def cable_segments(self, state: State) -> Array:
+        """Both ends of every straight piece of the cables: (s, 2, 3) [m]."""
+        return self.raw.cable_segments(self.placed(state)[0])
+
     def loaded(self, gravity: Array, effector_force: Array) -> ConstrainedRobot:
         """The robot under another gravity (3,) [m/s²] and forces on its effectors (3 p,) [N]."""
         raw = self.raw.loaded(gravity, effector_force)

@@ -1,8 +1,8 @@
-"""Subscriber to positions, targets or measurements: decodes, checks and counts them; the latest is used.
+"""Subscriber to targets or measurements of effectors: decodes, checks and counts them; the latest is used.
 
 Zenoh keeps the last samples of a key in a ring outside the interpreter, and writes down when each one
-arrived; the loop reads the ring at its tick. So a flood of positions costs the loop a bounded time, no other
-thread runs Python code, and the age of a position does not depend on when the loop reads it.
+arrived; the loop reads the ring at its tick. So a flood of messages costs the loop a bounded time, no other
+thread runs Python code, and the age of a message does not depend on when the loop reads it.
 """
 
 from __future__ import annotations
@@ -15,18 +15,14 @@ from typing import Protocol
 
 import numpy as np
 
+from tauten.model import EffectorLayout
 from tauten.model.numerics import Array
+from tauten.service.wire.effector_messages import EffectorMessage, decode_effector
 from tauten.service.wire.health import MessageCounts
-from tauten.service.wire.messages import (
-    MAX_PAYLOAD,
-    Point,
-    Rejection,
-    RejectionReason,
-    decode_point,
-)
+from tauten.service.wire.messages import MAX_PAYLOAD, Rejection, RejectionReason
 
 # Samples of a key that are read ahead of a tick, and again when it is due; older ones are dropped unread.
-POSITION_RING = 64
+EFFECTOR_RING = 64
 # Two clocks whose difference is larger do not agree: then a time of the other clock is not used for the age.
 CLOCKS_AGREE = 600.0  # s
 _NANO = 1e-9
@@ -74,54 +70,63 @@ class Source(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Received:
-    """A position that was accepted.
+    """A target or measurement that was accepted.
 
     Attributes:
         effector: its number.
         payload: the message as it came.
         encoding: of the message.
-        point: the decoded message.
+        message: the decoded message.
         age: seconds since it was made or arrived, whichever is longer.
     """
 
     effector: int
     payload: bytes
     encoding: str
-    point: Point
+    message: EffectorMessage
     age: float
 
 
-class PositionSubscriber:
-    """Collects positions of a robot's effectors.
+class EffectorSubscriber:
+    """Collects values of a robot's effectors, targets or measurements.
 
     Attributes:
         counts: messages, accepted and refused by reason.
-        stamp: time in the header of the position accepted last [ns since the epoch].
-        fresh: whether a position has been accepted since `take_fresh`.
+        stamp: time in the header of the message accepted last [ns since the epoch].
+        fresh: whether a message has been accepted since `take_fresh`.
     """
 
     def __init__(
-        self, sources: Sequence[Source], frame: str, rest: Array, reach: float, timeout: float
+        self,
+        sources: Sequence[Source],
+        frame: str,
+        layout: EffectorLayout,
+        rest: Array,
+        reach: float,
+        timeout: float,
     ) -> None:
-        """Start without positions.
+        """Start without messages.
 
         Args:
             sources: rings of samples, one for each effector.
             frame: the only frame accepted, beside an empty one.
-            rest: (p, 3) effectors at rest [m].
-            reach: positions farther than this from the effector at rest are refused [m].
-            timeout: age from which on a position is not used [s].
+            layout: kinds of the effectors.
+            rest: (n_v,) their values at rest.
+            reach: positions farther than this from the effector at rest are refused, and scalars that
+                differ by as much, in metres by the layout's units [m].
+            timeout: age from which on a message is not used [s].
         """
         self.counts = MessageCounts()
         self.stamp = 0
         self.fresh = False
         self._sources = tuple(sources)
         self._frame = frame
-        self._rest = rest.copy()  # (p, 3)
+        self._layout = layout
+        self._rest = rest.copy()  # (n_v,)
         self._reach = reach
         self._timeout = timeout
-        self._positions = np.full_like(rest, np.nan)  # (p, 3), NaN before the first
-        self._made = [-math.inf] * len(rest)  # monotonic time of the latest of each effector [s]
+        self._values = np.full_like(rest, np.nan)  # (n_v,), NaN before the first
+        self._made = [-math.inf] * len(layout)  # monotonic time of the latest of each effector [s]
 
     def read(self, now: float, wall: float) -> list[Received]:
         """Read what has arrived; returns what was accepted, oldest first.
@@ -132,7 +137,7 @@ class PositionSubscriber:
         """
         accepted: list[Received] = []
         for effector, source in enumerate(self._sources):
-            for _ in range(POSITION_RING):
+            for _ in range(EFFECTOR_RING):
                 sample = source.try_recv()
                 if sample is None:
                     break
@@ -141,45 +146,46 @@ class PositionSubscriber:
                     self.counts.refuse(found)
                     continue
                 accepted.append(found)
-                self._positions[effector] = found.point.xyz
+                self._values[self._layout.values_of(effector)] = found.message.values
                 self._made[effector] = now - found.age
-                self.stamp = found.point.stamp
+                self.stamp = found.message.stamp
         self.fresh = self.fresh or bool(accepted)
         self.counts.accepted += len(accepted)
         return accepted
 
     def take_fresh(self) -> bool:
-        """Whether a position has been accepted since the last call."""
+        """Whether a message has been accepted since the last call."""
         fresh, self.fresh = self.fresh, False
         return fresh
 
     def latest(self, now: float, default: Array) -> Array | None:
-        """Positions (p, 3) [m]; None when none is young enough.
+        """Goal values (n_v,); None when none is young enough.
 
         Args:
             now: monotonic time [s].
-            default: (p, 3) for effectors without any position yet [m].
+            default: (n_v,) for effectors without any message yet.
         """
         if now - max(self._made) > self._timeout:
             return None
-        positions = self._positions.copy()
+        values = self._values.copy()
         for effector, made in enumerate(self._made):
             if made == -math.inf:
-                positions[effector] = default[effector]
-        return positions
+                part = self._layout.values_of(effector)
+                values[part] = default[part]
+        return values
 
     def complete(self, now: float) -> Array | None:
-        """Positions (p, 3) [m]; None unless that of every effector is young enough.
+        """Values (n_v,); None unless those of every effector are young enough.
 
         Args:
             now: monotonic time [s].
         """
         if now - min(self._made) > self._timeout:
             return None
-        return self._positions.copy()
+        return self._values.copy()
 
     def oldest(self, now: float) -> float:
-        """Largest age of the effectors' latest positions [s]; infinity before each has one."""
+        """Largest age of the effectors' latest messages [s]; infinity before each has one."""
         return now - min(self._made)
 
     def _checked(self, effector: int, sample: Sample, wall: float) -> Received | Rejection:
@@ -187,18 +193,17 @@ class PositionSubscriber:
         payload = payload_of(sample)
         if isinstance(payload, Rejection):
             return payload
-        encoding = str(sample.encoding)
-        point = decode_point(payload, encoding)
-        if isinstance(point, Rejection):
-            return point
-        if point.frame not in ("", self._frame):
-            detail = f"found frame {point.frame[:40]!r}, expected {self._frame!r}"
+        encoding, layout = str(sample.encoding), self._layout
+        message = decode_effector(layout.kinds[effector], layout.names[effector], payload, encoding)
+        if isinstance(message, Rejection):
+            return message
+        if message.frame not in ("", self._frame):
+            detail = f"found frame {message.frame[:40]!r}, expected {self._frame!r}"
             return Rejection(RejectionReason.WRONG_FRAME, detail)
-        distance = math.dist(point.xyz, self._rest[effector])
-        if not distance <= self._reach:
-            detail = f"{distance:.3g} m from the effector at rest, allowed are {self._reach:.3g} m"
+        detail = self._out_of_reach(effector, message.values)
+        if detail:
             return Rejection(RejectionReason.OUT_OF_REACH, detail)
-        age = age_by(_NANO * point.stamp, wall)
+        age = age_by(_NANO * message.stamp, wall)
         if sample.timestamp is not None:
             age = max(age, age_by(sample.timestamp.get_time().timestamp(), wall))
         if age > self._timeout:
@@ -207,7 +212,27 @@ class PositionSubscriber:
                 "do the clocks of sender and node agree?"
             )
             return Rejection(RejectionReason.TOO_OLD, detail)
-        return Received(effector, payload, encoding, point, age)
+        return Received(effector, payload, encoding, message, age)
+
+    def _out_of_reach(self, effector: int, values: tuple[float, ...]) -> str:
+        """Why values cannot be reached by far; "" where they may be."""
+        layout, rest = self._layout, self._rest[self._layout.values_of(effector)]
+        if len(values) > 1:
+            distance = math.dist(values[:3], rest[:3])
+            if not distance <= self._reach:
+                return (
+                    f"{distance:.3g} m from the effector at rest, allowed are {self._reach:.3g} m"
+                )
+            return ""
+        unit = float(layout.units[layout.row_starts[effector]])
+        least, most = max(rest[0] - self._reach / unit, 0.0), rest[0] + self._reach / unit
+        if not least <= values[0] <= most:
+            kind = layout.kinds[effector]
+            size = "m³" if kind == "volume" else "m"
+            return (
+                f"a {kind} of {values[0]:.3g} {size}, allowed are {least:.3g} to {most:.3g} {size}"
+            )
+        return ""
 
 
 def age_by(made: float, wall: float) -> float:
