@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import scipy.sparse as sp
-from support.bodies import box_mesh
-from support.reduced.small_bodies import (
+from support.robots.bodies import box_mesh
+from support.robots.small_bodies import (
     END,
     MESH,
     MIDDLE,

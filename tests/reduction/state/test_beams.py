@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.sparse import csc_array
-from support.beam_robots import build, path_of_beams, rectangle
-from support.reduced.short_arm import short_arm
-from support.reduced.state_bases import basis_of
+from support.robots.beam_robots import build, path_of_beams, rectangle
+from support.robots.short_arm import short_arm
+from support.state_bases import basis_of
 
 from tauten.controller import Controller
 from tauten.model import Integration, Simulator, State

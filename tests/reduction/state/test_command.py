@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.processes import run_main
-from support.reduced.short_arm import write_short_arm
-from support.thumb import write_thumb
+from support.robots.short_arm import write_short_arm
+from support.robots.thumb import write_thumb
 
 from tauten.controller import Controller
 from tauten.model import load_robot

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support.reduced.state_bases import basis_of, turned_space
+from support.state_bases import basis_of, turned_space
 
 from tauten.controller import Controller
 from tauten.model import Integration, Robot, Simulator, State

@@ -1,1 +1,0 @@
-"""Robots and bases for tests of reduced models."""
