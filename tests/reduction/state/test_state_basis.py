@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tauten.model import load_robot
 from tauten.model.tetra import TetRobot
 from tauten.reduction.contact import ContactBasis
 from tauten.reduction.state import StateBasis, StateBasisError, StateOrigin
@@ -123,3 +124,11 @@ def test_shipped_basis_fits_the_shipped_finger(finger: TetRobot) -> None:
     assert states.origin.tip_mean < 2e-3 * 0.1  # a fifth of a percent of its length
     product = states.Phi.T @ (finger.mass[:, None] * states.Phi) / (finger.mass.sum() / 3.0)
     np.testing.assert_allclose(product, np.eye(states.r), atol=1e-9)
+
+
+def test_shipped_basis_fits_the_shipped_manipulator() -> None:
+    states, robot = StateBasis.load("manipulator"), load_robot("manipulator")
+    states.check_robot(robot)
+    states.check_tip(load_model_settings("manipulator").max_tip_error)
+    assert states.origin.tip_mean < 2e-3 * robot.size
+    assert states.origin.tip_max < 1e-2 * robot.size
