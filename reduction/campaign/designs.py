@@ -20,7 +20,7 @@ from tauten.model.numerics import Array
 from tauten.reduction.campaign.command_range import CommandRange, command_range
 
 RAMP_STEPS = 800  # of one actuator whose position is commanded, as in the paper
-EFFORT_STEPS = 200  # of one actuator whose effort is commanded
+EFFORT_STEPS = 60  # of one actuator whose effort is commanded
 RUN_STEPS = 20  # of a run of several actuators
 LEAST_RUNS, RUNS_EACH = 8, 2  # number of such runs, and more for each actuator
 
