@@ -11,6 +11,8 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from tauten.model import ActuatorKind
 from tauten.model.numerics import Ints
+from tauten.model.schema import EffectorKind
+from tauten.service.frames.effectors import EffectorLook, effector_looks
 from tauten.service.frames.frame import ActuatorLook, RobotLook
 from tauten.service.wire import NetworkError
 
@@ -35,7 +37,8 @@ class _Actuator(_Described):
 
 class _Effector(_Described):
     name: _Name
-    rest: tuple[_Number, _Number, _Number]
+    kind: EffectorKind
+    rest: Annotated[list[_Number], Field(max_length=7)]
 
 
 class _Surface(_Described):
@@ -75,9 +78,16 @@ class RobotDescription(_Described):
             actuators=tuple(
                 ActuatorLook(one.name, one.kind, one.pull, one.tension) for one in self.actuators
             ),
-            effectors=tuple(one.name for one in self.effectors),
-            rest=np.array([one.rest for one in self.effectors]),
+            effectors=self._effectors(),
         )
+
+    def _effectors(self) -> tuple[EffectorLook, ...]:
+        names = tuple(one.name for one in self.effectors)
+        kinds = tuple(one.kind for one in self.effectors)
+        try:
+            return effector_looks(names, kinds, [tuple(one.rest) for one in self.effectors])
+        except ValueError as error:
+            raise NetworkError(f"the node of {self.robot!r}: {error}") from error
 
 
 def read_description(robot: str, payload: bytes) -> RobotDescription:

@@ -8,6 +8,12 @@ import numpy as np
 
 from tauten.model import ActuatorKind, Floats, Geometry, Quantity, Robot, SkinMesh
 from tauten.model.numerics import Array, Ints
+from tauten.service.frames.effectors import (
+    EffectorLook,
+    distance_between,
+    effector_looks,
+    positions_of,
+)
 from tauten.service.wire import Cause, Mode
 
 
@@ -51,8 +57,7 @@ class RobotLook:
         triangles: (t, 3) of its skin.
         cable_owners: (s,) the actuator of every cable segment.
         actuators: in the order of λ_a.
-        effectors: names.
-        rest: (p, 3) of the effectors [m].
+        effectors: in the order of their goal values.
     """
 
     name: str
@@ -63,8 +68,20 @@ class RobotLook:
     triangles: Ints
     cable_owners: Ints
     actuators: tuple[ActuatorLook, ...]
-    effectors: tuple[str, ...]
-    rest: Array
+    effectors: tuple[EffectorLook, ...]
+
+    @property
+    def rest(self) -> Array:
+        """Goal values (n_v,) of the effectors at rest."""
+        return np.concatenate([np.array(one.rest) for one in self.effectors])
+
+    def positions(self, values: Array) -> Array:
+        """Positions (p, 3) [m] among goal values (n_v,); NaN for effectors without one."""
+        return positions_of(self.effectors, values)
+
+    def error(self, frame: ViewFrame) -> float:
+        """Largest distance of an effector from its target [m]; NaN without a target."""
+        return distance_between(self.effectors, frame.goal, frame.values)
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,8 +96,8 @@ class ViewFrame:
         geometry: where the robot is.
         pull: (n_a,) positions of the actuators [SI].
         tension: (n_a,) their efforts [SI].
-        target: (p, 3) that is followed [m], NaN where none is.
-        effector: (p, 3) [m].
+        goal: (n_v,) goal values that are followed, NaN where none are.
+        values: (n_v,) goal values where the effectors are.
         step: time of the control step [s].
     """
 
@@ -91,14 +108,9 @@ class ViewFrame:
     geometry: Geometry
     pull: Array
     tension: Array
-    target: Array
-    effector: Array
+    goal: Array
+    values: Array
     step: float
-
-    @property
-    def error(self) -> float:
-        """Largest distance of an effector from its target [m]; NaN without a target."""
-        return float(np.linalg.norm(self.target - self.effector, axis=1).max())
 
     @property
     def nbytes(self) -> int:
@@ -116,7 +128,9 @@ def look_of(robot: Robot, skin: SkinMesh) -> RobotLook:
         robot: the robot.
         skin: its skin.
     """
-    limits, rest = robot.limits, robot.rest()
+    limits, rest, layout = robot.limits, robot.rest(), robot.effector_layout
+    at_rest = robot.effector_values(rest)
+    values = [tuple(at_rest[layout.values_of(i)].tolist()) for i in range(len(layout))]
     actuators = tuple(
         ActuatorLook(
             name,
@@ -137,6 +151,5 @@ def look_of(robot: Robot, skin: SkinMesh) -> RobotLook:
         triangles=skin.triangles,
         cable_owners=robot.cable_owners,
         actuators=actuators,
-        effectors=robot.effector_names,
-        rest=robot.effector(rest),
+        effectors=effector_looks(robot.effector_names, layout.kinds, values),
     )

@@ -75,7 +75,7 @@ class RecordedRobot:
                 yield None
                 continue
             controller = loop.controller
-            effector = action.actuation.effector
+            values = action.actuation.effector_values
             yield ViewFrame(
                 time=1e-9 * (tick.stamp - first),
                 mode=tick.mode,
@@ -84,8 +84,8 @@ class RecordedRobot:
                 geometry=self._skin.geometry(controller.robot, controller.state, controller.lam_c),
                 pull=np.array(joints.pull),
                 tension=np.array(joints.tension),
-                target=np.array(tick.goal) if tick.goal else np.full_like(effector, np.nan),
-                effector=effector,
+                goal=np.array(tick.goal_values) if tick.goal else np.full_like(values, np.nan),
+                values=values,
                 step=tick.step,
             )
         if first is None:

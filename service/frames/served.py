@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -13,32 +14,33 @@ import zenoh
 from tauten.model import NO_CONTACTS, Contacts, Floats, Geometry
 from tauten.model.numerics import Array
 from tauten.service.frames.description import RobotDescription, read_description
+from tauten.service.frames.effectors import EffectorLook
 from tauten.service.frames.frame import RobotLook, ViewFrame
 from tauten.service.operate import put_command
 from tauten.service.wire import (
     CDR,
     CONTACT_FIELDS,
     LARGEST_CLOUD,
-    POINT,
+    MESSAGE_TYPES,
     SKIN_FIELDS,
     Cause,
     Cloud,
     Diagnostic,
+    EffectorMessage,
     Joints,
     Keys,
     Mode,
     NetworkError,
     OperatorCommand,
-    Point,
     Rejection,
     RejectionReason,
     Tick,
     decode_cloud,
+    decode_effector,
     decode_health,
     decode_joints,
-    decode_point,
     decode_tick,
-    encode_point,
+    encode_effector,
 )
 
 _PATIENCE = 5.0  # s for the first answers of a node
@@ -73,9 +75,12 @@ class ServedRobot:
         self.sent = 0
         keys, look = Keys(robot), self.look
         self._names = tuple(actuator.name for actuator in look.actuators)
+        names = tuple(effector.name for effector in look.effectors)
         self._targets = [
-            session.declare_publisher(key, encoding=f"{CDR};{POINT}", express=True)
-            for key in keys.targets(look.effectors)
+            session.declare_publisher(
+                key, encoding=f"{CDR};{MESSAGE_TYPES[effector.kind]}", express=True
+            )
+            for key, effector in zip(keys.targets(names), look.effectors, strict=True)
         ]
         subscribed = {
             "tick": keys.tick,
@@ -83,7 +88,10 @@ class ServedRobot:
             "surface": keys.surface,
             "contacts": keys.contacts,
             "health": keys.health,
-            **{f"effector {i}": key for i, key in enumerate(keys.effectors(look.effectors))},
+            **{
+                f"effector {name}": key
+                for name, key in zip(names, keys.effectors(names), strict=True)
+            },
         }
         self._rings = {
             name: session.declare_subscriber(key, zenoh.handlers.RingChannel(1))
@@ -95,7 +103,7 @@ class ServedRobot:
         self._joints: Joints | None = None
         self._skin: Cloud | None = None
         self._contacts: Cloud | None = None
-        self._effector = look.rest.copy()
+        self._values = look.rest
         self._health: tuple[str, ...] = ()
         self._refused = 0
 
@@ -120,13 +128,15 @@ class ServedRobot:
         """Send targets, read what has arrived.
 
         Args:
-            goal: (p, 3) targets to send [m]; None: none are sent, and the node holds.
+            goal: (n_v,) goal values to send; None: none are sent, and the node holds.
             drawn: whether a frame is wanted.
         """
         if goal is not None:
             stamp = time.time_ns()
-            for publisher, (x, y, z) in zip(self._targets, goal.tolist(), strict=True):
-                publisher.put(encode_point(Point(stamp, self.look.frame, (x, y, z))))
+            for publisher, effector in zip(self._targets, self.look.effectors, strict=True):
+                values = tuple(goal[effector.places].tolist())
+                message = EffectorMessage(stamp, self.look.frame, values)
+                publisher.put(encode_effector(effector.kind, effector.name, message))
             self.sent += 1
         if not drawn:
             return None
@@ -162,12 +172,11 @@ class ServedRobot:
         if health is not None:
             bad = [one for one in health.values() if one.level]
             self._health = tuple(f"{one.name}: {one.message}" for one in bad)
-        for i in range(len(self._effector)):
-            point: Point | None = self._newest(
-                f"effector {i}", lambda payload: decode_point(payload, CDR)
-            )
-            if point is not None:
-                self._effector[i] = point.xyz
+        for effector in self.look.effectors:
+            decode = partial(_decoded_effector, effector)
+            found: EffectorMessage | None = self._newest(f"effector {effector.name}", decode)
+            if found is not None:
+                self._values[effector.places] = found.values
 
     def _newest(self, name: str, decode: Callable[[bytes], Any]) -> Any:
         """The newest message of a key, decoded; None where there is none, or it was refused."""
@@ -199,7 +208,9 @@ class ServedRobot:
         count = len(self.look.vertices)
         vertices: Floats = skin.values[:count]
         cables: Floats = skin.values[count:].reshape(-1, 2, 3)
-        target = np.array(tick.goal) if tick.goal else np.full_like(self._effector, np.nan)
+        goal = np.array(tick.goal_values)
+        if goal.shape != self._values.shape:
+            goal = np.full_like(self._values, np.nan)
         return ViewFrame(
             time=1e-9 * (tick.stamp - self._first),
             mode=Mode(tick.mode),
@@ -208,8 +219,8 @@ class ServedRobot:
             geometry=Geometry(vertices, cables, self._pushing(skin)),
             pull=np.array(joints.pull),
             tension=np.array(joints.tension),
-            target=target,
-            effector=self._effector.copy(),
+            goal=goal,
+            values=self._values.copy(),
             step=tick.step,
         )
 
@@ -218,6 +229,10 @@ class ServedRobot:
         if cloud is None or abs(cloud.stamp - skin.stamp) > 1e9 * _CONTACTS_AGE:
             return NO_CONTACTS
         return Contacts(cloud.values[:, :3], cloud.values[:, 3:])
+
+
+def _decoded_effector(effector: EffectorLook, payload: bytes) -> EffectorMessage | Rejection:
+    return decode_effector(effector.kind, effector.name, payload, CDR)
 
 
 def _ask(session: zenoh.Session, robot: str) -> RobotDescription:

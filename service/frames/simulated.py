@@ -64,7 +64,7 @@ class SimulatedRobot:
         """One period of model and plant.
 
         Args:
-            goal: (p, 3) targets to follow [m]; None: nothing to follow.
+            goal: (n_v,) goal values to follow; None: nothing to follow.
             drawn: whether a frame is wanted.
         """
         begin = time.perf_counter()
@@ -82,7 +82,8 @@ class SimulatedRobot:
         self._seconds += _PACE * (time.perf_counter() - begin - self._seconds)
         if not drawn:
             return None
-        state, effector = simulator.state, simulator.effector
+        state = simulator.state
+        values = simulator.robot.effector_values(state)
         return ViewFrame(
             time=self._steps * self._h,
             mode=action.mode,
@@ -91,7 +92,7 @@ class SimulatedRobot:
             geometry=self._skin.geometry(simulator.robot, state, simulator.lam_c),
             pull=simulator.pull,
             tension=simulator.tension,
-            target=np.full_like(effector, np.nan) if goal is None else goal,
-            effector=effector,
+            goal=np.full_like(values, np.nan) if goal is None else goal,
+            values=values,
             step=step,
         )

@@ -28,7 +28,7 @@ class FrameSource(Protocol):
         """One period of the robot.
 
         Args:
-            goal: (p, 3) targets to follow [m]; None: nothing to follow.
+            goal: (n_v,) goal values to follow; None: nothing to follow.
             drawn: whether a frame is wanted.
 
         Returns:

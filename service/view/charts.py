@@ -67,7 +67,10 @@ class Charts:
             if limit is not None:
                 lines.append(np.full(len(time), limit))
             force.data = (time, *lines)
-        self._error.data = (time, _gaps_filled(1e3 * np.array([frame.error for frame in frames])))
+        self._error.data = (
+            time,
+            _gaps_filled(1e3 * np.array([self._look.error(frame) for frame in frames])),
+        )
         step = 1e3 * np.array([frame.step for frame in frames])
         self._step.data = (time, step, np.full(len(time), 1e3 / self._look.rate))
 

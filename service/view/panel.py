@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Coroutine, Iterator
 from enum import Enum
 from queue import Empty, SimpleQueue
+from typing import Any
 
+import numpy as np
 import viser
 
-from tauten.service.frames import RobotLook
+from tauten.model.numerics import Array
+from tauten.service.frames import LARGEST_SCALAR, LEAST_SCALAR, EffectorLook, RobotLook
 from tauten.service.view.charts import Charts
 
 SPEEDS = {"1": 1.0, "1/2": 0.5, "1/4": 0.25, "1/10": 0.1}
@@ -46,14 +49,20 @@ class ViewPanel:
         gui = server.gui
         self._status = gui.add_markdown("")
         self._follow: viser.GuiCheckboxHandle | None = None
+        self._scalars: dict[int, viser.GuiSliderHandle[float]] = {}
         self._effector: viser.GuiDropdownHandle[str] | None = None
-        self._names = look.effectors
+        self._names = tuple(one.name for one in look.effectors)
         if operates:
             with gui.add_folder("Operate"):
                 self._follow = gui.add_checkbox(
                     "follow", False, hint="The robot follows the target while this is on."
                 )
                 self._button(server, Request.STOP, "Release the actuators.")
+                self._scalars = {
+                    i: _scalar_slider(server, one)
+                    for i, one in enumerate(look.effectors)
+                    if not one.has_position
+                }
                 self._buttons(
                     server,
                     (Request.HOLD, Request.ENABLE, Request.RESET),
@@ -67,7 +76,7 @@ class ViewPanel:
         if operates:
             with gui.add_folder("Waypoints", expand_by_default=False):
                 if len(look.effectors) > 1:
-                    self._effector = gui.add_dropdown("effector", look.effectors)
+                    self._effector = gui.add_dropdown("effector", self._names)
                 self._pace = gui.add_slider("speed [mm/s]", _SLOWEST, _FASTEST, 1.0, 30.0)
                 self._buttons(
                     server,
@@ -89,6 +98,24 @@ class ViewPanel:
                 armed(bool(event.target.value))
 
         self._follow.on_update(callback)
+
+    def on_scalar(self, moved: Callable[[int, Array], None]) -> None:
+        """Call a function with the effector's number and goal value (1,) when a slider is moved."""
+        for i, slider in self._scalars.items():
+            slider.on_update(_slid(i, moved))
+
+    def show_scalars(self, values: Array, look: RobotLook) -> None:
+        """Show the targets of distances, lengths and volumes.
+
+        Args:
+            values: (n_v,) goal values.
+            look: of the robot.
+        """
+        for i, slider in self._scalars.items():
+            one = look.effectors[i]
+            shown = round(100.0 * float(values[one.first]) / one.rest[0], 1)
+            if abs(slider.value - shown) > 0.05:
+                slider.value = min(max(shown, slider.min), slider.max)  # type: ignore[misc]
 
     def show_follow(self, armed: bool) -> None:
         """Show whether *follow* is on."""
@@ -177,3 +204,23 @@ class ViewPanel:
                 self._requests.put(names[event.target.value])
 
         server.gui.add_button_group("", tuple(names), hint=hint).on_click(callback)
+
+
+def _scalar_slider(
+    server: viser.ViserServer, effector: EffectorLook
+) -> viser.GuiSliderHandle[float]:
+    """A slider of the target of a distance, length or volume, in percent of its value at rest."""
+    return server.gui.add_slider(
+        f"{effector.name} [%]", 100.0 * LEAST_SCALAR, 100.0 * LARGEST_SCALAR, 0.1, 100.0,
+        hint=f"Target of the {effector.kind}, in percent of that at rest.",
+    )  # fmt: skip
+
+
+def _slid(
+    number: int, moved: Callable[[int, Array], None]
+) -> Callable[[viser.GuiEvent[viser.GuiSliderHandle[float]]], Coroutine[Any, Any, None]]:
+    async def callback(event: viser.GuiEvent[viser.GuiSliderHandle[float]]) -> None:
+        if event.client_id is not None:
+            moved(number, np.array([float(event.target.value)]))
+
+    return callback

@@ -69,28 +69,27 @@ class RobotScene:
         ]
         self._arrows: viser.ArrowsHandle | None = None
         self._effectors = [
-            scene.add_icosphere(f"/effectors/{name}", 0.012 * size, _EFFECTOR, subdivisions=2)
-            for name in look.effectors
+            scene.add_icosphere(f"/effectors/{one.name}", 0.012 * size, _EFFECTOR, subdivisions=2)
+            for one in look.effectors
         ]
         self._targets = [
-            scene.add_icosphere(f"/targets/{name}", 0.012 * size, _TARGET, subdivisions=2)
-            for name in look.effectors
+            scene.add_icosphere(f"/targets/{one.name}", 0.012 * size, _TARGET, subdivisions=2)
+            for one in look.effectors
         ]
-        self.gizmos = [
-            scene.add_transform_controls(
-                f"/gizmos/{name}", 0.25 * size, disable_rotations=True, depth_test=False,
-                position=look.rest[i],
+        self.gizmos = {
+            i: scene.add_transform_controls(
+                f"/gizmos/{one.name}", 0.25 * size, disable_rotations=not one.turns,
+                depth_test=False, position=np.array(one.rest[:3]),
             )
-            for i, name in enumerate(look.effectors)
-            if draggable
-        ]  # fmt: skip
+            for i, one in enumerate(look.effectors)
+            if draggable and one.has_position
+        }  # fmt: skip
         count = len(look.effectors)
         self._trails = [
-            _Trail(server, f"/trails/{kind}/{look.effectors[i]}", colour, 0.0025 * size)
+            _Trail(server, f"/trails/{kind}/{look.effectors[i].name}", colour, 0.0025 * size)
             for kind, colour in (("target", _TARGET), ("effector", _EFFECTOR))
             for i in range(count)
         ]
-        self._dragged: list[bool] = [False] * count
 
     def draw(self, frame: ViewFrame, trail: list[ViewFrame]) -> None:
         """Show a frame.
@@ -103,30 +102,32 @@ class RobotScene:
         self._skin.vertices = geometry.vertices
         self._draw_cables(geometry.cables, frame.tension)
         self._draw_contacts(geometry.contacts)
-        for i, position in enumerate(frame.effector):
-            self._effectors[i].position = position
-            target = frame.target[i]
-            seen = bool(np.isfinite(target).all())
-            if self._targets[i].visible != seen:
-                self._targets[i].visible = seen
-            if seen:
-                self._targets[i].position = target
-        count = len(frame.effector)
-        step = max(len(trail) // _TRAIL, 1)
+        look = self._look
+        for shown, values in ((self._effectors, frame.values), (self._targets, frame.goal)):
+            for sphere, position in zip(shown, look.positions(values), strict=True):
+                _show_at(sphere, position)
+        trail = trail[:: max(len(trail) // _TRAIL, 1)]
+        targets = np.array([look.positions(one.goal) for one in trail])  # (m, p, 3)
+        effectors = np.array([look.positions(one.values) for one in trail])  # (m, p, 3)
+        count = len(look.effectors)
         for i in range(count):
-            self._trails[i].draw([one.target[i] for one in trail[::step]])
-            self._trails[count + i].draw([one.effector[i] for one in trail[::step]])
+            self._trails[i].draw(targets.reshape(-1, count, 3)[:, i])
+            self._trails[count + i].draw(effectors.reshape(-1, count, 3)[:, i])
 
-    def place_gizmos(self, positions: Array) -> None:
-        """Move gizmos that are not where they belong to positions (p, 3) [m]."""
-        for gizmo, position in zip(self.gizmos, positions, strict=True):
-            if float(np.abs(gizmo.position - position).max()) > 1e-4 * self._look.size:
-                gizmo.position = position
+    def place_gizmos(self, values: Array) -> None:
+        """Move gizmos that are not where goal values (n_v,) say."""
+        for i, gizmo in self.gizmos.items():
+            one = self._look.effectors[i]
+            own = values[one.places]
+            if float(np.abs(gizmo.position - own[:3]).max()) > 1e-4 * self._look.size:
+                gizmo.position = own[:3]
+            if one.turns and float(np.abs(gizmo.wxyz - own[3:]).max()) > 1e-4:
+                gizmo.wxyz = own[3:]
 
     def on_drag(self, moved: Callable[[int, Array], None]) -> None:
-        """Call a function with the effector's number and a position (3,) [m] when a gizmo is dragged."""
-        for i, gizmo in enumerate(self.gizmos):
-            gizmo.on_update(_mover(i, moved))
+        """Call a function with the effector's number and goal values (v,) when a gizmo is dragged."""
+        for i, gizmo in self.gizmos.items():
+            gizmo.on_update(_mover(i, self._look.effectors[i].turns, moved))
 
     def show_waypoints(self, points: Array) -> None:
         """Show waypoints (m, 3) [m] instead of those shown before."""
@@ -183,9 +184,9 @@ class _Trail:
             name, np.zeros((_TRAIL, 2, 3), np.float32), colour, thickness=thickness, visible=False
         )
 
-    def draw(self, positions: list[Array]) -> None:
-        """Show a line through positions (3,) [m]; pieces to positions that are not finite are left out."""
-        pieces = line_pieces(np.array(positions).reshape(-1, 3))
+    def draw(self, positions: Array) -> None:
+        """Show a line through positions (m, 3) [m]; pieces to those that are not finite are left out."""
+        pieces = line_pieces(positions)
         if pieces is None:
             if self._handle.visible:
                 self._handle.visible = False
@@ -220,11 +221,21 @@ def cable_colour(share: float) -> tuple[int, int, int]:
     return r, g, b
 
 
+def _show_at(sphere: viser.IcosphereHandle, position: Array) -> None:
+    """Show a sphere at a position (3,) [m]; nowhere where it is not finite."""
+    seen = bool(np.isfinite(position).all())
+    if sphere.visible != seen:
+        sphere.visible = seen
+    if seen:
+        sphere.position = position
+
+
 def _mover(
-    number: int, moved: Callable[[int, Array], None]
+    number: int, turns: bool, moved: Callable[[int, Array], None]
 ) -> Callable[[viser.TransformControlsEvent], Coroutine[Any, Any, None]]:
     async def callback(event: viser.TransformControlsEvent) -> None:
-        moved(number, np.array(event.target.position))
+        position, rotation = event.target.position, event.target.wxyz
+        moved(number, np.concatenate([position, rotation]) if turns else np.array(position))
 
     return callback
 

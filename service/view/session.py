@@ -52,7 +52,6 @@ class ViewSession:
     Attributes:
         source: of the frames.
         targets: what is followed while it is armed.
-        waypoints: of one effector.
     """
 
     def __init__(self, source: FrameSource, server: LoopbackServer, guard: Guard) -> None:
@@ -67,16 +66,22 @@ class ViewSession:
         self.source, self._server = source, server
         self._panel = ViewPanel(server, look, operates=True)
         self._scene = RobotScene(server, look, draggable=True)
-        self.targets = TargetStore(look.rest, look.size)
+        self.targets = TargetStore(look.effectors, look.size)
         self._history = FrameHistory(whole=False)
-        self.waypoints = WaypointList()
+        self._lists = [WaypointList(one, look.size) for one in look.effectors]
         self._playing: tuple[TargetPath, float] | None = None
         self._shown: float | None = None  # time of the frame that is shown; None: the newest
         self._elapsed = 0.0  # s of the robot
         self._frames = 0
         self._scene.on_drag(self._dragged)
         self._panel.on_follow(self._arm)
+        self._panel.on_scalar(self._slid)
         guard.on_operator_left(self._disarm)
+
+    @property
+    def waypoints(self) -> WaypointList:
+        """Waypoints of the effector that is chosen in the panel."""
+        return self._lists[self._panel.effector]
 
     @property
     def newest(self) -> ViewFrame | None:
@@ -133,7 +138,7 @@ class ViewSession:
         frame = self.source.advance(self.targets.goal(), due)
         if frame is not None:
             self._history.add(frame)
-            self.targets.rest_at(frame.effector)
+            self.targets.rest_at(frame.values)
 
     def _draw(self) -> None:
         history, panel = self._history, self._panel
@@ -148,8 +153,9 @@ class ViewSession:
         self._frames += 1
         with self._server.atomic():
             self._scene.draw(frame, history.between(frame.time - TRAIL, frame.time))
-            self._scene.place_gizmos(self.targets.positions)
+            self._scene.place_gizmos(self.targets.values)
         panel.show_follow(self.targets.armed)
+        panel.show_scalars(self.targets.values, self.source.look)
         if self._frames % _PLOTS == 1:
             self._say(frame)
 
@@ -170,7 +176,7 @@ class ViewSession:
             self._panel.pause(False)
         elif request is Request.PLAY:
             if len(self.waypoints):
-                start = self.targets.positions[self._panel.effector]
+                start = self.targets.of(self._panel.effector)
                 self._playing = self.waypoints.path(start, self._panel.pace), self._elapsed
         elif request is Request.SAVE:
             content = self.waypoints.csv(self._panel.pace).encode()
@@ -190,7 +196,7 @@ class ViewSession:
 
     def _change_waypoints(self, request: Request) -> None:
         if request is Request.ADD:
-            self.waypoints.add(self.targets.positions[self._panel.effector])
+            self.waypoints.add(self.targets.of(self._panel.effector))
         else:
             self.waypoints.clear()
             self._playing = None
@@ -207,9 +213,13 @@ class ViewSession:
         if elapsed > path.duration and not path.repeats:
             self._playing = None
 
-    def _dragged(self, effector: int, position: Array) -> None:
+    def _dragged(self, effector: int, values: Array) -> None:
         self._playing = None
-        self.targets.put(effector, position)
+        self.targets.put(effector, values)
+
+    def _slid(self, effector: int, percent: Array) -> None:
+        """Move the target of a distance, length or volume, in percent of its value at rest."""
+        self._dragged(effector, 0.01 * percent * self.source.look.effectors[effector].rest[0])
 
     def _arm(self, armed: bool) -> None:
         self.targets.arm(armed)

@@ -136,8 +136,8 @@ def _following(
     for step in range(int(seconds * look.rate)):
         if stop.requested:
             return
-        goal = look.rest.copy()
-        goal[0] = path.at(step / look.rate)
+        goal = look.rest
+        goal[look.effectors[0].places] = path.at(step / look.rate)
         frame = source.advance(goal, step % every == 0)
         if frame is not None:
             yield frame

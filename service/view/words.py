@@ -50,8 +50,9 @@ def health_in_words(look: RobotLook, frame: ViewFrame, notes: tuple[str, ...]) -
         notes: further sentences.
     """
     found = []
-    if frame.error == frame.error:
-        found.append(f"{1e3 * frame.error:.1f} mm from the target")
+    error = look.error(frame)
+    if error == error:
+        found.append(f"{1e3 * error:.1f} mm from the target")
     found += [f"{name} at its limit" for name in at_limit(look, frame)]
     if frame.status not in ("", "OK"):
         found.append(f"decision: {frame.status.lower().replace('_', ' ')}")

@@ -68,7 +68,7 @@ def test_the_mouse_moves_the_target_and_the_robot(page: Page, shown: Shown, beam
 
     def followed() -> bool:
         frame = shown.session.newest
-        return frame is not None and frame.effector[0, 2] > rest[2] + 1e-3
+        return frame is not None and frame.values[2] > rest[2] + 1e-3
 
     assert wait_until(followed)
 

@@ -50,7 +50,7 @@ def test_the_robot_follows_while_armed_and_holds_when_the_browser_leaves(
 
         def followed() -> bool:
             frame = shown.session.newest
-            return frame is not None and frame.effector[0, 2] > 0.012
+            return frame is not None and frame.values[2] > 0.012
 
         assert wait_until(followed)
     wait_mode(served, Mode.HOLD, Cause.NO_TARGET)
@@ -123,7 +123,7 @@ def test_a_log_is_shown_and_exported(
     assert recorded.notes == ()
     frames = [frame for frame in recorded.frames() if frame is not None]
     followed = [frame for frame in frames if frame.mode is Mode.RUN]
-    assert followed[-1].error < 2e-3
+    assert recorded.look.error(followed[-1]) < 2e-3
     assert followed[-1].geometry.vertices[:, 2].max() > 0.022  # bent upwards
     stop = StopFlag()
     with open_server(0, "log") as (server, _):

@@ -18,8 +18,7 @@ def frame(time: float) -> ViewFrame:
     vertices = np.zeros((10, 3), np.float32)
     geometry = Geometry(vertices, np.zeros((0, 2, 3), np.float32), NO_CONTACTS)
     zero = np.zeros(1)
-    nothing = np.zeros((1, 3))
-    return ViewFrame(time, Mode.RUN, Cause.NONE, "", geometry, zero, zero, nothing, nothing, 0.0)
+    return ViewFrame(time, Mode.RUN, Cause.NONE, "", geometry, zero, zero, zero, zero, 0.0)
 
 
 def filled(count: int, whole: bool, most: int) -> FrameHistory:
