@@ -121,7 +121,8 @@ def make_cells(shape: AccordionShape) -> tuple[Array, Ints]:
 def _at_heights(flat: Array, z: Array) -> Array:
     """A grid of nodes (a, b, c, 3) of one with x and y (a, b, c, 2) and heights z (c,)."""
     height = np.broadcast_to(z, flat.shape[:3])
-    return np.concatenate([flat, height[..., None]], axis=-1)
+    nodes: Array = np.concatenate([flat, height[..., None]], axis=-1)
+    return nodes
 
 
 def make_text(shape: AccordionShape) -> str:
