@@ -1,21 +1,8 @@
 """The model of a robot: finite elements, cables, contacts, and the forward simulator."""
 
-from tauten.model.actuation import ActuatorKind, Actuators, Quantity, Springs, cable_actuators
-from tauten.model.command import Command
-from tauten.model.command_range import CommandRange, command_range
 from tauten.model.compliance import Compliance, row_compliance
 from tauten.model.condensed_step import CondensedStep, Forces, condense_step, no_forces
 from tauten.model.contact_space import ContactSpace, EmptySpace, ReducedContacts
-from tauten.model.effector_layout import (
-    ROWS,
-    UNIT_LENGTH,
-    VALUES,
-    EffectorGoal,
-    EffectorLayout,
-    Pose,
-    Target,
-    point_layout,
-)
 from tauten.model.enrichment import (
     Enrichment,
     EnrichmentLoop,
@@ -25,14 +12,31 @@ from tauten.model.enrichment import (
     worst_rows,
 )
 from tauten.model.equilibrium import Ending
-from tauten.model.forward_step import ForwardStep, forward_step
-from tauten.model.limits import Limits
+from tauten.model.forward_step import ForwardStep, eliminate_rows, forward_step
+from tauten.model.interface import (
+    ROWS,
+    UNIT_LENGTH,
+    VALUES,
+    ActuatorKind,
+    Actuators,
+    Command,
+    EffectorGoal,
+    EffectorLayout,
+    Limits,
+    Pose,
+    Quantity,
+    Springs,
+    Target,
+    cable_actuators,
+    point_layout,
+)
 from tauten.model.load.robot import load_robot
 from tauten.model.mesh.tet_mesh import MeshError
 from tauten.model.robot import Robot, RobotRows, State
 from tauten.model.rows import ContactRows, EffectorRows, PairSlots, Rows
 from tauten.model.schema.section import RobotFileError
 from tauten.model.simulator import Simulator
+from tauten.model.skin import NO_CONTACTS, Contacts, Floats, Geometry, SkinMesh, skin_of
 from tauten.model.system import Integration, System, make_pattern
 from tauten.model.tetra.robot import TetRobot
 
@@ -40,34 +44,38 @@ __all__ = [
     "ActuatorKind",
     "Actuators",
     "Command",
-    "CommandRange",
     "Compliance",
     "CondensedStep",
     "ContactRows",
     "ContactSpace",
     "EffectorGoal",
+    "Contacts",
     "EffectorLayout",
     "EffectorRows",
     "EmptySpace",
     "Ending",
     "Enrichment",
     "EnrichmentLoop",
+    "Floats",
     "Forces",
     "ForwardStep",
+    "Geometry",
     "Integration",
     "Limits",
     "MeshError",
+    "NO_CONTACTS",
     "PairSlots",
     "Pose",
     "PredictedStep",
     "ROWS",
-    "ReducedContacts",
     "Quantity",
+    "ReducedContacts",
     "Robot",
     "RobotFileError",
     "RobotRows",
     "Rows",
     "Simulator",
+    "SkinMesh",
     "Springs",
     "State",
     "System",
@@ -76,15 +84,16 @@ __all__ = [
     "UNIT_LENGTH",
     "VALUES",
     "cable_actuators",
-    "command_range",
     "condense_step",
     "contact_model",
     "default_enrichment",
+    "eliminate_rows",
     "forward_step",
     "load_robot",
     "make_pattern",
     "no_forces",
     "point_layout",
     "row_compliance",
+    "skin_of",
     "worst_rows",
 ]

@@ -18,6 +18,7 @@ ORDER = (
     "model.numerics",
     "model.materials",
     "model.schema",
+    "model.interface",
     "model",
     "model.mesh",
     "model.points",
@@ -47,6 +48,8 @@ ORDER = (
     "service.replay",
     "service.plant",
     "service.operate",
+    "service.frames",
+    "service.view",
     "service.bench.elements",
     "service.bench.qpcc",
     "service.bench",
@@ -59,7 +62,14 @@ MOST_LINES = 400
 MOST_PARAMETERS = 8
 DOCUMENTED = 3  # parameters of a public function from which on its docstring lists them
 # `serve` is the process that a robot depends on: none of these is loaded by it.
-LABORATORY = ("service.bench", "service.tables", "service.plots", "service.cli")
+LABORATORY = (
+    "service.frames",
+    "service.view",
+    "service.bench",
+    "service.tables",
+    "service.plots",
+    "service.cli",
+)
 
 FILES = [
     path

@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tauten.model.actuation import actuators_of
 from tauten.model.actuators import BeamActuators, coupling_of
 from tauten.model.beams import (
     BeamBody,
@@ -27,7 +26,7 @@ from tauten.model.beams import (
 )
 from tauten.model.body import Material
 from tauten.model.contact import ContactPair, ContactSet
-from tauten.model.limits import limits_of
+from tauten.model.interface import actuators_of, limits_of
 from tauten.model.load.effectors import build_beam_effectors
 from tauten.model.mesh import point_selector, spread_points
 from tauten.model.numerics import Array, Bools, Ints, make_factorisation

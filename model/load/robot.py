@@ -13,12 +13,11 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from tauten.model.actuation import actuators_of
 from tauten.model.actuators import ActuatorParts, place_actuators
 from tauten.model.body import Material
 from tauten.model.constraints import ConstrainedRobot
 from tauten.model.contact import ContactSet
-from tauten.model.limits import limits_of
+from tauten.model.interface import actuators_of, limits_of
 from tauten.model.load.actuators import build_actuators, place_points
 from tauten.model.load.beams import build_beam_robot, read_structure
 from tauten.model.load.bodies import AnyMesh, build_bodies, read_bodies

@@ -25,7 +25,7 @@ from tauten.service.node.inputs import Goal, NodeInputs
 from tauten.service.node.loop import Action, ControlLoop
 from tauten.service.node.metrics import prometheus_text
 from tauten.service.node.model_watch import FallBack
-from tauten.service.node.outputs import NodeOutputs
+from tauten.service.node.outputs import NodeOutputs, ShapePublisher
 from tauten.service.node.state_machine import Signals
 from tauten.service.node.statistics import LoopStatistics
 from tauten.service.process import StopFlag
@@ -75,6 +75,7 @@ class Node:
         self._fall_back = fall_back
         self._inputs = NodeInputs(session, robot, setup.service, closed_loop, recorder)
         self._outputs = NodeOutputs(session, robot, recorder)
+        self._shape = ShapePublisher(session, robot)
         self._answers = QuestionAnswers(session, robot.name, description_json(setup))
         self._statistics = LoopStatistics(robot.actuators)
         self._facts = {
@@ -124,7 +125,7 @@ class Node:
         inputs, loop, index = self._inputs, self._loop, self._index
         inputs.read_targets(index)
         for command in inputs.read_commands(index):
-            inputs.count(command, loop.command(command))
+            inputs.count(command, loop.obey(command))
         effectors = loop.controller.effector_values
         measurement = inputs.read_measurements(effectors, loop.state.mode is not Mode.STOP, index)
         goal, fresh = inputs.goal(effectors), inputs.take_fresh()
@@ -234,6 +235,8 @@ class Node:
         if self._fall_back is not None:
             self._fall_back.watch.look(self._loop.controller)
         self._answers.answer_one(lambda: self._metrics(clock))
+        if self._loop.state.mode is not Mode.STOP:  # the model does not follow a release
+            self._shape.publish(self._loop.controller, clock)
         now = time.monotonic()
         if now >= self._next_health:
             for _ in self._report:  # one that never found the time
@@ -260,7 +263,7 @@ class Node:
         return prometheus_text(self._robot.name, diagnostics, times)
 
     def _diagnostics(self, clock: Clock) -> list[Diagnostic]:
-        arrived = self._inputs.diagnostics()
+        arrived = [self._loop.locks, *self._inputs.diagnostics(), self._shape.diagnostic()]
         if self._fall_back is not None:
             arrived.append(self._fall_back.watch.diagnostic())
         return self._statistics.diagnostics(clock, arrived, self._recorder, self._facts)

@@ -1,7 +1,16 @@
 """A run read back from its log, reported, and replayed."""
 
+from tauten.service.replay.recorded_setup import recorded_setup
 from tauten.service.replay.replay_report import TICKS, VERDICT, write_report
-from tauten.service.replay.replaying import Replay, replay, write_problem
+from tauten.service.replay.replaying import (
+    Replay,
+    actions,
+    changes,
+    recorded_ticks,
+    replay,
+    replay_loop,
+    write_problem,
+)
 from tauten.service.replay.report import (
     RunReport,
     Spread,
@@ -21,11 +30,16 @@ __all__ = [
     "Spread",
     "TICKS",
     "VERDICT",
+    "actions",
+    "changes",
     "errors_to_goal",
     "make_report",
     "overheads",
     "read_run",
+    "recorded_setup",
+    "recorded_ticks",
     "replay",
+    "replay_loop",
     "spread",
     "table_rows",
     "write_problem",

@@ -1,6 +1,20 @@
 """The network: keys, messages, sessions, modes, rejection reasons."""
 
-from tauten.service.wire.commands import COMMAND_RING, CommandSubscriber, encode_command
+from tauten.service.wire.cloud import (
+    CLOUD,
+    CONTACT_FIELDS,
+    LARGEST_CLOUD,
+    SKIN_FIELDS,
+    Cloud,
+    decode_cloud,
+    encode_cloud,
+)
+from tauten.service.wire.commands import (
+    COMMAND_RING,
+    CommandSubscriber,
+    decode_command,
+    encode_command,
+)
 from tauten.service.wire.effector_messages import (
     MESSAGE_TYPES,
     EffectorMessage,
@@ -53,7 +67,7 @@ from tauten.service.wire.messages import (
     point_json,
     typestore,
 )
-from tauten.service.wire.modes import Cause, Mode, OperatorCommand
+from tauten.service.wire.modes import Cause, LockOrder, Mode, OperatorCommand, OperatorOrder
 from tauten.service.wire.network import (
     Network,
     NetworkError,
@@ -70,8 +84,11 @@ from tauten.service.wire.tick import Positions, Tick, decode_tick, encode_tick
 __all__ = [
     "CDR",
     "CLOCKS_AGREE",
+    "CLOUD",
     "COMMAND_RING",
+    "CONTACT_FIELDS",
     "Cause",
+    "Cloud",
     "CommandSubscriber",
     "Diagnostic",
     "EFFECTOR_RING",
@@ -83,7 +100,9 @@ __all__ = [
     "JSON",
     "Joints",
     "Keys",
+    "LARGEST_CLOUD",
     "Level",
+    "LockOrder",
     "MAX_PAYLOAD",
     "MESSAGE_TYPES",
     "MessageCounts",
@@ -91,6 +110,7 @@ __all__ = [
     "Network",
     "NetworkError",
     "OperatorCommand",
+    "OperatorOrder",
     "POINT",
     "POSE",
     "Point",
@@ -100,13 +120,16 @@ __all__ = [
     "Rejection",
     "RejectionReason",
     "Role",
+    "SKIN_FIELDS",
     "Source",
     "TEXT",
     "TICK",
     "Tick",
     "Window",
     "ask_description",
+    "decode_command",
     "decode_effector",
+    "decode_cloud",
     "decode_health",
     "decode_joints",
     "decode_point",
@@ -114,6 +137,7 @@ __all__ = [
     "default_port",
     "definition",
     "effector_json",
+    "encode_cloud",
     "encode_command",
     "encode_effector",
     "encode_float",

@@ -45,7 +45,7 @@ class Keys:
 
     @property
     def command(self) -> str:
-        """Published by an operator, std_msgs/String: enable, hold, stop or reset."""
+        """Published by an operator, std_msgs/String, see `tauten.service.wire.commands`."""
         return self._key("command")
 
     @property
@@ -67,6 +67,16 @@ class Keys:
     def health(self) -> str:
         """Published by the node once a second, diagnostic_msgs/DiagnosticArray."""
         return self._key("health")
+
+    @property
+    def surface(self) -> str:
+        """Published by the node while somebody listens, sensor_msgs/PointCloud2: skin and cables [m]."""
+        return self._key("surface")
+
+    @property
+    def contacts(self) -> str:
+        """Published by the node while somebody listens, sensor_msgs/PointCloud2: [m] and forces [N]."""
+        return self._key("contacts")
 
     @property
     def plant_token(self) -> str:

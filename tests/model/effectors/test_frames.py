@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
-from support.bodies import BEAM_KINDS, END, beams, disturbed, moved, solid
+from support.effectors import BEAM_KINDS, END, beams, disturbed, moved, solid
 
 from tauten.model import EffectorLayout, Pose, State
 from tauten.model.effectors import FrameMeasure, frame_coefficients

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.bodies import ALL_KINDS, BEAM_KINDS, END, beams, disturbed, moved, solid
+from support.effectors import ALL_KINDS, BEAM_KINDS, END, beams, disturbed, moved, solid
 
 from tauten.model import Robot, RobotFileError, State
 

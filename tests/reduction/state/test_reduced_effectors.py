@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support.bodies import disturbed, solid
+from support.effectors import disturbed, solid
 from support.state_bases import basis_of, turned_space
 
 from tauten.controller import Controller, ControllerSettings

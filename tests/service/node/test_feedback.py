@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from support.bodies import END, solid
+from support.effectors import END, solid
 
 from tauten.model import point_layout
 from tauten.service.node import Feedback, MeasurementCheck, ModelHistory, stable_gain

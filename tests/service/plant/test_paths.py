@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tauten.model import Robot, Simulator, TetRobot, command_range
+from tauten.model import Robot, Simulator, TetRobot
+from tauten.reduction.campaign import command_range
 from tauten.service.plant import (
     SHAPES,
     PathError,

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from support.bodies import solid
+from support.effectors import solid
 
 from tauten.model.tetra import TetRobot
 from tauten.service.plant import COLUMNS, PathError, PathSettings, make_path, save_path

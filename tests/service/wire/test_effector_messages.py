@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from support.bodies import ALL_KINDS, solid
+from support.effectors import ALL_KINDS, solid
 
 from tauten.model.schema import EffectorKind
 from tauten.service.wire import (

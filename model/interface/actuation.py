@@ -15,7 +15,7 @@ from functools import cached_property
 
 import numpy as np
 
-from tauten.model.command import Command
+from tauten.model.interface.command import Command
 from tauten.model.numerics import Array, Bools, Ints
 from tauten.model.schema import CableSettings, CouplingSettings, RobotSettings, SingleActuator
 
@@ -135,6 +135,15 @@ class Actuators:
 
     def __len__(self) -> int:
         return len(self.names)
+
+    def at(self, chosen: Ints) -> Actuators:
+        """Names and laws of some of them, by their numbers (c,), without springs."""
+        return Actuators(
+            tuple(self.names[i] for i in chosen.tolist()),
+            tuple(self.kinds[i] for i in chosen.tolist()),
+            self.bilateral[chosen],
+            self.held_by_force[chosen],
+        )
 
     @cached_property
     def groups(self) -> Ints:
