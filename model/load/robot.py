@@ -34,6 +34,7 @@ from tauten.model.schema import (
     RobotConfig,
     RobotFileError,
     Section,
+    SectionSettings,
     model_tables,
     read_toml,
     validated,
@@ -160,6 +161,12 @@ def changed(config: C, changes: Changes, path: Path) -> C:
             for b, body in enumerate(config.bodies)
         )
         config = config.model_copy(update={"materials": materials, "bodies": bodies})
+    if changes.young_scale != 1.0 and isinstance(config, BeamConfig):
+        profiles = [
+            item.scaled(changes.young_scale) if isinstance(item, SectionSettings) else item
+            for item in config.profiles
+        ]
+        config = config.model_copy(update={"profiles": profiles})
     return config
 
 

@@ -7,9 +7,9 @@ from pathlib import Path
 import meshio
 import numpy as np
 import pytest
-from support.bodies import hollow_beam
 from support.nodes import check_limits, recorded, streaming, wait_for, wait_health, wait_tip
 from support.processes import Served, tauten
+from support.robots.bodies import hollow_beam
 
 from tauten.model import Robot, Simulator, load_robot
 from tauten.service.replay import replay

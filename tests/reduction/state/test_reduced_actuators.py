@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support.bodies import CABLE, pneumatic_robot
+from support.robots.bodies import CABLE, pneumatic_robot
 from support.state_bases import basis_of
 
 from tauten.controller import Controller

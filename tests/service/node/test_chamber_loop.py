@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
-from support.bodies import CABLE, pneumatic_robot
+from support.robots.bodies import CABLE, pneumatic_robot
 
 from tauten.controller import Controller
 from tauten.model.tetra import TetRobot

@@ -2,14 +2,8 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import Any
-
 import numpy as np
 
-from support.beam_robots import build, cable, path_of_beams, rectangle
-from tauten.model import Robot, State
-from tauten.model.beams import BeamRobot
 from tauten.model.load import build_robot
 from tauten.model.mesh import TetMesh, oriented
 from tauten.model.numerics import Array, Ints
