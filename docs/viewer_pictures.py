@@ -15,6 +15,7 @@ import subprocess
 import sys
 import tempfile
 import time
+import urllib.request
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -31,7 +32,7 @@ ARGUMENTS = [
 ]
 SIZE = {"width": 1280, "height": 800}
 START = 180.0  # s
-NOTICE = "Software WebGL"  # of a browser without a graphics processor
+MORE, SETTLE = 12.0, 4.0  # s after the text is there, and after the picture stands still
 
 
 def free_port() -> int:
@@ -51,7 +52,7 @@ def viewer(*arguments: str) -> Iterator[str]:
         end = time.monotonic() + START
         while True:
             try:
-                socket.create_connection(("127.0.0.1", port), timeout=1.0).close()
+                urllib.request.urlopen(f"http://127.0.0.1:{port}", timeout=5.0).close()
                 break
             except OSError:
                 if process.poll() is not None or time.monotonic() > end:
@@ -72,10 +73,26 @@ def page_of(browser: Browser, address: str) -> Page:
     return page
 
 
-def take(browser: Browser, address: str, name: str, seconds: float) -> None:
-    """Take a picture some seconds after the page has been opened."""
+def take(browser: Browser, address: str, name: str, wait: str) -> None:
+    """Take a picture of a moment at which everything is drawn.
+
+    Args:
+        browser: that opens the page.
+        address: of the page.
+        name: of the picture.
+        wait: text of the panel to wait for, with a few seconds more; or a number of seconds.
+    """
     page = page_of(browser, address)
-    page.wait_for_timeout(1e3 * seconds)
+    if wait.isdigit():
+        page.wait_for_timeout(1e3 * float(wait))
+    else:
+        page.get_by_text(wait).first.wait_for(timeout=1e3 * START)
+        page.wait_for_timeout(1e3 * MORE)
+    if page.get_by_label("pause").count():
+        page.get_by_label("pause").first.click(force=True)
+    else:
+        page.mouse.click(22, SIZE["height"] - 20)  # pause of an exported run
+    page.wait_for_timeout(1e3 * SETTLE)
     page.screenshot(path=str(FIGURES / name))
     page.close()
 
@@ -85,20 +102,22 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--robot", default="finger")
     parser.add_argument("--second", default="manipulator")
-    parser.add_argument("--seconds", type=float, default=12.0, help="before a picture")
+    parser.add_argument(
+        "--wait", default="contact points push", help="text, or seconds, before a picture"
+    )
     settings = parser.parse_args()
     path = shutil.which("chromium") or shutil.which("google-chrome")
     with sync_playwright() as driver, tempfile.TemporaryDirectory() as folder:
         browser = driver.chromium.launch(executable_path=path, args=ARGUMENTS)
-        robot, seconds = settings.robot, settings.seconds
+        robot = settings.robot
         with viewer(robot, "--simulate", "--path", "reach") as address:
-            take(browser, address, "viewer-simulate.png", seconds)
-        with viewer(settings.second, "--simulate", "--path", "circle") as address:
-            take(browser, address, "viewer-manipulator.png", seconds)
+            take(browser, address, "viewer-simulate.png", settings.wait)
+        with viewer(settings.second, "--simulate", "--path", "line") as address:
+            take(browser, address, "viewer-manipulator.png", "20")
         html = Path(folder) / "run.html"
         command = [sys.executable, "-m", "tauten.service", "view", robot, "--simulate"]
         subprocess.run([*command, "--path", "reach", "--export", str(html)], check=True)
-        take(browser, html.as_uri(), "viewer-export.png", seconds)
+        take(browser, html.as_uri(), "viewer-export.png", "9")
         browser.close()
 
 
