@@ -1,21 +1,8 @@
 """The model of a robot: finite elements, cables, contacts, and the forward simulator."""
 
-from tauten.model.actuation import ActuatorKind, Actuators, Quantity, Springs, cable_actuators
-from tauten.model.command import Command
-from tauten.model.command_range import CommandRange, command_range
 from tauten.model.compliance import Compliance, row_compliance
 from tauten.model.condensed_step import CondensedStep, Forces, condense_step, no_forces
 from tauten.model.contact_space import ContactSpace, EmptySpace, ReducedContacts
-from tauten.model.effector_layout import (
-    ROWS,
-    UNIT_LENGTH,
-    VALUES,
-    EffectorGoal,
-    EffectorLayout,
-    Pose,
-    Target,
-    point_layout,
-)
 from tauten.model.enrichment import (
     Enrichment,
     EnrichmentLoop,
@@ -26,7 +13,23 @@ from tauten.model.enrichment import (
 )
 from tauten.model.equilibrium import Ending
 from tauten.model.forward_step import ForwardStep, eliminate_rows, forward_step
-from tauten.model.limits import Limits
+from tauten.model.interface import (
+    ROWS,
+    UNIT_LENGTH,
+    VALUES,
+    ActuatorKind,
+    Actuators,
+    Command,
+    EffectorGoal,
+    EffectorLayout,
+    Limits,
+    Pose,
+    Quantity,
+    Springs,
+    Target,
+    cable_actuators,
+    point_layout,
+)
 from tauten.model.load.robot import load_robot
 from tauten.model.mesh.tet_mesh import MeshError
 from tauten.model.robot import Robot, RobotRows, State
@@ -41,7 +44,6 @@ __all__ = [
     "ActuatorKind",
     "Actuators",
     "Command",
-    "CommandRange",
     "Compliance",
     "CondensedStep",
     "ContactRows",
@@ -82,7 +84,6 @@ __all__ = [
     "UNIT_LENGTH",
     "VALUES",
     "cable_actuators",
-    "command_range",
     "condense_step",
     "contact_model",
     "default_enrichment",

@@ -10,9 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol
 
-from tauten.model.actuation import Actuators
-from tauten.model.effector_layout import EffectorLayout
-from tauten.model.limits import Limits
+from tauten.model.interface import Actuators, EffectorLayout, Limits
 from tauten.model.numerics import Array, Ints
 from tauten.model.rows import ContactRows, EffectorRows, PairSlots, Rows
 from tauten.model.schema import RobotSettings

@@ -8,13 +8,13 @@ from typing import Literal
 
 import numpy as np
 
-from tauten.model.command import Command
 from tauten.model.compliance import row_compliance
 from tauten.model.condensed_step import Forces, condense_step, no_forces
 from tauten.model.contact_space import ContactSpace
 from tauten.model.enrichment import NO_ENRICHMENT, Enrichment, contact_model
 from tauten.model.equilibrium import Ending, Invertible, Search
 from tauten.model.forward_step import ForwardStep, forward_step
+from tauten.model.interface import Command
 from tauten.model.numerics import Anderson, Array, FactorisationError, solve_lcp
 from tauten.model.robot import Robot, State
 from tauten.model.system import Integration

@@ -18,6 +18,7 @@ ORDER = (
     "model.numerics",
     "model.materials",
     "model.schema",
+    "model.interface",
     "model",
     "model.mesh",
     "model.points",

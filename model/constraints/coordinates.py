@@ -11,9 +11,11 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
+from numpy.typing import NDArray
 
 from tauten.model.constraints.frames import Frames
 from tauten.model.numerics import Array, Ints, kernel
+from tauten.model.rows import Jacobian
 from tauten.model.system import Pattern
 
 # Entries (row, column, component of the lever, sign) of ∂(ω x a)/∂ω.
@@ -87,6 +89,46 @@ class CoordinateMap:
     def matrix(self, values: Array) -> sp.csr_array:
         """T (3 n_nodes, n) with these values (nnz,)."""
         return sp.csr_array((values, self.indices, self.indptr), shape=(3 * self.n_nodes, self.n))
+
+    def through(self, H: Jacobian, T: Array) -> sp.csr_array:
+        """H T (m, n) for rows H (m, 3 n_nodes) and values T (nnz,) of the map; entries may occur twice.
+
+        Args:
+            H: rows over the nodes.
+            T: from `values`.
+        """
+        rows = sp.csr_array(H)
+        arrays = mapped_rows(rows.indptr, rows.indices, rows.data, self.indptr, self.indices, T)
+        return sp.csr_array(arrays, shape=(rows.shape[0], self.n))
+
+
+@kernel
+def mapped_rows(
+    starts: Ints, columns: Ints, data: Array, indptr: Ints, indices: Ints, T: Array
+) -> tuple[Array, NDArray[np.int32], NDArray[np.int32]]:
+    """Data, columns and row starts of H T, one entry for each product.
+
+    Args:
+        starts: (m + 1,) row starts of H.
+        columns: (e,) columns of H.
+        data: (e,) values of H.
+        indptr: row starts of T.
+        indices: columns of T.
+        T: values of T.
+    """
+    count = 0
+    for e in range(starts[-1]):
+        count += indptr[columns[e] + 1] - indptr[columns[e]]
+    values, places = np.empty(count), np.empty(count, np.int32)
+    begins = np.zeros(starts.shape[0], np.int32)
+    at = 0
+    for row in range(starts.shape[0] - 1):
+        for e in range(starts[row], starts[row + 1]):
+            for p in range(indptr[columns[e]], indptr[columns[e] + 1]):
+                values[at], places[at] = data[e] * T[p], indices[p]
+                at += 1
+        begins[row + 1] = at
+    return values, places, begins
 
 
 def make_coordinates(frames: Frames, glued: GluedNodes, number: Ints, x0: Array) -> CoordinateMap:

@@ -1,6 +1,7 @@
 """Campaigns: designs of excitation, and the snapshots of the equilibria they cause."""
 
 from tauten.reduction.campaign.chunk import MAX_ITERATIONS, TOLERANCE
+from tauten.reduction.campaign.command_range import CommandRange, command_range
 from tauten.reduction.campaign.design_csv import from_csv
 from tauten.reduction.campaign.designs import (
     Design,
@@ -21,6 +22,8 @@ from tauten.reduction.campaign.snapshots import Origin, SnapshotError, Snapshots
 
 __all__ = [
     "ClusterError",
+    "CommandRange",
+    "command_range",
     "Design",
     "DesignError",
     "FORCES",

@@ -15,8 +15,9 @@ from scipy.linalg import null_space
 from scipy.spatial.transform import Rotation
 from scipy.stats.qmc import LatinHypercube
 
-from tauten.model import CommandRange, Robot, command_range
+from tauten.model import Robot
 from tauten.model.numerics import Array
+from tauten.reduction.campaign.command_range import CommandRange, command_range
 
 RAMP_STEPS = 800  # of one actuator whose position is commanded, as in the paper
 EFFORT_STEPS = 200  # of one actuator whose effort is commanded

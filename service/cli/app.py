@@ -14,7 +14,7 @@ import typer
 from tauten.service.cli.bench import bench
 from tauten.service.cli.bench_elements import elements
 from tauten.service.cli.bench_node import node
-from tauten.service.cli.check import check
+from tauten.service.cli.check import check, schema
 from tauten.service.cli.closed_loop import closed_loop
 from tauten.service.cli.compare import compare
 from tauten.service.cli.new import new
@@ -33,7 +33,6 @@ from tauten.service.cli.options import (
 )
 from tauten.service.cli.reduction import inspect, reduce
 from tauten.service.cli.runs import demo, replay
-from tauten.service.cli.schema import schema
 from tauten.service.cli.solve import solve
 from tauten.service.cli.view import ExtraError, bench_view, view
 from tauten.service.process import set_up_logging

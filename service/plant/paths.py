@@ -10,9 +10,10 @@ from typing import Literal
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from tauten.model import Command, Robot, Simulator, command_range
+from tauten.model import Command, Robot, Simulator
 from tauten.model.numerics import Array
 from tauten.model.schema import EffectorKind
+from tauten.reduction.campaign import command_range
 from tauten.service.plant.waypoints import PathError, TargetPath, csv_path, without_sign_changes
 
 log = logging.getLogger(__name__)

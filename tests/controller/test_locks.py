@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support.bodies import CABLE, CHAMBER, beam_robot, box_mesh, pneumatic_robot
+from support.robots.bodies import CABLE, CHAMBER, beam_robot, box_mesh, pneumatic_robot
 
 from tauten.controller import Controller, LockError, Status
 from tauten.model import Simulator

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
-from support.bodies import beam_robot, box_mesh
-from support.small_bodies import ROOT, RUBBER, SIZE, constrained, moved, rigid_box
+from support.robots.bodies import beam_robot, box_mesh
+from support.robots.small_bodies import ROOT, RUBBER, SIZE, constrained, moved, rigid_box
 
 from tauten.model import Simulator, State
 from tauten.model.constraints import ConstrainedRobot

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.sofa_robots import TRUNK_CABLES, diamond, trunk
+from support.robots.sofa_robots import TRUNK_CABLES, diamond, trunk
 
 from tauten.model import Ending, Robot, Simulator, State
 from tauten.model.points.cable import SHORTEST

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from support.sofa_robots import MM, tripod
+from support.robots.sofa_robots import MM, tripod
 
 from tauten.controller import Controller, ControllerSettings
 from tauten.model import Simulator

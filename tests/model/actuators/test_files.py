@@ -8,7 +8,7 @@ from typing import Any
 import meshio
 import numpy as np
 import pytest
-from support.bodies import (
+from support.robots.bodies import (
     CABLE,
     CHAMBER,
     HOLLOW_SIZE,

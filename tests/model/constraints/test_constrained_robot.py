@@ -5,8 +5,18 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import scipy.sparse as sp
-from support.bodies import box_mesh
-from support.small_bodies import END, MESH, MIDDLE, ROOT, RUBBER, SLIDE, TURN, constrained, moved
+from support.robots.bodies import box_mesh
+from support.robots.small_bodies import (
+    END,
+    MESH,
+    MIDDLE,
+    ROOT,
+    RUBBER,
+    SLIDE,
+    TURN,
+    constrained,
+    moved,
+)
 
 from tauten.model import State
 from tauten.model.constraints import ConstrainedRobot

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from support.effectors import END, solid
 
 from tauten.model import point_layout
 from tauten.service.node import Feedback, MeasurementCheck, ModelHistory, stable_gain
@@ -167,3 +168,52 @@ def test_a_single_jump_is_refused_and_the_next_measurement_used() -> None:
     )
     assert found.reason(REST.ravel(), REST.ravel() + 1e-4, 2.0 * H) == ""
     assert not found.fault
+
+
+FRAME = solid([{"name": "tool", "kind": "frame", "region": END}]).effector_layout
+LENGTH = solid().size
+
+
+def turned(values: np.ndarray, *turn: float) -> np.ndarray:
+    """A pose turned about its own axes [rad]."""
+    return FRAME.moved(values, np.array([0.0, 0.0, 0.0, *turn]))
+
+
+POSE = np.array([0.1, 0.01, 0.01, 1.0, 0.0, 0.0, 0.0])
+
+
+def test_a_turned_robot_is_corrected_until_it_has_the_targets_rotation() -> None:
+    """The robot is turned and displaced against its model; the model reaches every goal."""
+    feedback = Feedback(FRAME, gain=2.0, largest=1.0)
+    target = turned(POSE, 0.2, -0.3, 0.1)
+    measured = POSE
+    for _ in range(400):
+        model = FRAME.moved(target, feedback.correction)
+        measured = FRAME.moved(model, np.array([2e-3, 0.0, -1e-3, 0.05, 0.02, -0.03]))
+        feedback.observe(model, measured, H)
+    np.testing.assert_allclose(FRAME.difference(measured, target), np.zeros(6), atol=1e-6)
+    assert np.linalg.norm(feedback.correction[3:]) == pytest.approx(
+        np.linalg.norm([0.05, 0.02, -0.03]), rel=0.01
+    )
+
+
+def test_no_correction_of_a_rotation_is_larger_than_allowed() -> None:
+    feedback = Feedback(FRAME, gain=50.0, largest=0.25 * LENGTH)
+    for _ in range(20):
+        feedback.observe(turned(POSE, 0.0, 0.0, 1.0), POSE, 1.0)
+    assert np.linalg.norm(feedback.correction[3:]) == pytest.approx(0.25)
+    assert feedback.length == pytest.approx(0.25 * LENGTH)
+    assert not feedback.correction[:3].any()
+
+
+def test_a_rotation_that_is_off_jumps_or_does_not_follow_is_not_plausible() -> None:
+    found = MeasurementCheck(FRAME, LENGTH, 0.25 * LENGTH)
+    assert "mm from the model" in found.reason(POSE, turned(POSE, 0.0, 0.4, 0.0), H)
+    assert found.reason(POSE, POSE, H) == ""
+    assert "jumps" in found.reason(POSE, turned(POSE, 0.0, 0.2, 0.0), 1e-3)
+    assert found.reason(POSE, -POSE * [-1, -1, -1, 1, 1, 1, 1], H) == ""  # the same rotation
+    frozen, reasons = MeasurementCheck(FRAME, LENGTH, 0.25 * LENGTH), []
+    for tick in range(200):
+        model = turned(POSE, 0.0, 0.12 * np.sin(2.0 * pi * tick / 100.0), 0.0)
+        reasons.append(frozen.reason(model, POSE, H))
+    assert "does not follow" in reasons[-1]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from support.bodies import beam_config, box_mesh
+from support.robots.bodies import beam_config, box_mesh
 from tauten.model import State
 from tauten.model.constraints import ConstrainedRobot
 from tauten.model.load import build_robot

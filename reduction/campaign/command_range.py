@@ -10,11 +10,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tauten.model.command import Command
-from tauten.model.compliance import row_compliance
+from tauten.model import Command, Robot, Simulator, row_compliance
 from tauten.model.numerics import Array, Bools
-from tauten.model.robot import Robot
-from tauten.model.simulator import Simulator
 
 BEYOND = 3.0  # how much farther than to first order an effort may lead
 ITERATIONS = 60  # of an equilibrium

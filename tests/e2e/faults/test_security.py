@@ -31,7 +31,7 @@ from tauten.service.wire import (
     read_config,
 )
 
-SHIPPED = Path(__file__).resolve().parents[2] / "docker" / "zenoh"
+SHIPPED = Path(__file__).resolve().parents[3] / "docker" / "zenoh"
 ROLES = ("node", "operator", "viewer")
 KEYS = Keys("beam")
 

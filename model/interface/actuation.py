@@ -15,7 +15,7 @@ from functools import cached_property
 
 import numpy as np
 
-from tauten.model.command import Command
+from tauten.model.interface.command import Command
 from tauten.model.numerics import Array, Bools, Ints
 from tauten.model.schema import CableSettings, CouplingSettings, RobotSettings, SingleActuator
 
