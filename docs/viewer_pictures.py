@@ -2,8 +2,8 @@
 
     python docs/viewer_pictures.py
 
-It runs the commands that the page shows, opens them in Chromium (`apt-get install chromium`) through playwright, and
-writes `docs/figures/viewer-*.png`.
+It runs the commands that the page shows, opens them in Chromium (`apt-get install chromium`) through
+playwright, and writes `docs/figures/viewer-*.png`.
 """
 
 from __future__ import annotations
