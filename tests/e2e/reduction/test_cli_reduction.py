@@ -17,7 +17,7 @@ from tauten.reduction import ContactBasis
 from tauten.reduction.campaign import Snapshots
 from tauten.service.tables import ranges
 
-STEP = ("--step", 4e-4)
+STEP = ("--design", "ramp", "--step", 4e-4)
 
 
 @dataclasses.dataclass
@@ -114,7 +114,7 @@ def test_slots_are_named_as_ranges() -> None:
         (("--method", "svd"), "method 'svd' is unknown: choose one of energy, hals,"),
         (("--weighting", "none"), "weighting 'none' is unknown"),
         (("--tolerance", "1e-9"), "has a held-out effector error within 1e-06 mm"),
-        (("--design", "spiral"), "no design 'spiral': allowed are ramp,"),
+        (("--design", "spiral"), "no design 'spiral': allowed are exploring, ramp,"),
         (("--step", "-1"), "ramp step is -1.0 m"),
         (("--out", "thumb.txt"), "thumb.txt: a contact basis file ends in .basis"),
         (("--scheduler", "nonsense"), "tauten: "),
@@ -168,7 +168,18 @@ def test_basis_of_another_robot_is_not_drawn(
 
 def test_interrupted_campaign_goes_on(tmp_path: Path) -> None:
     robot = write_thumb(tmp_path)
-    command = ("reduce", robot, "--k", 3, "--step", 2e-5, "--snapshots", tmp_path / "cut")
+    command = (
+        "reduce",
+        robot,
+        "--k",
+        3,
+        "--design",
+        "ramp",
+        "--step",
+        2e-5,
+        "--snapshots",
+        tmp_path / "cut",
+    )
     process = start(tmp_path / "output.txt", *command, "--out", tmp_path / "cut.basis")
     end = time.monotonic() + START
     first = tmp_path / "cut" / "run0000-000000.snapshots"

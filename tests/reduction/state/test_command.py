@@ -50,7 +50,7 @@ def test_reduce_states_of_every_kind(
 ) -> None:
     file = write_kind(tmp_path, KINDS[kind])
     places = ("--out", tmp_path / "thumb.basis", "--snapshots", tmp_path / "campaign")
-    more = ("--step", 4e-4, "--k", 3, "--states", "--state-modes", 8)
+    more = ("--design", "ramp", "--step", 4e-4, "--k", 3, "--states", "--state-modes", 8)
     assert run_main("reduce", file, *more, *places) == 0
     said = capsys.readouterr().out
     states = StateBasis.load(tmp_path / "thumb.states")
