@@ -97,7 +97,8 @@ class AccordionShape:
     @property
     def crests(self) -> Array:
         """Heights of the crests [m]."""
-        return self.plate + self.pitch * (np.arange(self.folds) + 0.5)
+        crests: Array = self.plate + self.pitch * (np.arange(self.folds) + 0.5)
+        return crests
 
 
 def make_cells(shape: AccordionShape) -> tuple[Array, Ints]:
