@@ -75,12 +75,61 @@ class Command:
         return Command(value, None) if self.tension is None else Command(None, value)
 
 
+class EnergyAlongStep(Protocol):
+    """The part of a merit function that is no constraint."""
+
+    def change(self, solved: PredictedStep, share: float, after: State) -> float:
+        """Its change from a step's state to another [J].
+
+        Args:
+            solved: the step with its forces.
+            share: of the step that is taken.
+            after: the state it leads to.
+        """
+
+
+class StaticPotential:
+    """The potential Π of a robot at standstill."""
+
+    def __init__(self, robot: Robot) -> None:
+        """Of this robot."""
+        self._robot = robot
+
+    def change(self, solved: PredictedStep, share: float, after: State) -> float:
+        """Change of the potential in a share of a step [J]; without potential, the forces' work.
+
+        Args:
+            solved: the step with its forces.
+            share: of the step that is taken.
+            after: the state it leads to.
+        """
+        robot, state, system = self._robot, solved.step.state, solved.step.system
+        if isinstance(robot, Conservative):
+            return robot.potential(after) - robot.potential(state)
+        step = share * system.h * solved.dv
+        mean = robot.forces(state)[0] / 6.0
+        for place, weight in LOBATTO:
+            mean += (
+                weight * robot.forces(robot.advance(state, system, place * share * solved.dv))[0]
+            )
+        return -float(mean @ step)
+
+
 class Merit:
     """The merit φ along the steps of one command; weights only grow, so that φ does not cycle."""
 
-    def __init__(self, robot: Robot, space: ContactSpace, command: Command) -> None:
-        """Start with no weights."""
-        self._robot, self._space, self._command = robot, space, command
+    def __init__(
+        self, robot: Robot, space: ContactSpace, command: Command, energy: EnergyAlongStep
+    ) -> None:
+        """Start with no weights.
+
+        Args:
+            robot: whose constraints are weighted.
+            space: basis of its contact forces.
+            command: what is held.
+            energy: what is minimised under the constraints.
+        """
+        self._robot, self._space, self._command, self._energy = robot, space, command, energy
         self._cables = np.zeros(robot.n_a)
         self._modes = np.zeros(space.k)
         self._slots = np.zeros(robot.n_c)
@@ -111,7 +160,7 @@ class Merit:
         best, least = 0.0, np.inf
         for _ in range(HALVINGS + 1):
             after = self._robot.advance(state, solved.step.system, share * solved.dv)
-            change = self._energy_change(solved, share, after) + self._constraints(after) - before
+            change = self._energy.change(solved, share, after) + self._constraints(after) - before
             if change < 0.0:
                 return share
             if change < least:
@@ -134,26 +183,13 @@ class Merit:
             value += float(self._modes[reduced.modes] @ np.maximum(-reduced.delta, 0.0))
         return value
 
-    def _energy_change(self, solved: PredictedStep, share: float, after: State) -> float:
-        """Change of the potential in a share of a step [J]; without potential, the forces' work."""
-        robot, state, system = self._robot, solved.step.state, solved.step.system
-        if isinstance(robot, Conservative):
-            return robot.potential(after) - robot.potential(state)
-        step = share * system.h * solved.dv
-        mean = robot.forces(state)[0] / 6.0
-        for place, weight in LOBATTO:
-            mean += (
-                weight * robot.forces(robot.advance(state, system, place * share * solved.dv))[0]
-            )
-        return -float(mean @ step)
-
 
 class Search:
     """When steps towards an equilibrium are searched along, and with which merit."""
 
     def __init__(self, robot: Robot, space: ContactSpace, command: Command) -> None:
         """Start without a search."""
-        self._merit = Merit(robot, space, command)
+        self._merit = Merit(robot, space, command, StaticPotential(robot))
         self._shortest, self._stalled = np.inf, 0
 
     def share(self, solved: PredictedStep, movement: float, largest: float) -> float:

@@ -31,6 +31,21 @@ class State:
 
 
 @dataclass(frozen=True, slots=True)
+class StepStart:
+    """Where a time step that is iterated starts.
+
+    Attributes:
+        state: configuration and velocity there.
+        integration: scheme and time step.
+        damping: the matrix C of the viscous forces −C v in the step, as the robot stores it.
+    """
+
+    state: State
+    integration: Integration
+    damping: Array
+
+
+@dataclass(frozen=True, slots=True)
 class RobotRows:
     """The rows that effectors, cables and contacts contribute to a step.
 

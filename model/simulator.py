@@ -11,6 +11,7 @@ import numpy as np
 from tauten.model.compliance import row_compliance
 from tauten.model.condensed_step import Forces, condense_step, no_forces
 from tauten.model.contact_space import ContactSpace
+from tauten.model.converged_step import converged_step
 from tauten.model.enrichment import NO_ENRICHMENT, Enrichment, contact_model
 from tauten.model.equilibrium import Command, Ending, Invertible, Search
 from tauten.model.forward_step import ForwardStep, forward_step
@@ -140,20 +141,34 @@ class Simulator:
         self,
         pull: Sequence[float] | Array | None = None,
         tension: Sequence[float] | Array | None = None,
+        converged: bool = False,
     ) -> Report:
         """One time step h under pulled lengths or tensions.
 
         Args:
             pull: (n_a,) pulled lengths [m].
             tension: (n_a,) tensions, not negative [N].
+            converged: iterate the step until it holds at its end; it then gains no energy
+                (`tauten.model.converged_step`). Otherwise it has one linearisation, at its start.
 
         Raises:
-            ValueError: not exactly one of the two, a wrong shape, not finite, negative tensions, or
-                values beyond 1e6.
+            ValueError: not exactly one of the two, a wrong shape, not finite, negative tensions,
+                values beyond 1e6, or converged steps of a reduced robot.
             FactorisationError: the state has diverged.
         """
+        if converged:
+            return self._converged_step(Command(*self._checked(pull, tension)))
         result, movement = self._advance(*self._checked(pull, tension))
         return _report(result, 1, movement, self._cause(result, Ending.SETTLED))
+
+    def _converged_step(self, command: Command) -> Report:
+        done = converged_step(
+            self.robot, self._space, self._enrichment, self._state, self._forces, command
+        )
+        self._state, self._forces = done.state, done.forces
+        return _report(
+            done.last, done.iterations, done.movement, self._cause(done.last, done.ending)
+        )
 
     def settle(
         self,

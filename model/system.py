@@ -187,3 +187,33 @@ def make_system(
     A[pattern.diagonal] += (1.0 + h * a) * mass
     factorisation.refactor(A)
     return System(h, v, v + factorisation.solve(b), float(np.linalg.norm(force)), factorisation)
+
+
+def make_iterate(
+    pattern: Pattern,
+    factorisation: Factorisation,
+    h: float,
+    K: Array,
+    damping: Array,
+    mass: Array,
+    force: Array,
+) -> System:
+    """Build and factorise the system of one iteration of a step, (M + h C + h² K) dv = h force.
+
+    Args:
+        pattern: sparsity of K and C.
+        factorisation: overwritten with the factors.
+        h: time step [s].
+        K: (nnz,) tangent values.
+        damping: (nnz,) values of C.
+        mass: (n,) lumped mass [kg].
+        force: (n,) all forces without constraints, those of inertia and viscosity included [N].
+
+    Raises:
+        FactorisationError: the matrix is not positive definite.
+    """
+    A = h * h * K + h * damping
+    A[pattern.diagonal] += mass
+    factorisation.refactor(A)
+    dv = factorisation.solve(h * force)
+    return System(h, np.zeros_like(dv), dv, float(np.linalg.norm(force)), factorisation)

@@ -7,15 +7,16 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import Self
 
+import numpy as np
 import scipy.sparse as sp
 
 from tauten.model.contact import ContactSet
 from tauten.model.limits import Limits
 from tauten.model.numerics import Array, Factorisation, FactorisationError, Ints, make_factorisation
 from tauten.model.points import AttachedPoints, BeamCables, CableSet, MaterialPoints
-from tauten.model.robot import RobotNames, State
+from tauten.model.robot import RobotNames, State, StepStart
 from tauten.model.rows import ContactRows, PairSlots
-from tauten.model.system import Integration, Pattern, System, make_system
+from tauten.model.system import Integration, Pattern, System, make_iterate, make_system
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,6 +149,76 @@ class SparseRobot(ABC):
                 return system if exact else dataclasses.replace(system, exact=False)
             except FactorisationError:
                 # the exact tangent may be indefinite (buckling, compression); the other one is not
+                if not exact:
+                    raise
+        raise AssertionError("unreachable")
+
+    @abstractmethod
+    def velocity(self, start: State, end: State) -> Array:
+        """The velocity (n,) that moves one state to another within a step [m/s], [rad/s]."""
+
+    def momentum_force(self, start: State, v: Array) -> Array:
+        """Derivative of ½ (v − v₀)ᵀ M (v − v₀) by the end of a step: (n,) [N].
+
+        Args:
+            start: of the step, with v₀.
+            v: (n,) velocity of the step [m/s].
+        """
+        force: Array = self.mass * (v - start.v) / self.h
+        return force
+
+    def kinetic_energy(self, v: Array) -> float:
+        """½ vᵀ M v of velocities (n,) [J]."""
+        return 0.5 * float(self.mass @ (v * v))
+
+    def step_start(self, state: State, tension: Array) -> StepStart:
+        """The start of a step that is iterated, with the damping there.
+
+        Args:
+            state: where the step starts.
+            tension: (n_a,) tensions of the last step [N].
+        """
+        scheme = self.integration
+        damping = np.zeros(len(self.pattern.indices))
+        if scheme.rayleigh_stiffness > 0.0:
+            damping = scheme.rayleigh_stiffness * self.forces(state, tension)[1]
+        damping[self.pattern.diagonal] += scheme.rayleigh_mass * self.mass
+        return StepStart(state, scheme, damping)
+
+    def viscous_force(self, start: StepStart, v: Array) -> Array:
+        """C v of velocities (n,): (n,) [N]."""
+        pattern = self.pattern
+        shape = (self.n, self.n)
+        force: Array = sp.csc_array((start.damping, pattern.indices, pattern.indptr), shape=shape) @ v
+        return force
+
+    def dissipation(self, start: StepStart, v: Array) -> float:
+        """½ h vᵀ C v of velocities (n,) [J]."""
+        return 0.5 * self.h * float(v @ self.viscous_force(start, v))
+
+    def linearise_iterate(self, state: State, start: StepStart, tension: Array) -> System:
+        """The system of one iteration of a step that started elsewhere, without velocity of its own.
+
+        Its solution dv moves the iterate by h dv.
+
+        Args:
+            state: the iterate.
+            start: of the step.
+            tension: (n_a,) tensions of the last iteration, for the curvature they add to A [N].
+
+        Raises:
+            FactorisationError: A is not positive definite.
+        """
+        v = self.velocity(start.state, state)
+        inertia = self.momentum_force(start.state, v) + self.viscous_force(start, v)
+        for exact in (True, False):
+            force, K = self.forces(state, tension, exact)
+            try:
+                system = make_iterate(
+                    self.pattern, self.factorisation, self.h, K, start.damping, self.mass, force - inertia
+                )
+                return system if exact else dataclasses.replace(system, exact=False)
+            except FactorisationError:
                 if not exact:
                     raise
         raise AssertionError("unreachable")

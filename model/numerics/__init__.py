@@ -24,6 +24,7 @@ from tauten.model.numerics.quaternions import (
     quaternion,
     rotate,
     rotation_vector,
+    rotations_between,
     turned,
 )
 from tauten.model.numerics.updated_cholesky import (
@@ -80,6 +81,7 @@ __all__ = [
     "quaternion",
     "rotate",
     "rotation_vector",
+    "rotations_between",
     "row",
     "scale",
     "solve_in_place",

@@ -82,3 +82,13 @@ def turned(Q: Array, increment: Array) -> Array:
         after = from_rotation_vector(row(increment, i))
         result[i] = np.array(normalised(product(after, quaternion(Q, i))))
     return result
+
+
+@kernel
+def rotations_between(first: Array, last: Array) -> Array:
+    """Rotation vectors (m, 3) about fixed axes [rad] that turn rotations (m, 4) into others (m, 4)."""
+    result = np.empty((first.shape[0], 3))
+    for i in range(first.shape[0]):
+        turn = product(quaternion(last, i), conjugate(quaternion(first, i)))
+        result[i] = np.array(rotation_vector(turn))
+    return result

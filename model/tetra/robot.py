@@ -175,6 +175,11 @@ class TetRobot(SparseRobot):
         volumes = np.linalg.det(corners[:, 1:] - corners[:, :1])  # (e,), of either sign
         return int((volumes < 0.0).sum())
 
+    def velocity(self, start: State, end: State) -> Array:
+        """The velocity (n,) that moves one state to another within a step [m/s]."""
+        v: Array = (end.q - start.q) / self.h
+        return v
+
     def rows(self, state: State, contacts: bool = True) -> RobotRows:
         """Rows of effectors, cables and, with `contacts`, contacts at this state."""
         x = self.nodes(state)

@@ -1,0 +1,191 @@
+"""One step of implicit Euler, iterated until it holds at its end: for a simulated robot, not for control.
+
+The end q of a step of length h from q₀, v₀ is a minimum of the incremental potential
+
+    Φ(q) = ½ (v − v₀)ᵀ M (v − v₀) + ½ h vᵀ C v + Π(q),   q = q₀ ⊕ h v                    (C1)
+
+under the constraints of cables and contacts at q; Π is the energy of elasticity, gravity and outer forces, C
+the damping at the start of the step, ⊕ moves and turns the nodes. Newton's method with the exact tangent, or the
+positive semidefinite one where that is not definite, solves a linear complementarity problem in each iteration;
+its first iteration is the step with one linearisation. A line search on Φ and the exact penalty of the
+constraints (`tauten.model.equilibrium`) bounds the iterations. (Kane, Marsden, Ortiz and West, International
+Journal for Numerical Methods in Engineering 49, 2000; Li et al., Incremental Potential Contact, 2020.)
+
+Because Φ(q) ≤ Φ(q₀), the end has Π(q) ≤ E₀ = Π(q₀) + ½ v₀ᵀ M v₀, plus the work of winches. Where Π is
+convex along the step, Π(q) + ½ vᵀ M v ≤ E₀ follows. Where it is not (a beam that snaps), implicit Euler may gain
+energy; v is then scaled down to the velocity at which the energies are equal.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+
+from tauten.model.condensed_step import Forces, condensed
+from tauten.model.contact_space import ContactSpace
+from tauten.model.enrichment import Enrichment, PredictedStep
+from tauten.model.equilibrium import Command, Ending, Merit
+from tauten.model.forward_step import ForwardStep, forward_step
+from tauten.model.numerics import Array, FactorisationError
+from tauten.model.robot import Robot, State, StepStart
+from tauten.model.system import System
+
+ITERATIONS = 40  # linearisations of a step at most
+NEAR = 1e-5  # of the robot's size; shorter iterations are taken whole, energies are rounded there
+TOLERANCE = 1e-7  # m, largest displacement of a node in the last iteration
+
+
+@runtime_checkable
+class Stepped(Robot, Protocol):
+    """A robot whose time step can be iterated to convergence."""
+
+    def potential(self, state: State) -> float:
+        """Elastic energy minus the work of gravity and outer forces since rest [J]."""
+
+    def kinetic_energy(self, v: Array) -> float:
+        """½ vᵀ M v of velocities (n,) [J]."""
+
+    def step_start(self, state: State, tension: Array) -> StepStart:
+        """The start of a step, under the tensions (n_a,) [N] of the last one."""
+
+    def velocity(self, start: State, end: State) -> Array:
+        """The velocity (n,) that moves one state to another within a step [m/s]."""
+
+    def dissipation(self, start: StepStart, v: Array) -> float:
+        """½ h vᵀ C v of velocities (n,) [J]."""
+
+    def linearise_iterate(self, state: State, start: StepStart, tension: Array) -> System:
+        """The system of one iteration of a step, see `SparseRobot.linearise_iterate`.
+
+        Args:
+            state: the iterate.
+            start: of the step.
+            tension: (n_a,) tensions of the last iteration [N].
+        """
+
+
+@dataclass(frozen=True, slots=True)
+class ConvergedStep:
+    """A step that was iterated.
+
+    Attributes:
+        state: at its end.
+        forces: constraint forces at its end.
+        last: the last iteration.
+        movement: largest displacement of a node in it [m].
+        iterations: linearisations.
+        ending: SETTLED where it has converged.
+    """
+
+    state: State
+    forces: Forces
+    last: ForwardStep
+    movement: float
+    iterations: int
+    ending: Ending
+
+
+class IncrementalPotential:
+    """Φ of (C1) along the iterations of one step."""
+
+    def __init__(self, robot: Stepped, start: StepStart) -> None:
+        """Of a step from `start`."""
+        self._robot, self._start = robot, start
+
+    def change(self, solved: PredictedStep, share: float, after: State) -> float:
+        """Change of Φ from an iterate to the next [J].
+
+        Args:
+            solved: the iteration.
+            share: of it that is taken.
+            after: the state it leads to.
+        """
+        return self._value(after) - self._value(solved.step.state)
+
+    def _value(self, state: State) -> float:
+        robot, start = self._robot, self._start
+        v = robot.velocity(start.state, state)
+        kinetic = robot.kinetic_energy(v - start.state.v)
+        return kinetic + robot.dissipation(start, v) + robot.potential(state)
+
+
+def converged_step(
+    robot: Robot,
+    space: ContactSpace,
+    enrichment: Enrichment,
+    state: State,
+    forces: Forces,
+    command: Command,
+) -> ConvergedStep:
+    """Iterate a step until no node moves farther than TOLERANCE, at most ITERATIONS times.
+
+    Args:
+        robot: its factorisation workspace is in use until the next call.
+        space: basis of the contact forces.
+        enrichment: when unit columns join.
+        state: where the step starts.
+        forces: of the last step.
+        command: pulled lengths or tensions at the end of the step.
+
+    Raises:
+        ValueError: the robot is a reduced one.
+        FactorisationError: the state has diverged.
+    """
+    if not isinstance(robot, Stepped):
+        raise ValueError(
+            f"robot {robot.name}: a reduced model has no converged steps, simulate the full model"
+        )
+    start = robot.step_start(state, forces.tension)
+    merit = Merit(robot, space, command, IncrementalPotential(robot, start))
+    contacts = space.k > 0 or enrichment.rounds > 0
+    iterate, lam, last, movement, taken = state, forces, None, np.inf, 0
+    ending = Ending.OUT_OF_ITERATIONS
+    while taken < ITERATIONS and ending is not Ending.SETTLED:
+        try:
+            system = robot.linearise_iterate(iterate, start, lam.tension)
+        except FactorisationError:
+            if last is None:
+                raise
+            ending = Ending.NOT_FINITE
+            break
+        step = condensed(robot, space, iterate, lam, system, contacts, False)
+        found = forward_step(step, enrichment, lam, command.pull, command.tension)
+        solved, taken = found.prediction, taken + 1
+        length = robot.displacement(system.h * solved.dv)
+        if last is None and not np.isfinite(length):
+            raise FactorisationError("the first iteration of the step is not finite")
+        merit.observe(solved)
+        near = length < NEAR * robot.size
+        share = 1.0 if near else merit.share(solved, 1.0)
+        if not np.isfinite(length) or share == 0.0:
+            ending = Ending.NOT_FINITE
+            break
+        iterate = robot.advance(iterate, system, share * solved.dv)
+        lam, last, movement = solved.step.split(solved.lam, space.k), found, length
+        if movement < TOLERANCE:
+            ending = Ending.SETTLED
+    if last is None:
+        raise FactorisationError("the step leads to no finite state")
+    end = without_gain(robot, state, iterate, lam)
+    return ConvergedStep(end, lam, last, movement, taken, ending)
+
+
+def without_gain(robot: Stepped, before: State, after: State, forces: Forces) -> State:
+    """The end of a step, with a velocity that gains no energy beyond the work of the winches.
+
+    Args:
+        robot: the robot.
+        before: the start of the step.
+        after: the end of the step; its velocity is not read.
+        forces: constraint forces at the end.
+    """
+    v = robot.velocity(before, after)
+    pulls = [robot.rows(at, contacts=False).actuators.delta for at in (before, after)]
+    work = float(forces.tension @ (pulls[1] - pulls[0]))
+    kinetic = robot.kinetic_energy(v)
+    most = robot.potential(before) + robot.kinetic_energy(before.v) + work - robot.potential(after)
+    if kinetic > most:
+        v = v * np.sqrt(max(most, 0.0) / kinetic)
+    return State(after.q, v)
