@@ -4,16 +4,17 @@ The end q of a step of length h from q₀, v₀ is a minimum of the incremental 
 
     Φ(q) = ½ (v − v₀)ᵀ M (v − v₀) + ½ h vᵀ C v + Π(q),   q = q₀ ⊕ h v                    (C1)
 
-under the constraints of cables and contacts at q; Π is the energy of elasticity, gravity and outer forces, C
-the damping at the start of the step, ⊕ moves and turns the nodes. Newton's method with the exact tangent, or the
-positive semidefinite one where that is not definite, solves a linear complementarity problem in each iteration;
-its first iteration is the step with one linearisation. A line search on Φ and the exact penalty of the
-constraints (`tauten.model.equilibrium`) bounds the iterations. (Kane, Marsden, Ortiz and West, International
-Journal for Numerical Methods in Engineering 49, 2000; Li et al., Incremental Potential Contact, 2020.)
+under the constraints of cables and contacts at q; Π is the energy of elasticity, gravity and outer forces,
+C the damping at the start of the step, ⊕ moves and turns the nodes. Newton with the exact tangent, or
+the positive semidefinite one where that is not definite, solves a linear complementarity problem in each
+iteration; its first iteration is the step with one linearisation. A line search on Φ and the exact penalty of
+the constraints (`tauten.model.equilibrium`) bounds the iterations. (Kane, Marsden, Ortiz and West,
+International Journal for Numerical Methods in Engineering 49, 2000; Li et al., Incremental Potential
+Contact, 2020.)
 
 Because Φ(q) ≤ Φ(q₀), the end has Π(q) ≤ E₀ = Π(q₀) + ½ v₀ᵀ M v₀, plus the work of winches. Where Π is
-convex along the step, Π(q) + ½ vᵀ M v ≤ E₀ follows. Where it is not (a beam that snaps), implicit Euler may gain
-energy; v is then scaled down to the velocity at which the energies are equal.
+convex along the step, Π(q) + ½ vᵀ M v ≤ E₀ follows. Where it is not (a beam that snaps), implicit Euler may
+gain energy; v is then scaled down to the velocity at which the energies are equal.
 """
 
 from __future__ import annotations
@@ -33,8 +34,8 @@ from tauten.model.robot import Robot, State, StepStart
 from tauten.model.system import System
 
 ITERATIONS = 40  # linearisations of a step at most
-NEAR = 1e-5  # of the robot's size; shorter iterations are taken whole, energies are rounded there
-TOLERANCE = 1e-7  # m, largest displacement of a node in the last iteration
+TOLERANCE = 1e-5  # of the robot's size, displacement of a node in the last iteration; its error is far below
+CONTRACTION = 0.2  # iterations that shorten by this are in Newton's basin, and taken whole
 
 
 @runtime_checkable
@@ -47,8 +48,14 @@ class Stepped(Robot, Protocol):
     def kinetic_energy(self, v: Array) -> float:
         """½ vᵀ M v of velocities (n,) [J]."""
 
-    def step_start(self, state: State, tension: Array) -> StepStart:
-        """The start of a step, under the tensions (n_a,) [N] of the last one."""
+    def step_start(self, state: State, tension: Array, exact: bool) -> StepStart:
+        """The start of a step, see `SparseRobot.step_start`.
+
+        Args:
+            state: where the step starts.
+            tension: (n_a,) tensions of the last step [N].
+            exact: whether damping is proportional to the exact tangent.
+        """
 
     def velocity(self, start: State, end: State) -> Array:
         """The velocity (n,) that moves one state to another within a step [m/s]."""
@@ -119,7 +126,7 @@ def converged_step(
     forces: Forces,
     command: Command,
 ) -> ConvergedStep:
-    """Iterate a step until no node moves farther than TOLERANCE, at most ITERATIONS times.
+    """Iterate a step until no node moves farther than TOLERANCE allows, at most ITERATIONS times.
 
     Args:
         robot: its factorisation workspace is in use until the next call.
@@ -137,19 +144,19 @@ def converged_step(
         raise ValueError(
             f"robot {robot.name}: a reduced model has no converged steps, simulate the full model"
         )
-    start = robot.step_start(state, forces.tension)
+    start, system = first_system(robot, state, forces.tension)
     merit = Merit(robot, space, command, IncrementalPotential(robot, start))
     contacts = space.k > 0 or enrichment.rounds > 0
-    iterate, lam, last, movement, taken = state, forces, None, np.inf, 0
+    iterate, lam, taken, movement = state, forces, 0, np.inf
+    last: ForwardStep | None = None
     ending = Ending.OUT_OF_ITERATIONS
     while taken < ITERATIONS and ending is not Ending.SETTLED:
-        try:
-            system = robot.linearise_iterate(iterate, start, lam.tension)
-        except FactorisationError:
-            if last is None:
-                raise
-            ending = Ending.NOT_FINITE
-            break
+        if last is not None:
+            try:
+                system = robot.linearise_iterate(iterate, start, lam.tension)
+            except FactorisationError:
+                ending = Ending.NOT_FINITE
+                break
         step = condensed(robot, space, iterate, lam, system, contacts, False)
         found = forward_step(step, enrichment, lam, command.pull, command.tension)
         solved, taken = found.prediction, taken + 1
@@ -157,19 +164,38 @@ def converged_step(
         if last is None and not np.isfinite(length):
             raise FactorisationError("the first iteration of the step is not finite")
         merit.observe(solved)
-        near = length < NEAR * robot.size
-        share = 1.0 if near else merit.share(solved, 1.0)
+        near = length < max(CONTRACTION * movement, TOLERANCE * robot.size)
+        share = 1.0 if near and last is not None else merit.share(solved, 1.0)
         if not np.isfinite(length) or share == 0.0:
             ending = Ending.NOT_FINITE
             break
         iterate = robot.advance(iterate, system, share * solved.dv)
         lam, last, movement = solved.step.split(solved.lam, space.k), found, length
-        if movement < TOLERANCE:
+        if movement < TOLERANCE * robot.size:
             ending = Ending.SETTLED
     if last is None:
         raise FactorisationError("the step leads to no finite state")
     end = without_gain(robot, state, iterate, lam)
     return ConvergedStep(end, lam, last, movement, taken, ending)
+
+
+def first_system(robot: Stepped, state: State, tension: Array) -> tuple[StepStart, System]:
+    """The start of a step, damped by the exact tangent where its system is definite, and that system.
+
+    Args:
+        robot: its factorisation workspace is overwritten.
+        state: where the step starts.
+        tension: (n_a,) tensions of the last step [N].
+
+    Raises:
+        FactorisationError: the state has diverged.
+    """
+    start = robot.step_start(state, tension, exact=True)
+    try:
+        return start, robot.linearise_iterate(state, start, tension)
+    except FactorisationError:
+        start = robot.step_start(state, tension, exact=False)
+        return start, robot.linearise_iterate(state, start, tension)
 
 
 def without_gain(robot: Stepped, before: State, after: State, forces: Forces) -> State:

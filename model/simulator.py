@@ -24,6 +24,7 @@ SMOOTHING = (
     1e-6  # regularisation of smooth forces relative to the diagonal of W; larger is smoother
 )
 FIRST_LOAD_STEP, LEAST_LOAD_STEP = 0.25, 1.0 / 64.0  # shares of the way to the command
+STATIC_TOLERANCE, STATIC_ITERATIONS = 1e-7, 200  # m; of a converged quasi-static step
 LOAD_STEP_ITERATIONS = 40  # for a load step; a longer search does not pay
 
 
@@ -156,9 +157,12 @@ class Simulator:
                 values beyond 1e6, or converged steps of a reduced robot.
             FactorisationError: the state has diverged.
         """
+        command = Command(*self._checked(pull, tension))
+        if converged and self.robot.integration.static:
+            return self._attempt(command, STATIC_TOLERANCE, STATIC_ITERATIONS)
         if converged:
-            return self._converged_step(Command(*self._checked(pull, tension)))
-        result, movement = self._advance(*self._checked(pull, tension))
+            return self._converged_step(command)
+        result, movement = self._advance(command.pull, command.tension)
         return _report(result, 1, movement, self._cause(result, Ending.SETTLED))
 
     def _converged_step(self, command: Command) -> Report:
@@ -174,8 +178,8 @@ class Simulator:
         self,
         pull: Sequence[float] | Array | None = None,
         tension: Sequence[float] | Array | None = None,
-        tolerance: float = 1e-7,
-        max_iterations: int = 200,
+        tolerance: float = STATIC_TOLERANCE,
+        max_iterations: int = STATIC_ITERATIONS,
         load_steps: bool = True,
     ) -> Report:
         """Move to equilibrium under pulled lengths [m] or tensions [N].

@@ -171,17 +171,19 @@ class SparseRobot(ABC):
         """½ vᵀ M v of velocities (n,) [J]."""
         return 0.5 * float(self.mass @ (v * v))
 
-    def step_start(self, state: State, tension: Array) -> StepStart:
+    def step_start(self, state: State, tension: Array, exact: bool) -> StepStart:
         """The start of a step that is iterated, with the damping there.
 
         Args:
             state: where the step starts.
             tension: (n_a,) tensions of the last step [N].
+            exact: whether damping is proportional to the exact tangent, as in a step with one linearisation,
+                or to the positive semidefinite one.
         """
         scheme = self.integration
         damping = np.zeros(len(self.pattern.indices))
         if scheme.rayleigh_stiffness > 0.0:
-            damping = scheme.rayleigh_stiffness * self.forces(state, tension)[1]
+            damping = scheme.rayleigh_stiffness * self.forces(state, tension, exact)[1]
         damping[self.pattern.diagonal] += scheme.rayleigh_mass * self.mass
         return StepStart(state, scheme, damping)
 
@@ -189,7 +191,9 @@ class SparseRobot(ABC):
         """C v of velocities (n,): (n,) [N]."""
         pattern = self.pattern
         shape = (self.n, self.n)
-        force: Array = sp.csc_array((start.damping, pattern.indices, pattern.indptr), shape=shape) @ v
+        force: Array = (
+            sp.csc_array((start.damping, pattern.indices, pattern.indptr), shape=shape) @ v
+        )
         return force
 
     def dissipation(self, start: StepStart, v: Array) -> float:
@@ -215,7 +219,13 @@ class SparseRobot(ABC):
             force, K = self.forces(state, tension, exact)
             try:
                 system = make_iterate(
-                    self.pattern, self.factorisation, self.h, K, start.damping, self.mass, force - inertia
+                    self.pattern,
+                    self.factorisation,
+                    self.h,
+                    K,
+                    start.damping,
+                    self.mass,
+                    force - inertia,
                 )
                 return system if exact else dataclasses.replace(system, exact=False)
             except FactorisationError:

@@ -27,6 +27,7 @@ from tauten.service.cli.options import (
     Port,
     Rate,
     RobotName,
+    StepsOption,
     YoungScale,
     ZenohConfig,
 )
@@ -110,6 +111,7 @@ def plant(
     ] = False,
     young_scale: YoungScale = 1.0,
     drive: DriveOption = "pull",
+    steps: StepsOption = "single",
     port: Port = None,
     zenoh_config: ZenohConfig = None,
 ) -> None:
@@ -120,7 +122,7 @@ def plant(
 
     loaded, settings = (
         load_robot(robot, rate=rate, young_scale=young_scale),
-        PlantSettings(measure, drive),
+        PlantSettings(measure, drive, steps),
     )
     with stop_on_signals() as stop:
         simulate(loaded, _network(port, zenoh_config), settings, stop)

@@ -6,7 +6,7 @@ import gc
 import logging
 import time
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -46,6 +46,7 @@ log = logging.getLogger(__name__)
 
 
 Drive = Literal["pull", "tension"]
+Steps = Literal["single", "converged", "auto"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,14 +56,18 @@ class PlantSettings:
     Attributes:
         measure: whether it also publishes its effectors as measurements, as a camera would.
         drive: whether its winches use pulled lengths or tensions.
+        steps: with a single linearisation, iterated to convergence, or "auto": converged where this machine
+            is fast enough for the robot.
     """
 
     measure: bool = False
     drive: Drive = "pull"
+    steps: Steps = "single"
 
 
 _HEALTH_PERIOD = 1.0  # s
 _WARM_UP = 12  # steps
+_MOST_LOAD = 0.5  # of the period, that converged steps may take to be chosen
 
 
 class Plant:
@@ -90,7 +95,7 @@ class Plant:
         self._effectors = [[Publisher(session, key, POINT) for key in group] for group in groups]
         self._gap = Publisher(session, keys.plant_gap, FLOAT)
         self._health = Publisher(session, keys.plant_health, HEALTH, urgent=False)
-        self._drive = settings.drive
+        self._drive, self._converged = settings.drive, settings.steps == "converged"
         self._command: Array = np.zeros(robot.n_a)
         self._counts = MessageCounts()
         self._step = Window()
@@ -130,9 +135,11 @@ class Plant:
     def _advance(self) -> None:
         """One step; a simulation that blows up starts again at rest."""
         try:
-            simulator, command = self._simulator, self._command
-            pulled = self._drive == "pull"
-            report = simulator.step(pull=command) if pulled else simulator.step(tension=command)
+            simulator, command, converged = self._simulator, self._command, self._converged
+            if self._drive == "pull":
+                report = simulator.step(pull=command, converged=converged)
+            else:
+                report = simulator.step(tension=command, converged=converged)
             self._unconverged += not report.converged
         except FactorisationError as error:
             log.error("the simulation has blown up and starts again at rest: %s", error)
@@ -164,21 +171,48 @@ class Plant:
             "plant",
             Level.WARN if any(counts.values()) else Level.OK,
             ", ".join(f"{count} {name}" for name, count in counts.items()),
-            {key: str(count) for key, count in counts.items()} | self._step.entries("step_ms", 1e3),
+            {key: str(count) for key, count in counts.items()}
+            | self._step.entries("step_ms", 1e3)
+            | {"drive": self._drive, "steps": "converged" if self._converged else "single"},
         )
         diagnostics = [loop, self._counts.diagnostic("actuation")]
         self._health.put(encode_health(time.time_ns(), self._robot.name, diagnostics))
         gc.collect()
 
 
-def warm_simulator(robot: Robot) -> Simulator:
-    """A full-order simulator at rest, with every kernel it needs compiled."""
-    simulator = Simulator(robot, contact="full")
+def warm_simulator(robot: Robot, converged: bool) -> tuple[Simulator, float]:
+    """A full-order simulator at rest, with every kernel it needs compiled, and the median of a step [s].
+
+    Args:
+        robot: that is simulated.
+        converged: whether its steps are iterated to convergence.
+    """
+    simulator, times = Simulator(robot, contact="full"), []
     pull = np.minimum(robot.limits.pull_max, _WARM_UP * robot.limits.rate * robot.h)
     for step in range(_WARM_UP):
-        simulator.step(pull=pull * (step + 1) / _WARM_UP)
+        begin = time.perf_counter()
+        simulator.step(pull=pull * (step + 1) / _WARM_UP, converged=converged)
+        times.append(time.perf_counter() - begin)
     simulator.reset()
-    return simulator
+    return simulator, float(np.median(times))
+
+
+def chosen_steps(robot: Robot, settings: PlantSettings) -> tuple[Simulator, PlantSettings]:
+    """A warm simulator, and the settings with the steps that "auto" stands for.
+
+    Args:
+        robot: that is simulated.
+        settings: of the plant.
+    """
+    simulator, duration = warm_simulator(robot, settings.steps != "single")
+    if settings.steps != "auto":
+        return simulator, settings
+    enough = duration < _MOST_LOAD * robot.h
+    log.info(
+        "a converged step takes %.1f ms of %.1f ms: steps are %s", 1e3 * duration, 1e3 * robot.h,
+        "converged" if enough else "linearised once",
+    )  # fmt: skip
+    return simulator, replace(settings, steps="converged" if enough else "single")
 
 
 def simulate(robot: Robot, network: Network, settings: PlantSettings, stop: StopFlag) -> None:
@@ -196,7 +230,7 @@ def simulate(robot: Robot, network: Network, settings: PlantSettings, stop: Stop
     with ExitStack() as stack:
         stack.enter_context(one_blas_thread())
         with stop.interruptible():
-            simulator = warm_simulator(robot)
+            simulator, settings = chosen_steps(robot, settings)
             typestore()
         session = open_session(network, Role.PLANT, robot.name)
         stack.callback(session.close)

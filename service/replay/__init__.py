@@ -1,5 +1,6 @@
 """A run read back from its log, reported, and replayed."""
 
+from tauten.service.replay.distance import Distances, distance_rows, measure_distances
 from tauten.service.replay.replay_report import TICKS, VERDICT, write_report
 from tauten.service.replay.replaying import Replay, replay, write_problem
 from tauten.service.replay.report import (
@@ -14,14 +15,17 @@ from tauten.service.replay.report import (
 from tauten.service.replay.run import RecordedRun, read_run
 
 __all__ = [
+    "Distances",
     "RecordedRun",
     "Replay",
     "RunReport",
     "Spread",
     "TICKS",
     "VERDICT",
+    "distance_rows",
     "distance_to_goal",
     "make_report",
+    "measure_distances",
     "overheads",
     "read_run",
     "replay",
