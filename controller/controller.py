@@ -134,7 +134,7 @@ class Controller:
             forces: constraint forces there, with the columns of this controller's basis [N].
             pull: (n_a,) pulled lengths there [m].
         """
-        self._start(State(state.q.copy(), state.v.copy()), forces.copy(), pull.copy())
+        self._start(state.copy(), forces.copy(), pull.copy())
 
     def _start(self, state: State, forces: Forces, pull: Array) -> None:
         self._state, self._forces, self.status = state, forces, Status.OK
@@ -159,7 +159,7 @@ class Controller:
     @property
     def state(self) -> State:
         """Configuration and velocity of the model."""
-        return State(self._state.q.copy(), self._state.v.copy())
+        return self._state.copy()
 
     @property
     def forces(self) -> Forces:

@@ -19,7 +19,7 @@ gain energy; v is then scaled down to the velocity at which the energies are equ
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol, runtime_checkable
 
 import numpy as np
@@ -60,8 +60,11 @@ class Stepped(Robot, Protocol):
     def velocity(self, start: State, end: State) -> Array:
         """The velocity (n,) that moves one state to another within a step [m/s]."""
 
+    def energy(self, state: State) -> float:
+        """Potential, kinetic and stored energy [J]."""
+
     def dissipation(self, start: StepStart, v: Array) -> float:
-        """½ h vᵀ C v of velocities (n,) [J]."""
+        """½ h vᵀ C v − h vᵀ f of velocities (n,), f the constant forces of the step [J]."""
 
     def linearise_iterate(self, state: State, start: StepStart, tension: Array) -> System:
         """The system of one iteration of a step, see `SparseRobot.linearise_iterate`.
@@ -175,7 +178,9 @@ def converged_step(
             ending = Ending.SETTLED
     if last is None:
         raise FactorisationError("the step leads to no finite state")
-    end = without_gain(robot, state, iterate, lam)
+    still = replace(system, v=np.zeros_like(state.v))
+    end = robot.advance(state, still, robot.velocity(state, iterate))
+    end = without_gain(robot, state, end, lam)
     return ConvergedStep(end, lam, last, movement, taken, ending)
 
 
@@ -204,14 +209,14 @@ def without_gain(robot: Stepped, before: State, after: State, forces: Forces) ->
     Args:
         robot: the robot.
         before: the start of the step.
-        after: the end of the step; its velocity is not read.
+        after: the end of the step.
         forces: constraint forces at the end.
     """
-    v = robot.velocity(before, after)
     pulls = [robot.rows(at, contacts=False).actuators.delta for at in (before, after)]
     work = float(forces.tension @ (pulls[1] - pulls[0]))
-    kinetic = robot.kinetic_energy(v)
-    most = robot.potential(before) + robot.kinetic_energy(before.v) + work - robot.potential(after)
-    if kinetic > most:
-        v = v * np.sqrt(max(most, 0.0) / kinetic)
-    return State(after.q, v)
+    gain = robot.energy(after) - robot.energy(before) - work
+    if not gain > 0.0:
+        return after
+    kinetic = robot.kinetic_energy(after.v)
+    share = max(kinetic - gain, 0.0) / kinetic if kinetic > 0.0 else 0.0
+    return replace(after, v=np.sqrt(share) * after.v)

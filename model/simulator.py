@@ -95,7 +95,7 @@ class Simulator:
             forces: constraint forces there, with the columns of this simulator's basis; None: zero.
         """
         given = no_forces(self.robot.n_a, self._space.k) if forces is None else forces.copy()
-        self._state, self._forces = State(state.q.copy(), state.v.copy()), given
+        self._state, self._forces = state.copy(), given
 
     def load(self, gravity: Array, effector_force: Array) -> None:
         """Change the loads: gravity (3,) [m/s²] and forces on the effectors (n_e,) [N]."""
@@ -104,7 +104,7 @@ class Simulator:
     @property
     def state(self) -> State:
         """Configuration and velocity."""
-        return State(self._state.q.copy(), self._state.v.copy())
+        return self._state.copy()
 
     @property
     def forces(self) -> Forces:

@@ -159,6 +159,7 @@ def make_system(
     mass: Array,
     force: Array,
     v: Array,
+    viscous: Array | None = None,
 ) -> System:
     """Build and factorise the system of one step.
 
@@ -170,6 +171,7 @@ def make_system(
         mass: (n,) lumped mass [kg].
         force: (n,) internal and external forces without constraints [N].
         v: (n,) velocity [m/s].
+        viscous: (nnz,) values of a matrix C of viscous forces −C v besides Rayleigh damping.
 
     Raises:
         FactorisationError: A is not positive definite.
@@ -184,6 +186,9 @@ def make_system(
     Kv = sp.csc_array((K, pattern.indices, pattern.indptr), shape=(n, n)) @ v
     b = h * (force - a * mass * v - (b_K + h) * Kv)
     A = (h * b_K + h * h) * K
+    if viscous is not None:
+        b -= h * (sp.csc_array((viscous, pattern.indices, pattern.indptr), shape=(n, n)) @ v)
+        A += h * viscous
     A[pattern.diagonal] += (1.0 + h * a) * mass
     factorisation.refactor(A)
     return System(h, v, v + factorisation.solve(b), float(np.linalg.norm(force)), factorisation)

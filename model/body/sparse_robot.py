@@ -140,11 +140,14 @@ class SparseRobot(ABC):
             FactorisationError: A is not positive definite (a state that has blown up).
         """
         scheme = integration or self.integration
+        remembered, viscous = (None, None) if scheme.static else self.viscosity_at(state, scheme.h)
         for exact in (True, False):
             force, K = self.forces(state, tension, exact)
+            if remembered is not None:
+                force += remembered
             try:
                 system = make_system(
-                    self.pattern, self.factorisation, scheme, K, self.mass, force, state.v
+                    self.pattern, self.factorisation, scheme, K, self.mass, force, state.v, viscous
                 )
                 return system if exact else dataclasses.replace(system, exact=False)
             except FactorisationError:
@@ -152,6 +155,15 @@ class SparseRobot(ABC):
                 if not exact:
                     raise
         raise AssertionError("unreachable")
+
+    def viscosity_at(self, state: State, h: float) -> tuple[Array | None, Array | None]:
+        """Forces (n,) of viscous materials' memory [N], and matrix C as CSC values (nnz,); None: no such.
+
+        Args:
+            state: where a step starts.
+            h: its length [s].
+        """
+        return None, None
 
     @abstractmethod
     def velocity(self, start: State, end: State) -> Array:
@@ -166,6 +178,14 @@ class SparseRobot(ABC):
         """
         force: Array = self.mass * (v - start.v) / self.h
         return force
+
+    @abstractmethod
+    def potential(self, state: State) -> float:
+        """Elastic energy minus the work of gravity and outer forces since rest [J]."""
+
+    def energy(self, state: State) -> float:
+        """Potential and kinetic energy, and that stored in viscous materials [J]."""
+        return self.potential(state) + self.kinetic_energy(state.v)
 
     def kinetic_energy(self, v: Array) -> float:
         """½ vᵀ M v of velocities (n,) [J]."""
@@ -185,7 +205,11 @@ class SparseRobot(ABC):
         if scheme.rayleigh_stiffness > 0.0:
             damping = scheme.rayleigh_stiffness * self.forces(state, tension, exact)[1]
         damping[self.pattern.diagonal] += scheme.rayleigh_mass * self.mass
-        return StepStart(state, scheme, damping)
+        remembered, viscous = self.viscosity_at(state, scheme.h)
+        if viscous is not None:
+            damping += viscous
+        force = np.zeros(self.n) if remembered is None else remembered
+        return StepStart(state, scheme, damping, force)
 
     def viscous_force(self, start: StepStart, v: Array) -> Array:
         """C v of velocities (n,): (n,) [N]."""
@@ -197,8 +221,8 @@ class SparseRobot(ABC):
         return force
 
     def dissipation(self, start: StepStart, v: Array) -> float:
-        """½ h vᵀ C v of velocities (n,) [J]."""
-        return 0.5 * self.h * float(v @ self.viscous_force(start, v))
+        """½ h vᵀ C v − h vᵀ f of velocities (n,), f the constant forces of the step [J]."""
+        return self.h * float(v @ (0.5 * self.viscous_force(start, v) - start.force))
 
     def linearise_iterate(self, state: State, start: StepStart, tension: Array) -> System:
         """The system of one iteration of a step that started elsewhere, without velocity of its own.
@@ -214,7 +238,7 @@ class SparseRobot(ABC):
             FactorisationError: A is not positive definite.
         """
         v = self.velocity(start.state, state)
-        inertia = self.momentum_force(start.state, v) + self.viscous_force(start, v)
+        inertia = self.momentum_force(start.state, v) + self.viscous_force(start, v) - start.force
         for exact in (True, False):
             force, K = self.forces(state, tension, exact)
             try:

@@ -14,7 +14,7 @@ from tauten.model.body import Material
 from tauten.model.contact import ContactPair, ContactSet
 from tauten.model.limits import limits_of
 from tauten.model.load.beams import build_beam_robot, read_structure
-from tauten.model.load.elements import build_body, place_elements
+from tauten.model.load.elements import build_body, place_elements, place_viscosity
 from tauten.model.mesh import (
     QuadraticMesh,
     TetMesh,
@@ -197,6 +197,7 @@ def build_robot(config: RobotConfig, mesh: TetMesh | QuadraticMesh, source: str)
     pattern = make_pattern(fixed, [*(part.nodes for part in body.domains), cables.nodes])
     contacts = build_contacts(config, body.mesh, source)
     mass = body.mass[~fixed]  # (n / 3,)
+    elements = place_elements(body, pattern)
     scheme = config.integration
     return TetRobot(
         names=names_of(config),
@@ -207,7 +208,8 @@ def build_robot(config: RobotConfig, mesh: TetMesh | QuadraticMesh, source: str)
         material=material,
         integration=integration_of(config),
         pattern=pattern,
-        elements=place_elements(body, pattern),
+        elements=elements,
+        viscosity=place_viscosity(body, elements),
         mass=np.repeat(mass, 3),
         load=np.outer(mass, config.gravity).ravel(),
         cables=cables,

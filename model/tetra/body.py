@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from tauten.model.materials import COROTATIONAL, Law
+from tauten.model.materials import COROTATIONAL, ELASTIC, Law, Viscosity
 from tauten.model.mesh import QuadraticMesh, TetMesh, quadratic_mesh
 from tauten.model.numerics import Array, Ints
 from tauten.model.schema import ElementName
@@ -24,6 +24,7 @@ class BodyParts:
         laws: what their `law` points to.
         mass: (n_nodes,) lumped mass [kg].
         n_elements: tetrahedra, before quadratic ones are cut.
+        viscosities: of each law.
     """
 
     mesh: TetMesh
@@ -31,16 +32,27 @@ class BodyParts:
     laws: list[Law]
     mass: Array
     n_elements: int
+    viscosities: list[Viscosity]
+
+    @property
+    def is_viscous(self) -> bool:
+        """Whether any of its materials is viscous."""
+        return any(item != ELASTIC for item in self.viscosities)
 
     @property
     def is_plain(self) -> bool:
-        """Whether it is made of linear corotational tetrahedra of one law."""
+        """Whether it is made of linear corotational tetrahedra of one law; viscosity does not count."""
         shapes = [part.gradients.shape[1:3] for part in self.domains]
         return shapes == [(1, 4)] and [law.kind for law in self.laws] == [COROTATIONAL]
 
 
 def body_parts(
-    mesh: TetMesh | QuadraticMesh, element: ElementName, laws: list[Law], law: Ints, density: Array
+    mesh: TetMesh | QuadraticMesh,
+    element: ElementName,
+    laws: list[Law],
+    law: Ints,
+    density: Array,
+    viscosities: list[Viscosity] | None = None,
 ) -> BodyParts:
     """Domains of a body.
 
@@ -52,17 +64,20 @@ def body_parts(
         laws: the laws.
         law: (e,) which law each tetrahedron has.
         density: (e,) [kg/m³].
+        viscosities: of each law; None: they are elastic.
     """
+    viscous = viscosities or [ELASTIC] * len(laws)
     if element == "quadratic":
         quadratic = quadratic_mesh(mesh) if isinstance(mesh, TetMesh) else mesh
         domains = quadratic_domains(quadratic, law)
         mass = quadratic_lumped_mass(domains, density, len(quadratic.nodes))
-        return BodyParts(quadratic.split(), [domains], laws, mass, len(quadratic.tets))
+        return BodyParts(quadratic.split(), [domains], laws, mass, len(quadratic.tets), viscous)
     if isinstance(mesh, QuadraticMesh):
         raise ValueError(f"{element} elements need a mesh of linear tetrahedra")
     mass = lumped_mass(mesh, density)
     if element == "linear":
-        return BodyParts(mesh, [linear_domains(mesh, law)], laws, mass, len(mesh.tets))
+        return BodyParts(mesh, [linear_domains(mesh, law)], laws, mass, len(mesh.tets), viscous)
     shear, volume = zip(*(item.parts() for item in laws), strict=True)
     parts = smoothed_domains(mesh, law, "edge") + smoothed_domains(mesh, law + len(laws), "node")
-    return BodyParts(mesh, parts, [*shear, *volume], mass, len(mesh.tets))
+    slow, slower = zip(*(item.parts() for item in viscous), strict=True)
+    return BodyParts(mesh, parts, [*shear, *volume], mass, len(mesh.tets), [*slow, *slower])

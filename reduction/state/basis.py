@@ -249,6 +249,11 @@ def corotational_robot(robot: Robot) -> TetRobot:
         raise StateBasisError(
             f"robot {robot.name}: only robots made of tetrahedra have state bases"
         )
+    if robot.viscosity is not None:
+        raise StateBasisError(
+            f"robot {robot.name}: viscous materials have no state bases; leave out material.viscosity, "
+            "or use the full model"
+        )
     if isinstance(robot.elements, Solid):
         raise StateBasisError(
             f"robot {robot.name}: only linear tetrahedra of one corotational material have state bases; "
