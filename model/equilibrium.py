@@ -20,6 +20,7 @@ import numpy as np
 
 from tauten.model.contact_space import ContactSpace
 from tauten.model.enrichment import PredictedStep
+from tauten.model.forward_step import ForwardStep
 from tauten.model.numerics import Array
 from tauten.model.robot import Robot, State
 
@@ -33,6 +34,7 @@ class Ending(Enum):
     """How the search for an equilibrium ended."""
 
     SETTLED = "settled"
+    BUCKLED = "the equilibrium is unstable, and no stable one was found beside it"
     LIMIT_POINT = "the tangent loses definiteness before the load is reached"
     INVERTED = "elements turn inside out"
     NO_EQUILIBRIUM = "no forces of cables and contacts meet their constraints"
@@ -54,6 +56,31 @@ class Invertible(Protocol):
 
     def inverted(self, state: State) -> int:
         """Number of elements that are turned inside out."""
+
+
+@dataclass(frozen=True, slots=True)
+class Report:
+    """How a step or a settling went.
+
+    Attributes:
+        converged: whether contact, and for settling the equilibrium, met its tolerance.
+        iterations: linearised steps taken, of all attempts.
+        movement: largest displacement of a node in the last step [m].
+        residual: complementarity of the contacts [m].
+        deepest_gap: smallest predicted gap [m], +inf without any candidate in range.
+        extra_columns: unit columns in the last step.
+        ending: how it ended; for a step, whether it met its constraints.
+        share: of the way from the load before to the command that the state has come; 1 at the command.
+    """
+
+    converged: bool
+    iterations: int
+    movement: float
+    residual: float
+    deepest_gap: float
+    extra_columns: int
+    ending: Ending
+    share: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -206,3 +233,43 @@ class Search:
             return largest
         self._merit.observe(solved)
         return self._merit.share(solved, largest)
+
+
+def make_report(
+    robot: Robot,
+    state: State,
+    result: ForwardStep,
+    iterations: int,
+    movement: float,
+    ending: Ending = Ending.SETTLED,
+) -> Report:
+    """The report of a step or a search.
+
+    Args:
+        robot: the robot.
+        state: that it led to.
+        result: the last step.
+        iterations: linearised steps taken.
+        movement: largest displacement of a node in the last step [m].
+        ending: how it ended, without the reason that the last step shows.
+    """
+    solved = result.prediction
+    met = result.converged and solved.within_tolerance
+    if not met:
+        ending = Ending.NO_EQUILIBRIUM
+    elif ending in (Ending.OUT_OF_ITERATIONS, Ending.NOT_FINITE):
+        if isinstance(robot, Invertible) and robot.inverted(state) > 0:
+            ending = Ending.INVERTED
+        elif not solved.step.system.exact:
+            ending = Ending.LIMIT_POINT
+    converged = ending is Ending.SETTLED
+    return Report(
+        converged=converged,
+        iterations=iterations,
+        movement=movement,
+        residual=result.residual,
+        deepest_gap=solved.deepest_gap,
+        extra_columns=len(solved.step.extra),
+        ending=ending,
+        share=1.0 if converged else 0.0,
+    )

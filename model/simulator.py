@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
@@ -13,10 +13,11 @@ from tauten.model.condensed_step import Forces, condense_step, no_forces
 from tauten.model.contact_space import ContactSpace
 from tauten.model.converged_step import converged_step
 from tauten.model.enrichment import NO_ENRICHMENT, Enrichment, contact_model
-from tauten.model.equilibrium import Command, Ending, Invertible, Search
+from tauten.model.equilibrium import Command, Ending, Report, Search, make_report
 from tauten.model.forward_step import ForwardStep, forward_step
 from tauten.model.numerics import Anderson, Array, FactorisationError, solve_lcp
 from tauten.model.robot import Robot, State
+from tauten.model.stability import way_on
 from tauten.model.system import Integration
 
 LARGEST = 1e6  # m or N; no cable is pulled farther or harder
@@ -26,31 +27,6 @@ SMOOTHING = (
 FIRST_LOAD_STEP, LEAST_LOAD_STEP = 0.25, 1.0 / 64.0  # shares of the way to the command
 STATIC_TOLERANCE, STATIC_ITERATIONS = 1e-7, 200  # m; of a converged quasi-static step
 LOAD_STEP_ITERATIONS = 40  # for a load step; a longer search does not pay
-
-
-@dataclass(frozen=True, slots=True)
-class Report:
-    """How a step or a settling went.
-
-    Attributes:
-        converged: whether contact, and for settling the equilibrium, met its tolerance.
-        iterations: linearised steps taken, of all attempts.
-        movement: largest displacement of a node in the last step [m].
-        residual: complementarity of the contacts [m].
-        deepest_gap: smallest predicted gap [m], +inf without any candidate in range.
-        extra_columns: unit columns in the last step.
-        ending: how it ended; for a step, whether it met its constraints.
-        share: of the way from the load before to the command that the state has come; 1 at the command.
-    """
-
-    converged: bool
-    iterations: int
-    movement: float
-    residual: float
-    deepest_gap: float
-    extra_columns: int
-    ending: Ending
-    share: float
 
 
 class Simulator:
@@ -163,15 +139,15 @@ class Simulator:
         if converged:
             return self._converged_step(command)
         result, movement = self._advance(command.pull, command.tension)
-        return _report(result, 1, movement, self._cause(result, Ending.SETTLED))
+        return make_report(self.robot, self._state, result, 1, movement)
 
     def _converged_step(self, command: Command) -> Report:
         done = converged_step(
             self.robot, self._space, self._enrichment, self._state, self._forces, command
         )
         self._state, self._forces = done.state, done.forces
-        return _report(
-            done.last, done.iterations, done.movement, self._cause(done.last, done.ending)
+        return make_report(
+            self.robot, done.state, done.last, done.iterations, done.movement, done.ending
         )
 
     def settle(
@@ -188,6 +164,9 @@ class Simulator:
         accelerated by Anderson's method, because the tangent leaves out how contact normals turn. Where
         steps do not become shorter, a line search on a merit function bounds them
         (`tauten.model.equilibrium`).
+
+        An equilibrium that is unstable (a column pushed straight beyond Euler's load) is left along the
+        direction of its negative stiffness. Where no stable one is found, the report says BUCKLED.
 
         Where that does not converge, the load moves from that at the start to the command in steps that
         grow and shrink. Where even the shortest finds no equilibrium, the state is the last one found, and
@@ -244,7 +223,8 @@ class Simulator:
         """Newton steps to one load; where they diverge, the last finite state is kept."""
         near = 2e-3 * self.robot.size  # from here on the iteration is nearly linear
         anderson, search = Anderson(depth=5), Search(self.robot, self._space, command)
-        result, movement, taken, ending = None, np.inf, 0, Ending.OUT_OF_ITERATIONS
+        result, movement, taken, pushed = None, np.inf, 0, 0
+        ending = Ending.OUT_OF_ITERATIONS
         while taken < max_iterations:
             taken += 1
             before = self._state, self._forces
@@ -254,28 +234,22 @@ class Simulator:
                 )
             except FactorisationError:
                 movement = np.nan
-            if not np.isfinite(movement) or not np.isfinite(self._state.q).all():
+            if result is None or not np.isfinite(movement) or not np.isfinite(self._state.q).all():
                 (self._state, self._forces), ending = before, Ending.NOT_FINITE
                 break
             if movement < tolerance:
-                ending = Ending.SETTLED
-                break
+                ending, push = way_on(self.robot, result, command.pull is not None, pushed)
+                if push is None:
+                    break
+                pushed, movement = pushed + 1, np.inf
+                self._state = self.robot.advance(self._state, result.prediction.step.system, push)
+                anderson, search = Anderson(depth=5), Search(self.robot, self._space, command)
         self._state = State(self._state.q, np.zeros_like(self._state.v))
+        if pushed > 0 and ending is not Ending.SETTLED:
+            ending = Ending.BUCKLED
         if result is None:
             return Report(False, taken, np.inf, np.inf, np.inf, 0, Ending.NOT_FINITE, 0.0)
-        return _report(result, taken, movement, self._cause(result, ending))
-
-    def _cause(self, result: ForwardStep, ending: Ending) -> Ending:
-        """The reason behind an ending, from the last step and the state it led to."""
-        if not result.converged or not result.prediction.within_tolerance:
-            return Ending.NO_EQUILIBRIUM
-        if ending is Ending.SETTLED:
-            return ending
-        if isinstance(self.robot, Invertible) and self.robot.inverted(self._state) > 0:
-            return Ending.INVERTED
-        if not result.prediction.step.system.exact:
-            return Ending.LIMIT_POINT
-        return ending
+        return make_report(self.robot, self._state, result, taken, movement, ending)
 
     def smooth_contact_forces(self) -> Array:
         """The equilibrium's contact forces of nearly least norm: (n_c,) [N].
@@ -317,6 +291,11 @@ class Simulator:
         movement, dv = self.robot.displacement(system.h * (system.v + solved.dv)), solved.dv
         if anderson is not None and movement < near:
             dv = anderson.next(system.h * dv) / system.h
+            if (
+                self.robot.displacement(system.h * dv) > near
+            ):  # extrapolated beyond where it is linear
+                dv = solved.dv
+                anderson.restart()
         elif search is not None:
             dv = dv * search.share(solved, movement, min(1.0, 0.05 * self.robot.size / movement))
         self._state = self.robot.advance(self._state, system, dv)
@@ -342,20 +321,3 @@ class Simulator:
                 f"{LARGEST:g}, one a cable"
             )
         return (value, None) if tension is None else (None, value)
-
-
-def _report(
-    result: ForwardStep, iterations: int, movement: float, ending: Ending = Ending.SETTLED
-) -> Report:
-    solved = result.prediction
-    converged = result.converged and solved.within_tolerance and ending is Ending.SETTLED
-    return Report(
-        converged=converged,
-        iterations=iterations,
-        movement=movement,
-        residual=result.residual,
-        deepest_gap=solved.deepest_gap,
-        extra_columns=len(solved.step.extra),
-        ending=ending,
-        share=1.0 if converged else 0.0,
-    )
