@@ -11,7 +11,7 @@ from tauten.model.enrichment import (
     default_enrichment,
     worst_rows,
 )
-from tauten.model.equilibrium import Ending
+from tauten.model.equilibrium import Ending, Report
 from tauten.model.forward_step import ForwardStep, forward_step
 from tauten.model.limits import Limits
 from tauten.model.load.robot import load_robot
@@ -40,6 +40,7 @@ __all__ = [
     "PairSlots",
     "PredictedStep",
     "ReducedContacts",
+    "Report",
     "Robot",
     "RobotFileError",
     "RobotRows",

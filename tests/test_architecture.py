@@ -43,6 +43,7 @@ ORDER = (
     "service.plant",
     "service.operate",
     "service.bench.elements",
+    "service.bench.physics",
     "service.bench.qpcc",
     "service.bench",
     "service.tables",

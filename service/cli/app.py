@@ -14,6 +14,7 @@ import typer
 from tauten.service.cli.bench import bench
 from tauten.service.cli.bench_elements import elements
 from tauten.service.cli.bench_node import node
+from tauten.service.cli.bench_physics import energy, equilibria
 from tauten.service.cli.check import check
 from tauten.service.cli.closed_loop import closed_loop
 from tauten.service.cli.compare import compare
@@ -183,6 +184,8 @@ for _command in _COMMANDS:
     app.command()(_command)
 bench.command("closed-loop")(closed_loop)
 bench.command("elements")(elements)
+bench.command("energy")(energy)
+bench.command("equilibria")(equilibria)
 bench.command("node")(node)
 app.add_typer(bench, name="bench")
 

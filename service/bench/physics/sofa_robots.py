@@ -1,4 +1,7 @@
-"""Robots of SoftRobots, built from the models that SOFA computed with (reference data README)."""
+"""Trunk and diamond of SoftRobots, built from the models that SOFA computed with.
+
+They are reference data of the project, not part of it: `trunk_model.npz` and `diamond_model.npz`.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +24,13 @@ MM = 1e-3
 def trunk(
     data: Path, cables: tuple[str, ...] = TRUNK_CABLES, gravity: tuple[float, ...] = (0.0, 0.0, 0.0)
 ) -> TetRobot:
-    """The trunk: 709 nodes, up to 8 cables, fixed in its lowest 20 mm."""
+    """The trunk: 709 nodes, up to 8 cables, fixed in its lowest 20 mm.
+
+    Args:
+        data: folder of its model.
+        cables: which of its cables it has.
+        gravity: (3,) [m/s²].
+    """
     model = np.load(data / "trunk_model.npz")
     rows = [
         {"name": name, "points": MM * model[f"cable_{name}_pts"], "max_pull": 0.05}
