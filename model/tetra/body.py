@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+
+import numpy as np
 
 from tauten.model.materials import COROTATIONAL, ELASTIC, Law, Viscosity
 from tauten.model.mesh import QuadraticMesh, TetMesh, quadratic_mesh
@@ -81,3 +83,43 @@ def body_parts(
     parts = smoothed_domains(mesh, law, "edge") + smoothed_domains(mesh, law + len(laws), "node")
     slow, slower = zip(*(item.parts() for item in viscous), strict=True)
     return BodyParts(mesh, parts, [*shear, *volume], mass, len(mesh.tets), [*slow, *slower])
+
+
+def join_bodies(parts: list[BodyParts], mesh: TetMesh) -> BodyParts:
+    """Several bodies as one; domains of the same shape and laws that are equal become one.
+
+    Args:
+        parts: the bodies.
+        mesh: their meshes joined in this order.
+    """
+    if len(parts) == 1:
+        return parts[0]
+    laws: list[tuple[Law, Viscosity]] = []
+    shapes: dict[tuple[int, ...], list[Domains]] = {}
+    first = 0
+    for part in parts:
+        own = list(zip(part.laws, part.viscosities, strict=True))
+        laws += [law for law in own if law not in laws]
+        number = np.array([laws.index(law) for law in own], dtype=np.int64)
+        for domains in part.domains:
+            moved = replace(domains, nodes=domains.nodes + first, law=number[domains.law])
+            shapes.setdefault(domains.gradients.shape[1:3], []).append(moved)
+        first += len(part.mesh.nodes)
+    joined = [
+        Domains(
+            np.concatenate([one.nodes for one in same]),
+            np.concatenate([one.gradients for one in same]),
+            np.concatenate([one.volumes for one in same]),
+            np.concatenate([one.law for one in same]),
+        )
+        for same in shapes.values()
+    ]
+    mass = np.concatenate([part.mass for part in parts])
+    return BodyParts(
+        mesh,
+        joined,
+        [law for law, _ in laws],
+        mass,
+        sum(part.n_elements for part in parts),
+        [viscosity for _, viscosity in laws],
+    )

@@ -4,11 +4,18 @@ from tauten.reduction.state.basis import StateBasis, StateBasisError, StateOrigi
 from tauten.reduction.state.ecsw import ElementSample, contributions, sample_elements
 from tauten.reduction.state.model_error import TipCheck
 from tauten.reduction.state.modes import enriched, pod, responses
-from tauten.reduction.state.reduce import StateSettings, held_out_snapshots, reduce_states
+from tauten.reduction.state.points import IntegrationPoints, integration_points
+from tauten.reduction.state.reduce import (
+    StateSettings,
+    held_out_snapshots,
+    n_elements,
+    reduce_states,
+)
 from tauten.reduction.state.robot import ReducedRobot, reduced_robot
 
 __all__ = [
     "ElementSample",
+    "IntegrationPoints",
     "ReducedRobot",
     "StateBasis",
     "StateBasisError",
@@ -18,6 +25,8 @@ __all__ = [
     "contributions",
     "enriched",
     "held_out_snapshots",
+    "integration_points",
+    "n_elements",
     "pod",
     "reduce_states",
     "reduced_robot",

@@ -10,7 +10,8 @@ import numpy as np
 
 from tauten.model import Robot
 from tauten.model.numerics import Array, Ints
-from tauten.model.tetra import Solid, TetRobot
+from tauten.model.tetra import TetRobot
+from tauten.reduction.state.points import integration_points
 from tauten.reduction.storage import DamagedFile, UnknownFile, located, parsed, read, write
 
 SUFFIX = ".states"
@@ -149,9 +150,9 @@ class StateBasis:
             StateBasisError: it was made for another robot, or for an earlier version of this one; its
                 modes are not orthonormal in the robot's mass, its weighted elements have
                 another volume than the body, its tip error is larger than the robot, or the robot is not
-                made of linear corotational tetrahedra.
+                made of tetrahedra.
         """
-        body = corotational_robot(robot)
+        body = reducible_robot(robot)
         made_for = self.origin
         if made_for.robot_digest != robot.digest or len(self.Phi) != robot.n:
             raise StateBasisError(
@@ -164,10 +165,11 @@ class StateBasis:
     def _check_body(self, robot: TetRobot) -> None:
         """Compare modes, sample and tip error with the robot's body."""
         again = f"make it again with `tauten reduce {robot.name} --states`"
-        if self.elements[-1] >= robot.n_elements:
+        volumes = integration_points(robot).volume
+        if self.elements[-1] >= len(volumes):
             raise StateBasisError(
                 f"this state basis samples element {self.elements[-1]}, robot {robot.name!r} has "
-                f"the elements 0 to {robot.n_elements - 1}: {again}"
+                f"the elements 0 to {len(volumes) - 1}: {again}"
             )
         weight = 3.0 * robot.mass / robot.mass.sum()  # (n,)
         with np.errstate(over="ignore", invalid="ignore"):
@@ -179,7 +181,6 @@ class StateBasis:
                 f"{robot.name!r}: ΦᵀMΦ/m − I has an entry of {apart:.2g}, allowed are "
                 f"{_ORTHONORMAL}: {again}"
             )
-        volumes = robot.corotational.volumes
         with np.errstate(over="ignore"):
             share = float(self.weights @ volumes[self.elements] / volumes.sum())
         if not 1.0 / _VOLUME <= share <= _VOLUME:
@@ -239,11 +240,11 @@ def _load(path: Path) -> StateBasis:
         raise StateBasisError(f"{path}: this state basis file is damaged ({error})") from error
 
 
-def corotational_robot(robot: Robot) -> TetRobot:
-    """The robot, when state reduction supports its elements.
+def reducible_robot(robot: Robot) -> TetRobot:
+    """The robot, when state reduction supports its body.
 
     Raises:
-        StateBasisError: it is not made of linear corotational tetrahedra of one material.
+        StateBasisError: it is not made of tetrahedra.
     """
     if not isinstance(robot, TetRobot):
         raise StateBasisError(
@@ -253,10 +254,5 @@ def corotational_robot(robot: Robot) -> TetRobot:
         raise StateBasisError(
             f"robot {robot.name}: viscous materials have no state bases; leave out material.viscosity, "
             "or use the full model"
-        )
-    if isinstance(robot.elements, Solid):
-        raise StateBasisError(
-            f"robot {robot.name}: only linear tetrahedra of one corotational material have state bases; "
-            'set mesh.element = "linear" and material.law = "corotational", or use the full model'
         )
     return robot

@@ -7,9 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from tauten.model.contact import ContactPair, ContactSet
+from tauten.model.materials import COROTATIONAL
 from tauten.model.numerics import Array, Ints
 from tauten.model.tetra import TetRobot
-from tauten.reduction.state.kernels import Body, Tendons
+from tauten.reduction.state.arrays import Body, Tendons
+from tauten.reduction.state.points import gradients_of, integration_points, node_rows
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -30,57 +32,30 @@ class ReducedPoints:
         return positions
 
 
-def node_rows(robot: TetRobot, Phi: Array, nodes: Ints) -> Array:
-    """Rows of Φ that belong to nodes, zero where a node is fixed.
-
-    Args:
-        robot: the full model.
-        Phi: (n, r) state modes.
-        nodes: (…,) node numbers.
-
-    Returns:
-        (…, 3, r).
-    """
-    first = robot.pattern.dof[nodes]
-    rows = Phi[np.maximum(first, 0)[..., None] + np.arange(3)]
-    return np.where((first >= 0)[..., None, None], rows, 0.0)
-
-
 def sampled_body(robot: TetRobot, Phi: Array, elements: Ints, weights: Array) -> Body:
     """Sampled elements in reduced coordinates.
 
     Args:
         robot: the full model.
         Phi: (n, r) state modes.
-        elements: (s,) element numbers.
+        elements: (s,) element numbers, ascending.
         weights: (s,) factors of their forces.
     """
-    G = element_gradients(robot, Phi, elements)  # (9 s, r)
-    volume = weights * robot.corotational.volumes[elements]  # (s,)
-    weighted = np.repeat(2.0 * robot.material.lame[1] * volume, 9)[:, None] * G  # (9 s, r)
+    points = integration_points(robot)
+    kind, constants = points.kind[elements], points.constants[elements]  # (s,), (s, 5)
+    volume = weights * points.volume[elements]  # (s,)
+    G = gradients_of(robot, points, Phi, elements)  # (9 s, r)
+    r = Phi.shape[1]
+    if (kind != COROTATIONAL).any():
+        return Body(G, volume, kind, constants, False, np.zeros((r, r)), np.zeros(r))
+    weighted = np.repeat(2.0 * constants[:, 1] * volume, 9)[:, None] * G  # (9 s, r)
     identity = np.tile(np.eye(3).ravel(), len(elements))  # (9 s,)
-    return Body(G, volume, robot.material.lame, G.T @ weighted, identity @ weighted)
-
-
-def element_gradients(robot: TetRobot, Phi: Array, elements: Ints) -> Array:
-    """Derivatives of the deformation gradients F_ij with respect to α.
-
-    Args:
-        robot: the full model.
-        Phi: (n, r) state modes.
-        elements: (s,) element numbers.
-
-    Returns:
-        (9 s, r) [1/m], row 9 e + 3 i + j.
-    """
-    rows = node_rows(robot, Phi, robot.mesh.tets[elements])  # (s, 4, 3, r)
-    G = np.einsum("sair,saj->sijr", rows, robot.corotational.gradients[elements], optimize=True)
-    return np.ascontiguousarray(G.reshape(-1, Phi.shape[1]))
+    return Body(G, volume, kind, constants, True, G.T @ weighted, identity @ weighted)
 
 
 def reduced_tendons(robot: TetRobot, Phi: Array) -> Tendons:
     """The cables in reduced coordinates."""
-    cables = robot.cables
+    cables = robot.actuator_set.cables
     D = np.einsum("sa,sair->sir", cables.weights, node_rows(robot, Phi, cables.nodes))
     rest = cables.offset + np.einsum("sa,sai->si", cables.weights, robot.mesh.nodes[cables.nodes])
     return Tendons(
@@ -101,7 +76,7 @@ def contact_surface(robot: TetRobot, Phi: Array) -> tuple[ReducedPoints, Contact
         return np.searchsorted(used, vertices)
 
     pairs = [
-        ContactPair(pair.name, number(pair.nodes), pair.weights, number(pair.triangles))
+        ContactPair(pair.name, number(pair.nodes), pair.weights, number(pair.triangles), pair.apart)
         for pair in old.pairs
     ]
     rows = node_rows(robot, Phi, used).reshape(-1, Phi.shape[1])

@@ -9,9 +9,10 @@ with a column of C for every element. Each sampled element has its own strain en
 sampled model has an energy, its tangent is symmetric, and rigid rotations cause no stress.
 (Farhat, Avery, Chapman, Cortial, Int. J. Numerical Methods in Engineering 98, 2014.)
 
-Rows of C are forces at training states, and changes of force in random directions about them, so that the
-tangent of the sample is accurate too. They are multiplied by K^(−1/2), so the squared residual is the elastic
-energy of the deformation that the missing force would cause.
+Most rows of C are forces at training states, and changes of force in random directions about them, so that
+the tangent of the sample is accurate too. They are multiplied by K^(−1/2), so the squared residual is the
+elastic energy of the deformation that the missing force would cause. One more row holds the volumes of the
+elements: the sample has the volume of the body.
 """
 
 from __future__ import annotations
@@ -22,13 +23,15 @@ import numpy as np
 import scipy.sparse as sp
 
 from tauten.model import State
+from tauten.model.materials import NO_TANGENT, WORK, response
 from tauten.model.numerics import Array, Ints, kernel, polar_rotations, sparse_nnls
 from tauten.model.tetra import TetRobot
-from tauten.reduction.state.body import element_gradients
+from tauten.reduction.state.points import gradients_of, integration_points
 
 STATES = 40  # training states taken of a campaign
 DIRECTIONS = 2  # random directions at each, for the tangent
 SHARE = 0.1  # length of a direction, relative to the norm of its state
+VOLUME = 0.1  # relative error of the sampled volume that counts as much as the whole tolerance
 STEP = 1e-3  # step of the finite difference, relative to that length
 
 
@@ -62,7 +65,9 @@ def sample_elements(
     chosen = np.linspace(0, alphas.shape[1] - 1, min(STATES, alphas.shape[1])).round().astype(int)
     C = contributions(robot, Phi, alphas[:, chosen], seed)
     d = C.sum(axis=1)
-    w = sparse_nnls(C, d, tolerance)
+    volume = integration_points(robot).volume
+    share = tolerance / VOLUME * np.linalg.norm(d) * volume / volume.sum()  # (e,)
+    w = sparse_nnls(np.vstack([C, share]), np.append(d, share.sum()), tolerance)
     elements = np.flatnonzero(w)
     error = float(np.linalg.norm(C[:, elements] @ w[elements] - d) / np.linalg.norm(d))
     return ElementSample(elements, w[elements], error)
@@ -81,19 +86,19 @@ def contributions(robot: TetRobot, Phi: Array, alphas: Array, seed: int) -> Arra
         ((1 + DIRECTIONS) r s, e) [√J].
     """
     rng = np.random.default_rng(seed)
-    every, r = np.arange(robot.n_elements), Phi.shape[1]
-    G = element_gradients(robot, Phi, every)  # (9 e, r)
-    volume, lame = robot.corotational.volumes, robot.material.lame
-    C = np.empty((alphas.shape[1] * (1 + DIRECTIONS) * r, len(every)))
+    points, r = integration_points(robot), Phi.shape[1]
+    G = gradients_of(robot, points, Phi, np.arange(len(points)))  # (9 e, r)
+    laws = (points.kind, points.constants)
+    C = np.empty((alphas.shape[1] * (1 + DIRECTIONS) * r, len(points)))
     row = 0
     for alpha in np.ascontiguousarray(alphas.T):
         root = compliance_root(robot, Phi, alpha)  # (r, r)
-        blocks = [element_forces(alpha, G, volume, lame)]
+        blocks = [element_forces(alpha, G, points.volume, laws)]
         for _ in range(DIRECTIONS):
             step = root @ rng.normal(size=r)  # low-energy directions are likelier
             step *= STEP * SHARE * np.linalg.norm(alpha) / np.linalg.norm(step)
-            forth = element_forces(alpha + step, G, volume, lame)
-            back = element_forces(alpha - step, G, volume, lame)
+            forth = element_forces(alpha + step, G, points.volume, laws)
+            back = element_forces(alpha - step, G, points.volume, laws)
             blocks.append((forth - back) / (2.0 * STEP))
         for block in blocks:
             C[row : row + r] = root @ block.T
@@ -102,7 +107,7 @@ def contributions(robot: TetRobot, Phi: Array, alphas: Array, seed: int) -> Arra
 
 
 def compliance_root(robot: TetRobot, Phi: Array, alpha: Array) -> Array:
-    """K^(−1/2) of the reduced tangent with rotations held.
+    """K^(−1/2) of the reduced tangent, positive semidefinite.
 
     Args:
         robot: the full model.
@@ -122,29 +127,25 @@ def compliance_root(robot: TetRobot, Phi: Array, alpha: Array) -> Array:
 
 
 @kernel
-def element_forces(alpha: Array, G: Array, volume: Array, lame: tuple[float, float]) -> Array:
+def element_forces(alpha: Array, G: Array, volume: Array, laws: tuple[Ints, Array]) -> Array:
     """Force of each element along the modes, −V Gᵀ P: (e, r) [N].
 
     Args:
         alpha: (r,) state [m].
         G: (9 e, r) derivatives of the deformation gradients [1/m].
         volume: (e,) [m³].
-        lame: (λ, μ) [Pa].
+        laws: kind (e,) and constants (e, 5) of each element's law.
     """
-    lam, mu = lame
+    kind, constants = laws
     forces = np.zeros((volume.shape[0], alpha.shape[0]))
-    all_F = np.dot(G, alpha).reshape(-1, 3, 3) + np.eye(3)  # (e, 3, 3)
-    all_R = np.empty_like(all_F)  # (e, 3, 3)
-    polar_rotations(all_F, all_R)
+    F = np.dot(G, alpha).reshape(-1, 3, 3) + np.eye(3)  # (e, 3, 3)
+    R = np.empty_like(F)  # (e, 3, 3)
+    polar_rotations(F, R)
+    P, none, scratch = np.empty((3, 3)), np.empty((0, 0)), np.empty(WORK)
     for e in range(volume.shape[0]):
-        F, R = all_F[e], all_R[e]
-        trace = -3.0
+        response(kind[e], constants[e], F[e], R[e], NO_TANGENT, P, none, scratch)
         for i in range(3):
             for j in range(3):
-                trace += R[i, j] * F[i, j]
-        for i in range(3):
-            for j in range(3):
-                P = 2.0 * mu * (F[i, j] - R[i, j]) + lam * trace * R[i, j]
                 for k in range(alpha.shape[0]):
-                    forces[e, k] -= volume[e] * P * G[9 * e + 3 * i + j, k]
+                    forces[e, k] -= volume[e] * P[i, j] * G[9 * e + 3 * i + j, k]
     return forces

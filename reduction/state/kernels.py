@@ -1,134 +1,24 @@
 """Kernels of a robot in reduced coordinates q = q₀ + Φ α: no array here is as long as the mesh.
 
-**Elements.** The stress of a corotational tetrahedron (`tauten.model.tetra.elements`) is P = 2 μ F + c R with
-c = λ tr(S − I) − 2 μ, and F = I + G α is linear in α. So its force and its exact tangent are
-
-    f = −V Gᵀ(2 μ (I + G α)) − V c t                   t = Gᵀ R, the gradient of tr S
-    K = V (2 μ Gᵀ G + λ t tᵀ + c aᵀ (tr(S) I − S)⁻¹ a)   a: axial vector of Rᵀ dF − (Rᵀ dF)ᵀ
-
-of which only t (r,) and a (3, r) change: all other terms are summed once. With the rotation held
-c (tr(S) I − S)⁻¹ is −μ I. Summed over a sample of elements with weights w (`tauten.reduction.state.ecsw`),
-V is w V.
-
-**Cables.** A segment's difference of stations is d = d₀ + D α; its tension adds λ Dᵀ (I − d dᵀ/ℓ²) D / ℓ.
-
-Rows t, a and D stand below each other in Z (z, r), their images in Y (z, r), so that one matrix product
-Zᵀ Y is the tangent.
+**Elements** (`tauten.reduction.state.elements`) and **cables** contribute rows that stand below each other
+in Z (z, r), with their images in Y (z, r), so that one matrix product Zᵀ Y is the tangent. A cable segment's
+difference of stations is d = d₀ + D α; its tension adds λ Dᵀ (I − d dᵀ/ℓ²) D / ℓ.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple, TypeAlias
-
 import numpy as np
 
-from tauten.model.numerics import Array, Ints, cholesky, kernel, polar_rotations, solve_in_place
-
-# of a symmetric 3x3 matrix: entries 00, 01, 02, 11, 12, 22
-Symmetric: TypeAlias = tuple[float, float, float, float, float, float]
-
-
-class Body(NamedTuple):
-    """Sampled elements; a tuple because kernels accept it directly.
-
-    Attributes:
-        gradient: (9 s, r) G, row 9 e + 3 i + j the change of F_ij of element e.
-        volume: (s,) weighted volumes w V [m³].
-        lame: (λ, μ) [Pa].
-        stiffness: (r, r) Σ 2 μ w V GᵀG.
-        drift: (r,) Σ 2 μ w V Gᵀ I.
-    """
-
-    gradient: Array
-    volume: Array
-    lame: tuple[float, float]
-    stiffness: Array
-    drift: Array
-
-
-class Tendons(NamedTuple):
-    """Cable segments; a tuple because kernels accept it directly.
-
-    Attributes:
-        owner: (g,) cable of each segment.
-        map: (3 g, r) D, change of the difference of its stations.
-        rest: (3 g,) d₀ [m].
-        rest_length: (n_a,) [m].
-    """
-
-    owner: Ints
-    map: Array
-    rest: Array
-    rest_length: Array
-
-
-class Dynamics(NamedTuple):
-    """Mass, damping and time step; a tuple because kernels accept it directly.
-
-    Attributes:
-        mass: (r, r) Φᵀ M Φ [kg].
-        h: time step [s].
-        static: whether inertia and damping are left out.
-        a: of the Rayleigh damping a M + b_K K [1/s].
-        b_K: of the Rayleigh damping [s].
-    """
-
-    mass: Array
-    h: float
-    static: bool
-    a: float
-    b_K: float
-
-
-class Work(NamedTuple):
-    """Workspace of the kernels, allocated once.
-
-    Attributes:
-        F: (s, 3, 3) deformation gradients.
-        R: (s, 3, 3) their rotations.
-        d: (3 g,) differences of stations.
-        Z, Y: (4 s + 3 g, r) rows and their images.
-        force: (r,) [N].
-        K: (r, r) tangent [N/m].
-        A: (r, r) matrix of the step.
-        L: (r, r) its Cholesky factor.
-        v_free: (r,) [m/s].
-    """
-
-    F: Array
-    R: Array
-    d: Array
-    Z: Array
-    Y: Array
-    force: Array
-    K: Array
-    A: Array
-    L: Array
-    v_free: Array
-
-
-def make_work(body: Body, tendons: Tendons) -> Work:
-    """A workspace for these elements and cables."""
-    r, z = body.gradient.shape[1], 4 * len(body.volume) + len(tendons.rest)
-    return Work(
-        F=np.empty((len(body.volume), 3, 3)),
-        R=np.empty((len(body.volume), 3, 3)),
-        d=np.empty(len(tendons.rest)),
-        Z=np.empty((z, r)),
-        Y=np.empty((z, r)),
-        force=np.empty(r),
-        K=np.empty((r, r)),
-        A=np.empty((r, r)),
-        L=np.zeros((r, r)),
-        v_free=np.empty(r),
-    )
+from tauten.model.numerics import Array, Ints, cholesky, kernel, solve_in_place
+from tauten.reduction.state.arrays import Body, Dynamics, Tendons, Work
+from tauten.reduction.state.elements import assemble_elements
 
 
 @kernel
 def assemble_sample(
     alpha: Array, tension: Array, load: Array, exact: bool, body: Body, tendons: Tendons, work: Work
 ) -> None:
-    """Force without cables and contacts and the tangent, into work.force and work.K.
+    """Force without actuators and contacts and the tangent, into work.force and work.K.
 
     Args:
         alpha: (r,) [m].
@@ -142,87 +32,12 @@ def assemble_sample(
     np.dot(body.stiffness, alpha, work.force)
     for j in range(alpha.shape[0]):
         work.force[j] = load[j] - body.drift[j] - work.force[j]
-    np.dot(body.gradient, alpha, work.F.reshape(-1))
-    for i in range(3):
-        work.F[:, i, i] += 1.0
-    polar_rotations(work.F, work.R)
-    for e in range(body.volume.shape[0]):
-        c, Q = stress_and_turning(work.F[e], work.R[e], body.lame, exact)
-        project(e, body.volume[e], c, work.R[e], Q, body, work)
-    add_curvature(alpha, tension, tendons, 4 * body.volume.shape[0], work)
+    first = assemble_elements(alpha, exact, body, work)
+    add_curvature(alpha, tension, tendons, first, work)
     np.dot(work.Z.T, work.Y, work.K)
     work.K[:] += body.stiffness
-
-
-@kernel
-def stress_and_turning(
-    F: Array, R: Array, lame: tuple[float, float], exact: bool
-) -> tuple[float, Symmetric]:
-    """The stress coefficient c, and c (tr(S) I − S)⁻¹, or −μ I with rotations held.
-
-    Args:
-        F: (3, 3) deformation gradient.
-        R: (3, 3) its rotation.
-        lame: (λ, μ) [Pa].
-        exact: whether the tangent includes the change of rotations.
-
-    Returns:
-        c [Pa]; the six entries of the symmetric matrix [Pa].
-    """
-    lam, mu = lame
-    S00 = R[0, 0] * F[0, 0] + R[1, 0] * F[1, 0] + R[2, 0] * F[2, 0]
-    S11 = R[0, 1] * F[0, 1] + R[1, 1] * F[1, 1] + R[2, 1] * F[2, 1]
-    S22 = R[0, 2] * F[0, 2] + R[1, 2] * F[1, 2] + R[2, 2] * F[2, 2]
-    S01 = R[0, 0] * F[0, 1] + R[1, 0] * F[1, 1] + R[2, 0] * F[2, 1]
-    S02 = R[0, 0] * F[0, 2] + R[1, 0] * F[1, 2] + R[2, 0] * F[2, 2]
-    S12 = R[0, 1] * F[0, 2] + R[1, 1] * F[1, 2] + R[2, 1] * F[2, 2]
-    c = float(lam * (S00 + S11 + S22 - 3.0) - 2.0 * mu)
-    a, b, d = S11 + S22, S00 + S22, S00 + S11  # tr(S) I − S has −S01, −S02, −S12 beside them
-    C00, C11, C22 = b * d - S12 * S12, a * d - S02 * S02, a * b - S01 * S01
-    C01, C02, C12 = S01 * d + S02 * S12, S01 * S12 + b * S02, a * S12 + S01 * S02
-    det = a * C00 - S01 * C01 - S02 * C02
-    # singular only for inverted elements, which keep the tangent with fixed rotations
-    if not (exact and det > 1e-3):
-        return c, (-mu, 0.0, 0.0, -mu, 0.0, -mu)
-    w = c / det
-    return c, (w * C00, w * C01, w * C02, w * C11, w * C12, w * C22)
-
-
-@kernel
-def project(e: int, V: float, c: float, R: Array, Q: Symmetric, body: Body, work: Work) -> None:
-    """Rows t and a of element e and their images; its part of the force that is not linear in α.
-
-    Args:
-        e: number of the element in the sample.
-        V: its weighted volume w V [m³].
-        c: stress coefficient of `turning` [Pa].
-        R: (3, 3) rotation of its deformation gradient.
-        Q: symmetric matrix of `turning` [Pa].
-        body: the elements.
-        work: Z, Y and force are written.
-    """
-    G, Z, Y, force = body.gradient, work.Z, work.Y, work.force
-    # scalars, because numba keeps them in registers where it would reload array entries
-    R00, R01, R02, R10, R11, R12 = R[0, 0], R[0, 1], R[0, 2], R[1, 0], R[1, 1], R[1, 2]
-    R20, R21, R22 = R[2, 0], R[2, 1], R[2, 2]
-    Q00, Q01, Q02, Q11, Q12, Q22 = V * Q[0], V * Q[1], V * Q[2], V * Q[3], V * Q[4], V * Q[5]
-    Vc, Vl = V * c, V * body.lame[0]
-    g, z = 9 * e, 4 * e
-    for j in range(G.shape[1]):
-        G00, G01, G02 = G[g, j], G[g + 1, j], G[g + 2, j]
-        G10, G11, G12 = G[g + 3, j], G[g + 4, j], G[g + 5, j]
-        G20, G21, G22 = G[g + 6, j], G[g + 7, j], G[g + 8, j]
-        t = R00 * G00 + R01 * G01 + R02 * G02 + R10 * G10 + R11 * G11 + R12 * G12
-        t += R20 * G20 + R21 * G21 + R22 * G22
-        a0 = R02 * G01 - R01 * G02 + R12 * G11 - R11 * G12 + R22 * G21 - R21 * G22
-        a1 = R00 * G02 - R02 * G00 + R10 * G12 - R12 * G10 + R20 * G22 - R22 * G20
-        a2 = R01 * G00 - R00 * G01 + R11 * G10 - R10 * G11 + R21 * G20 - R20 * G21
-        force[j] -= Vc * t
-        Z[z, j], Z[z + 1, j], Z[z + 2, j], Z[z + 3, j] = t, a0, a1, a2
-        Y[z, j] = Vl * t
-        Y[z + 1, j] = Q00 * a0 + Q01 * a1 + Q02 * a2
-        Y[z + 2, j] = Q01 * a0 + Q11 * a1 + Q12 * a2
-        Y[z + 3, j] = Q02 * a0 + Q12 * a1 + Q22 * a2
+    if exact:
+        work.K[:] += work.curvature
 
 
 @kernel

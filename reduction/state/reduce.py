@@ -19,10 +19,11 @@ from tauten.reduction.state.basis import (
     StateBasis,
     StateBasisError,
     StateOrigin,
-    corotational_robot,
+    reducible_robot,
 )
 from tauten.reduction.state.ecsw import ElementSample, sample_elements
 from tauten.reduction.state.modes import Pod, campaign_responses, enriched, pod
+from tauten.reduction.state.points import integration_points
 from tauten.reduction.state.robot import reduced_robot
 
 HELD_OUT = 5  # every fifth run, or snapshot of few runs, is held out of the training
@@ -75,7 +76,7 @@ def reduce_states(
         StateBasisError: a robot that is not made of tetrahedra, snapshots without configurations, or
             a reduced model that does not find its equilibria.
     """
-    robot = corotational_robot(robot)
+    robot = reducible_robot(robot)
     if len(snapshots.q) != robot.n or len(snapshots) < HELD_OUT:
         raise StateBasisError(
             f"{len(snapshots)} snapshots with {len(snapshots.q)} coordinates: "
@@ -84,6 +85,15 @@ def reduce_states(
     with threadpool_limits(1):  # the order of sums depends on the number of threads
         # a fork, because a factorisation must keep the number of threads it was analysed with
         return _reduced(robot.fork(), snapshots, basis, settings)
+
+
+def n_elements(robot: Robot) -> int:
+    """Number of elements that a sample is taken from: integration points of a robot's body.
+
+    Raises:
+        StateBasisError: a robot that is not made of tetrahedra.
+    """
+    return len(integration_points(reducible_robot(robot)))
 
 
 def _reduced(

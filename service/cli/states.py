@@ -71,20 +71,12 @@ def save_states(
         basis: its contact basis.
         settings: of the state basis.
         path: of the new file.
-        accept_error: save it also when its error is larger than the robot file allows.
-
-    Args:
-        robot: the full model.
-        snapshots: of the campaign.
-        basis: contact basis of the same campaign.
-        settings: how.
-        path: where it is saved.
         max_tip_error: error of the tip that is allowed [m]; None: any.
 
     Raises:
         StateBasisError: the error is larger than the robot file allows, and not accepted.
     """
-    from tauten.reduction.state import reduce_states
+    from tauten.reduction.state import n_elements, reduce_states
 
     states = reduce_states(robot, snapshots, basis, settings)
     if max_tip_error is not None:
@@ -93,7 +85,7 @@ def save_states(
     typer.echo(
         f"{saved}: {origin.r} state modes ({origin.responses} of them responses) of "
         f"{origin.snapshots} snapshots, {origin.sample} of "
-        f"{robot.n_elements} elements; tip off by {1e3 * origin.tip_mean:.3g} mm in the mean, "
+        f"{n_elements(robot)} elements; tip off by {1e3 * origin.tip_mean:.3g} mm in the mean, "
         f"{1e3 * origin.tip_max:.3g} mm at most on paths held out"
     )
 

@@ -89,7 +89,7 @@ def test_energy_of_a_free_swing_falls_in_every_step(make: Callable[[], Robot]) -
     """From wild velocities, which one linearisation a step turns into energy."""
     robot = undamped(make())
     assert isinstance(robot, TetRobot | BeamRobot)
-    robot = robot.loaded(np.zeros(3), np.zeros(robot.n_e))
+    robot = robot.loaded(np.zeros(3), np.zeros(3 * len(robot.effector_names)))
     v = np.zeros((robot.n // 3, 3))
     v[:: 2 if isinstance(robot, BeamRobot) else 1] = 5.0 * np.random.default_rng(2).standard_normal(
         3

@@ -159,7 +159,7 @@ def free_swing(robot: TetRobot | BeamRobot, seconds: float, converged: bool) -> 
         seconds: of the motion.
         converged: whether steps are iterated.
     """
-    light = undamped(robot).loaded(np.zeros(3), np.zeros(robot.n_e))
+    light = undamped(robot).loaded(np.zeros(3), np.zeros(3 * len(robot.effector_names)))
     simulator = Simulator(light, contact="none")
     load_of(robot).settle(simulator)
     simulator.start_from(simulator.state)
@@ -181,11 +181,11 @@ def held(robot: TetRobot | BeamRobot, seconds: float, converged: bool) -> Energy
     load_of(robot).settle(simulator)
     pull, rest = simulator.pull, simulator.state
     weight = GRAVITY * float(still.mass.sum()) / 3.0
-    aside = np.zeros(robot.n_e)
+    aside = np.zeros(3 * len(robot.effector_names))
     aside[:3] = weight * np.array(ASIDE)
     simulator.load(robot.gravity, aside)
     simulator.settle(pull=pull)
-    simulator.load(robot.gravity, np.zeros(robot.n_e))
+    simulator.load(robot.gravity, np.zeros(3 * len(robot.effector_names)))
     return course("held", simulator, CableLoad(pull=pull), seconds, converged, rest)
 
 

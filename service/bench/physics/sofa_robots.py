@@ -79,5 +79,6 @@ def _built(
         }
     )  # fmt: skip
     robot = build_robot(config, checked(nodes, model["tets"].astype(np.int64), name), name)
+    assert isinstance(robot, TetRobot)  # it has no drives and no rigid parts
     robot = replace(robot, mass=np.full(robot.n, mass / robot.n_nodes))
     return robot.loaded(np.array(gravity), np.zeros(3))

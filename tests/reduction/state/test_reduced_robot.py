@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from support.state_bases import basis_of, turned_space
 
 from tauten.controller import Controller
 from tauten.model import Integration, Robot, Simulator, State
-from tauten.model.numerics import Array, FactorisationError
+from tauten.model.numerics import FactorisationError
 from tauten.model.tetra import TetRobot
 from tauten.reduction.campaign import Snapshots
 from tauten.reduction.state import (
     ReducedRobot,
-    StateBasis,
     StateBasisError,
-    StateOrigin,
     pod,
     reduced_robot,
     sample_elements,
@@ -24,23 +23,11 @@ DYNAMIC = Integration(100.0, False, 0.3, 0.02)
 STATIC = Integration(50.0, True)
 
 
-def basis_of(robot: TetRobot, Phi: Array, elements: Array, weights: Array) -> StateBasis:
-    origin = StateOrigin(
-        robot=robot.name, robot_digest=robot.digest, campaign="test", snapshots_digest="",
-        snapshots=0, r=Phi.shape[1], responses=0, projection_error=0.0, sample=len(elements),
-        sample_tolerance=0.0, sample_error=0.0, tip_mean=np.nan, tip_max=np.nan, seed=0,
-        created="", versions=(),
-    )  # fmt: skip
-    return StateBasis(Phi, elements, weights, origin)
-
-
 @pytest.fixture(scope="module")
 def complete(thumb: TetRobot) -> ReducedRobot:
     """All of space as basis, turned so that no coordinate is a node's; all elements."""
-    turn = np.linalg.qr(np.random.default_rng(0).normal(size=(thumb.n, thumb.n)))[0]
-    Phi = turn / np.sqrt(3.0 * thumb.mass / thumb.mass.sum())[:, None]  # ΦᵀMΦ = m I
     every = np.arange(thumb.n_elements)
-    return reduced_robot(thumb, basis_of(thumb, Phi, every, np.ones(len(every))))
+    return reduced_robot(thumb, basis_of(thumb, turned_space(thumb), every, np.ones(len(every))))
 
 
 @pytest.fixture(scope="module")

@@ -20,10 +20,10 @@ import scipy.sparse as sp
 from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh
 
 from tauten.model.enrichment import PredictedStep
-from tauten.model.equilibrium import Ending
 from tauten.model.forward_step import ForwardStep
-from tauten.model.numerics import Array
+from tauten.model.numerics import Array, Bools
 from tauten.model.robot import Robot
+from tauten.model.simulation.equilibrium import Ending
 from tauten.model.system import Pattern
 
 NEGATIVE = -1e-6  # κ below this is unstable; rounding and the last movement are smaller
@@ -41,19 +41,20 @@ class Sparse(Protocol):
         """Sparsity of its tangent."""
 
 
-def unstable_direction(robot: Robot, solved: PredictedStep, held: bool) -> Array | None:
+def unstable_direction(robot: Robot, solved: PredictedStep, held: Bools) -> Array | None:
     """A direction (n,) in which a robot leaves an equilibrium, as long as a body; None for a stable one.
 
     Args:
         robot: its workspace has the factors of `solved`, which stay.
         solved: the last quasi-static step.
-        held: whether pulled lengths are held, so that taut cables are constraints.
+        held: (n_a,) which positions of actuators are held; taut cables among them are constraints.
     """
     step = solved.step
     if step.system.exact or robot.n < FEWEST:
         return None
-    first = step.n_e if held else step.n_e + step.n_a
-    taut = first + np.flatnonzero(solved.lam[first:] > 0.0)
+    acting = solved.lam[step.n_e :] > 0.0
+    acting[: step.n_a] = held & (acting[: step.n_a] | step.bilateral)
+    taut = step.n_e + np.flatnonzero(acting)
     tension = solved.lam[step.n_e : step.n_e + step.n_a]
     h, system = step.system.h, step.system
     K, M = (tangent(robot, robot.forces(step.state, tension, exact)[1]) for exact in (True, False))
@@ -90,7 +91,7 @@ def unstable_direction(robot: Robot, solved: PredictedStep, held: bool) -> Array
 
 
 def way_on(
-    robot: Robot, result: ForwardStep, held: bool, pushed: int
+    robot: Robot, result: ForwardStep, held: Bools, pushed: int
 ) -> tuple[Ending, Array | None]:
     """How a converged search ends; a velocity (n,) [m/s] that leaves an unstable equilibrium, or None.
 
@@ -100,7 +101,7 @@ def way_on(
     Args:
         robot: the robot.
         result: the last step of the search.
-        held: whether pulled lengths are held.
+        held: (n_a,) which positions of actuators are held.
         pushed: how often it was pushed away before.
     """
     direction = unstable_direction(robot, result.prediction, held)

@@ -8,7 +8,7 @@ under the constraints of cables and contacts at q; Π is the energy of elasticit
 C the damping at the start of the step, ⊕ moves and turns the nodes. Newton with the exact tangent, or
 the positive semidefinite one where that is not definite, solves a linear complementarity problem in each
 iteration; its first iteration is the step with one linearisation. A line search on Φ and the exact penalty of
-the constraints (`tauten.model.equilibrium`) bounds the iterations. (Kane, Marsden, Ortiz and West,
+the constraints (`tauten.model.simulation.equilibrium`) bounds the iterations. (Kane, Marsden, Ortiz and West,
 International Journal for Numerical Methods in Engineering 49, 2000; Li et al., Incremental Potential
 Contact, 2020.)
 
@@ -24,13 +24,14 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
+from tauten.model.command import Command
 from tauten.model.condensed_step import Forces, condensed
 from tauten.model.contact_space import ContactSpace
 from tauten.model.enrichment import Enrichment, PredictedStep
-from tauten.model.equilibrium import Command, Ending, Merit
 from tauten.model.forward_step import ForwardStep, forward_step
 from tauten.model.numerics import Array, FactorisationError
 from tauten.model.robot import Robot, State, StepStart
+from tauten.model.simulation.equilibrium import Ending, Merit
 from tauten.model.system import System
 
 ITERATIONS = 40  # linearisations of a step at most
@@ -49,7 +50,7 @@ class Stepped(Robot, Protocol):
         """½ vᵀ M v of velocities (n,) [J]."""
 
     def step_start(self, state: State, tension: Array, exact: bool) -> StepStart:
-        """The start of a step, see `SparseRobot.step_start`.
+        """The start of a step, see `SteppedRobot.step_start`.
 
         Args:
             state: where the step starts.
@@ -67,7 +68,7 @@ class Stepped(Robot, Protocol):
         """½ h vᵀ C v − h vᵀ f of velocities (n,), f the constant forces of the step [J]."""
 
     def linearise_iterate(self, state: State, start: StepStart, tension: Array) -> System:
-        """The system of one iteration of a step, see `SparseRobot.linearise_iterate`.
+        """The system of one iteration of a step, see `SteppedRobot.linearise_iterate`.
 
         Args:
             state: the iterate.
@@ -145,7 +146,8 @@ def converged_step(
     """
     if not isinstance(robot, Stepped):
         raise ValueError(
-            f"robot {robot.name}: a reduced model has no converged steps, simulate the full model"
+            f"robot {robot.name}: converged steps need a full model without drives, rigid regions and "
+            "attachments"
         )
     start, system = first_system(robot, state, forces.tension)
     merit = Merit(robot, space, command, IncrementalPotential(robot, start))
@@ -161,7 +163,7 @@ def converged_step(
                 ending = Ending.NOT_FINITE
                 break
         step = condensed(robot, space, iterate, lam, system, contacts, False)
-        found = forward_step(step, enrichment, lam, command.pull, command.tension)
+        found = forward_step(step, enrichment, lam, command)
         solved, taken = found.prediction, taken + 1
         length = robot.displacement(system.h * solved.dv)
         if last is None and not np.isfinite(length):

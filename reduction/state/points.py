@@ -1,0 +1,95 @@
+"""Integration points of a body of tetrahedra: the elements that a sample is taken from.
+
+The force of a body is a sum over integration points, each with a volume, gradients of shape functions and a
+law. Linear tetrahedra have one each, quadratic ones four; a smoothed body has one for each of its domains.
+Modules of this folder call them elements, as the literature on sampling does.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tauten.model.materials import COROTATIONAL
+from tauten.model.numerics import Array, Ints
+from tauten.model.tetra import Domains, Solid, TetRobot
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class IntegrationPoints:
+    """Integration points of a body, domain by domain.
+
+    Attributes:
+        domains: domains of the body, one entry for each shape.
+        volume: (p,) volume of each point at rest [m³].
+        kind: (p,) density of each point's law, see `tauten.model.materials`.
+        constants: (p, 5) constants of its law [Pa].
+    """
+
+    domains: tuple[Domains, ...]
+    volume: Array
+    kind: Ints
+    constants: Array
+
+    def __len__(self) -> int:
+        return len(self.volume)
+
+
+def integration_points(robot: TetRobot) -> IntegrationPoints:
+    """The integration points of a robot's body."""
+    part = robot.elements
+    if isinstance(part, Solid):
+        domains, (kinds, constants) = part.domains, part.laws
+    else:
+        first = np.zeros(len(part.volumes), dtype=np.int64)
+        domains = (Domains(robot.mesh.tets, part.gradients[:, None], part.volumes[:, None], first),)
+        kinds, constants = np.array([COROTATIONAL]), np.zeros((1, 5))
+        constants[0, :2] = robot.material.lame
+    law = np.concatenate([np.repeat(part.law, part.volumes.shape[1]) for part in domains])
+    return IntegrationPoints(
+        domains=domains,
+        volume=np.concatenate([part.volumes.ravel() for part in domains]),
+        kind=np.ascontiguousarray(kinds[law]),
+        constants=np.ascontiguousarray(constants[law]),
+    )
+
+
+def node_rows(robot: TetRobot, Phi: Array, nodes: Ints) -> Array:
+    """Rows of Φ that belong to nodes, zero where a node is fixed.
+
+    Args:
+        robot: the full model.
+        Phi: (n, r) state modes.
+        nodes: (…,) node numbers.
+
+    Returns:
+        (…, 3, r).
+    """
+    first = robot.pattern.dof[nodes]
+    rows = Phi[np.maximum(first, 0)[..., None] + np.arange(3)]
+    return np.where((first >= 0)[..., None, None], rows, 0.0)
+
+
+def gradients_of(robot: TetRobot, points: IntegrationPoints, Phi: Array, chosen: Ints) -> Array:
+    """Derivatives of the deformation gradients F_ij with respect to α.
+
+    Args:
+        robot: the full model.
+        points: all of its integration points.
+        Phi: (n, r) state modes.
+        chosen: (s,) numbers of the points, ascending.
+
+    Returns:
+        (9 s, r) [1/m], row 9 e + 3 i + j.
+    """
+    G = np.empty((len(chosen), 3, 3, Phi.shape[1]))
+    first = 0
+    for part in points.domains:
+        inside = (chosen >= first) & (chosen < first + part.volumes.size)
+        domain, point = np.divmod(chosen[inside] - first, part.volumes.shape[1])
+        rows = node_rows(robot, Phi, part.nodes[domain])  # (k, nodes, 3, r)
+        gradients = part.gradients[domain, point]  # (k, nodes, 3)
+        G[inside] = np.einsum("sair,saj->sijr", rows, gradients, optimize=True)
+        first += part.volumes.size
+    return G.reshape(-1, Phi.shape[1])
