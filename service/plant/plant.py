@@ -12,8 +12,9 @@ from typing import Literal
 import numpy as np
 import zenoh
 
-from tauten.model import Robot, Simulator
+from tauten.model import Robot, RobotFileError, Simulator
 from tauten.model.numerics import Array, FactorisationError
+from tauten.model.simulation import Stepped
 from tauten.service.node import Clock
 from tauten.service.process import StopFlag, manual_garbage_collection, one_blas_thread
 from tauten.service.wire import (
@@ -206,7 +207,17 @@ def chosen_steps(robot: Robot, settings: PlantSettings) -> tuple[Simulator, Plan
     Args:
         robot: that is simulated.
         settings: of the plant.
+
+    Raises:
+        RobotFileError: the robot has no converged steps.
     """
+    if settings.steps != "single" and not isinstance(robot, Stepped):
+        if settings.steps == "converged":
+            raise RobotFileError(
+                f"robot {robot.name}: steps are converged, a robot with drives, rigid regions or attachments "
+                "has only single ones"
+            )
+        settings = replace(settings, steps="single")
     simulator, duration = warm_simulator(robot, settings.steps != "single")
     if settings.steps != "auto":
         return simulator, settings
@@ -229,6 +240,7 @@ def simulate(robot: Robot, network: Network, settings: PlantSettings, stop: Stop
 
     Raises:
         NetworkError: no session.
+        RobotFileError: the robot has no converged steps.
     """
     with ExitStack() as stack:
         stack.enter_context(one_blas_thread())
