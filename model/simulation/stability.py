@@ -8,7 +8,7 @@ nothing needs to be computed. Otherwise the smallest eigenvalue of
 
 decides, by Lanczos iterations; K₊ is the positive semidefinite tangent, whose factors the last step left, so
 that eigenvalues are clustered at one and negative ones stand apart. How the normals of contacts turn is left
-out of K.
+out of K, so that `way_on` does not judge robots whose contacts push.
 """
 
 from __future__ import annotations
@@ -95,8 +95,8 @@ def way_on(
 ) -> tuple[Ending, Array | None]:
     """How a converged search ends; a velocity (n,) [m/s] that leaves an unstable equilibrium, or None.
 
-    Where it came back to one after all pushes, it is named; not with contacts, because the tangent leaves out
-    how their normals turn.
+    Where it came back to one after all pushes, it is named. Where contacts push, nothing is judged: the tangent
+    leaves out how their normals turn, which is what holds many robots that touch themselves.
 
     Args:
         robot: the robot.
@@ -104,6 +104,8 @@ def way_on(
         held: (n_a,) which positions of actuators are held.
         pushed: how often it was pushed away before.
     """
+    if (result.prediction.lam[robot.n_a :] > 0.0).any():
+        return Ending.SETTLED, None
     direction = unstable_direction(robot, result.prediction, held)
     if direction is None:
         return Ending.SETTLED, None
@@ -111,8 +113,7 @@ def way_on(
         return Ending.OUT_OF_ITERATIONS, PUSHES[
             pushed
         ] * direction / result.prediction.step.system.h
-    touching = (result.prediction.lam[robot.n_a :] > 0.0).any()
-    return (Ending.SETTLED if touching else Ending.BUCKLED), None
+    return Ending.BUCKLED, None
 
 
 def tangent(robot: Robot, K: Array) -> sp.csc_array | Array:

@@ -67,7 +67,11 @@ def write_run(file: Path, log: Path, converged: bool) -> None:
             for a, b, c in ((x, y, z), tuple(plant.effector[0].tolist()))
         )
         for key, kind, payload in (
-            (keys.actuation, JOINTS, encode_joints(Joints(stamp, robot.frame, names, pull, tension))),
+            (
+                keys.actuation,
+                JOINTS,
+                encode_joints(Joints(stamp, robot.frame, names, pull, tension)),
+            ),
             (keys.effectors(("",))[0], POINT, model),
             (keys.plant_effectors(("",))[0], POINT, real),
             (keys.plant_health, HEALTH, encode_health(stamp, robot.name, [health])),
