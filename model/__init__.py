@@ -1,11 +1,8 @@
 """The model of a robot: finite elements, cables, contacts, and the forward simulator."""
 
-from tauten.model.actuation import ActuatorKind, Actuators, Quantity, Springs, cable_actuators
-from tauten.model.command import Command
 from tauten.model.compliance import Compliance, row_compliance
 from tauten.model.condensed_step import CondensedStep, Forces, condense_step, no_forces
 from tauten.model.contact_space import ContactSpace, EmptySpace, ReducedContacts
-from tauten.model.effector_layout import EffectorLayout, Goal, Pose, Target
 from tauten.model.enrichment import (
     Enrichment,
     EnrichmentLoop,
@@ -14,14 +11,31 @@ from tauten.model.enrichment import (
     default_enrichment,
     worst_rows,
 )
-from tauten.model.forward_step import ForwardStep, forward_step
-from tauten.model.limits import Limits
+from tauten.model.forward_step import ForwardStep, eliminate_rows, forward_step
+from tauten.model.interface import (
+    ROWS,
+    UNIT_LENGTH,
+    VALUES,
+    ActuatorKind,
+    Actuators,
+    Command,
+    EffectorGoal,
+    EffectorLayout,
+    Limits,
+    Pose,
+    Quantity,
+    Springs,
+    Target,
+    cable_actuators,
+    point_layout,
+)
 from tauten.model.load.robot import load_robot
 from tauten.model.mesh.tet_mesh import MeshError
 from tauten.model.robot import Robot, RobotRows, State
 from tauten.model.rows import ContactRows, EffectorRows, PairSlots, Rows
 from tauten.model.schema.section import RobotFileError
-from tauten.model.simulation import CommandRange, Ending, Report, Simulator, command_range
+from tauten.model.simulation import Ending, Report, Simulator
+from tauten.model.skin import NO_CONTACTS, Contacts, Floats, Geometry, SkinMesh, skin_of
 from tauten.model.system import Integration, System, make_pattern
 from tauten.model.tetra.robot import TetRobot
 
@@ -29,26 +43,30 @@ __all__ = [
     "ActuatorKind",
     "Actuators",
     "Command",
-    "CommandRange",
     "Compliance",
     "CondensedStep",
     "ContactRows",
     "ContactSpace",
+    "EffectorGoal",
+    "Contacts",
     "EffectorLayout",
     "EffectorRows",
     "EmptySpace",
     "Ending",
     "Enrichment",
     "EnrichmentLoop",
+    "Floats",
     "Forces",
     "ForwardStep",
-    "Goal",
+    "Geometry",
     "Integration",
     "Limits",
     "MeshError",
+    "NO_CONTACTS",
     "PairSlots",
     "Pose",
     "PredictedStep",
+    "ROWS",
     "Quantity",
     "ReducedContacts",
     "Report",
@@ -57,20 +75,25 @@ __all__ = [
     "RobotRows",
     "Rows",
     "Simulator",
+    "SkinMesh",
     "Springs",
     "State",
     "System",
     "Target",
     "TetRobot",
+    "UNIT_LENGTH",
+    "VALUES",
     "cable_actuators",
-    "command_range",
     "condense_step",
     "contact_model",
     "default_enrichment",
+    "eliminate_rows",
     "forward_step",
     "load_robot",
     "make_pattern",
     "no_forces",
+    "point_layout",
     "row_compliance",
+    "skin_of",
     "worst_rows",
 ]

@@ -41,6 +41,16 @@ class Forces:
         """Slots of the unit columns with a positive force."""
         return self.extra[self.extra_beta > 0.0]
 
+    def at_candidates(self, space: ContactSpace) -> Array:
+        """Force of every contact candidate: (n_c,) [N].
+
+        Args:
+            space: whose columns `beta` has.
+        """
+        lam = space.lift(self.beta).copy()
+        lam[self.extra] += self.extra_beta
+        return lam
+
     def copy(self) -> Forces:
         """The same forces in arrays of their own."""
         return Forces(

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tauten.model.command import Command
 from tauten.model.condensed_step import CondensedStep, Forces
 from tauten.model.enrichment import Enrichment, EnrichmentLoop, PredictedStep
+from tauten.model.interface import Command
 from tauten.model.numerics import Array, Ints, solve_lcp
 
 SINGULAR = (

@@ -12,9 +12,7 @@ from typing import Protocol
 
 import numpy as np
 
-from tauten.model.actuation import Actuators
-from tauten.model.effector_layout import EffectorLayout
-from tauten.model.limits import Limits
+from tauten.model.interface import Actuators, EffectorLayout, Limits
 from tauten.model.numerics import Array, Ints
 from tauten.model.rows import ContactRows, EffectorRows, PairSlots, Rows
 from tauten.model.schema import RobotSettings
@@ -203,6 +201,16 @@ class Robot(Protocol):
 
     def candidates(self, state: State) -> Array:
         """Positions of the contact candidates: (n_c, 3) [m]."""
+
+    def contact_normals(self, state: State) -> Array:
+        """Directions in which contacts push the candidates, NaN out of range: (n_c, 3), for drawing."""
+
+    @property
+    def cable_owners(self) -> Ints:
+        """The actuator of every segment that `cable_segments` gives: (s,)."""
+
+    def cable_segments(self, state: State) -> Array:
+        """Both ends of every straight piece of the cables: (s, 2, 3) [m], for drawing."""
 
     def displacement(self, dq: Array) -> float:
         """Largest displacement of a node in a change dq (n,) of the configuration [m]."""

@@ -21,7 +21,7 @@ class RateError(ValueError):
 
 def step_seconds(controller: Controller, steps: int = _STEPS) -> float:
     """Median time of a control step [s] towards a target beside the robot; ends at rest."""
-    away = controller.effector + 0.1 * controller.robot.size / np.sqrt(3.0)
+    away = controller.shifted(0.1 * controller.robot.size / np.sqrt(3.0))
     times = []
     for _ in range(steps):
         begin = perf_counter()

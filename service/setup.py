@@ -74,6 +74,7 @@ class Setup:
             "robot_digest": robot.digest,
             "robot_file": self.path.read_text(encoding="utf-8"),
             "rate": repr(robot.integration.rate),
+            "effector_kinds": " ".join(robot.effector_layout.kinds),
             "basis": self.basis_name,
             "basis_digest": self.basis_digest(),
             "model": self.order,
@@ -181,7 +182,7 @@ def warm_controller(setup: Setup) -> Controller:
 def warm_up(controller: Controller) -> Controller:
     """The controller back at rest, after steps enough for every kernel it needs to be compiled."""
     warm_solver(controller.settings.qpcc.solver)
-    away = controller.effector + 0.1 * controller.robot.size / np.sqrt(3.0)
+    away = controller.shifted(0.1 * controller.robot.size / np.sqrt(3.0))
     for _ in range(_WARM_UP):
         controller.step(away)
     controller.hold()

@@ -18,6 +18,7 @@ ORDER = (
     "model.numerics",
     "model.materials",
     "model.schema",
+    "model.interface",
     "model",
     "model.simulation",
     "model.mesh",
@@ -48,6 +49,8 @@ ORDER = (
     "service.replay",
     "service.plant",
     "service.operate",
+    "service.frames",
+    "service.view",
     "service.bench.elements",
     "service.bench.physics",
     "service.bench.qpcc",
@@ -61,7 +64,14 @@ MOST_LINES = 400
 MOST_PARAMETERS = 8
 DOCUMENTED = 3  # parameters of a public function from which on its docstring lists them
 # `serve` is the process that a robot depends on: none of these is loaded by it.
-LABORATORY = ("service.bench", "service.tables", "service.plots", "service.cli")
+LABORATORY = (
+    "service.frames",
+    "service.view",
+    "service.bench",
+    "service.tables",
+    "service.plots",
+    "service.cli",
+)
 
 FILES = [
     path

@@ -10,7 +10,7 @@ from types import FrameType
 
 import numpy as np
 import pytest
-from support.bodies import beam_robot, box_mesh
+from support.robots.bodies import beam_robot, box_mesh
 from test_architecture import ORDER
 
 from tauten.controller import Controller

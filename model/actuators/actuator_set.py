@@ -67,6 +67,12 @@ class ActuatorSet:
         """Number of single actuators."""
         return self.cables.n_a + len(self.chambers) + len(self.forces)
 
+    @property
+    def cable_owners(self) -> Ints:
+        """The actuator of every segment of a cable: (s,)."""
+        owners = self.cables.owner
+        return owners if self.coupling is None else self.coupling.motors[owners]
+
     def rows(self, x: Array, dof: Ints, n: int) -> Rows:
         """Positions δ_a and H_a: Rows of (n_a, n).
 

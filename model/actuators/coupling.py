@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from tauten.model.numerics import Array
+from tauten.model.numerics import Array, Ints
 from tauten.model.rows import Rows
 from tauten.model.schema import CouplingSettings, RobotSettings
 
@@ -41,6 +41,14 @@ class Coupling:
     def is_preloaded(self) -> bool:
         """Whether there is an effort on a member where the motors have none."""
         return bool(self.offsets.any())
+
+    @property
+    def motors(self) -> Ints:
+        """The motor of every member: (members,)."""
+        gains = self.gains.tocoo()
+        motors = np.zeros(len(self.offsets), dtype=np.int64)
+        motors[gains.col] = gains.row
+        return motors
 
     def rows(self, members: Rows) -> Rows:
         """Rows of the motors (n_a, n) from those of the members."""

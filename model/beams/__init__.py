@@ -2,7 +2,7 @@
 
 from tauten.model.beams.body import BeamBody, BeamError, make_body
 from tauten.model.beams.elements import BeamArrays, angle_functions, assemble_beams, element
-from tauten.model.beams.profile import Profile, bar, natural_stiffness, tube
+from tauten.model.beams.profile import Profile, bar, natural_stiffness, section, tube
 from tauten.model.beams.robot import BeamRobot
 from tauten.model.beams.surfaces import BeamSurfaces, build_beam_surfaces
 
@@ -20,5 +20,6 @@ __all__ = [
     "element",
     "make_body",
     "natural_stiffness",
+    "section",
     "tube",
 ]

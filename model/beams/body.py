@@ -83,7 +83,8 @@ def make_body(
     check_connected(len(nodes), ends)
     mass, inertia = np.zeros(len(nodes)), np.zeros(len(nodes))
     for (a, b), profile, L in zip(ends, profiles, length, strict=True):
-        half = 0.5 * material.density * profile.area * L
+        line = material.density * profile.area if profile.mass is None else profile.mass
+        half = 0.5 * line * L
         for node in (a, b):
             mass[node] += half
             inertia[node] += half * L**2 / 12.0

@@ -8,6 +8,7 @@ import numpy as np
 
 from tauten.model.body import Material
 from tauten.model.numerics import Array
+from tauten.model.schema import SectionSettings
 
 OUTLINE_CORNERS = 8  # of a round cross-section, as it is drawn
 
@@ -22,6 +23,7 @@ class Profile:
         torsion: J [m⁴].
         bending: second moments I for bending about axes 2 and 3 [m⁴].
         outline: (c, 2) corners of the cross-section along axes 2 and 3, for drawing [m].
+        mass: of a length of the beam [kg/m]; None: density times area.
     """
 
     area: float
@@ -29,6 +31,7 @@ class Profile:
     torsion: float
     bending: tuple[float, float]
     outline: Array
+    mass: float | None = None
 
 
 def tube(outer: float, inner: float = 0.0) -> Profile:
@@ -42,9 +45,33 @@ def tube(outer: float, inner: float = 0.0) -> Profile:
     moment = np.pi / 64.0 * (outer**4 - inner**4)
     # Cowper 1966 for ν → 0.4, between a rod (0.9) and a thin tube (0.53)
     kappa = 0.9 - 0.37 * min(1.0, 1.5 * inner / outer)
+    shear = (kappa * area, kappa * area)
+    return Profile(area, shear, 2.0 * moment, (moment, moment), round_outline(outer))
+
+
+def round_outline(diameter: float) -> Array:
+    """Corners (c, 2) of a round cross-section [m]."""
     angle = 2.0 * np.pi * np.arange(OUTLINE_CORNERS) / OUTLINE_CORNERS
-    outline = 0.5 * outer * np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    return Profile(area, (kappa * area, kappa * area), 2.0 * moment, (moment, moment), outline)
+    return np.asarray(0.5 * diameter * np.stack([np.cos(angle), np.sin(angle)], axis=1))
+
+
+def section(settings: SectionSettings, material: Material) -> Profile:
+    """The cross-section that has given stiffnesses with a material.
+
+    Args:
+        settings: stiffnesses and mass.
+        material: of the robot, by which stiffnesses are divided.
+    """
+    E, G = material.young_modulus, material.lame[1]
+    shear = (np.inf, np.inf) if settings.shear is None else settings.shear
+    return Profile(
+        area=settings.axial / E,
+        shear_area=(shear[0] / G, shear[1] / G),
+        torsion=settings.torsion / G,
+        bending=(settings.bending[0] / E, settings.bending[1] / E),
+        outline=round_outline(settings.diameter),
+        mass=settings.mass,
+    )
 
 
 def bar(width: float, height: float) -> Profile:

@@ -103,6 +103,20 @@ class BeamRobot(SteppedRobot):
         """Positions of the contact candidates: (n_c, 3) [m]."""
         return self.contacts.positions(self.surfaces.contact_points.place(*self.pose(state))[0])
 
+    def contact_normals(self, state: State) -> Array:
+        """Directions in which contacts push the candidates, NaN out of range: (n_c, 3)."""
+        points, _ = self.surfaces.contact_points.place(*self.pose(state))
+        return self.contacts.normals(points)
+
+    @property
+    def cable_owners(self) -> Ints:
+        """The actuator of every segment that `cable_segments` gives: (s,)."""
+        return self.actuator_set.cable_owners
+
+    def cable_segments(self, state: State) -> Array:
+        """Both ends of every straight piece of the cables: (s, 2, 3) [m]."""
+        return self.actuator_set.cables.segments(*self.pose(state))
+
     def displacement(self, dq: Array) -> float:
         """Largest displacement of a node or of a point attached to it in a change dq (n,) [m]."""
         moved, turn = np.abs(dq.reshape(-1, 2, 3)).max(axis=(0, 2), initial=0.0)

@@ -10,12 +10,10 @@ from typing import Self
 import numpy as np
 import scipy.sparse as sp
 
-from tauten.model.actuation import Actuators
 from tauten.model.actuators import ActuatorSet, BeamActuators
 from tauten.model.contact import ContactSet
-from tauten.model.effector_layout import EffectorLayout
 from tauten.model.effectors import BeamEffectors, NodalEffectors
-from tauten.model.limits import Limits
+from tauten.model.interface import Actuators, EffectorLayout, Limits
 from tauten.model.numerics import Array, Factorisation, FactorisationError, Ints, make_factorisation
 from tauten.model.robot import RobotNames, State
 from tauten.model.rows import ContactRows, PairSlots

@@ -11,9 +11,11 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
+from numpy.typing import NDArray
 
 from tauten.model.constraints.frames import Frames
 from tauten.model.numerics import Array, Ints, kernel
+from tauten.model.rows import Jacobian
 from tauten.model.system import Pattern
 
 # Entries (row, column, component of the lever, sign) of ∂(ω x a)/∂ω.
@@ -56,7 +58,8 @@ class CoordinateMap:
         factor: (nnz,) and
         source: (nnz,) its values: factor times one (source 0) or times component source − 1 of the levers.
         gather: (3 k, 3 n_nodes) forces on frame nodes and on what is glued to them, from forces on nodes.
-        glue: (3 n_nodes, 3 n_nodes) positions of all nodes from those of nodes that are not glued.
+        glue: (3 n_nodes, 3 n_nodes) positions of all nodes from those of nodes that are not glued;
+            None: none is glued.
         offset: (3 n_nodes,) what fixed nodes contribute to the positions of glued ones [m].
     """
 
@@ -68,12 +71,12 @@ class CoordinateMap:
     factor: Array
     source: Ints
     gather: sp.csr_array
-    glue: sp.csr_array
+    glue: sp.csr_array | None
     offset: Array
 
     def followed(self, x: Array) -> Array:
         """Positions of all nodes (3 n_nodes,) where glued nodes follow the others in x (3 n_nodes,) [m]."""
-        if self.glue.nnz == len(x):
+        if self.glue is None:
             return x
         positions: Array = self.glue @ x + self.offset
         return positions
@@ -86,6 +89,46 @@ class CoordinateMap:
     def matrix(self, values: Array) -> sp.csr_array:
         """T (3 n_nodes, n) with these values (nnz,)."""
         return sp.csr_array((values, self.indices, self.indptr), shape=(3 * self.n_nodes, self.n))
+
+    def through(self, H: Jacobian, T: Array) -> sp.csr_array:
+        """H T (m, n) for rows H (m, 3 n_nodes) and values T (nnz,) of the map; entries may occur twice.
+
+        Args:
+            H: rows over the nodes.
+            T: from `values`.
+        """
+        rows = sp.csr_array(H)
+        arrays = mapped_rows(rows.indptr, rows.indices, rows.data, self.indptr, self.indices, T)
+        return sp.csr_array(arrays, shape=(rows.shape[0], self.n))
+
+
+@kernel
+def mapped_rows(
+    starts: Ints, columns: Ints, data: Array, indptr: Ints, indices: Ints, T: Array
+) -> tuple[Array, NDArray[np.int32], NDArray[np.int32]]:
+    """Data, columns and row starts of H T, one entry for each product.
+
+    Args:
+        starts: (m + 1,) row starts of H.
+        columns: (e,) columns of H.
+        data: (e,) values of H.
+        indptr: row starts of T.
+        indices: columns of T.
+        T: values of T.
+    """
+    count = 0
+    for e in range(starts[-1]):
+        count += indptr[columns[e] + 1] - indptr[columns[e]]
+    values, places = np.empty(count), np.empty(count, np.int32)
+    begins = np.zeros(starts.shape[0], np.int32)
+    at = 0
+    for row in range(starts.shape[0] - 1):
+        for e in range(starts[row], starts[row + 1]):
+            for p in range(indptr[columns[e]], indptr[columns[e] + 1]):
+                values[at], places[at] = data[e] * T[p], indices[p]
+                at += 1
+        begins[row + 1] = at
+    return values, places, begins
 
 
 def make_coordinates(frames: Frames, glued: GluedNodes, number: Ints, x0: Array) -> CoordinateMap:
@@ -130,7 +173,7 @@ def make_coordinates(frames: Frames, glued: GluedNodes, number: Ints, x0: Array)
         factor=weight * factors[entry],
         source=sources[entry].astype(np.int64),
         gather=sp.csr_array(sp.csr_array(follow.T)[picked]),
-        glue=follow,
+        glue=follow if len(slaves) else None,
         offset=offset.ravel(),
     )
 

@@ -11,6 +11,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tauten.model.constraints.kernels import (
+    centripetal_rates,
+    lever_stiffness,
+    place_frames,
+)
 from tauten.model.numerics import Array, Bools, Ints, turned
 
 
@@ -112,21 +117,10 @@ class Frames:
         Args:
             q: (7 n_rigid + n_drives,) coordinates.
         """
-        rigid = self.owner < self.n_rigid  # (k,), the first ones
         poses, theta = q[: 7 * self.n_rigid].reshape(-1, 7), q[7 * self.n_rigid :]
-        owner = self.owner[rigid]
-        arms = np.einsum("kij,kj->ki", rotation_matrices(poses[:, 3:])[owner], self.offsets[rigid])
-        drive = self.owner[~rigid] - self.n_rigid
-        axis, angle = self.axes[drive], theta[drive, None]
-        turns, r = self.turns[drive, None], self.offsets[~rigid]
-        across = np.cross(axis, r)
-        along = np.sum(axis * r, axis=1, keepdims=True) * axis
-        moved = np.where(
-            turns, np.cos(angle) * (r - along) + np.sin(angle) * across + along, r + angle * axis
+        return place_frames(
+            poses, theta, self.owner, self.offsets, self.axes, self.through, self.turns
         )
-        levers = np.where(turns, np.cross(axis, moved), axis)
-        x = np.concatenate([poses[owner, :3] + arms, self.through[drive] + moved])
-        return x, np.concatenate([arms, levers])
 
     def centripetal(self, levers: Array, v: Array) -> Array:
         """Accelerations of the nodes at constant velocities of the regions: (k, 3) [m/s²].
@@ -135,16 +129,9 @@ class Frames:
             levers: (k, 3) from `place`.
             v: (6 n_rigid + n_drives,) velocities of the regions.
         """
-        rigid = self.owner < self.n_rigid
-        omega = v[: 6 * self.n_rigid].reshape(-1, 6)[self.owner[rigid], 3:]  # (k', 3)
-        drive = self.owner[~rigid] - self.n_rigid
-        rate = np.where(self.turns[drive], v[6 * self.n_rigid :][drive], 0.0)[:, None]
-        return np.concatenate(
-            [
-                np.cross(omega, np.cross(omega, levers[rigid])),
-                rate**2 * np.cross(self.axes[drive], levers[~rigid]),
-            ]
-        )
+        omega = v[: 6 * self.n_rigid].reshape(-1, 6)[:, 3:]
+        rate = v[6 * self.n_rigid :]
+        return centripetal_rates(omega, rate, self.owner, levers, self.axes, self.turns)
 
     def stiffness(self, levers: Array, force: Array) -> tuple[Array, Array]:
         """What turning levers add to the tangent −∂(Tᵀ f)/∂q under forces that keep their direction.
@@ -158,16 +145,8 @@ class Frames:
         Returns:
             (n_rigid, 3, 3) blocks of the rotations and (n_drives,) of the drives [N m].
         """
-        blocks, drives = np.zeros((self.n_rigid, 3, 3)), np.zeros(self.n_drives)
-        rigid = self.owner < self.n_rigid
-        a, f = levers[rigid], force[rigid]
-        outer = np.einsum("ki,kj->kij", a, f)
-        dot = np.sum(a * f, axis=1)[:, None, None] * np.eye(3)
-        np.add.at(blocks, self.owner[rigid], dot - 0.5 * (outer + outer.transpose(0, 2, 1)))
-        drive = self.owner[~rigid] - self.n_rigid
-        inward = np.cross(self.axes[drive], levers[~rigid])  # ∂²x/∂θ² where it turns
-        work = np.sum(inward * force[~rigid], axis=1)
-        np.add.at(drives, drive, np.where(self.turns[drive], -work, 0.0))
+        blocks = np.zeros((self.n_rigid, 3, 3))
+        drives = lever_stiffness(self.owner, levers, force, self.axes, self.turns, blocks)
         return blocks, drives
 
     def moved(self, q: Array, step: Array) -> Array:
@@ -182,17 +161,6 @@ class Frames:
         quaternions = turned(poses[:, 3:].copy(), rigid[:, 3:].copy())
         after = np.hstack([poses[:, :3] + rigid[:, :3], quaternions])
         return np.concatenate([after.ravel(), theta + step[6 * self.n_rigid :]])
-
-
-def rotation_matrices(Q: Array) -> Array:
-    """Rotation matrices (m, 3, 3) of unit quaternions (m, 4)."""
-    w, x, y, z = Q.T
-    rows = [
-        [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
-        [2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)],
-        [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)],
-    ]
-    return np.moveaxis(np.array(rows), 2, 0)
 
 
 def make_frames(

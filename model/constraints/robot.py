@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
+from functools import partial
 from typing import TypeVar
 
 import numpy as np
@@ -108,6 +109,20 @@ class ConstrainedRobot(SparseRobot):
         """Positions of the contact candidates: (n_c, 3) [m]."""
         return self.raw.candidates(self.placed(state)[0])
 
+    def contact_normals(self, state: State) -> Array:
+        """Directions in which contacts push the candidates, NaN out of range: (n_c, 3)."""
+        return self.raw.contact_normals(self.placed(state)[0])
+
+    @property
+    def cable_owners(self) -> Ints:
+        """The actuator of every segment that `cable_segments` gives: (s,)."""
+        owners = self.raw.cable_owners
+        return owners if self.coupling is None else self.coupling.motors[owners]
+
+    def cable_segments(self, state: State) -> Array:
+        """Both ends of every straight piece of the cables: (s, 2, 3) [m]."""
+        return self.raw.cable_segments(self.placed(state)[0])
+
     def loaded(self, gravity: Array, effector_force: Array) -> ConstrainedRobot:
         """The robot under another gravity (3,) [m/s²] and forces on its effectors (3 p,) [N]."""
         raw = self.raw.loaded(gravity, effector_force)
@@ -136,7 +151,20 @@ class ConstrainedRobot(SparseRobot):
         Returns:
             force (n,) without actuators and contacts, and K = −∂force/∂q as CSC values (nnz,).
         """
-        raw_state, levers = self.placed(state)
+        return self.forces_at(state, *self.placed(state), tension, exact)
+
+    def forces_at(
+        self, state: State, raw_state: State, levers: Array, tension: Array | None, exact: bool
+    ) -> tuple[Array, Array]:
+        """`forces` where the nodes are known.
+
+        Args:
+            state: where to evaluate.
+            raw_state: the nodes there, and
+            levers: (k, 3) their levers, from `placed`.
+            tension: (n_a,) efforts of the actuators, as in `forces`.
+            exact: as in `forces`.
+        """
         T = self.coordinates.values(levers)
         efforts = self.efforts(tension)
         force, K = self.raw.forces(raw_state, efforts, exact)
@@ -147,8 +175,8 @@ class ConstrainedRobot(SparseRobot):
         if preload is not None:
             mapped = mapped + preload[0]
         if exact and len(self.frames.nodes):
-            if efforts is not None:
-                force = force + self.raw.rows(raw_state, contacts=False).actuators.H.T @ efforts
+            if efforts is not None and len(efforts) > 0:
+                force = force + self.other_rows(raw_state).H.T @ efforts
             self.add_lever_stiffness(levers, force, tangent)
         return mapped, tangent
 
@@ -201,20 +229,27 @@ class ConstrainedRobot(SparseRobot):
             FactorisationError: A is not positive definite (a state that has blown up).
         """
         scheme = integration or self.integration
-        _, levers = self.placed(state)
+        raw_state, levers = self.placed(state)
         T = self.coordinates.values(levers)
         mass, inertia = self.mass_values(T), np.zeros(self.n)
         if not scheme.static and len(self.frames.nodes):
             inertia = self.inertia_force(levers, T, state.v)
-        for exact in (True, False):
-            force, K = self.forces(state, tension, exact)
+        make = partial(make_system, self.pattern, self.factorisation, scheme)
+        force, K = self.forces_at(state, raw_state, levers, tension, True)
+        try:
+            return make(K.copy(), mass, force + inertia, state.v)
+        except FactorisationError:
+            semidefinite = self.forces_at(state, raw_state, levers, tension, False)[1]
+        # past the largest torque a drive holds the robot against its own tangent: stiffness on the diagonal
+        # of a drive that is held changes no step towards equilibrium, the semidefinite tangent does
+        drives = self.product.drive_places[self.driven]
+        K[drives] += semidefinite[drives] + 2.0 * np.abs(K[drives]) + mass[drives] / scheme.h**2
+        for tangent in [K, semidefinite] if len(drives) else [semidefinite]:
             try:
-                system = make_system(
-                    self.pattern, self.factorisation, scheme, K, mass, force + inertia, state.v
-                )
-                return system if exact else dataclasses.replace(system, exact=False)
+                system = make(tangent, mass, force + inertia, state.v)
+                return dataclasses.replace(system, exact=False)
             except FactorisationError:
-                if not exact:
+                if tangent is semidefinite:
                     raise
         raise AssertionError("unreachable")
 
@@ -242,10 +277,19 @@ class ConstrainedRobot(SparseRobot):
         if self.coupling is None or not self.coupling.is_preloaded:
             return None
         raw_state, levers = self.placed(state)
-        T = self.coordinates.matrix(self.coordinates.values(levers))
-        raw = self.raw.rows(raw_state, contacts=False).actuators
-        members, offsets = self.member_rows(through(raw, T), state), self.coupling.offsets
+        T = self.coordinates.values(levers)
+        others = self.through(self.other_rows(raw_state), T)
+        members, offsets = self.member_rows(others, state), self.coupling.offsets
         return members.H.T @ offsets, float(offsets @ members.delta)
+
+    def other_rows(self, raw_state: State) -> Rows:
+        """Rows of all actuators but drives over the nodes."""
+        x, pattern = self.raw.nodes(raw_state), self.raw.pattern
+        return self.raw.actuator_set.rows(x, pattern.dof, pattern.n)
+
+    def through(self, rows: R, T: Array) -> R:
+        """Rows over nodes as rows over the coordinates, for values T of the map."""
+        return dataclasses.replace(rows, H=self.coordinates.through(rows.H, T))
 
     def inverted(self, state: State) -> int:
         """Number of tetrahedra that are turned inside out."""
@@ -254,15 +298,17 @@ class ConstrainedRobot(SparseRobot):
     def rows(self, state: State, contacts: bool = True) -> RobotRows:
         """Rows of effectors, actuators and, with `contacts`, contacts at this state."""
         raw_state, levers = self.placed(state)
-        values = self.coordinates.values(levers)
-        T = self.coordinates.matrix(values)
+        T = self.coordinates.values(levers)
         found = self.raw.rows(raw_state, contacts)
-        touching, members = found.contacts, self.member_rows(through(found.actuators, T), state)
+        touching, members = (
+            found.contacts,
+            self.member_rows(self.through(found.actuators, T), state),
+        )
         return RobotRows(
-            effectors=through(found.effectors, T),
+            effectors=self.through(found.effectors, T),
             actuators=members if self.coupling is None else self.coupling.rows(members),
             contacts=ContactRows(
-                through(touching.rows, T), touching.slots, touching.pair, touching.n_slots
+                self.through(touching.rows, T), touching.slots, touching.pair, touching.n_slots
             ),
         )
 
@@ -276,14 +322,16 @@ class ConstrainedRobot(SparseRobot):
         if len(self.driven) == 0:
             return others
         m, n_drives = len(self.driven), self.frames.n_drives
-        entries = np.ones(m), (np.arange(m), self.motor_coordinates)
-        units = sp.csr_array(entries, shape=(m, self.n))
+        arrays = np.ones(m), self.motor_coordinates, np.arange(m + 1)
         angles = state.q[len(state.q) - n_drives :][self.driven]
+        drives = Rows(sp.csr_array(arrays, shape=(m, self.n)), angles)
+        if len(others) == 0:
+            return drives
         count = len(others) + m
         order = np.empty(count, dtype=np.int64)
         order[self.drive_places] = len(others) + np.arange(m)
         order[np.setdiff1d(np.arange(count), self.drive_places)] = np.arange(len(others))
-        both = stack([others, Rows(units, angles)])
+        both = stack([others, drives])
         return Rows(both.H[order], both.delta[order])
 
     def advance(self, state: State, system: System, dv: Array) -> State:
@@ -298,8 +346,3 @@ class ConstrainedRobot(SparseRobot):
         step, first = system.h * v, 3 * len(self.coordinates.free)
         moved = self.frames.moved(state.q[first:], step[first:])
         return State(np.concatenate([state.q[:first] + step[:first], moved]), v)
-
-
-def through(rows: R, T: sp.csr_array) -> R:
-    """Rows over nodes as rows over the coordinates that T belongs to."""
-    return dataclasses.replace(rows, H=sp.csr_array(sp.csr_array(rows.H) @ T))

@@ -146,6 +146,17 @@ class ContactSet:
         positions: Array = np.einsum("mj,mji->mi", self._weights, x[self._nodes])
         return positions
 
+    def normals(self, x: Array) -> Array:
+        """Directions in which contact forces push the candidates, NaN out of range: (n_c, 3).
+
+        Args:
+            x: (n_vertices, 3) vertex positions [m].
+        """
+        normals = np.full((self.n_slots, 3), np.nan)
+        found = self.detect(x)
+        normals[found.slots] = found.normal
+        return normals
+
     def detect(self, x: Array) -> Detection:
         """Gaps of the candidates in range at vertex positions x (n_vertices, 3) [m].
 

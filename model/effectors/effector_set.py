@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from tauten.model.effector_layout import EffectorLayout
 from tauten.model.effectors.measure import Measure, Measurement
+from tauten.model.interface import EffectorLayout
 from tauten.model.numerics import Array, Ints
 from tauten.model.rows import EffectorRows, Jacobian
 

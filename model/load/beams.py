@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tauten.model.actuation import actuators_of
 from tauten.model.actuators import BeamActuators, coupling_of
 from tauten.model.beams import (
     BeamBody,
@@ -23,11 +22,12 @@ from tauten.model.beams import (
     bar,
     build_beam_surfaces,
     make_body,
+    section,
     tube,
 )
 from tauten.model.body import Material
 from tauten.model.contact import ContactPair, ContactSet
-from tauten.model.limits import limits_of
+from tauten.model.interface import actuators_of, limits_of
 from tauten.model.load.effectors import build_beam_effectors
 from tauten.model.mesh import point_selector, spread_points
 from tauten.model.numerics import Array, Bools, Ints, make_factorisation
@@ -44,6 +44,7 @@ from tauten.model.schema import (
     BarSettings,
     BeamConfig,
     RobotFileError,
+    SectionSettings,
     Structure,
     TubeSettings,
     Vertebra,
@@ -77,7 +78,7 @@ def build_beam_robot(config: BeamConfig, structure: Structure, source: str) -> B
             vertebra, unknown names or empty regions; the text names `source`.
     """
     material = Material(**config.material.model_dump())
-    profiles = build_profiles(config, structure, source)
+    profiles = build_profiles(config, structure, material, source)
     body = build_beam_body(structure, profiles, material, source)
     fixed = fixed_beam_nodes(config, body, source)
     if config.chambers or config.forces:
@@ -124,16 +125,21 @@ def groups(ends: Ints) -> Ints:
     return np.stack([first, first + 1, second, second + 1], axis=1)
 
 
-def build_profiles(config: BeamConfig, structure: Structure, source: str) -> list[Profile]:
+def build_profiles(
+    config: BeamConfig, structure: Structure, material: Material, source: str
+) -> list[Profile]:
     """Cross-section of every beam.
 
     Args:
         config: the robot file.
         structure: the structure file.
+        material: of the beams.
         source: the robot file's path, for errors.
     """
 
-    def made(settings: TubeSettings | BarSettings) -> Profile:
+    def made(settings: TubeSettings | BarSettings | SectionSettings) -> Profile:
+        if isinstance(settings, SectionSettings):
+            return section(settings, material)
         if isinstance(settings, TubeSettings):
             return tube(settings.outer, settings.inner)
         return bar(settings.width, settings.height)

@@ -8,7 +8,6 @@ import numpy as np
 import scipy.sparse as sp
 
 from tauten.model.actuators import ChamberError, cavity_around, chamber_surface
-from tauten.model.effector_layout import effector_layout
 from tauten.model.effectors import (
     BeamEffectors,
     DistanceMeasure,
@@ -22,6 +21,7 @@ from tauten.model.effectors import (
     frame_coefficients,
     nodal_effectors,
 )
+from tauten.model.interface import effector_layout
 from tauten.model.mesh import Selector
 from tauten.model.numerics import Array, Ints
 from tauten.model.points import (

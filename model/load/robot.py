@@ -13,12 +13,11 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from tauten.model.actuation import actuators_of
 from tauten.model.actuators import ActuatorParts, place_actuators
 from tauten.model.body import Material
 from tauten.model.constraints import ConstrainedRobot
 from tauten.model.contact import ContactSet
-from tauten.model.limits import limits_of
+from tauten.model.interface import actuators_of, limits_of
 from tauten.model.load.actuators import build_actuators, place_points
 from tauten.model.load.beams import build_beam_robot, read_structure
 from tauten.model.load.bodies import AnyMesh, build_bodies, read_bodies
@@ -35,6 +34,7 @@ from tauten.model.schema import (
     RobotConfig,
     RobotFileError,
     Section,
+    SectionSettings,
     model_tables,
     read_toml,
     validated,
@@ -161,6 +161,12 @@ def changed(config: C, changes: Changes, path: Path) -> C:
             for b, body in enumerate(config.bodies)
         )
         config = config.model_copy(update={"materials": materials, "bodies": bodies})
+    if changes.young_scale != 1.0 and isinstance(config, BeamConfig):
+        profiles = [
+            item.scaled(changes.young_scale) if isinstance(item, SectionSettings) else item
+            for item in config.profiles
+        ]
+        config = config.model_copy(update={"profiles": profiles})
     return config
 
 

@@ -45,6 +45,16 @@ class BeamCables:
         node = self.stations.nodes[:, 0]
         return np.stack([node[self.first], node[self.first + 1]], axis=1)
 
+    def segments(self, x: Array, Q: Array) -> Array:
+        """Both ends of every segment: (s, 2, 3) [m], for drawing.
+
+        Args:
+            x: (n_nodes, 3) node positions [m].
+            Q: (n_nodes, 4) node rotations.
+        """
+        points, _ = self.stations.place(x, Q)
+        return np.stack([points[self.first], points[self.first + 1]], axis=1)
+
     def rows(self, x: Array, Q: Array, dof: Ints, n: int) -> Rows:
         """Pulled lengths and H_a = −∂L/∂q: Rows of (n_a, n) [m].
 

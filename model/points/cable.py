@@ -64,6 +64,13 @@ class CableSet:
         """Number of cables."""
         return len(self.rest_length)
 
+    def segments(self, x: Array) -> Array:
+        """Both ends of every segment at node positions x (n_nodes, 3): (s, 2, 3) [m], for drawing."""
+        parts = self.weights[:, :, None] * x[self.nodes]  # (s, 8, 3)
+        second = parts[:, 4:].sum(axis=1)  # only a first end may be fixed outside the body
+        first = second - self.offset - parts.sum(axis=1)
+        return np.stack([first, second], axis=1)
+
     def rows(self, x: Array, dof: Ints, n: int) -> Rows:
         """Pulled lengths and H_a = −∂L/∂q: Rows of (n_a, n) [m].
 

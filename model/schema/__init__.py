@@ -8,7 +8,14 @@ from tauten.model.schema.actuators import (
     Range,
     SpringSettings,
 )
-from tauten.model.schema.beam_file import BarSettings, BeamConfig, Structure, TubeSettings, Vertebra
+from tauten.model.schema.beam_file import (
+    BarSettings,
+    BeamConfig,
+    SectionSettings,
+    Structure,
+    TubeSettings,
+    Vertebra,
+)
 from tauten.model.schema.body import BodySettings, ElementName, MeshSettings, RotationSettings
 from tauten.model.schema.constraints import AttachmentSettings, DriveSettings, RigidSettings
 from tauten.model.schema.contact import (
@@ -50,6 +57,7 @@ from tauten.model.schema.robot_file import (
 from tauten.model.schema.section import (
     LARGEST_COORDINATE,
     Name,
+    Point,
     Positive,
     Rate,
     RobotFileError,
@@ -96,6 +104,7 @@ __all__ = [
     "MeshSettings",
     "Name",
     "NearStl",
+    "Point",
     "Positive",
     "Range",
     "Rate",
@@ -106,6 +115,7 @@ __all__ = [
     "RobotSettings",
     "RotationSettings",
     "Section",
+    "SectionSettings",
     "Selection",
     "SingleActuator",
     "Skin",

@@ -9,9 +9,10 @@ from pydantic import Field, model_validator
 from tauten.model.schema.material import MaterialSettings
 from tauten.model.schema.region import Selection
 from tauten.model.schema.robot_file import RobotSettings, check_unique
-from tauten.model.schema.section import Direction, Name, Point, Section, Thickness
+from tauten.model.schema.section import Direction, Name, Point, Section, Thickness, in_range
 
 THINNEST_WALL = 2e-6  # m, difference of diameters
+Stiffness = Annotated[float, in_range(1e-12, 1e15, "")]
 Index = Annotated[int, Field(ge=0)]
 
 
@@ -51,6 +52,39 @@ class BarSettings(Section):
     height: Thickness = Field(description="Size along axis 3, which is near `up` of the beam [m].")
 
 
+class SectionSettings(Section):
+    """A cross-section by its stiffnesses and its mass, as measured or from a table.
+
+    Axis 1 lies along the beam, axis 3 near `up` of the beam, axis 2 across both.
+    """
+
+    kind: Literal["section"] = Field(description="A cross-section by its stiffnesses.")
+    name: Name = Field(description="Name of the cross-section, used once.")
+    axial: Stiffness = Field(description="Stiffness E A against stretching [N].")
+    bending: tuple[Stiffness, Stiffness] = Field(
+        description="Stiffnesses E I against bending about axes 2 and 3 [N m²]."
+    )
+    torsion: Stiffness = Field(description="Stiffness G J against twisting [N m²].")
+    shear: tuple[Stiffness, Stiffness] | None = Field(
+        default=None,
+        description="Stiffnesses κ G A against shear along axes 2 and 3 [N]; by default it does not shear.",
+    )
+    mass: Annotated[float, in_range(1e-9, 1e6, "kg/m")] = Field(
+        description="Mass of a length of the beam [kg/m]."
+    )
+    diameter: Thickness = Field(description="Diameter with which it is drawn [m].")
+
+    def scaled(self, factor: float) -> SectionSettings:
+        """The same cross-section `factor` times as stiff."""
+        contents = self.model_dump()
+        for name in ("axial", "torsion"):
+            contents[name] *= factor
+        for name in ("bending", "shear"):
+            pair = contents[name]
+            contents[name] = None if pair is None else [factor * value for value in pair]
+        return SectionSettings.model_validate(contents)
+
+
 class BeamConfig(RobotSettings):
     """The file of a robot made of beams."""
 
@@ -60,7 +94,7 @@ class BeamConfig(RobotSettings):
     )
     beams: StructureSettings = Field(description="The structure file.")
     profiles: Annotated[
-        list[Annotated[TubeSettings | BarSettings, Field(discriminator="kind")]],
+        list[Annotated[TubeSettings | BarSettings | SectionSettings, Field(discriminator="kind")]],
         Field(min_length=1),
     ] = Field(description="Cross-sections that the structure file names, one table each.")
 

@@ -24,11 +24,11 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from tauten.model.command import Command
 from tauten.model.condensed_step import Forces, condensed
 from tauten.model.contact_space import ContactSpace
 from tauten.model.enrichment import Enrichment, PredictedStep
 from tauten.model.forward_step import ForwardStep, forward_step
+from tauten.model.interface import Command
 from tauten.model.numerics import Array, FactorisationError
 from tauten.model.robot import Robot, State, StepStart
 from tauten.model.simulation.equilibrium import Ending, Merit

@@ -19,10 +19,10 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from tauten.model.command import Command
 from tauten.model.contact_space import ContactSpace
 from tauten.model.enrichment import PredictedStep
 from tauten.model.forward_step import ForwardStep
+from tauten.model.interface import Command
 from tauten.model.numerics import Array
 from tauten.model.robot import Robot, State
 

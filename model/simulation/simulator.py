@@ -8,12 +8,12 @@ from typing import Literal
 
 import numpy as np
 
-from tauten.model.command import Command
 from tauten.model.compliance import row_compliance
 from tauten.model.condensed_step import Forces, condense_step, no_forces
 from tauten.model.contact_space import ContactSpace
 from tauten.model.enrichment import NO_ENRICHMENT, Enrichment, contact_model
 from tauten.model.forward_step import ForwardStep, forward_step
+from tauten.model.interface import Command
 from tauten.model.numerics import Anderson, Array, FactorisationError, solve_lcp
 from tauten.model.robot import Robot, State
 from tauten.model.simulation.converged_step import converged_step
@@ -121,9 +121,7 @@ class Simulator:
     @property
     def lam_c(self) -> Array:
         """Contact force of every candidate in the last step: (n_c,) [N]."""
-        lam = self._space.lift(self._forces.beta).copy()
-        lam[self._forces.extra] += self._forces.extra_beta
-        return lam
+        return self._forces.at_candidates(self._space)
 
     def step(
         self,

@@ -95,8 +95,8 @@ def way_on(
 ) -> tuple[Ending, Array | None]:
     """How a converged search ends; a velocity (n,) [m/s] that leaves an unstable equilibrium, or None.
 
-    Where it came back to one after all pushes, it is named. Where contacts push, nothing is judged: the tangent
-    leaves out how their normals turn, which is what holds many robots that touch themselves.
+    Where it came back to one after all pushes, it is named. Where contacts push, nothing is judged: the
+    tangent leaves out how their normals turn, which is what holds many robots that touch themselves.
 
     Args:
         robot: the robot.

@@ -116,6 +116,19 @@ class TetRobot(SteppedRobot):
         """Positions of the contact candidates: (n_c, 3) [m]."""
         return self.contacts.positions(self.nodes(state))
 
+    def contact_normals(self, state: State) -> Array:
+        """Directions in which contacts push the candidates, NaN out of range: (n_c, 3)."""
+        return self.contacts.normals(self.nodes(state))
+
+    @property
+    def cable_owners(self) -> Ints:
+        """The actuator of every segment that `cable_segments` gives: (s,)."""
+        return self.actuator_set.cable_owners
+
+    def cable_segments(self, state: State) -> Array:
+        """Both ends of every straight piece of the cables: (s, 2, 3) [m]."""
+        return self.actuator_set.cables.segments(self.nodes(state))
+
     def loaded(self, gravity: Array, effector_force: Array) -> TetRobot:
         """The robot under another gravity (3,) [m/s²] and forces on its effectors (3 p,) [N]."""
         body = self.mass * np.tile(gravity, self.n // 3)  # (n,)

@@ -1,12 +1,14 @@
 """Campaigns: designs of excitation, and the snapshots of the equilibria they cause."""
 
 from tauten.reduction.campaign.chunk import MAX_ITERATIONS, TOLERANCE
+from tauten.reduction.campaign.command_range import CommandRange, command_range
 from tauten.reduction.campaign.design_csv import from_csv
 from tauten.reduction.campaign.designs import (
     Design,
     DesignError,
     Ranges,
     Run,
+    exploring,
     latin_hypercube,
     latin_hypercube_levels,
     plackett_burman,
@@ -20,6 +22,8 @@ from tauten.reduction.campaign.snapshots import Origin, SnapshotError, Snapshots
 
 __all__ = [
     "ClusterError",
+    "CommandRange",
+    "command_range",
     "Design",
     "DesignError",
     "FORCES",
@@ -31,6 +35,7 @@ __all__ = [
     "Snapshots",
     "TOLERANCE",
     "dask_cluster",
+    "exploring",
     "from_csv",
     "held_out_design",
     "join_snapshots",

@@ -215,6 +215,19 @@ class ReducedRobot:
         """Positions of the contact candidates: (n_c, 3) [m]."""
         return self.contacts.positions(self.surface.at(state.q))
 
+    def contact_normals(self, state: State) -> Array:
+        """Directions in which contacts push the candidates, NaN out of range: (n_c, 3)."""
+        return self.contacts.normals(self.surface.at(state.q))
+
+    @property
+    def cable_owners(self) -> Ints:
+        """The actuator of every segment that `cable_segments` gives: (s,)."""
+        return self.full.cable_owners
+
+    def cable_segments(self, state: State) -> Array:
+        """Both ends of every straight piece of the cables: (s, 2, 3) [m]; as long as the mesh."""
+        return self.full.cable_segments(self.lifted(state))
+
     def displacement(self, dq: Array) -> float:
         """Largest displacement of an effector or contact vertex in a change dq (r,) [m]."""
         parts = (self.effector_places @ dq, self.surface.map @ dq)

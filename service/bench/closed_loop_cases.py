@@ -34,17 +34,19 @@ class Case:
 
     Attributes:
         name: one of `CASES`.
-        targets: (s, p, 3) one a tick [m].
+        targets: (s, n_v) goal values, one row a tick.
         from_tick: tick of the jump of "step"; 0 in others.
+        jump: its size, by `EffectorLayout.error` [m]; 0 in others.
     """
 
     name: str
     targets: Array
     from_tick: int
+    jump: float = 0.0
 
 
 class Reachable:
-    """Where a robot's effectors rest at given pulls."""
+    """Goal values at which a robot's effectors rest at given pulls."""
 
     def __init__(self, robot: Robot, progress: Callable[[], None]) -> None:
         """Settle a robot with one cable on a grid of pulls; others are settled when a path needs it.
@@ -58,28 +60,27 @@ class Reachable:
         """
         self._simulator = Simulator(robot, contact="full")
         self._progress = progress
-        self._rest = self._simulator.effector
+        self._layout = robot.effector_layout
         self._curve: CubicSpline | None = None
         if robot.n_a == 1:
             shares = np.linspace(0.0, _DEEPEST, _GRID + 1)
             self._curve = CubicSpline(shares, self._settled(shares[:, None]))
 
     def path(self, shares: Callable[[Array], Array], phases: Array) -> Array:
-        """Effectors (s, p, 3) [m] along a path of pulls.
+        """Goal values (s, n_v) along a path of pulls.
 
         Args:
             shares: phases (m,) in 0 to 1 to shares of the largest pull (m, n_a).
             phases: (s,) of the ticks.
         """
         if self._curve is not None:
-            found: Array = self._curve(shares(phases)[:, 0])
-            return found
+            return self._layout.normalised(self._curve(shares(phases)[:, 0]))
         knots = np.linspace(0.0, 1.0, _KNOTS + 1)
-        along: Array = CubicSpline(knots, self._settled(shares(knots)))(phases)
-        return along
+        along = CubicSpline(knots, self._settled(shares(knots)))(phases)
+        return self._layout.normalised(along)
 
     def _settled(self, shares: Array) -> Array:
-        """Effectors (m, p, 3) at shares (m, n_a) of the largest pull."""
+        """Goal values (m, n_v) at shares (m, n_a) of the largest pull."""
         simulator, limits = self._simulator, self._simulator.robot.limits
         found = []
         for share in shares:
@@ -91,7 +92,7 @@ class Reachable:
                 shown = ", ".join(f"{1e3 * value:.1f}" for value in pull)
                 name = simulator.robot.name
                 raise PathError(f"{name} finds no equilibrium at a pull of {shown} mm")
-            found.append(simulator.effector)
+            found.append(simulator.effector_values)
             self._progress()
         return np.array(found)
 
@@ -115,15 +116,16 @@ def make_cases(robot: Robot, seconds: float, seed: int, progress: Callable[[], N
     """
     ticks, reachable = round(seconds / robot.h), Reachable(robot, progress)
     phases = np.linspace(0.0, 1.0, ticks)
-    rest = robot.effector(robot.rest())  # (p, 3)
+    rest = robot.effector_values(robot.rest())  # (n_v,)
     made = []
     for name in CASES:
-        targets = reachable.path(shares_of(name, robot.n_a, seed), phases)  # (s, p, 3)
-        jump = 0
+        targets = reachable.path(shares_of(name, robot.n_a, seed), phases)  # (s, n_v)
+        jump, size = 0, 0.0
         if name == "step":
             jump = ticks // 10
             targets[:jump] = rest
-        made.append(Case(name, targets, jump))
+            size = robot.effector_layout.error(targets[-1], rest)
+        made.append(Case(name, targets, jump, size))
     return made
 
 

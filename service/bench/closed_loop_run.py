@@ -32,7 +32,8 @@ class Trace:
 
     Attributes:
         effector: (s, 3) the plant's first effector [m].
-        error: (s,) largest distance of the plant's effectors from their targets [m].
+        error: (s,) largest distance of the plant's effectors from their targets; of rotations and volumes
+            in metres by the units of `EffectorLayout` [m].
         pull: (s, n_a) commanded [m].
         tension: (s, n_a) commanded [N].
         decide: (s,) time from target to actuation [s].
@@ -117,25 +118,28 @@ def follow(
     robot, loop = controller.robot, ControlLoop(controller, settings=settings)
     loop.prepare()
     settings = settings or ServiceSettings()
-    feedback = Feedback(len(case.targets[0]), settings.feedback_gain, LARGEST * robot.size)
+    layout = robot.effector_layout
+    feedback = Feedback(layout, settings.feedback_gain, LARGEST * robot.size)
     rows = []
     for target in case.targets:
         begin = perf_counter()
-        action = loop.tick(target + feedback.correction, Signals(target=True))
+        action = loop.tick(layout.moved(target, feedback.correction), Signals(target=True))
         decide = perf_counter() - begin
         sent = action.actuation
         _step(plant, sent.pull if drive == "pull" else sent.tension, drive)
         begin = perf_counter()
         loop.prepare()
         step = decide + perf_counter() - begin
-        where = plant.effector  # (p, 3)
-        error = np.linalg.norm(where - target, axis=1).max()
+        where = plant.effector_values  # (n_v,)
+        error = layout.error(where, target)
         usable = action.decided and sent.status.usable
         touching = bool((plant.lam_c > 0.0).any())
         times = (decide, step)
-        rows.append((where[0], error, sent.pull, sent.tension, *times, touching, not usable))
+        rows.append(
+            (plant.effector[0], error, sent.pull, sent.tension, *times, touching, not usable)
+        )
         if closed:
-            feedback.observe(controller.effector, where, robot.h)
+            feedback.observe(controller.effector_values, where, robot.h)
     effector, errors, pull, tension, decided, stepped, touched, unusable = zip(*rows, strict=True)
     return Trace(
         effector=np.array(effector),
@@ -211,7 +215,6 @@ def settling(case: Case, trace: Trace, h: float) -> float | None:
     """
     if case.from_tick == 0:
         return None
-    size = np.linalg.norm(case.targets[-1] - case.targets[0], axis=1).max()
-    outside = np.flatnonzero(trace.error > _BAND * size)
+    outside = np.flatnonzero(trace.error > _BAND * case.jump)
     settled = int(outside[-1]) + 1 if len(outside) else case.from_tick
     return None if settled >= len(trace.error) else h * (settled - case.from_tick)

@@ -23,6 +23,7 @@ class Equilibrium:
     Attributes:
         state: of the robot.
         effector: (p, 3) [m].
+        values: (n_v,) goal values of the effectors.
         tension: (n_a,) [N].
         pull: (n_a,) [m].
         lam_c: (n_c,) contact forces [N].
@@ -31,6 +32,7 @@ class Equilibrium:
 
     state: State
     effector: Array
+    values: Array
     tension: Array
     pull: Array
     lam_c: Array
@@ -45,12 +47,15 @@ class Comparison:
         robot: its name.
         pull_mm: pulled lengths, with and without contact.
         tension_n: tensions, with and without contact.
-        apart_mm: distance between the effectors, with against without contact.
+        apart_mm: distance between the effectors, with against without contact; of a distance or length
+            the difference.
         pushing: candidates that push.
         contact_force_n: sum of the contact forces.
         deepest_overlap_mm: of candidates and surfaces without contact.
         share: of the command, with and without contact; less than 1 where the robot has no equilibrium
             farther on.
+        apart_mrad: angle between frames; None for effectors of other kinds.
+        apart_ml: difference of volumes; None for effectors of other kinds.
     """
 
     robot: str
@@ -61,6 +66,8 @@ class Comparison:
     contact_force_n: float
     deepest_overlap_mm: float
     share: tuple[float, float]
+    apart_mrad: tuple[float | None, ...] = ()
+    apart_ml: tuple[float | None, ...] = ()
 
 
 def equilibrium(
@@ -93,8 +100,9 @@ def equilibrium(
             break
     lam_c = simulator.smooth_contact_forces() if contact == "full" else np.zeros(robot.n_c)
     return Equilibrium(
-        simulator.state, simulator.effector, simulator.tension, simulator.pull, lam_c, share
-    )
+        simulator.state, simulator.effector, simulator.effector_values, simulator.tension,
+        simulator.pull, lam_c, share,
+    )  # fmt: skip
 
 
 def compare_equilibria(robot: Robot, touching: Equilibrium, passing: Equilibrium) -> Comparison:
@@ -106,7 +114,13 @@ def compare_equilibria(robot: Robot, touching: Equilibrium, passing: Equilibrium
         passing: its equilibrium without contact.
     """
     gaps = robot.rows(passing.state).contacts.rows.delta
-    apart = np.linalg.norm(touching.effector - passing.effector, axis=1)
+    layout = robot.effector_layout
+    change = layout.difference(touching.values, passing.values)  # (n_e,)
+    own = [change[layout.rows_of(i)] for i in range(len(layout))]
+    apart = np.linalg.norm(touching.effector - passing.effector, axis=1)  # (p,)
+    for i, kind in enumerate(layout.kinds):
+        if kind in ("distance", "length"):
+            apart[i] = abs(own[i][0])
     return Comparison(
         robot=robot.name,
         pull_mm=((1e3 * touching.pull).tolist(), (1e3 * passing.pull).tolist()),
@@ -116,4 +130,11 @@ def compare_equilibria(robot: Robot, touching: Equilibrium, passing: Equilibrium
         contact_force_n=float(touching.lam_c.sum()),
         deepest_overlap_mm=1e3 * max(0.0, -float(gaps.min(initial=0.0))),
         share=(touching.share, passing.share),
+        apart_mrad=tuple(
+            1e3 * float(np.linalg.norm(rows[3:])) if len(rows) == 6 else None for rows in own
+        ),
+        apart_ml=tuple(
+            1e6 * abs(float(rows[0])) if kind == "volume" else None
+            for kind, rows in zip(layout.kinds, own, strict=True)
+        ),
     )

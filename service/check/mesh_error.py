@@ -123,8 +123,8 @@ def estimate_error(
 
 
 def largest_tension(state: LoadedState) -> float:
-    """The largest tension of a state [N]."""
-    return max(state.tension, default=0.0)
+    """The largest magnitude of the efforts of a state."""
+    return max((abs(effort) for effort in state.tension), default=0.0)
 
 
 def reference_state(found: tuple[VariantStates, ...], index: int) -> Reference | None:
@@ -259,7 +259,9 @@ def load_error(
     """
     if reference is None or not state.converged:
         return LoadError(None, None, None)
-    change = np.subtract(state.tension, reference.tension)  # (n_a,)
+    change = np.subtract(state.tension, reference.tension) * np.where(
+        np.asarray(reference.tension) < 0.0, -1.0, 1.0
+    )  # (n_a,) positive where this mesh resists more
     most = max(largest_tension(reference), LEAST_FORCE * scales[0], 1e-9)
     tips = np.subtract(state.tip, reference.tip).reshape(-1, 3)
     contact = None

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from tauten.model.mesh import UNITS, TetMesh, mean_ratios, part_numbers
 from tauten.model.numerics import Array
 from tauten.model.points import attach
-from tauten.model.schema import RobotConfig
-from tauten.service.check.findings import Finding
+from tauten.model.schema import Point, RobotConfig
+from tauten.service.check.findings import Finding, Level
 
 POOR = 0.2  # mean ratio; the deformation of an element below it is badly resolved
 BAD = 0.05  # mean ratio; such an element limits the accuracy of what is around it
@@ -39,16 +39,37 @@ def mesh_findings(config: RobotConfig, meshes: list[TetMesh]) -> Iterator[Findin
         yield points_outside(config, meshes[0])
 
 
-def named_points(config: RobotConfig) -> list[tuple[str, Array]]:
-    """Points of cables and effectors with the fields they come from, each (3,) [m]."""
-    cables = [
-        (f"cables.{i}.points.{j}", np.array(point))
+@dataclass(frozen=True, slots=True)
+class NamedPoint:
+    """A point of a robot file that lies on the body.
+
+    Attributes:
+        field: where it stands.
+        position: (3,) [m].
+        allowed: how far outside of the mesh it may lie [m].
+    """
+
+    field: str
+    position: Array
+    allowed: float
+
+
+def named_points(config: RobotConfig) -> list[NamedPoint]:
+    """Points of cables and effectors."""
+    found = [
+        NamedPoint(f"cables.{i}.points.{j}", np.array(point), cable.max_outside)
         for i, cable in enumerate(config.cables)
         for j, point in enumerate(cable.points)
     ]
-    return cables + [
-        (f"effectors.{i}.point", np.array(item.point)) for i, item in enumerate(config.effectors)
-    ]
+    for i, item in enumerate(config.effectors):
+        fields: list[tuple[str, Point | None]] = [("point", item.point), ("other", item.other)]
+        fields += [(f"points.{j}", point) for j, point in enumerate(item.points or ())]
+        found += [
+            NamedPoint(f"effectors.{i}.{name}", np.array(point), item.max_outside)
+            for name, point in fields
+            if point is not None
+        ]
+    return found
 
 
 def length_unit(config: RobotConfig, unit: str, mesh: TetMesh) -> Finding:
@@ -59,8 +80,14 @@ def length_unit(config: RobotConfig, unit: str, mesh: TetMesh) -> Finding:
         unit: of the mesh file.
         mesh: in metres by this unit.
     """
-    points = np.array([point for _, point in named_points(config)])  # (p, 3)
-    size, spread = (float(np.ptp(item, axis=0).max()) for item in (mesh.nodes, points))
+    points = np.array([point.position for point in named_points(config)])  # (p, 3)
+    size = float(np.ptp(mesh.nodes, axis=0).max())
+    if not len(points):
+        level: Level = "fine" if USUAL_SIZE[0] <= size <= USUAL_SIZE[1] else "doubtful"
+        advice = "" if level == "fine" else "check mesh.length_unit"
+        found = f"{1e3 * size:.4g} mm long with length_unit = {unit!r}"
+        return Finding("length unit", level, found, advice)
+    spread = float(np.ptp(points, axis=0).max())
     inside, filled = {}, {}
     for name, scale in UNITS.items():
         factor = scale / UNITS[unit]
@@ -122,7 +149,9 @@ def points_outside(config: RobotConfig, mesh: TetMesh) -> Finding:
     volumes = np.abs(mesh.volumes)
     sound = TetMesh(mesh.nodes, mesh.tets[volumes > 1e-9 * volumes.mean()])
     named = named_points(config)
-    points = np.array([point for _, point in named])  # (p, 3)
+    if not named:
+        return Finding(subject, "fine", "no points in the robot file")
+    points = np.array([point.position for point in named])  # (p, 3)
     held = attach(sound, points, subject, np.inf)
     corners = sound.nodes[held.nodes]  # (p, 4, 3)
     inverse = np.linalg.inv(np.swapaxes(corners[:, 1:] - corners[:, :1], 1, 2))  # (p, 3, 3)
@@ -131,12 +160,11 @@ def points_outside(config: RobotConfig, mesh: TetMesh) -> Finding:
     beyond = np.flatnonzero(distance > 1e-9 * sound.size)
     if not len(beyond):
         return Finding(subject, "fine", f"all {len(points)} points in the mesh")
-    allowed = [cable.max_outside for cable in config.cables for _ in cable.points]
-    allowed += [item.max_outside for item in config.effectors]
+    allowed = [point.allowed for point in named]
     refused = bool((distance > np.maximum(allowed, 1e-9 * sound.size)).any())
     far = int(distance.argmax())
     found = (
-        f"{len(beyond)} of {len(points)} points outside of the mesh, {named[far][0]} by at least "
+        f"{len(beyond)} of {len(points)} points outside of the mesh, {named[far].field} by at least "
         f"{1e3 * distance[far]:.2g} mm"
     )
     advice = "move them into the body; max_outside only extrapolates the nearest element"

@@ -10,6 +10,7 @@ import numpy as np
 
 from tauten.model import Simulator, TetRobot
 from tauten.model.constraints import ConstrainedRobot
+from tauten.model.interface import Quantity
 from tauten.model.load import build_robot, read_bodies
 from tauten.model.schema import ElementName, RobotConfig
 
@@ -53,19 +54,26 @@ class Variant:
 
 @dataclass(frozen=True, slots=True)
 class Load:
-    """One cable pulled; the others keep their length at rest, or are slack.
+    """One actuator moved; the others keep their position at rest, or are slack.
 
     Attributes:
         cable: its number.
         name: its name.
-        share: of its largest pull.
-        pull: pulled length [m].
+        share: of its farthest position.
+        pull: its position, in the unit of its kind.
+        quantity: what its position is.
     """
 
     cable: int
     name: str
     share: float
     pull: float
+    quantity: Quantity
+
+    @property
+    def label(self) -> str:
+        """Name and position, in the unit that tables show."""
+        return f"{self.name} {self.quantity.scale * self.pull:.4g} {self.quantity.shown_unit}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,7 +82,7 @@ class LoadedState:
 
     Attributes:
         converged: whether it was found.
-        tension: (n_a,) of every cable [N].
+        tension: (n_a,) effort of every actuator, where they have several units in shares of its limit.
         tip: (3 p,) of every effector [m].
         contact_force: sum of all contact forces [N].
     """
@@ -101,10 +109,16 @@ class VariantStates:
 
 
 def make_loads(robot: TetRobot | ConstrainedRobot, shares: tuple[float, ...]) -> tuple[Load, ...]:
-    """Every cable alone at shares of its largest pull, in ascending order."""
+    """Every actuator alone at shares of its farthest position, in ascending order."""
+    limits = robot.limits
+    farthest = np.where(
+        limits.pull_max >= -limits.pull_min, limits.pull_max, limits.pull_min
+    )  # (n_a,)
     return tuple(
-        Load(cable, name, share, share * float(robot.limits.pull_max[cable]))
-        for cable, name in enumerate(robot.actuators.names)
+        Load(cable, name, share, share * float(farthest[cable]), kind.position)
+        for cable, (name, kind) in enumerate(
+            zip(robot.actuators.names, robot.actuators.kinds, strict=True)
+        )
         for share in sorted(shares)
     )
 
@@ -150,6 +164,8 @@ def equilibria(
         stopped: read before each load.
     """
     simulator, cable = Simulator(robot, contact="full"), -1
+    one_unit = bool((robot.actuators.groups == 0).all())
+    unit = np.ones(robot.n_a) if one_unit else robot.limits.largest_tension
     for load in loads:
         if stopped():
             return
@@ -161,7 +177,7 @@ def equilibria(
         converged = simulator.settle(pull=pull, tolerance=TOLERANCE).converged
         yield LoadedState(
             converged,
-            tuple(simulator.tension.tolist()),
+            tuple((simulator.tension / unit).tolist()),
             tuple(simulator.effector.ravel().tolist()),
             float(simulator.lam_c.sum()),
         )

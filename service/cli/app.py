@@ -12,14 +12,13 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from tauten.service.cli.bench import bench
-from tauten.service.cli.bench_elements import elements
+from tauten.service.cli.bench_mechanics import elements, energy, equilibria
 from tauten.service.cli.bench_node import node
-from tauten.service.cli.bench_physics import energy, equilibria
-from tauten.service.cli.check import check
+from tauten.service.cli.check import check, schema
 from tauten.service.cli.closed_loop import closed_loop
 from tauten.service.cli.compare import compare
 from tauten.service.cli.new import new
-from tauten.service.cli.operate import alive, command, doctor, metrics, record
+from tauten.service.cli.operate import alive, command, doctor, lock, metrics, record, unlock
 from tauten.service.cli.options import (
     AcceptError,
     Basis,
@@ -35,8 +34,8 @@ from tauten.service.cli.options import (
 )
 from tauten.service.cli.reduction import inspect, reduce
 from tauten.service.cli.runs import demo, replay
-from tauten.service.cli.schema import schema
 from tauten.service.cli.solve import solve
+from tauten.service.cli.view import ExtraError, view
 from tauten.service.process import set_up_logging
 
 if TYPE_CHECKING:
@@ -180,8 +179,8 @@ def stream(
 
 
 _COMMANDS = (
-    *(serve, plant, stream, demo, replay, solve),
-    *(command, record, metrics, alive, doctor),
+    *(serve, plant, stream, demo, replay, solve, view),
+    *(command, lock, unlock, record, metrics, alive, doctor),
     *(reduce, inspect, compare, check, new, schema),
 )
 for _command in _COMMANDS:
@@ -220,6 +219,7 @@ def _setup_errors() -> tuple[type[Exception], ...]:
     from tauten.service.bench import CompareError
     from tauten.service.log import LogError
     from tauten.service.new import PartError
+    from tauten.service.operate import OrderError
     from tauten.service.plant import DemoError, PathError
     from tauten.service.process import RealtimeError
     from tauten.service.rate_check import RateError
@@ -233,8 +233,10 @@ def _setup_errors() -> tuple[type[Exception], ...]:
         *reduction_errors,
         CompareError,
         DemoError,
+        ExtraError,
         LogError,
         NetworkError,
+        OrderError,
         PageError,
         PartError,
         PathError,

@@ -1,4 +1,4 @@
-"""`tauten check`: how wrong a robot's mesh is, and what is not plausible in its file."""
+"""`tauten check` and `tauten schema`: what a robot file may hold, and how wrong a robot is."""
 
 from __future__ import annotations
 
@@ -71,3 +71,10 @@ def check(
         draw_mesh_error(result.estimate, figure)
     if result.level == "wrong":
         raise typer.Exit(1)
+
+
+def schema() -> None:
+    """Print the JSON Schema of a robot file, with which editors complete and check it."""
+    from tauten.service.file_schema import robot_file_schema
+
+    typer.echo(json.dumps(robot_file_schema(), indent=2, ensure_ascii=False))

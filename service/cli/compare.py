@@ -15,6 +15,7 @@ from tauten.service.process import write_text
 if TYPE_CHECKING:
     from tauten.model import Robot
     from tauten.model.numerics import Array
+    from tauten.service.bench import Comparison
 
 
 def compare(
@@ -69,9 +70,20 @@ def compare(
             )
     Console().print(
         f"{loaded.name}: {found.pushing} candidates push with {found.contact_force_n:.2f} N together; "
-        f"effectors {', '.join(f'{d:.2f}' for d in found.apart_mm)} mm from where they are without "
-        f"contact, where surfaces overlap by {found.deepest_overlap_mm:.2f} mm. Drawn in {figure}."
+        f"effectors {', '.join(_apart(found, i) for i in range(len(found.apart_mm)))} from where they "
+        f"are without contact, where surfaces overlap by {found.deepest_overlap_mm:.2f} mm. "
+        f"Drawn in {figure}."
     )
+
+
+def _apart(found: Comparison, effector: int) -> str:
+    """How far an effector is from where it is without contact, with units."""
+    values = (
+        (found.apart_mm[effector], "mm"),
+        (found.apart_mrad[effector], "mrad"),
+        (found.apart_ml[effector], "ml"),
+    )
+    return " and ".join(f"{value:.2f} {unit}" for value, unit in values if value is not None)
 
 
 def _each(robot: Robot, values: list[float], option: str, largest: Array) -> Array:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import base64
 import json
 from typing import Any
 
+from tauten.model import skin_of
+from tauten.model.numerics import Ints
 from tauten.service.process import versions
 from tauten.service.setup import Setup
-from tauten.service.wire import HEALTH, JOINTS, POINT, TEXT, TICK, Keys
+from tauten.service.wire import CLOUD, HEALTH, JOINTS, MESSAGE_TYPES, TEXT, TICK, Keys
 
 
 def description(setup: Setup) -> dict[str, Any]:
@@ -27,20 +30,32 @@ def description(setup: Setup) -> dict[str, Any]:
             zip(robot.actuators.names, robot.actuators.kinds, strict=True)
         )
     ]
-    rest = robot.effector(robot.rest())  # (p, 3)
+    layout, rest = robot.effector_layout, robot.effector_values(robot.rest())
     measured = keys.measurements(robot.effector_names)
     targets, published = keys.targets(robot.effector_names), keys.effectors(robot.effector_names)
     effectors = [
         {
             "name": name,
-            "rest": [float(value) for value in rest[i]],
+            "kind": layout.kinds[i],
+            "rest": rest[layout.values_of(i)].tolist(),
+            "weight": layout.weights[layout.rows_of(i)].tolist(),
+            "exact": bool(layout.exact[layout.rows_of(i)].any()),
             "target": targets[i],
             "measurement": measured[i],
             "position": published[i],
-            "type": POINT,
+            "type": MESSAGE_TYPES[layout.kinds[i]],
         }
         for i, name in enumerate(robot.effector_names)
     ]
+    skin = skin_of(robot)
+    surface = {
+        "key": keys.surface,
+        "contacts": keys.contacts,
+        "type": CLOUD,
+        "vertices": len(skin.used),
+        "triangles": numbers_text(skin.triangles),
+        "cables": numbers_text(robot.cable_owners),
+    }
     return {
         "robot": robot.name,
         "frame": robot.frame,
@@ -49,6 +64,7 @@ def description(setup: Setup) -> dict[str, Any]:
         "size": robot.size,
         "actuators": actuators,
         "effectors": effectors,
+        "surface": surface,
         "keys": {
             "command": {"key": keys.command, "type": TEXT},
             "actuation": {"key": keys.actuation, "type": JOINTS},
@@ -71,6 +87,11 @@ def description(setup: Setup) -> dict[str, Any]:
         },
         "versions": versions(),
     }
+
+
+def numbers_text(numbers: Ints) -> str:
+    """Whole numbers as little-endian uint32 in base64: triangles would be most of the text otherwise."""
+    return base64.b64encode(numbers.astype("<u4").tobytes()).decode("ascii")
 
 
 def description_json(setup: Setup) -> bytes:

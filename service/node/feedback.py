@@ -1,5 +1,7 @@
 """Closed loop: the measured effectors correct the target by integral action on top of the model.
 
+Differences and corrections are those of `EffectorLayout`: rotations about the frame's own axes.
+
 With target x_t, measurement x_m, the model's effector x_e and the goal x_g = x_t + c of the model, the
 correction c obeys
 
@@ -22,6 +24,7 @@ from math import pi
 
 import numpy as np
 
+from tauten.model import EffectorLayout
 from tauten.model.numerics import Array
 
 # A model that is farther off than this part of the robot's size is wrong, not inexact.
@@ -47,44 +50,50 @@ class Feedback:
     """Integral correction of targets.
 
     Attributes:
-        correction: (p, 3) added to the targets [m].
+        correction: (n_e,) added to the targets.
         gain: g that is used [1/s].
-        largest: no correction is longer [m].
+        largest: no correction of a position, rotation or scalar is longer, in metres [m].
     """
 
-    def __init__(self, effectors: int, gain: float, largest: float, delay: float = 0.0) -> None:
+    def __init__(
+        self, layout: EffectorLayout, gain: float, largest: float, delay: float = 0.0
+    ) -> None:
         """Start without correction.
 
         Args:
-            effectors: their number p.
+            layout: of the effectors.
             gain: g [1/s].
-            largest: no correction is longer [m].
+            largest: no correction is longer, in metres by the layout's units [m].
             delay: of the measurements [s]; see `stable_gain`.
         """
         self.gain = stable_gain(gain, delay)
         self.largest = largest
-        self.correction: Array = np.zeros((effectors, 3))
+        self._layout = layout
+        self.correction: Array = np.zeros(layout.n_rows)
 
     @property
     def length(self) -> float:
-        """Length of the longest correction of an effector [m]."""
-        return float(np.sqrt(np.max(np.sum(self.correction**2, axis=1))))
+        """Length of the longest correction of a position, rotation or scalar [m]."""
+        return float(self._layout.lengths(self.correction).max())
 
     def observe(self, model: Array, measured: Array, seconds: float) -> None:
         """Correct by a measurement.
 
         Args:
-            model: (p, 3) the model's effectors when the measurement was made [m].
-            measured: (p, 3) the measured effectors [m].
+            model: (n_v,) the model's effectors when the measurement was made.
+            measured: (n_v,) the measured effectors.
             seconds: since the measurement before.
         """
         if not np.isfinite(model).all():
             return
         # exact for constant x_e - x_m, so that no gain and no pause makes it overshoot
         share = 1.0 - np.exp(-self.gain * seconds)
-        correction = self.correction + share * (model - measured - self.correction)  # (p, 3)
-        length = np.linalg.norm(correction, axis=1, keepdims=True)  # (p, 1)
-        self.correction = correction * np.minimum(1.0, self.largest / np.maximum(length, 1e-300))
+        layout = self._layout
+        difference = layout.difference(model, measured)  # (n_e,)
+        correction = self.correction + share * (difference - self.correction)  # (n_e,)
+        for part, length in zip(layout.parts(), layout.lengths(correction), strict=True):
+            correction[part] *= min(1.0, self.largest / max(length, 1e-300))
+        self.correction = correction
 
     def reset(self) -> None:
         """No correction."""
@@ -103,12 +112,12 @@ class ModelHistory:
 
         Args:
             now: monotonic time [s].
-            effectors: (p, 3) [m].
+            effectors: (n_v,) their values.
         """
         self._past.append((now, effectors.copy()))
 
     def at(self, wanted: float) -> Array:
-        """The effectors (p, 3) [m] at a time [s]; positions from before that time are forgotten."""
+        """The effectors' values (n_v,) at a time [s]; those from before that time are forgotten."""
         past = self._past
         while len(past) > 1 and past[1][0] <= wanted:
             past.popleft()

@@ -21,20 +21,21 @@ from tauten.service.settings import ServiceSettings
 from tauten.service.wire import (
     CDR,
     COMMAND_RING,
+    EFFECTOR_RING,
     FLOAT,
     HEALTH,
     JOINTS,
     JSON,
-    POINT,
-    POSITION_RING,
+    MESSAGE_TYPES,
     TEXT,
     Cause,
     CommandSubscriber,
     Diagnostic,
+    EffectorSubscriber,
     Keys,
     Level,
     OperatorCommand,
-    PositionSubscriber,
+    OperatorOrder,
     Received,
     Rejection,
     RejectionReason,
@@ -49,22 +50,19 @@ _AT_CAP = 0.99  # part of the largest correction from which on health warns
 
 @dataclass(frozen=True, slots=True)
 class Goal:
-    """Positions to follow.
+    """What to follow.
 
     Attributes:
-        positions: (p, 3) of the effectors [m].
-        correction: (p, 3) added to them in a closed loop [m]; None in an open one.
+        values: (n_v,) targets of the effectors, see `EffectorLayout`.
+        correction: (n_e,) added to them in a closed loop; None in an open one.
+        corrected: (n_v,) goal of the model.
         stamp: time in the header of the target that arrived last [ns since the epoch].
     """
 
-    positions: Array
+    values: Array
     correction: Array | None
+    corrected: Array
     stamp: int
-
-    @property
-    def corrected(self) -> Array:
-        """(p, 3) goal of the model [m]."""
-        return self.positions if self.correction is None else self.positions + self.correction
 
 
 class NodeInputs:
@@ -88,26 +86,28 @@ class NodeInputs:
             recorder: of the log; None: none is kept.
         """
         keys, names = Keys(robot.name), robot.effector_names
-        rest, reach = robot.effector(robot.rest()), reach_of(robot.size)
+        rest, reach = robot.effector_values(robot.rest()), reach_of(robot.size)
+        self._layout = layout = robot.effector_layout
+        self._kinds = [MESSAGE_TYPES[kind] for kind in layout.kinds]
 
-        def positions(of_effectors: tuple[str, ...], timeout: float) -> PositionSubscriber:
+        def subscriber(of_effectors: tuple[str, ...], timeout: float) -> EffectorSubscriber:
             rings = [
-                session.declare_subscriber(key, zenoh.handlers.RingChannel(POSITION_RING))
+                session.declare_subscriber(key, zenoh.handlers.RingChannel(EFFECTOR_RING))
                 for key in of_effectors
             ]
-            return PositionSubscriber(rings, robot.frame, rest, reach, timeout)
+            return EffectorSubscriber(rings, robot.frame, layout, rest, reach, timeout)
 
         self._recorder = recorder
         self._target_keys, self._measured_keys = keys.targets(names), keys.measurements(names)
         self._command_key = keys.command
-        self._targets = positions(self._target_keys, settings.target_timeout)
+        self._targets = subscriber(self._target_keys, settings.target_timeout)
         self._commands = CommandSubscriber(
             session.declare_subscriber(keys.command, zenoh.handlers.RingChannel(COMMAND_RING))
         )
         self._loop: MeasuredLoop | None = None
         if closed_loop:
             timeout = settings.measurement_timeout + settings.measurement_delay
-            self._loop = MeasuredLoop(robot, settings, positions(self._measured_keys, timeout))
+            self._loop = MeasuredLoop(robot, settings, subscriber(self._measured_keys, timeout))
         self._plant = None
         if recorder is not None:
             self._plant = session.declare_subscriber(
@@ -117,7 +117,7 @@ class NodeInputs:
                 keys.plant_state: JOINTS,
                 keys.plant_gap: FLOAT,
                 keys.plant_health: HEALTH,
-                **dict.fromkeys(keys.plant_effectors(names), POINT),
+                **dict(zip(keys.plant_effectors(names), self._kinds, strict=True)),
             }
 
     def read_targets(self, tick: int) -> bool:
@@ -131,44 +131,45 @@ class NodeInputs:
         return self._targets.take_fresh()
 
     def goal(self, effectors: Array) -> Goal | None:
-        """The positions to follow; None when no target is young enough.
+        """The goal to follow; None when no target is young enough.
 
         Args:
-            effectors: (p, 3) of the model [m]; goal of an effector without any target.
+            effectors: (n_v,) values of the model; goal of an effector without any target.
         """
-        positions = self._targets.latest(time.monotonic(), effectors)
-        if positions is None:
+        values = self._targets.latest(time.monotonic(), effectors)
+        if values is None:
             return None
-        correction = None if self._loop is None else self._loop.feedback.correction
-        return Goal(positions, correction, self._targets.stamp)
+        if self._loop is None:
+            return Goal(values, None, values, self._targets.stamp)
+        correction = self._loop.feedback.correction
+        return Goal(values, correction, self._layout.moved(values, correction), self._targets.stamp)
 
-    def read_commands(self, tick: int) -> list[OperatorCommand]:
+    def read_commands(self, tick: int) -> list[OperatorOrder]:
         """Read the operator's commands, oldest first; `count` each when it has been carried out."""
         found = self._commands.read()
         for item in found:
             self._write(self._command_key, TEXT, item.payload, item.json, 0, tick)
         return [item.command for item in found]
 
-    def count(self, command: OperatorCommand, possible: bool) -> None:
-        """Count a command that was carried out, or that was not possible.
+    def count(self, command: OperatorOrder, refused: Rejection | None) -> None:
+        """Count a command that was carried out, or that was refused.
 
         Args:
             command: of the operator.
-            possible: whether the node was able to carry it out.
+            refused: why the node did not carry it out; None where it did.
         """
-        if not possible:
-            detail = f"{command} is not possible now"
-            self._commands.counts.refuse(Rejection(RejectionReason.NOT_NOW, detail))
+        if refused is not None:
+            self._commands.counts.refuse(refused)
             return
         self._commands.counts.accepted += 1
-        if self._loop is not None:
+        if self._loop is not None and isinstance(command, OperatorCommand):
             self._loop.after_command(command)
 
     def read_measurements(self, effectors: Array, following: bool, tick: int) -> Cause:
         """Read the measurements that have arrived and correct by them.
 
         Args:
-            effectors: (p, 3) of the model [m].
+            effectors: (n_v,) values of the model.
             following: whether the model follows the robot; in a stop it does not.
             tick: its number.
 
@@ -209,7 +210,8 @@ class NodeInputs:
     def _record(self, accepted: list[Received], keys: tuple[str, ...], tick: int) -> None:
         for item in accepted:
             json = item.encoding.startswith(JSON)
-            self._write(keys[item.effector], POINT, item.payload, json, item.point.stamp, tick)
+            kind, stamp = self._kinds[item.effector], item.message.stamp
+            self._write(keys[item.effector], kind, item.payload, json, stamp, tick)
 
     def _write(self, key: str, kind: str, payload: bytes, json: bool, made: int, tick: int) -> None:
         if self._recorder is not None:
@@ -226,7 +228,7 @@ class MeasuredLoop:
     """
 
     def __init__(
-        self, robot: Robot, settings: ServiceSettings, subscriber: PositionSubscriber
+        self, robot: Robot, settings: ServiceSettings, subscriber: EffectorSubscriber
     ) -> None:
         """Start without a measurement.
 
@@ -238,11 +240,11 @@ class MeasuredLoop:
         largest = LARGEST * robot.size
         self.subscriber = subscriber
         self.feedback = Feedback(
-            len(robot.effector_names), settings.feedback_gain, largest, settings.measurement_delay
+            robot.effector_layout, settings.feedback_gain, largest, settings.measurement_delay
         )
         self._delay = settings.measurement_delay
         self._timeout = settings.measurement_timeout
-        self._check = MeasurementCheck(robot.size, largest)
+        self._check = MeasurementCheck(robot.effector_layout, robot.size, largest)
         self._history = ModelHistory()
         self._reason = ""  # why the last measurement was not plausible
         self._plausible = -np.inf  # monotonic time of the last plausible measurement [s]
@@ -252,7 +254,7 @@ class MeasuredLoop:
 
         Args:
             now: monotonic time [s].
-            effectors: (p, 3) of the model [m].
+            effectors: (n_v,) values of the model.
 
         Returns:
             Why the node cannot follow, or `Cause.NONE`.

@@ -13,6 +13,7 @@ import time
 from collections import deque
 from collections.abc import Iterator
 
+import numpy as np
 import zenoh
 
 from tauten.model.numerics import Array
@@ -24,7 +25,7 @@ from tauten.service.node.inputs import Goal, NodeInputs
 from tauten.service.node.loop import Action, ControlLoop
 from tauten.service.node.metrics import prometheus_text
 from tauten.service.node.model_watch import FallBack
-from tauten.service.node.outputs import NodeOutputs
+from tauten.service.node.outputs import NodeOutputs, ShapePublisher
 from tauten.service.node.state_machine import Signals
 from tauten.service.node.statistics import LoopStatistics
 from tauten.service.process import StopFlag
@@ -74,6 +75,7 @@ class Node:
         self._fall_back = fall_back
         self._inputs = NodeInputs(session, robot, setup.service, closed_loop, recorder)
         self._outputs = NodeOutputs(session, robot, recorder)
+        self._shape = ShapePublisher(session, robot)
         self._answers = QuestionAnswers(session, robot.name, description_json(setup))
         self._statistics = LoopStatistics(robot.actuators)
         self._facts = {
@@ -123,8 +125,8 @@ class Node:
         inputs, loop, index = self._inputs, self._loop, self._index
         inputs.read_targets(index)
         for command in inputs.read_commands(index):
-            inputs.count(command, loop.command(command))
-        effectors = loop.controller.effector
+            inputs.count(command, loop.obey(command))
+        effectors = loop.controller.effector_values
         measurement = inputs.read_measurements(effectors, loop.state.mode is not Mode.STOP, index)
         goal, fresh = inputs.goal(effectors), inputs.take_fresh()
         seen = Signals(goal is not None, beat.slack >= 0.0, measurement, shutdown)
@@ -165,7 +167,7 @@ class Node:
 
     def _rehearse(self) -> None:
         """Compute the decision for the latest target, so that the tick's own is fast."""
-        goal = self._inputs.goal(self._loop.controller.effector)
+        goal = self._inputs.goal(self._loop.controller.effector_values)
         if goal is not None and self._decide_seconds < _QUICK:
             self._loop.rehearse(goal.corrected)
 
@@ -186,7 +188,15 @@ class Node:
         step: float,
         latency: float,
     ) -> Tick:
-        certificate = action.actuation.certificate
+        certificate, layout = action.actuation.certificate, self._robot.effector_layout
+        wanted = corrected = np.zeros((0, 3))  # (p, 3), of points alone
+        values = correction = np.zeros(0)
+        if goal is not None:
+            values = goal.values
+            wanted = layout.positions_at(action.actuation.effector, values)
+            if goal.correction is not None:
+                correction = goal.correction
+                corrected = layout.position_changes(correction)
         return Tick(
             stamp=stamp,
             frame=self._robot.frame,
@@ -194,10 +204,8 @@ class Node:
             mode=action.mode,
             cause=action.cause,
             status="" if action.status is None else action.status.name,
-            goal=() if goal is None else _positions(goal.positions),
-            correction=()
-            if goal is None or goal.correction is None
-            else _positions(goal.correction),
+            goal=_positions(wanted),
+            correction=_positions(corrected),
             target_stamp=0 if goal is None else goal.stamp,
             lateness=beat.lateness,
             latency=latency,
@@ -210,6 +218,8 @@ class Node:
             stationarity=certificate.stationarity,
             extra_columns=certificate.extra_columns,
             clamped=action.actuation.clamped,
+            goal_values=tuple(values.tolist()),
+            correction_values=tuple(correction.tolist()),
         )
 
     def _publish_ticks(self, clock: Clock, most: int) -> None:
@@ -225,6 +235,8 @@ class Node:
         if self._fall_back is not None:
             self._fall_back.watch.look(self._loop.controller)
         self._answers.answer_one(lambda: self._metrics(clock))
+        if self._loop.state.mode is not Mode.STOP:  # the model does not follow a release
+            self._shape.publish(self._loop.controller, clock)
         now = time.monotonic()
         if now >= self._next_health:
             for _ in self._report:  # one that never found the time
@@ -251,7 +263,7 @@ class Node:
         return prometheus_text(self._robot.name, diagnostics, times)
 
     def _diagnostics(self, clock: Clock) -> list[Diagnostic]:
-        arrived = self._inputs.diagnostics()
+        arrived = [self._loop.locks, *self._inputs.diagnostics(), self._shape.diagnostic()]
         if self._fall_back is not None:
             arrived.append(self._fall_back.watch.diagnostic())
         return self._statistics.diagnostics(clock, arrived, self._recorder, self._facts)

@@ -9,15 +9,16 @@
 
 The first three concern one measurement; the next one may be plausible again. Progress is the part of the
 model's displacement Δx_e that the measurement has made too, ⟨Δx_m, Δx_e⟩ / ⟨Δx_e, Δx_e⟩, over all effectors
-together, computed whenever the model has moved by a part of the robot's size. It is 1 for a robot like its
-model, 0 for a frozen measurement or one turned by 90°, −1 for a mirrored one. A node that holds measures no
-motion and cannot find out that the fault is gone, so this fault is kept until `reset`.
+together in metres, computed whenever the model has moved by a part of the robot's size. It is 1 for a
+robot like its model, 0 for a frozen measurement or one turned by 90°, −1 for a mirrored one. A node that
+holds measures no motion and cannot find out that the fault is gone, so this fault is kept until `reset`.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
+from tauten.model import EffectorLayout
 from tauten.model.numerics import Array
 
 _MOVED = 0.04  # of the robot's size, motion of the model after which progress is looked at
@@ -38,13 +39,15 @@ class MeasurementCheck:
         fault: why measurements are not used until `reset`; "" while they are.
     """
 
-    def __init__(self, size: float, largest: float) -> None:
+    def __init__(self, layout: EffectorLayout, size: float, largest: float) -> None:
         """Start without a measurement.
 
         Args:
+            layout: of the effectors; rotations, lengths and volumes count in metres by its units.
             size: of the robot [m].
             largest: plausible distance of a measured effector from the model [m].
         """
+        self._layout = layout
         self._size = size
         self._largest = largest
         self.fault = ""
@@ -53,7 +56,7 @@ class MeasurementCheck:
     def reset(self) -> None:
         """Remove all measurements and the fault."""
         self.fault = ""
-        self._difference: Array | None = None  # (p, 3) of the last plausible measurement and model
+        self._difference: Array | None = None  # (n_e,) of the last plausible measurement and model
         self._start: tuple[Array, Array] | None = None  # model and measurement where motion began
         self._still = 0  # times without progress in a row
 
@@ -61,25 +64,27 @@ class MeasurementCheck:
         """Why a measurement is not plausible; "" where it is.
 
         Args:
-            model: (p, 3) the model's effectors when it was made [m].
-            measured: (p, 3) the measured effectors [m].
+            model: (n_v,) the model's effectors when it was made.
+            measured: (n_v,) the measured effectors.
             seconds: since the plausible measurement before.
         """
         if self.fault:
             return self.fault
-        difference = measured - model  # (p, 3)
-        distance = _lengths(difference)  # (p,)
+        layout = self._layout
+        difference = layout.difference(measured, model)  # (n_e,)
+        distance = layout.lengths(difference)
         farthest = float(distance.max())
         if not farthest <= self._largest:
             return (
                 f"an effector is measured {1e3 * farthest:.3g} mm from the model, "
                 f"allowed are {1e3 * self._largest:.3g} mm"
             )
-        several = len(model) > 1 and farthest > _CLOSE * self._size
-        if several and _exchanged(model, measured, distance):
+        places = [layout.position_values(values) for values in (model, measured)]
+        several = len(places[0]) > 1 and farthest > _CLOSE * self._size
+        if several and _exchanged(*places):
             return "two measured effectors are exchanged"
         if self._difference is not None:
-            change = float(_lengths(difference - self._difference).max())
+            change = float(layout.lengths(difference - self._difference).max())
             allowed = self._size * (_JUMP + _RATE * seconds)
             if change > allowed:
                 return (
@@ -94,11 +99,15 @@ class MeasurementCheck:
         if self._start is None:
             self._start = (model, measured)
             return
-        moved = model - self._start[0]  # (p, 3)
+        layout = self._layout
+        moved, seen = (
+            layout.units * layout.difference(now, start)
+            for now, start in zip((model, measured), self._start, strict=True)
+        )  # (n_e,)
         squared = float(np.vdot(moved, moved))
         if squared < (_MOVED * self._size) ** 2:
             return
-        progress = float(np.vdot(measured - self._start[1], moved)) / squared
+        progress = float(np.vdot(seen, moved)) / squared
         self._start = (model, measured)
         self._still = self._still + 1 if progress < _PROGRESS else 0
         if self._still >= _IN_A_ROW:
@@ -108,12 +117,8 @@ class MeasurementCheck:
             )
 
 
-def _lengths(vectors: Array) -> Array:
-    """Lengths (p,) of vectors (p, 3)."""
-    return np.asarray(np.sqrt(np.einsum("ij,ij->i", vectors, vectors)))
-
-
-def _exchanged(model: Array, measured: Array, distance: Array) -> bool:
-    """Whether two effectors are clearly closer to each other's model (p, 3) than to their own."""
+def _exchanged(model: Array, measured: Array) -> bool:
+    """Whether two positions (m, 3) are clearly closer to each other's model than to their own."""
+    distance = np.linalg.norm(measured - model, axis=1)  # (m,)
     across = np.sqrt(np.sum((measured[:, None] - model[None]) ** 2, axis=2))  # (p, p)
     return bool(np.any(across + across.T < _CLOSER * (distance[:, None] + distance[None])))

@@ -17,7 +17,7 @@ from tauten.service.wire import (
     Keys,
     Network,
     NetworkError,
-    OperatorCommand,
+    OperatorOrder,
     Rejection,
     Role,
     Tick,
@@ -74,7 +74,7 @@ def node_of(robot: str, network: Network) -> Iterator[zenoh.Session]:
         session.close()  # type: ignore[no-untyped-call]
 
 
-def send_command(robot: str, network: Network, command: OperatorCommand) -> Tick:
+def send_command(robot: str, network: Network, command: OperatorOrder) -> Tick:
     """Send an operator's command; returns a tick of the node after it.
 
     Args:
@@ -88,15 +88,7 @@ def send_command(robot: str, network: Network, command: OperatorCommand) -> Tick
     keys = Keys(robot)
     with node_of(robot, network) as session:
         ticks = session.declare_subscriber(keys.tick, zenoh.handlers.RingChannel(1))
-        session.put(
-            keys.command,
-            encode_command(command),
-            encoding=f"{CDR};{TEXT}",
-            # ahead of all other messages of the session, and never dropped
-            congestion_control=zenoh.CongestionControl.BLOCK,
-            priority=zenoh.Priority.REAL_TIME,
-            express=True,
-        )
+        put_command(session, robot, command)
         time.sleep(_EFFECT)
         end = time.monotonic() + _PATIENCE
         while time.monotonic() < end:
@@ -107,6 +99,24 @@ def send_command(robot: str, network: Network, command: OperatorCommand) -> Tick
                     return tick
             time.sleep(0.01)
     raise NetworkError(f"the node of {robot!r} does not tick")
+
+
+def put_command(session: zenoh.Session, robot: str, command: OperatorOrder) -> None:
+    """Send a command ahead of all other messages of the session; it is never dropped.
+
+    Args:
+        session: to the robot's node.
+        robot: name.
+        command: what the node is to do.
+    """
+    session.put(
+        Keys(robot).command,
+        encode_command(command),
+        encoding=f"{CDR};{TEXT}",
+        congestion_control=zenoh.CongestionControl.BLOCK,
+        priority=zenoh.Priority.REAL_TIME,
+        express=True,
+    )
 
 
 def ask_metrics(session: zenoh.Session, robot: str) -> bytes | None:

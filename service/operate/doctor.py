@@ -128,7 +128,7 @@ def _rate(setup: Setup, seconds: float) -> list[HostFinding]:
     robot, controller = setup.robot, warm_controller(setup)
     step = step_seconds(controller)
     rate, best = 1.0 / robot.h, rate_for(step)
-    loop, goal = ControlLoop(controller, settings=setup.service), controller.effector
+    loop, goal = ControlLoop(controller, settings=setup.service), controller.effector_values
     late: list[float] = []
     begin = time.monotonic()
     with manual_garbage_collection():

@@ -21,7 +21,6 @@ from tauten.service.wire import (
     FLOAT,
     HEALTH,
     JOINTS,
-    POINT,
     TEXT,
     TICK,
     Keys,
@@ -38,12 +37,18 @@ _RING = 4096
 _PAUSE = 0.02  # s
 
 
-def message_kinds(keys: Keys, effectors: tuple[str, ...]) -> dict[str, str]:
-    """Message type of each key of a robot."""
+def message_kinds(keys: Keys, effectors: dict[str, str]) -> dict[str, str]:
+    """Message type of each key of a robot.
+
+    Args:
+        keys: of the robot.
+        effectors: message type of each effector by its name, in order.
+    """
     groups = (keys.targets, keys.measurements, keys.effectors, keys.plant_effectors)
-    points = [key for group in groups for key in group(effectors)]
+    names, types = tuple(effectors), tuple(effectors.values())
+    pairs = [pair for group in groups for pair in zip(group(names), types, strict=True)]
     return {
-        **dict.fromkeys(points, POINT),
+        **dict(pairs),
         keys.command: TEXT,
         keys.actuation: JOINTS,
         keys.tick: TICK,
@@ -71,7 +76,7 @@ def record_robot(robot: str, path: Path, network: Network, stop: StopFlag) -> in
     with node_of(robot, network) as session:
         source = session.declare_subscriber(keys.all, zenoh.handlers.RingChannel(_RING))
         facts = ask_description(session, keys)
-        kinds = message_kinds(keys, tuple(item["name"] for item in facts["effectors"]))
+        kinds = message_kinds(keys, {item["name"]: item["type"] for item in facts["effectors"]})
         recorder = LogRecorder(path, _metadata(facts))
         log.info("recording %s to %s", robot, path)
         try:

@@ -7,11 +7,9 @@ from tauten.service.plant.demo import (
     TARGETS,
     DemoSettings,
     run_demo,
-    save_path,
 )
 from tauten.service.plant.paths import (
     SHAPES,
-    PathError,
     PathSettings,
     Plane,
     bending_command,
@@ -22,8 +20,10 @@ from tauten.service.plant.plant import PlantSettings, simulate
 from tauten.service.plant.processes import Child, DemoError, child, free_ports
 from tauten.service.plant.receiver import Receiver, find_receiver, receiver_path
 from tauten.service.plant.streaming import StreamSettings, stream
+from tauten.service.plant.waypoints import COLUMNS, PathError, TargetPath, save_path
 
 __all__ = [
+    "COLUMNS",
     "Child",
     "DemoError",
     "DemoSettings",
@@ -38,6 +38,7 @@ __all__ = [
     "SHAPES",
     "StreamSettings",
     "TARGETS",
+    "TargetPath",
     "bending_command",
     "child",
     "directions",

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import csv
 import signal
 import subprocess
 import time
@@ -12,9 +11,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tauten.model import Actuators
-from tauten.service.plant.paths import PathSettings, TargetPath, make_path
+from tauten.service.plant.paths import PathSettings, make_path
 from tauten.service.plant.plant import Drive, Steps
 from tauten.service.plant.processes import STOP_TIME, Child, DemoError, child, free_ports
+from tauten.service.plant.waypoints import save_path
 from tauten.service.process import StopFlag
 from tauten.service.replay import RecordedRun, RunReport, make_report, read_run
 from tauten.service.setup import Order, load_setup
@@ -122,15 +122,6 @@ def _result(folder: Path, actuators: Actuators) -> DemoResult:
     report = make_report(run)
     report.save(folder / REPORT)
     return DemoResult(run, report, actuators)
-
-
-def save_path(path: TargetPath, file: Path) -> None:
-    """Write a path as the CSV that `tauten stream` reads."""
-    with file.open("w", newline="", encoding="utf-8") as stream:
-        writer = csv.writer(stream)
-        writer.writerow(["t", "x", "y", "z"])
-        for time_, (x, y, z) in zip(path.times.tolist(), path.points.tolist(), strict=True):
-            writer.writerow([repr(value) for value in (time_, x, y, z)])
 
 
 def _wait_alive(keys: Keys, network: Network, children: tuple[Child, ...], stop: StopFlag) -> None:

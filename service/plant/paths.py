@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import logging
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -11,8 +10,11 @@ from typing import Literal
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from tauten.model import Command, Robot, Simulator, command_range
+from tauten.model import Command, Robot, Simulator
 from tauten.model.numerics import Array
+from tauten.model.schema import EffectorKind
+from tauten.reduction.campaign import command_range
+from tauten.service.plant.waypoints import PathError, TargetPath, csv_path, without_sign_changes
 
 log = logging.getLogger(__name__)
 
@@ -35,7 +37,8 @@ class PathSettings:
     Attributes:
         effector: number of the effector it is for.
         rate: points a second of a CSV file without times.
-        size: of a shape [m]; None: a tenth of the robot's size.
+        size: of a shape [m], for a volume [m³]; None: a tenth of the robot's size, for a distance, length or
+            volume a tenth of what it is at rest.
         period: seconds of one pass.
         plane: that a shape lies in.
         fraction: of the largest pull or tension, for "reach".
@@ -51,38 +54,6 @@ class PathSettings:
     repeats: bool = False
 
 
-class PathError(ValueError):
-    """A path that cannot be used; the message names it, the value found and the values allowed."""
-
-
-@dataclass(frozen=True, slots=True)
-class TargetPath:
-    """Positions over time.
-
-    Attributes:
-        times: (m,) ascending from 0 [s].
-        points: (m, 3) [m].
-        repeats: whether it starts again at the end; otherwise the last point is held.
-        shortened: equilibria of "reach" whose load was shortened, because the robot has none under the whole.
-    """
-
-    times: Array
-    points: Array
-    repeats: bool
-    shortened: int = 0
-
-    @property
-    def duration(self) -> float:
-        """Seconds of one pass."""
-        return float(self.times[-1])
-
-    def at(self, time: float) -> Array:
-        """Position (3,) at a time [s], linear between the points given."""
-        if self.repeats and self.duration > 0.0:
-            time = time % self.duration
-        return np.array([np.interp(time, self.times, self.points[:, i]) for i in range(3)])
-
-
 def make_path(name: str, robot: Robot, settings: PathSettings) -> TargetPath:
     """A path by name: a shape, "reach", or a CSV file.
 
@@ -96,16 +67,20 @@ def make_path(name: str, robot: Robot, settings: PathSettings) -> TargetPath:
     """
     if name == "reach":
         return reach_path(robot, settings.effector, settings.fraction, settings.period)
-    start = robot.effector(robot.rest())[settings.effector]
-    return path_from(name, start, robot.size, settings)
+    layout = robot.effector_layout
+    start = robot.effector_values(robot.rest())[layout.values_of(settings.effector)]
+    return path_from(name, layout.kinds[settings.effector], start, robot.size, settings)
 
 
-def path_from(name: str, start: Array, robot_size: float, settings: PathSettings) -> TargetPath:
+def path_from(
+    name: str, kind: EffectorKind, start: Array, robot_size: float, settings: PathSettings
+) -> TargetPath:
     """A path by name that needs no model: a shape, or a CSV file.
 
     Args:
         name: of the shape or the CSV file.
-        start: (3,) where the effector rests [m].
+        kind: of the effector.
+        start: (v,) its goal values at rest.
         robot_size: of the robot [m].
         settings: of the path.
 
@@ -114,25 +89,31 @@ def path_from(name: str, start: Array, robot_size: float, settings: PathSettings
     """
     for shape in SHAPES:
         if name == shape:
-            size = 0.1 * robot_size if settings.size is None else settings.size
-            return shape_path(shape, start, size, settings.period, settings.plane)
+            usual = 0.1 * (robot_size if len(start) > 1 else float(start[0]))
+            size = usual if settings.size is None else settings.size
+            path = shape_path(shape, start, size, settings.period, settings.plane)
+            return replace(path, kind=kind)
     if not name.endswith(".csv"):
         allowed = ", ".join([*SHAPES, "reach"])
         raise PathError(f"no path {name!r}: allowed are {allowed} and files that end in .csv")
-    return csv_path(Path(name), settings.rate, settings.repeats)
+    return csv_path(Path(name), kind, settings.rate, settings.repeats)
 
 
 def shape_path(shape: Shape, start: Array, size: float, period: float, plane: Plane) -> TargetPath:
-    """A shape that starts and ends at a point.
+    """A shape that starts and ends at some goal values: of positions, or of one number, which swings.
 
     Args:
         shape: which.
-        start: (3,) where it starts [m].
+        start: (v,) where it starts; a quaternion stays the same.
         size: radius of a circle, half width of a figure eight, length of a line or step [m].
         period: seconds of one pass.
         plane: that it lies in; a line and a step go along the first axis of it.
     """
-    u, v = np.eye(3)["xyz".index(plane[0])], np.eye(3)["xyz".index(plane[1])]
+    u, v = np.zeros_like(start), np.zeros_like(start)
+    if len(start) == 1:
+        u[0] = 1.0
+    else:
+        u["xyz".index(plane[0])] = v["xyz".index(plane[1])] = 1.0
     times = np.linspace(0.0, period, _SAMPLES + 1)
     angle = 2.0 * np.pi * times / period
     along, across = _unit_shape(shape, angle)
@@ -172,23 +153,30 @@ def reach_path(robot: Robot, effector: int, fraction: float, period: float) -> T
     """
     reach, shares = command_range(robot), fraction * reach_shares(directions(robot, effector))
     simulator, shortened = Simulator(robot, contact="full"), 0
+    layout = robot.effector_layout
+    kind = layout.kinds[effector]
     found: dict[bytes, Array] = {}  # one cable passes each equilibrium twice
     for share in shares:
         if share.tobytes() not in found:
             shortened += not _settled_or_shortened(simulator, reach.command(share))
-            found[share.tobytes()] = simulator.effector[effector]
-    points = np.array([found[share.tobytes()] for share in shares])
-    if shortened > 0 and np.ptp(points, axis=0).max() < _NEARLY_SETTLED:
+            found[share.tobytes()] = simulator.effector_values[layout.values_of(effector)]
+    values = np.array([found[share.tobytes()] for share in shares])  # (m, v)
+    if kind == "frame":
+        values[:, 3:] = without_sign_changes(values[:, 3:])
+    unit = float(layout.units[layout.row_starts[effector]])  # metres
+    if shortened > 0 and unit * np.ptp(values[:, :3], axis=0).max() < _NEARLY_SETTLED:
         raise PathError(f"reach: {robot.name} finds no equilibrium but that at rest")
     if shortened > 0:
         log.warning(
             "reach: %s has no equilibrium under %d of %d loads, which were shortened",
             robot.name, shortened, len(found),
         )  # fmt: skip
-    knots = np.linspace(0.0, period, len(points))
+    knots = np.linspace(0.0, period, len(values))
     times = np.linspace(0.0, period, _SAMPLES + 1)
-    curve = CubicSpline(knots, points, bc_type="periodic")
-    return TargetPath(times, curve(times), True, shortened)
+    curve = CubicSpline(knots, values, bc_type="periodic")(times)
+    if kind == "frame":
+        curve[:, 3:] /= np.linalg.norm(curve[:, 3:], axis=1, keepdims=True)
+    return TargetPath(times, curve, True, kind, shortened)
 
 
 def _settled_or_shortened(simulator: Simulator, command: Command) -> bool:
@@ -217,15 +205,16 @@ def bending_command(robot: Robot, effector: int = 0) -> Command:
 
 def directions(robot: Robot, effector: int) -> Array:
     """Into which direction each cable pulls an effector at rest, seen in the plane they move it in
-    most, from the first cable's: (n_a,) [rad].
+    most, from the first cable's: (n_a,) [rad]. A distance, length or volume has two: more and less.
     """
     rest, robot = robot.rest(), robot.fork()
     system = robot.linearise(rest, None, replace(robot.integration, static=True))
     rows = robot.rows(rest, contacts=False)
-    row = slice(3 * effector, 3 * effector + 3)
-    moved = rows.effectors.dense()[row] @ system.solve(rows.actuators.dense().T)  # (3, n_a)
-    plane = np.linalg.svd(moved)[0][:, :2]  # (3, 2)
-    x, y = plane.T @ moved
+    first, end = robot.effector_layout.row_starts[effector : effector + 2]
+    row = slice(first, min(end, first + 3))  # of a frame its position
+    moved = rows.effectors.dense()[row] @ system.solve(rows.actuators.dense().T)  # (3 or 1, n_a)
+    plane = np.linalg.svd(moved)[0][:, :2]  # (3, 2) or (1, 1)
+    x, y = np.vstack([plane.T @ moved, np.zeros((2 - plane.shape[1], len(moved.T)))])
     angle = np.arctan2(y, x)
     turned: Array = (angle - angle[0]) % (2.0 * np.pi)
     return turned
@@ -246,49 +235,3 @@ def reach_shares(angles: Array) -> Array:
     phase = np.linspace(0.0, 2.0 * np.pi * turns, len(swell))
     shares: Array = swell[:, None] * np.cos(phase[:, None] - angles)
     return shares
-
-
-def csv_path(path: Path, rate: float, repeats: bool) -> TargetPath:
-    """A path from a CSV file with columns x, y, z [m] and, if any, t [s].
-
-    Args:
-        path: the file; its first line names the columns.
-        rate: points a second, where there is no column t.
-        repeats: start again at the end.
-
-    Raises:
-        PathError: what is wrong, with the line.
-    """
-    try:
-        lines = path.read_text(encoding="utf-8").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise PathError(f"{path}: cannot be read ({error})") from error
-    rows = list(csv.reader(lines, skipinitialspace=True))
-    names = [name.strip() for name in rows[0]] if rows else []
-    if not {"x", "y", "z"} <= set(names) or len(set(names)) != len(names):
-        raise PathError(
-            f"{path}: line 1: found {names}, expected column names x, y, z and optionally t"
-        )
-    values = [_numbers(path, line, row, names) for line, row in enumerate(rows[1:], 2) if row]
-    if not values:
-        raise PathError(f"{path}: no points")
-    table = np.array(values)  # (m, columns)
-    points = table[:, [names.index(axis) for axis in "xyz"]]
-    times = table[:, names.index("t")] if "t" in names else np.arange(len(table)) / rate
-    times = times - times[0]
-    if (np.diff(times) <= 0.0).any():
-        line = int(np.flatnonzero(np.diff(times) <= 0.0)[0]) + 3
-        raise PathError(f"{path}: line {line}: t does not grow")
-    return TargetPath(times, points, repeats)
-
-
-def _numbers(path: Path, line: int, row: list[str], names: list[str]) -> list[float]:
-    if len(row) != len(names):
-        raise PathError(f"{path}: line {line}: found {len(row)} values, expected {len(names)}")
-    try:
-        values = [float(text) for text in row]
-    except ValueError as error:
-        raise PathError(f"{path}: line {line}: {error}") from error
-    if not np.isfinite(values).all():
-        raise PathError(f"{path}: line {line}: {', '.join(row)} is not finite")
-    return values

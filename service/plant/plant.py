@@ -21,23 +21,23 @@ from tauten.service.wire import (
     FLOAT,
     HEALTH,
     JOINTS,
-    POINT,
+    MESSAGE_TYPES,
     Diagnostic,
+    EffectorMessage,
     Joints,
     Keys,
     Level,
     MessageCounts,
     Network,
-    Point,
     Publisher,
     Rejection,
     Role,
     Window,
     decode_joints,
+    encode_effector,
     encode_float,
     encode_health,
     encode_joints,
-    encode_point,
     open_session,
     payload_of,
     typestore,
@@ -91,9 +91,15 @@ class Plant:
         # only the latest actuation is used
         self._source = session.declare_subscriber(keys.actuation, zenoh.handlers.RingChannel(1))
         self._state = Publisher(session, keys.plant_state, JOINTS)
-        names = robot.effector_names
+        names, kinds = robot.effector_names, robot.effector_layout.kinds
         groups = [keys.plant_effectors(names)] + [keys.measurements(names)] * settings.measure
-        self._effectors = [[Publisher(session, key, POINT) for key in group] for group in groups]
+        self._effectors = [
+            [
+                Publisher(session, key, MESSAGE_TYPES[kind])
+                for key, kind in zip(group, kinds, strict=True)
+            ]
+            for group in groups
+        ]
         self._gap = Publisher(session, keys.plant_gap, FLOAT)
         self._health = Publisher(session, keys.plant_health, HEALTH, urgent=False)
         self._converged = settings.steps == "converged"
@@ -152,10 +158,12 @@ class Plant:
 
     def _publish(self) -> None:
         robot, simulator, stamp = self._robot, self._simulator, time.time_ns()
-        points = [Point(stamp, robot.frame, (x, y, z)) for x, y, z in simulator.effector.tolist()]
-        for publishers in self._effectors:
-            for publisher, point in zip(publishers, points, strict=True):
-                publisher.put(encode_point(point))
+        layout, values = robot.effector_layout, simulator.effector_values
+        for i, (kind, name) in enumerate(zip(layout.kinds, layout.names, strict=True)):
+            own = tuple(values[layout.values_of(i)].tolist())
+            payload = encode_effector(kind, name, EffectorMessage(stamp, robot.frame, own))
+            for publishers in self._effectors:
+                publishers[i].put(payload)
         pull, tension = tuple(simulator.pull.tolist()), tuple(simulator.tension.tolist())
         joints = Joints(stamp, robot.frame, robot.actuators.names, pull, tension)
         self._state.put(encode_joints(joints))

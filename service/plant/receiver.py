@@ -11,7 +11,9 @@ import numpy as np
 from tauten.model import Robot, RobotFileError, load_robot
 from tauten.model.load import robot_path
 from tauten.model.numerics import Array
-from tauten.service.plant.paths import PathError, PathSettings, TargetPath, make_path, path_from
+from tauten.model.schema import EffectorKind
+from tauten.service.plant.paths import PathSettings, make_path, path_from
+from tauten.service.plant.waypoints import PathError, TargetPath
 from tauten.service.process import StopFlag
 from tauten.service.wire import Keys, Network, Role, ask_description, open_session, wait_for
 
@@ -29,7 +31,8 @@ class Receiver:
         frame: of positions.
         size: of the robot [m].
         effectors: names.
-        rest: (p, 3) effectors at rest [m].
+        kinds: of the effectors.
+        rest: goal values (v,) of each effector at rest.
         robot: its model; None where only the description of its node is known.
     """
 
@@ -37,7 +40,8 @@ class Receiver:
     frame: str
     size: float
     effectors: tuple[str, ...]
-    rest: Array
+    kinds: tuple[EffectorKind, ...]
+    rest: tuple[Array, ...]
     robot: Robot | None = None
 
     def number(self, effector: str) -> int:
@@ -72,8 +76,11 @@ def find_receiver(name: str, network: Network, stop: StopFlag) -> Receiver | Non
         log.info("no robot file %r here: its node is asked for its description", name)
         return described_receiver(name, network, stop)
     robot = load_robot(name)
-    rest = robot.effector(robot.rest())
-    return Receiver(robot.name, robot.frame, robot.size, robot.effector_names, rest, robot)
+    layout, values = robot.effector_layout, robot.effector_values(robot.rest())
+    rest = tuple(values[layout.values_of(i)] for i in range(len(layout)))
+    return Receiver(
+        robot.name, robot.frame, robot.size, robot.effector_names, layout.kinds, rest, robot
+    )
 
 
 def described_receiver(name: str, network: Network, stop: StopFlag) -> Receiver | None:
@@ -96,9 +103,9 @@ def described_receiver(name: str, network: Network, stop: StopFlag) -> Receiver 
     finally:
         session.close()  # type: ignore[no-untyped-call]
     effectors = facts["effectors"]
-    rest = np.array([item["rest"] for item in effectors], dtype=float)
-    names = tuple(item["name"] for item in effectors)
-    return Receiver(facts["robot"], facts["frame"], facts["size"], names, rest)
+    rest = tuple(np.array(item["rest"], dtype=float) for item in effectors)
+    names, kinds = (tuple(item[field] for item in effectors) for field in ("name", "kind"))
+    return Receiver(facts["robot"], facts["frame"], facts["size"], names, kinds, rest)
 
 
 def receiver_path(name: str, receiver: Receiver, settings: PathSettings) -> TargetPath:
@@ -118,4 +125,6 @@ def receiver_path(name: str, receiver: Receiver, settings: PathSettings) -> Targ
         raise PathError(
             f"reach is computed with the model of {receiver.name}: give its file, --robot FILE"
         )
-    return path_from(name, receiver.rest[settings.effector], receiver.size, settings)
+    number = settings.effector
+    kind, rest = receiver.kinds[number], receiver.rest[number]
+    return path_from(name, kind, rest, receiver.size, settings)

@@ -9,20 +9,20 @@ from dataclasses import dataclass
 import zenoh
 
 from tauten.service.node import Clock
-from tauten.service.plant.paths import TargetPath
 from tauten.service.plant.receiver import Receiver
+from tauten.service.plant.waypoints import TargetPath
 from tauten.service.process import StopFlag
 from tauten.service.wire import (
     CDR,
     JSON,
-    POINT,
+    MESSAGE_TYPES,
+    EffectorMessage,
     Keys,
     Network,
-    Point,
     Role,
-    encode_point,
+    effector_json,
+    encode_effector,
     open_session,
-    point_json,
     wait_for,
 )
 
@@ -70,28 +70,30 @@ def stream(
         tokens = [keys.token, *([keys.plant_token] if settings.await_plant else [])]
         if not all(wait_for(session, token, stop) for token in tokens):
             return 0
-        encoding = f"{JSON if settings.json else CDR};{POINT}"
+        kind = receiver.kinds[settings.effector]
+        encoding = f"{JSON if settings.json else CDR};{MESSAGE_TYPES[kind]}"
         publisher = session.declare_publisher(key, encoding=encoding, express=True)
-        return _send(publisher, receiver.frame, path, settings, stop)
+        return _send(publisher, receiver, path, settings, stop)
     finally:
         session.close()  # type: ignore[no-untyped-call]
 
 
 def _send(
     publisher: zenoh.Publisher,
-    frame: str,
+    receiver: Receiver,
     path: TargetPath,
     settings: StreamSettings,
     stop: StopFlag,
 ) -> int:
-    encode = point_json if settings.json else encode_point
+    encode = effector_json if settings.json else encode_effector
+    kind, name = receiver.kinds[settings.effector], receiver.effectors[settings.effector]
     end = settings.duration
     if end is None and not path.repeats:
         end = path.duration
     clock, count, elapsed = Clock(1.0 / settings.rate), 0, 0.0
     while not stop.requested and (end is None or elapsed <= end):
-        x, y, z = path.at(elapsed).tolist()
-        publisher.put(encode(Point(time.time_ns(), frame, (x, y, z))))
+        values = tuple(path.at(elapsed).tolist())
+        publisher.put(encode(kind, name, EffectorMessage(time.time_ns(), receiver.frame, values)))
         count += 1
         elapsed = clock.wait().index * clock.period
     log.info("%d targets sent", count)

@@ -53,8 +53,8 @@ def draw_case(found: CaseRuns, h: float, path: Path) -> None:
 
 
 def _draw_paths(case: Case, runs: Runs, axes: Axes) -> None:
-    target = case.targets[:, 0]
-    i, j = widest_plane(target)
+    target = case.targets[:, :3] if case.targets.shape[1] >= 3 else np.zeros((0, 3))
+    i, j = widest_plane(target if len(target) else runs[0][1].effector)
     line = ("o", 8.0) if case.from_tick else ("-", 0.0)  # a step has no points in between
     axes.plot(
         _MM * target[:, i], _MM * target[:, j], line[0], ms=line[1],

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from tauten.model import Actuators, Quantity
 from tauten.model.numerics import Array
-from tauten.service.replay import RecordedRun, Series, distance_to_goal
+from tauten.service.replay import RecordedRun, Series, errors_to_goal
 
 _TARGET, _MODEL, _PLANT, _LIMIT = "#222222", "#0072b2", "#d55e00", "#999999"
 CABLE_COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
@@ -65,13 +65,18 @@ def draw_run(run: RecordedRun, actuators: Actuators, path: Path) -> None:
     """
     figure = Figure(figsize=(13.0, 8.0), layout="constrained")
     paths_box, time_box = figure.subfigures(1, 2, width_ratios=(1.0, 1.25), squeeze=False)[0]
-    draw_paths(run, paths_box.subplots())
-    axes = time_box.subplots(4, 1, sharex=True)
+    if run.goal.shape[1] >= 3:
+        draw_paths(run, paths_box.subplots())
+    else:
+        draw_values(run, paths_box.subplots())
+    axes = time_box.subplots(5 if run.kind == "frame" else 4, 1, sharex=True)
     draw_actuators(run.pull, shown_positions(actuators), axes[0])
     draw_actuators(run.tension, shown_efforts(actuators), axes[1])
     axes[0].legend(loc="upper right", ncols=4, fontsize="small")
     draw_error(run, axes[2])
-    draw_step_time(run, axes[3])
+    if run.kind == "frame":
+        draw_rotation_error(run, axes[3])
+    draw_step_time(run, axes[-1])
     axes[-1].set_xlabel("time [s]")
     active = run.time[run.active]
     axes[-1].set_xlim(active[0] - _LEAD, max(float(run.time[-1]), active[0] + _LEAD))
@@ -85,8 +90,8 @@ def draw_run(run: RecordedRun, actuators: Actuators, path: Path) -> None:
 def draw_paths(run: RecordedRun, axes: Axes) -> None:
     """Target, model and plant tips in the plane in which they move most."""
     following = run.following
-    goal = run.goal[following]
-    model = run.model.value
+    goal = run.goal[following, :3]
+    model = run.model.value[:, :3]
     i, j = widest_plane(np.concatenate([goal, model])) if len(goal) + len(model) else (0, 2)
     lines = ((goal, "target", _TARGET, 3.5, 0.35), (run.plant.value, "plant", _PLANT, 1.8, 0.9))
     for points, name, color, width, alpha in (*lines, (model, "model", _MODEL, 1.2, 1.0)):
@@ -101,6 +106,24 @@ def draw_paths(run: RecordedRun, axes: Axes) -> None:
     axes.set_xlabel(f"{'xyz'[i]} [mm]")
     axes.set_ylabel(f"{'xyz'[j]} [mm]")
     axes.set_title("tip paths")
+    axes.grid(alpha=0.3)
+    axes.legend(loc="best")
+
+
+def draw_values(run: RecordedRun, axes: Axes) -> None:
+    """Target, model and plant of a distance, length or volume over time."""
+    factor, unit = (1e6, "ml") if run.kind == "volume" else (_MM, "mm")
+    following = run.following
+    lines = (
+        (run.time[following], run.goal[following], "target", _TARGET, 3.5, 0.35),
+        (run.plant.time, run.plant.value, "plant", _PLANT, 1.8, 0.9),
+        (run.model.time, run.model.value, "model", _MODEL, 1.2, 1.0),
+    )
+    for time, values, name, color, width, alpha in lines:
+        if len(time):
+            axes.plot(time, factor * values[:, 0], color=color, lw=width, alpha=alpha, label=name)
+    axes.set_xlabel("time [s]")
+    axes.set_ylabel(f"{run.kind} [{unit}]")
     axes.grid(alpha=0.3)
     axes.legend(loc="best")
 
@@ -128,12 +151,23 @@ def draw_actuators(course: Series, shown: Shown, axes: Axes) -> None:
 
 def draw_error(run: RecordedRun, axes: Axes) -> None:
     """Distance of model and plant from the goal."""
+    factor, unit = (1e6, "ml") if run.kind == "volume" else (_MM, "mm")
     for series, name, color in ((run.plant, "plant", _PLANT), (run.model, "model", _MODEL)):
         if len(series.time):
-            axes.plot(series.time, _MM * distance_to_goal(run, series), color=color, label=name)
-    axes.set_ylabel("error [mm]")
+            distance, _ = errors_to_goal(run, series)
+            axes.plot(series.time, factor * distance, color=color, label=name)
+    axes.set_ylabel(f"error [{unit}]")
     axes.set_ylim(bottom=0.0)
     axes.legend(loc="upper right", ncols=2, fontsize="small")
+
+
+def draw_rotation_error(run: RecordedRun, axes: Axes) -> None:
+    """Angle between the frame of model and plant and that of the goal."""
+    for series, color in ((run.plant, _PLANT), (run.model, _MODEL)):
+        if len(series.time):
+            axes.plot(series.time, 1e3 * errors_to_goal(run, series)[1], color=color)
+    axes.set_ylabel("error [mrad]")
+    axes.set_ylim(bottom=0.0)
 
 
 def draw_step_time(run: RecordedRun, axes: Axes) -> None:

@@ -1,12 +1,21 @@
 """A run read back from its log, reported, and replayed."""
 
 from tauten.service.replay.distance import Distances, distance_rows, measure_distances
+from tauten.service.replay.recorded_setup import recorded_setup
 from tauten.service.replay.replay_report import TICKS, VERDICT, write_report
-from tauten.service.replay.replaying import Replay, replay, write_problem
+from tauten.service.replay.replaying import (
+    Replay,
+    actions,
+    changes,
+    recorded_ticks,
+    replay,
+    replay_loop,
+    write_problem,
+)
 from tauten.service.replay.report import (
     RunReport,
     Spread,
-    distance_to_goal,
+    errors_to_goal,
     make_report,
     overheads,
     spread,
@@ -23,13 +32,18 @@ __all__ = [
     "Spread",
     "TICKS",
     "VERDICT",
+    "actions",
+    "changes",
     "distance_rows",
-    "distance_to_goal",
+    "errors_to_goal",
     "make_report",
     "measure_distances",
     "overheads",
     "read_run",
+    "recorded_setup",
+    "recorded_ticks",
     "replay",
+    "replay_loop",
     "spread",
     "table_rows",
     "write_problem",

@@ -66,7 +66,7 @@ class Distances:
             "plant against model": self.total,
             "motion of the model in a tick": self.tick,
         }
-        return {name: error(series.value) for name, series in named.items()}
+        return {name: error("point", series.value, np.zeros(0)) for name, series in named.items()}
 
 
 def measure_distances(path: Path, recorded_paths: bool, progress: Progress) -> Distances:
@@ -88,6 +88,8 @@ def measure_distances(path: Path, recorded_paths: bool, progress: Progress) -> D
         raise LogError(
             f"{path}: {run.pull.value.shape[1]} cables, robot {robot.name} has {robot.n_a}"
         )
+    if run.model.value.shape[1] < 3:
+        raise LogError(f"{path}: its first effector has no position, distances need one")
     contact = load_contact(robot, robot_path(name), recorded.contact_basis(recorded_paths))
     own = Simulator(robot, contact, default_enrichment(robot.tolerance))
     if isinstance(contact, str):
@@ -157,10 +159,10 @@ def apart(run: RecordedRun, series: Series, other: Series) -> Series:
 
     Args:
         run: with the ticks that followed a goal.
-        series: (m, 3) positions [m].
-        other: (k, 3) positions [m].
+        series: (m, 3 or more) values that begin with positions [m].
+        other: (k, 3 or more) values that begin with positions [m].
     """
-    difference = series.value - held(other.time, other.value, series.time)
+    difference = series.value[:, :3] - held(other.time, other.value[:, :3], series.time)
     distance = np.linalg.norm(difference, axis=1)
     following = held(run.time, run.following[:, None].astype(float), series.time)[:, 0]
     return Series(series.time, np.where(following == 1.0, distance, np.nan))

@@ -11,9 +11,11 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
+from tauten.model.schema import COMPONENTS, EffectorKind
 from tauten.service.log import LogError
 from tauten.service.setup import Order
 
+KINDS: dict[str, EffectorKind] = {kind: kind for kind in COMPONENTS}
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")  # of robots, as robot files allow it
 _MAX_RATE = 10_000.0  # Hz, as robot files allow it
 
@@ -29,6 +31,7 @@ class RecordedSetup:
         rate: control rate [Hz].
         basis: "none", "full", name or path of the contact basis.
         order: which model decided.
+        kind: of the first effector.
     """
 
     log: Path
@@ -37,6 +40,7 @@ class RecordedSetup:
     rate: float
     basis: str
     order: Order
+    kind: EffectorKind
 
     def robot_file(self, allowed: bool) -> str:
         """The robot to load: a file beside the log, the recorded path, or the name of a shipped robot.
@@ -106,10 +110,16 @@ def recorded_setup(log: Path, metadata: dict[str, str]) -> RecordedSetup:
         raise LogError(
             f"{log}: its metadata: model is {order[:80]!r}, allowed are full and reduced"
         )
+    kind = metadata.get("effector_kinds", "point").split(" ")[0]
+    if kind not in KINDS:
+        raise LogError(
+            f"{log}: its metadata: effector_kinds is {kind[:80]!r}, allowed are {', '.join(KINDS)}"
+        )
     file = metadata.get("robot_path", "")
     if "\0" in file + basis:
         raise LogError(f"{log}: its metadata: a path has a zero byte")
-    return RecordedSetup(log, robot, file, rate, basis, "full" if order == "full" else "reduced")
+    known: Order = "full" if order == "full" else "reduced"
+    return RecordedSetup(log, robot, file, rate, basis, known, KINDS[kind])
 
 
 def _rate(log: Path, text: str) -> float:

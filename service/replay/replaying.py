@@ -15,14 +15,29 @@ from time import perf_counter
 import numpy as np
 
 from tauten.controller.qpcc import write_qpcc
-from tauten.model import Actuators
+from tauten.model import Actuators, EffectorLayout
 from tauten.model.numerics import Array
 from tauten.service.log import LogError, LogReader
 from tauten.service.node import Action, ControlLoop
 from tauten.service.process import one_blas_thread
 from tauten.service.replay.recorded_setup import recorded_setup
 from tauten.service.setup import Order, Setup, load_setup, warm_controller
-from tauten.service.wire import CDR, Joints, Keys, Mode, Rejection, Tick, decode_joints, decode_tick
+from tauten.service.wire import (
+    CDR,
+    JSON,
+    Cause,
+    Joints,
+    Keys,
+    LockOrder,
+    Mode,
+    OperatorCommand,
+    OperatorOrder,
+    Rejection,
+    Tick,
+    decode_command,
+    decode_joints,
+    decode_tick,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,7 +161,7 @@ def write_problem(path: Path, index: int, file: Path, recorded_paths: bool = Fal
         loop = replay_loop(setup)
         for tick, _, _ in actions(recorded_ticks(reader, setup, recorded.robot), loop):
             decision = loop.controller.last_decision
-            if tick.index != index or not tick.goal or decision is None:
+            if tick.index != index or not tick.goal_values or decision is None:
                 continue
             if decision.problem is not None:
                 write_qpcc(file, decision.problem, decision.start)
@@ -154,7 +169,22 @@ def write_problem(path: Path, index: int, file: Path, recorded_paths: bool = Fal
     raise LogError(f"{path}: tick {index} is not in the log, or no decision was made in it")
 
 
-def recorded_ticks(reader: LogReader, setup: Setup, robot: str) -> Iterator[tuple[Tick, Joints]]:
+@dataclass(frozen=True, slots=True)
+class RecordedTick:
+    """A tick of a log.
+
+    Attributes:
+        tick: as it was published.
+        actuation: that left in it.
+        orders: of the operator that were read in it, oldest first, possible or not.
+    """
+
+    tick: Tick
+    actuation: Joints
+    orders: tuple[OperatorOrder, ...] = ()
+
+
+def recorded_ticks(reader: LogReader, setup: Setup, robot: str) -> Iterator[RecordedTick]:
     """Ticks of a log, each with its actuation.
 
     Args:
@@ -167,33 +197,51 @@ def recorded_ticks(reader: LogReader, setup: Setup, robot: str) -> Iterator[tupl
     """
     keys, count = Keys(robot), 0
     actuation: Joints | None = None
+    orders: list[tuple[int, OperatorOrder]] = []
     for message in reader.messages():
         if message.key == keys.actuation:
             joints = decode_joints(message.payload, CDR, setup.robot.actuators.names)
             if isinstance(joints, Rejection):
                 raise LogError(f"{reader.path}: does not fit the robot: {joints.detail}")
             actuation = joints
+        elif message.key == keys.command:
+            order = decode_command(message.payload, JSON if message.encoding == "json" else CDR)
+            if not isinstance(order, Rejection):
+                orders.append((message.sequence, order))
         elif message.key == keys.tick and actuation is not None:
             tick = decode_tick(message.payload)
             if isinstance(tick, Rejection):
                 raise LogError(f"{reader.path}: a damaged tick: {tick.detail}")
-            _check_positions(tick, len(setup.robot.effector_names), reader.path)
+            _check_goal(tick, setup.robot.effector_layout, reader.path)
             if tick.index != count:
                 raise LogError(f"{reader.path}: ticks {count} to {tick.index - 1} are missing")
             count += 1
-            yield tick, actuation
+            read = tuple(order for when, order in orders if when <= tick.index)
+            orders = [item for item in orders if item[0] > tick.index]
+            yield RecordedTick(tick, actuation, read)
 
 
-def _check_positions(tick: Tick, effectors: int, path: Path) -> None:
-    """Goals and corrections of a tick: none, or one for each effector, finite."""
-    for what, positions in (("goals", tick.goal), ("corrections", tick.correction)):
-        if positions and len(positions) != effectors:
+def _check_goal(tick: Tick, layout: EffectorLayout, path: Path) -> None:
+    """Goal and correction of a tick: none, or those of all effectors, finite."""
+    for what, positions, values, expected in (
+        ("goals", tick.goal, tick.goal_values, layout.n_values),
+        ("corrections", tick.correction, tick.correction_values, layout.n_rows),
+    ):
+        if positions and len(positions) != len(layout):
             raise LogError(
-                f"{path}: tick {tick.index}: {what} for {len(positions)} effectors, the robot has {effectors}"
+                f"{path}: tick {tick.index}: {what} for {len(positions)} effectors, "
+                f"the robot has {len(layout)}"
             )
-        if not all(isfinite(value) for position in positions for value in position):
+        if len(values) not in (0, expected):
+            raise LogError(
+                f"{path}: tick {tick.index}: {what} of {len(values)} values, the robot's effectors "
+                f"have {expected}"
+            )
+        if not all(map(isfinite, values)):
             raise LogError(f"{path}: tick {tick.index}: {what} that are not finite")
-    if tick.correction and not tick.goal:
+    if tick.goal_values and layout.checked(np.array(tick.goal_values)) is None:
+        raise LogError(f"{path}: tick {tick.index}: a goal that is no rotation")
+    if tick.correction_values and not tick.goal_values:
         raise LogError(f"{path}: tick {tick.index}: a correction without a goal")
 
 
@@ -203,21 +251,35 @@ def replay_loop(setup: Setup) -> ControlLoop:
 
 
 def actions(
-    ticks: Iterator[tuple[Tick, Joints]], loop: ControlLoop
+    ticks: Iterator[RecordedTick], loop: ControlLoop
 ) -> Iterator[tuple[Tick, Joints, Action]]:
     """Actions of a loop at the recorded ticks."""
-    for tick, actuation in ticks:
-        if loop.state.mode is Mode.STOP and tick.mode is not Mode.STOP:
-            loop.rest()  # the operator's reset
+    for recorded in ticks:
+        tick, actuation = recorded.tick, recorded.actuation
+        for order in recorded.orders:
+            if order is OperatorCommand.RESET and tick.mode is not Mode.STOP:
+                _rest_after_stop(loop)
+            elif isinstance(order, LockOrder):
+                loop.obey(order)  # refused as it was in the run
+        if tick.mode is not Mode.STOP:
+            _rest_after_stop(loop)
         # also where the decision could not be used
-        mode = Mode.RUN if tick.goal else tick.mode
+        mode = Mode.RUN if tick.goal_values else tick.mode
         loop.set_mode(mode, tick.cause)
-        goal = np.array(tick.goal) if tick.goal else None
-        if goal is not None and tick.correction:
-            goal = goal + np.array(tick.correction)
+        goal = np.array(tick.goal_values) if tick.goal_values else None
+        if goal is not None and tick.correction_values:
+            layout = loop.controller.robot.effector_layout
+            goal = layout.moved(goal, np.array(tick.correction_values))
         action = loop.act(goal)
         loop.prepare()
         yield tick, actuation, action
+
+
+def _rest_after_stop(loop: ControlLoop) -> None:
+    """Do what an operator's reset does to a loop that has stopped."""
+    if loop.state.mode is Mode.STOP:
+        loop.rest()
+        loop.set_mode(Mode.IDLE, Cause.NO_TARGET)
 
 
 def _compare(reader: LogReader, setup: Setup, robot: str, tolerance: float) -> Replay:
@@ -242,11 +304,11 @@ def _compare(reader: LogReader, setup: Setup, robot: str, tolerance: float) -> R
         worst_tick=int(shares.argmax()),
         statuses=sum(before != now for before, now in courses.status),
         tolerance=tolerance,
-        notes=tuple(_changes(reader, setup)),
+        notes=tuple(changes(reader, setup)),
     )
 
 
-def _courses(recorded: Iterator[tuple[Tick, Joints]], setup: Setup) -> Courses:
+def _courses(recorded: Iterator[RecordedTick], setup: Setup) -> Courses:
     stamps, status = [], []
     pull: list[tuple[Array, Array]] = []
     tension: list[tuple[Array, Array]] = []
@@ -265,7 +327,8 @@ def _courses(recorded: Iterator[tuple[Tick, Joints]], setup: Setup) -> Courses:
     )
 
 
-def _changes(reader: LogReader, setup: Setup) -> Iterator[str]:
+def changes(reader: LogReader, setup: Setup) -> Iterator[str]:
+    """What has changed since a log was made, a sentence each; once all its messages have been read."""
     if not reader.complete:
         yield "the log was cut short"
     now = setup.metadata()

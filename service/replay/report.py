@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tauten.model.numerics import Array
+from tauten.model.schema import EffectorKind
 from tauten.service.process import HostInfo, host_info, write_text
 from tauten.service.replay.run import RecordedRun, Series
 from tauten.service.wire import Tick
@@ -28,10 +29,23 @@ class Spread:
 
 @dataclass(frozen=True, slots=True)
 class TrackingError:
-    """Distance between goal and effector while following [mm]; None without a measurement."""
+    """Distance between goal and effector while following; None without a measurement.
+
+    Attributes:
+        rms_mm: of positions, distances and lengths.
+        max_mm: of the same.
+        rms_mrad: of the rotation of a frame.
+        max_mrad: of the same.
+        rms_ml: of a volume.
+        max_ml: of the same.
+    """
 
     rms_mm: float | None
     max_mm: float | None
+    rms_mrad: float | None = None
+    max_mrad: float | None = None
+    rms_ml: float | None = None
+    max_ml: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,9 +137,9 @@ def make_report(run: RecordedRun) -> RunReport:
         latency_ms=spread([1e3 * tick.latency for tick in ticks]),
         missed=sum(tick.slack < 0.0 for tick in ticks),
         skipped=sum(tick.skipped for tick in ticks),
-        model_error=error(distance_to_goal(run, run.model)),
-        plant_error=error(distance_to_goal(run, run.plant)),
-        model_plant_error=error(model_against_plant(run)),
+        model_error=error(run.kind, *errors_to_goal(run, run.model)),
+        plant_error=error(run.kind, *errors_to_goal(run, run.plant)),
+        model_plant_error=error(run.kind, *model_against_plant(run)),
         model_penetration_mm=penetration(finite([tick.deepest_gap for tick in decided])),
         plant_penetration_mm=penetration(gap) if gap.size else None,
         peak_pull_mm=(1e3 * run.pull.value.max(axis=0)).tolist(),
@@ -162,12 +176,26 @@ def spread(values: list[float]) -> Spread:
     )
 
 
-def error(distance: Array) -> TrackingError:
-    """RMS and maximum of the finite ones of some distances [m]."""
-    found = finite(distance)
+def error(kind: EffectorKind, distance: Array, angle: Array) -> TrackingError:
+    """RMS and maximum of the finite ones of some errors.
+
+    Args:
+        kind: of the effector.
+        distance: (m,) [m], of a volume [m³].
+        angle: (m,) [rad], NaN where the effector is no frame.
+    """
+    found = _rms_and_max(1e3 * distance)
+    if kind == "volume":
+        ml = _rms_and_max(1e6 * distance)
+        return TrackingError(None, None, rms_ml=ml[0], max_ml=ml[1])
+    return TrackingError(*found, *_rms_and_max(1e3 * angle))
+
+
+def _rms_and_max(errors: Array) -> tuple[float | None, float | None]:
+    found = finite(errors)
     if found.size == 0:
-        return TrackingError(None, None)
-    return TrackingError(1e3 * float(np.sqrt(np.mean(found**2))), 1e3 * float(found.max()))
+        return None, None
+    return float(np.sqrt(np.mean(found**2))), float(found.max())
 
 
 def penetration(gaps: Array) -> float:
@@ -182,19 +210,39 @@ def finite(values: ArrayLike) -> Array:
     return found
 
 
-def distance_to_goal(run: RecordedRun, series: Series) -> Array:
-    """Distance of each point of a series from the goal at that time, NaN without a goal: (m,) [m]."""
+def errors_to_goal(run: RecordedRun, series: Series) -> tuple[Array, Array]:
+    """Distance (m,) [m, of volumes m³] and angle (m,) [rad] of a series from the goal at that time.
+
+    NaN without a goal; angles where the effector is no frame.
+    """
     goal = np.where(run.following[:, None], run.goal, np.nan)
-    distance: Array = np.linalg.norm(series.value - held(run.time, goal, series.time), axis=1)
-    return distance
+    return apart(series.value, held(run.time, goal, series.time))
 
 
-def model_against_plant(run: RecordedRun) -> Array:
-    """Distance of the plant's effector from the model's while following: (m,) [m]."""
+def model_against_plant(run: RecordedRun) -> tuple[Array, Array]:
+    """Distance and angle of the plant's effector from the model's while following, as `errors_to_goal`."""
     model = held(run.model.time, run.model.value, run.plant.time)
-    distance = np.linalg.norm(run.plant.value - model, axis=1)
-    following = held(run.time, run.following[:, None].astype(float), run.plant.time)[:, 0]
-    return np.where(following == 1.0, distance, np.nan)
+    distance, angle = apart(run.plant.value, model)
+    following = held(run.time, run.following[:, None].astype(float), run.plant.time)[:, 0] == 1.0
+    return np.where(following, distance, np.nan), np.where(following, angle, np.nan)
+
+
+def apart(first: Array, second: Array) -> tuple[Array, Array]:
+    """Distances (m,) and angles (m,) [rad] between goal values (m, v) of one effector."""
+    distance = np.linalg.norm((first - second)[:, :3], axis=1)
+    if first.shape[1] < 7:
+        return distance, np.full(len(distance), np.nan)
+    with np.errstate(invalid="ignore"):
+        cosine = np.minimum(np.abs(np.sum(first[:, 3:] * second[:, 3:], axis=1)), 1.0)
+        sine = 0.5 * np.minimum(
+            np.linalg.norm(first[:, 3:] - second[:, 3:], axis=1),
+            np.linalg.norm(first[:, 3:] + second[:, 3:], axis=1),
+        )
+        # half a chord is accurate for small angles, where the arccosine is not
+        angle = np.where(
+            cosine > 0.9, 4.0 * np.arcsin(np.minimum(sine, 1.0)), 2.0 * np.arccos(cosine)
+        )
+    return distance, angle
 
 
 def held(times: Array, values: Array, at: Array) -> Array:
@@ -221,7 +269,11 @@ def table_rows(report: RunReport) -> list[tuple[str, str]]:
         return " / ".join(_text(v, "{:.2f}") for v in (value.p50, value.p99, value.max)) + " ms"
 
     def mm(value: TrackingError) -> str:
-        return f"{_text(value.rms_mm, '{:.2f}')} / {_text(value.max_mm, '{:.2f}')} mm"
+        pairs = [(value.rms_mm, value.max_mm, "mm"), (value.rms_mrad, value.max_mrad, "mrad")]
+        pairs.append((value.rms_ml, value.max_ml, "ml"))
+        known = [pair for pair in pairs if pair[0] is not None] or pairs[:1]
+        texts = [f"{_text(a, '{:.2f}')} / {_text(b, '{:.2f}')} {unit}" for a, b, unit in known]
+        return ", ".join(texts)
 
     return [
         ("rate, requested / achieved", f"{report.rate_hz:.1f} / {report.achieved_hz:.2f} Hz"),

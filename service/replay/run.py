@@ -7,21 +7,25 @@ from pathlib import Path
 
 import numpy as np
 
+from tauten.model import VALUES
 from tauten.model.numerics import Array
+from tauten.model.schema import EffectorKind
 from tauten.service.log import LogError, Logged, LogReader
 from tauten.service.replay.recorded_setup import recorded_setup
 from tauten.service.wire import (
     CDR,
     FLOAT,
     JOINTS,
+    MESSAGE_TYPES,
     Diagnostic,
+    EffectorMessage,
     Keys,
     Mode,
-    Point,
     Rejection,
+    RejectionReason,
     Tick,
+    decode_effector,
     decode_health,
-    decode_point,
     decode_tick,
     from_cdr,
     nanoseconds,
@@ -46,11 +50,12 @@ class RecordedRun:
         metadata: all that the node wrote about it.
         ticks: the record of each tick.
         time: (m,) of the ticks [s].
-        goal: (m, 3) of the first effector, NaN without a goal [m].
-        model: first effector in the model [m].
+        kind: of the first effector.
+        goal: (m, v) values of the first effector, NaN without a goal.
+        model: values of the first effector in the model.
         pull: commanded pulled lengths, one column for each cable [m].
         tension: commanded tensions, one column for each cable [N].
-        plant: first effector in the plant [m]; empty without plant.
+        plant: values of the first effector in the plant; empty without plant.
         plant_gap: smallest gap in the plant [m]; empty without plant.
         health: last health of the node, by name.
         plant_health: last health of the plant, by name; empty without plant.
@@ -62,6 +67,7 @@ class RecordedRun:
     metadata: dict[str, str]
     ticks: tuple[Tick, ...]
     time: Array
+    kind: EffectorKind
     goal: Array
     model: Series
     pull: Series
@@ -105,6 +111,7 @@ def read_run(path: Path) -> RecordedRun:
     for message in reader.messages():
         by_key.setdefault(message.key, []).append(message)
     recorded = recorded_setup(path, reader.metadata)
+    kind, size = recorded.kind, VALUES[recorded.kind]
     keys = Keys(recorded.robot)
     decoded = [decode_tick(message.payload) for message in by_key.get(keys.tick, [])]
     ticks = tuple(tick for tick in decoded if isinstance(tick, Tick))
@@ -126,11 +133,12 @@ def read_run(path: Path) -> RecordedRun:
         metadata=reader.metadata,
         ticks=ticks,
         time=np.array([1e-9 * (tick.stamp - start) for tick in ticks]),
-        goal=np.array([tick.goal[0] if tick.goal else [np.nan] * 3 for tick in ticks]),
-        model=_points(by_key.get(keys.effectors(("",))[0], []), start),
+        kind=kind,
+        goal=np.array([_first(tick.goal_values, size) for tick in ticks]),
+        model=_values(by_key.get(keys.effectors(("",))[0], []), kind, start),
         pull=_series([(stamp, pull) for stamp, pull, _ in joints], start),
         tension=_series([(stamp, tension) for stamp, _, tension in joints], start),
-        plant=_points(by_key.get(keys.plant_effectors(("",))[0], []), start),
+        plant=_values(by_key.get(keys.plant_effectors(("",))[0], []), kind, start),
         plant_gap=_series([(gap.logged, [_float(gap.payload)]) for gap in gaps], start),
         health=_last(health),
         plant_health=_last(plant_health),
@@ -157,9 +165,25 @@ def _last(health: list[dict[str, Diagnostic] | Rejection]) -> dict[str, Diagnost
     return next((found for found in reversed(health) if isinstance(found, dict)), {})
 
 
-def _points(messages: list[Logged], start: int) -> Series:
-    points = [decode_point(message.payload, CDR) for message in messages]
-    return _series([(p.stamp, list(p.xyz)) for p in points if isinstance(p, Point)], start)
+def _first(values: tuple[float, ...], size: int) -> list[float]:
+    """Values of the first effector, NaN where there are none."""
+    return list(values[:size]) if len(values) >= size else [np.nan] * size
+
+
+def _values(messages: list[Logged], kind: EffectorKind, start: int) -> Series:
+    found = [_message(message.payload, kind) for message in messages]
+    rows = [(one.stamp, list(one.values)) for one in found if isinstance(one, EffectorMessage)]
+    return _series(rows, start) if rows else Series(np.zeros(0), np.zeros((0, VALUES[kind])))
+
+
+def _message(payload: bytes, kind: EffectorKind) -> EffectorMessage | Rejection:
+    """A recorded message of the first effector, whatever its name."""
+    if MESSAGE_TYPES[kind] != JOINTS:
+        return decode_effector(kind, "", payload, CDR)
+    message = from_cdr(JOINTS, payload)
+    if isinstance(message, Rejection) or len(message.name) != 1:
+        return Rejection(RejectionReason.WRONG_SHAPE, "not one number")
+    return decode_effector(kind, message.name[0], payload, CDR)
 
 
 def _float(payload: bytes) -> float:

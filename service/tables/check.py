@@ -22,7 +22,7 @@ def check_tables(result: RobotCheck) -> tuple[Numbers, ...]:
 
 def error_table(estimate: MeshErrorEstimate) -> Numbers:
     """Errors of every mesh under every load, the largest ones in the first columns."""
-    loads = [f"{load.name} {1e3 * load.pull:g} mm" for load in estimate.loads]
+    loads = [load.label for load in estimate.loads]
     shown = loads[:4]  # a terminal's width; the JSON file has all
     columns = ("elements", "nodes", "tension", "tip [mm]", "contact force", *shown)
     title = "errors, largest and tension by load"

@@ -1,6 +1,36 @@
 """The network: keys, messages, sessions, modes, rejection reasons."""
 
-from tauten.service.wire.commands import COMMAND_RING, CommandSubscriber, encode_command
+from tauten.service.wire.cloud import (
+    CLOUD,
+    CONTACT_FIELDS,
+    LARGEST_CLOUD,
+    SKIN_FIELDS,
+    Cloud,
+    decode_cloud,
+    encode_cloud,
+)
+from tauten.service.wire.commands import (
+    COMMAND_RING,
+    CommandSubscriber,
+    decode_command,
+    encode_command,
+)
+from tauten.service.wire.effector_messages import (
+    MESSAGE_TYPES,
+    EffectorMessage,
+    decode_effector,
+    effector_json,
+    encode_effector,
+)
+from tauten.service.wire.effector_subscriber import (
+    CLOCKS_AGREE,
+    EFFECTOR_RING,
+    EffectorSubscriber,
+    Received,
+    Source,
+    payload_of,
+    reach_of,
+)
 from tauten.service.wire.health import (
     Diagnostic,
     Level,
@@ -18,6 +48,7 @@ from tauten.service.wire.messages import (
     JSON,
     MAX_PAYLOAD,
     POINT,
+    POSE,
     TEXT,
     TICK,
     Joints,
@@ -36,7 +67,7 @@ from tauten.service.wire.messages import (
     point_json,
     typestore,
 )
-from tauten.service.wire.modes import Cause, Mode, OperatorCommand
+from tauten.service.wire.modes import Cause, LockOrder, Mode, OperatorCommand, OperatorOrder
 from tauten.service.wire.network import (
     Network,
     NetworkError,
@@ -46,15 +77,6 @@ from tauten.service.wire.network import (
     open_session,
     read_config,
 )
-from tauten.service.wire.position_subscriber import (
-    CLOCKS_AGREE,
-    POSITION_RING,
-    PositionSubscriber,
-    Received,
-    Source,
-    payload_of,
-    reach_of,
-)
 from tauten.service.wire.publisher import Publisher
 from tauten.service.wire.questions import ask_description, wait_for
 from tauten.service.wire.tick import Positions, Tick, decode_tick, encode_tick
@@ -62,46 +84,62 @@ from tauten.service.wire.tick import Positions, Tick, decode_tick, encode_tick
 __all__ = [
     "CDR",
     "CLOCKS_AGREE",
+    "CLOUD",
     "COMMAND_RING",
+    "CONTACT_FIELDS",
     "Cause",
+    "Cloud",
     "CommandSubscriber",
     "Diagnostic",
+    "EFFECTOR_RING",
+    "EffectorMessage",
+    "EffectorSubscriber",
     "FLOAT",
     "HEALTH",
     "JOINTS",
     "JSON",
     "Joints",
     "Keys",
+    "LARGEST_CLOUD",
     "Level",
+    "LockOrder",
     "MAX_PAYLOAD",
+    "MESSAGE_TYPES",
     "MessageCounts",
     "Mode",
     "Network",
     "NetworkError",
     "OperatorCommand",
+    "OperatorOrder",
     "POINT",
-    "POSITION_RING",
+    "POSE",
     "Point",
-    "PositionSubscriber",
     "Positions",
     "Publisher",
     "Received",
     "Rejection",
     "RejectionReason",
     "Role",
+    "SKIN_FIELDS",
     "Source",
     "TEXT",
     "TICK",
     "Tick",
     "Window",
     "ask_description",
+    "decode_command",
+    "decode_effector",
+    "decode_cloud",
     "decode_health",
     "decode_joints",
     "decode_point",
     "decode_tick",
     "default_port",
     "definition",
+    "effector_json",
+    "encode_cloud",
     "encode_command",
+    "encode_effector",
     "encode_float",
     "encode_health",
     "encode_joints",

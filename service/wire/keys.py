@@ -45,7 +45,7 @@ class Keys:
 
     @property
     def command(self) -> str:
-        """Published by an operator, std_msgs/String: enable, hold, stop or reset."""
+        """Published by an operator, std_msgs/String, see `tauten.service.wire.commands`."""
         return self._key("command")
 
     @property
@@ -67,6 +67,16 @@ class Keys:
     def health(self) -> str:
         """Published by the node once a second, diagnostic_msgs/DiagnosticArray."""
         return self._key("health")
+
+    @property
+    def surface(self) -> str:
+        """Published by the node while somebody listens, sensor_msgs/PointCloud2: skin and cables [m]."""
+        return self._key("surface")
+
+    @property
+    def contacts(self) -> str:
+        """Published by the node while somebody listens, sensor_msgs/PointCloud2: [m] and forces [N]."""
+        return self._key("contacts")
 
     @property
     def plant_token(self) -> str:
@@ -94,19 +104,19 @@ class Keys:
         return self._key("plant", "health")
 
     def targets(self, effectors: tuple[str, ...]) -> tuple[str, ...]:
-        """Key of each effector's target, geometry_msgs/PointStamped [m]."""
+        """Key of each effector's target, of the message type of its kind."""
         return tuple(self._key("target", *parts) for parts in _suffixes(effectors))
 
     def measurements(self, effectors: tuple[str, ...]) -> tuple[str, ...]:
-        """Key of each effector's measured position, geometry_msgs/PointStamped [m]."""
+        """Key of each effector's measured values, of the message type of its kind."""
         return tuple(self._key("measurement", *parts) for parts in _suffixes(effectors))
 
     def effectors(self, effectors: tuple[str, ...]) -> tuple[str, ...]:
-        """Key of each effector's position in the model, geometry_msgs/PointStamped [m]."""
+        """Key of each effector's values in the model, of the message type of its kind."""
         return tuple(self._key("effector", *parts) for parts in _suffixes(effectors))
 
     def plant_effectors(self, effectors: tuple[str, ...]) -> tuple[str, ...]:
-        """Key of each effector's position in a plant, geometry_msgs/PointStamped [m]."""
+        """Key of each effector's values in a plant, of the message type of its kind."""
         return tuple(self._key("plant", "effector", *parts) for parts in _suffixes(effectors))
 
 

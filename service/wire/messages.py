@@ -3,10 +3,12 @@
 | message | keys | fields |
 |---|---|---|
 | geometry_msgs/PointStamped | target, measurement, effector, plant/effector | point [m] in header.frame_id |
+| geometry_msgs/PoseStamped | the same, of a frame | pose.position [m], pose.orientation |
+| sensor_msgs/JointState | the same, of a distance, length or volume | position [m, m³] |
 | sensor_msgs/JointState | actuation, plant/state | position = pull [m], effort = tension [N] |
 | diagnostic_msgs/DiagnosticArray | health, plant/health | see `tauten.service.wire.health` |
 | std_msgs/Float64 | plant/gap | smallest gap [m] |
-| std_msgs/String | command | enable, hold, stop or reset |
+| std_msgs/String | command | see `tauten.service.wire.commands` |
 | tauten_msgs/Tick | tick | see `tauten.service.wire.tick` |
 
 Whatever arrives is checked: decoding returns the message or a `Rejection` and raises nothing.
@@ -28,6 +30,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
 
 POINT = "geometry_msgs/msg/PointStamped"
+POSE = "geometry_msgs/msg/PoseStamped"
 JOINTS = "sensor_msgs/msg/JointState"
 HEALTH = "diagnostic_msgs/msg/DiagnosticArray"
 FLOAT = "std_msgs/msg/Float64"
@@ -54,7 +57,12 @@ float64 complementarity
 float64 stationarity
 uint32 extra_columns
 bool clamped
+float64[] goal_values
+float64[] correction_values
 """
+# As logs have it that were recorded before effectors had kinds: all of them are points.
+TICK_OF_POINTS = "tauten_msgs/msg/TickOfPoints"
+_VALUES = "float64[] goal_values\nfloat64[] correction_values\n"
 
 CDR = "application/cdr"
 JSON = "application/json"
@@ -63,7 +71,7 @@ _CDR_ENCODINGS = frozenset({CDR, "zenoh/bytes", "application/octet-stream"})
 MAX_PAYLOAD = 16_384  # bytes; the largest correct message has a few hundred
 _NANO = 1_000_000_000
 # exceptions of reading fields of a JSON value of any shape, depth and size
-_JSON_ERRORS = (ValueError, TypeError, KeyError, AttributeError, OverflowError, RecursionError)
+JSON_ERRORS = (ValueError, TypeError, KeyError, AttributeError, OverflowError, RecursionError)
 
 
 class RejectionReason(Enum):
@@ -76,11 +84,13 @@ class RejectionReason(Enum):
     WRONG_FRAME = "wrong_frame"
     WRONG_SHAPE = "wrong_shape"
     NOT_FINITE = "not_finite"
+    NO_ROTATION = "no_rotation"
     OUT_OF_REACH = "out_of_reach"
     TOO_OLD = "too_old"
     NOT_PLAUSIBLE = "not_plausible"
     UNKNOWN = "unknown_command"
     NOT_NOW = "not_possible_now"
+    LOCK_REFUSED = "lock_refused"
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,7 +127,8 @@ def typestore() -> Typestore:
     store = get_typestore(Stores.ROS2_HUMBLE)
     store.max_sequence_length = MAX_PAYLOAD
     store.register(get_types_from_msg(TICK_DEFINITION, TICK))
-    for kind in (POINT, JOINTS, HEALTH, FLOAT, TEXT, TICK):
+    store.register(get_types_from_msg(TICK_DEFINITION.removesuffix(_VALUES), TICK_OF_POINTS))
+    for kind in (POINT, POSE, JOINTS, HEALTH, FLOAT, TEXT, TICK):
         store.get_msgdef(kind)  # its code is generated now rather than in a loop
     return store
 
@@ -150,6 +161,12 @@ def header(stamp: int, frame: str) -> Any:
     return new("std_msgs/msg/Header", stamp=time_message(stamp), frame_id=frame)
 
 
+def header_json(stamp: int, frame: str) -> dict[str, Any]:
+    """The fields of a std_msgs/Header of a time [ns since the epoch]."""
+    sec, nanosec = divmod(stamp, _NANO)
+    return {"stamp": {"sec": sec, "nanosec": nanosec}, "frame_id": frame}
+
+
 def time_message(stamp: int) -> Any:
     """builtin_interfaces/Time of a time [ns since the epoch]."""
     return new("builtin_interfaces/msg/Time", sec=stamp // _NANO, nanosec=stamp % _NANO)
@@ -169,12 +186,8 @@ def encode_point(point: Point) -> bytes:
 
 def point_json(point: Point) -> bytes:
     """A point as JSON."""
-    sec, nanosec = divmod(point.stamp, _NANO)
     x, y, z = point.xyz
-    fields = {
-        "header": {"stamp": {"sec": sec, "nanosec": nanosec}, "frame_id": point.frame},
-        "point": {"x": x, "y": y, "z": z},
-    }
+    fields = {"header": header_json(point.stamp, point.frame), "point": {"x": x, "y": y, "z": z}}
     return json.dumps(fields).encode()
 
 
@@ -271,35 +284,55 @@ def _point_from_cdr(payload: bytes) -> Point | Rejection:
     message = from_cdr(POINT, payload)
     if isinstance(message, Rejection):
         return message
-    point, time = message.point, message.header.stamp
-    if not _is_time(time.sec, time.nanosec):
-        return Rejection(
-            RejectionReason.MALFORMED, f"stamp {time.sec} s {time.nanosec} ns is not a time"
-        )
-    return Point(nanoseconds(time), str(message.header.frame_id), (point.x, point.y, point.z))
+    point, time = message.point, time_of(message.header.stamp)
+    if isinstance(time, Rejection):
+        return time
+    return Point(time, str(message.header.frame_id), (point.x, point.y, point.z))
 
 
 def _point_from_json(payload: bytes) -> Point | Rejection:
     try:
         fields = json.loads(payload)
-        point, head = fields["point"], fields.get("header", {})
-        stamp = head.get("stamp", {})
-        x, y, z = (_number(point, name) for name in "xyz")
-        sec, nanosec = (int(stamp.get(name, 0)) for name in ("sec", "nanosec"))
-        if not _is_time(sec, nanosec):
-            raise ValueError(f"stamp {sec} s {nanosec} ns is not a time")
-        return Point(sec * _NANO + nanosec, str(head.get("frame_id", "")), (x, y, z))
-    except _JSON_ERRORS as error:
+        x, y, z = (number(fields["point"], name) for name in "xyz")
+        return Point(*header_from_json(fields), (x, y, z))
+    except JSON_ERRORS as error:
         return Rejection(
             RejectionReason.MALFORMED, f"not a {POINT} as JSON: {type(error).__name__} {error}"
         )
+
+
+def time_of(time: Any) -> int | Rejection:
+    """Nanoseconds since the epoch of a builtin_interfaces/Time that has arrived."""
+    if not _is_time(time.sec, time.nanosec):
+        detail = f"stamp {time.sec} s {time.nanosec} ns is not a time"
+        return Rejection(RejectionReason.MALFORMED, detail)
+    return nanoseconds(time)
+
+
+def header_from_json(fields: Mapping[str, Any]) -> tuple[int, str]:
+    """Time [ns since the epoch] and frame of a message, 0 and "" where it names none.
+
+    Raises:
+        ValueError, TypeError, AttributeError: they are none, see `JSON_ERRORS`.
+    """
+    head = fields.get("header", {})
+    stamp = head.get("stamp", {})
+    sec, nanosec = (int(stamp.get(name, 0)) for name in ("sec", "nanosec"))
+    if not _is_time(sec, nanosec):
+        raise ValueError(f"stamp {sec} s {nanosec} ns is not a time")
+    return sec * _NANO + nanosec, str(head.get("frame_id", ""))
 
 
 def _is_time(sec: int, nanosec: int) -> bool:
     return 0 <= sec < 2**31 and 0 <= nanosec < _NANO
 
 
-def _number(fields: Mapping[str, object], name: str) -> float:
+def number(fields: Mapping[str, object], name: str) -> float:
+    """A number of a JSON object.
+
+    Raises:
+        KeyError, TypeError: there is none.
+    """
     value = fields[name]
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise TypeError(f"{name} is not a number")

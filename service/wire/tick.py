@@ -9,8 +9,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from tauten.service.wire.messages import (
     TICK,
+    TICK_OF_POINTS,
     Rejection,
     RejectionReason,
     from_cdr,
@@ -36,7 +39,8 @@ class Tick:
         mode: of the node.
         cause: why it did not follow.
         status: name of the decision's `Status`, "" when nothing was decided.
-        goal: positions wanted, one an effector [m]; empty when nothing was decided.
+        goal: positions wanted, one an effector [m]; empty when nothing was decided. For drawing; of a
+            distance, length or volume, where it is in the model.
         correction: added to the goal in a closed loop, one an effector [m]; empty in an open one.
         target_stamp: time in the target's header [ns since the epoch], 0 without.
         lateness: how late the tick began [s].
@@ -51,6 +55,9 @@ class Tick:
         stationarity: certificate of the decision or of the hold.
         extra_columns: contacts that joined the basis for this tick.
         clamped: whether the limiter changed the actuation.
+        goal_values: goal values of all effectors, see `tauten.model.EffectorLayout`; empty when nothing
+            was decided. Where they are missing when a tick is decoded, they are those of `goal`.
+        correction_values: of all effector rows, added to the goal in a closed loop; empty in an open one.
     """
 
     stamp: int
@@ -73,6 +80,8 @@ class Tick:
     stationarity: float
     extra_columns: int
     clamped: bool
+    goal_values: tuple[float, ...] = ()
+    correction_values: tuple[float, ...] = ()
 
 
 def encode_tick(tick: Tick) -> bytes:
@@ -102,17 +111,28 @@ def encode_tick(tick: Tick) -> bytes:
         stationarity=tick.stationarity,
         extra_columns=tick.extra_columns,
         clamped=tick.clamped,
+        goal_values=np.array(tick.goal_values, dtype=np.float64),
+        correction_values=np.array(tick.correction_values, dtype=np.float64),
     )
     return to_cdr(TICK, message)
 
 
 def decode_tick(payload: bytes) -> Tick | Rejection:
-    """A tick from CDR."""
+    """A tick from CDR, also one that was recorded before effectors had kinds."""
     message: Any = from_cdr(TICK, payload)
     if isinstance(message, Rejection):
-        return message
+        of_points = from_cdr(TICK_OF_POINTS, payload)
+        if isinstance(of_points, Rejection):
+            return message
+        message = of_points
     if message.mode not in set(Mode) or message.cause not in set(Cause):
         return Rejection(RejectionReason.MALFORMED, f"no mode {message.mode[:20]!r} or cause")
+
+    def values(field: str) -> tuple[float, ...]:
+        return tuple(getattr(message, field, np.zeros(0)).tolist())
+
+    goal = tuple((point.x, point.y, point.z) for point in message.goal)
+    correction = tuple((point.x, point.y, point.z) for point in message.correction)
     return Tick(
         stamp=nanoseconds(message.header.stamp),
         frame=message.header.frame_id,
@@ -120,8 +140,8 @@ def decode_tick(payload: bytes) -> Tick | Rejection:
         mode=Mode(message.mode),
         cause=Cause(message.cause),
         status=message.status,
-        goal=tuple((point.x, point.y, point.z) for point in message.goal),
-        correction=tuple((point.x, point.y, point.z) for point in message.correction),
+        goal=goal,
+        correction=correction,
         target_stamp=nanoseconds(message.target_stamp),
         lateness=message.lateness,
         latency=message.latency,
@@ -134,4 +154,10 @@ def decode_tick(payload: bytes) -> Tick | Rejection:
         stationarity=message.stationarity,
         extra_columns=message.extra_columns,
         clamped=message.clamped,
+        goal_values=values("goal_values") or _flat(goal),
+        correction_values=values("correction_values") or _flat(correction),
     )
+
+
+def _flat(positions: Positions) -> tuple[float, ...]:
+    return tuple(value for position in positions for value in position)

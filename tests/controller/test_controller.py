@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support.bodies import beam_robot, box_mesh
+from support.robots.bodies import beam_robot, box_mesh
 
 from tauten.controller import Controller
 from tauten.controller.qpcc import Status

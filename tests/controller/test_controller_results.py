@@ -6,7 +6,7 @@ from dataclasses import fields, replace
 
 import numpy as np
 import pytest
-from support.bodies import beam_robot, box_mesh
+from support.robots.bodies import beam_robot, box_mesh
 
 from tauten.controller import (
     Actuation,

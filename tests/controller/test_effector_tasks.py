@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.bodies import beam_robot, box_mesh
 from support.effectors import hollow_mesh
+from support.robots.bodies import beam_robot, box_mesh
 
 from tauten.controller import Controller, ControllerSettings, Status
 from tauten.model import Pose, Robot, Simulator

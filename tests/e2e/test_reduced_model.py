@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from support.nodes import last_health, point_at
 from support.processes import Served, run_main, start, wait_alive
-from support.thumb import write_thumb
+from support.robots.thumb import write_thumb
 
 from tauten.controller import Controller
 from tauten.model import load_robot

@@ -15,7 +15,7 @@ from typing import Any
 import meshio
 import numpy as np
 import pytest
-from support.bodies import box_mesh
+from support.robots.bodies import box_mesh
 
 from tauten.model import MeshError, RobotFileError, load_robot
 from tauten.model.numerics import FactorisationError

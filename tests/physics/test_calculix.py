@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.solids import body_of_quadratic_mesh
+from support.robots.solids import body_of_quadratic_mesh
 
 from tauten.model.materials import neo_hookean
 

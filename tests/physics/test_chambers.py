@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.chambers import CABLE, hollow_sphere, pneumatic_robot
-from support.sofa_robots import pneumatic_finger
+from support.robots.bodies import CABLE, hollow_sphere, pneumatic_robot
+from support.robots.sofa_robots import pneumatic_finger
 
 from tauten.model import Robot, Simulator
 from tauten.model.mesh import boundary_triangles

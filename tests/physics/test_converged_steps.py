@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.bodies import beam_robot, box_mesh
+from support.robots.bodies import beam_robot, box_mesh
 
 from tauten.model import Robot, Simulator, load_robot
 from tauten.model.beams import BeamRobot

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 from scipy.spatial.transform import Rotation
-from support.bodies import box_mesh
-from support.solids import Body, Kind, element_mesh, face_load, make_body
+from support.robots.bodies import box_mesh
+from support.robots.solids import Body, Kind, element_mesh, face_load, make_body
 
 from tauten.model.materials import (
     EXACT,

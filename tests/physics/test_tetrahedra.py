@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 from scipy.spatial.transform import Rotation
-from support.bodies import box_mesh
+from support.robots.bodies import box_mesh
 
 from tauten.model import make_pattern
 from tauten.model.mesh import TetMesh

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support.solids import Kind, make_body
+from support.robots.solids import Kind, make_body
 
 from tauten.model.materials import corotational
 from tauten.model.mesh import TetMesh, boundary_triangles, oriented

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.bodies import beam_config, box_mesh
+from support.robots.bodies import beam_config, box_mesh
 
 from tauten.model import Simulator, State
 from tauten.model.load import build_robot

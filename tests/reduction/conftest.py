@@ -6,7 +6,7 @@ forces move over the faces as the notches close, and most candidates never touch
 
 import numpy as np
 import pytest
-from support.thumb import thumb_mesh, thumb_settings
+from support.robots.thumb import thumb_mesh, thumb_settings
 
 from tauten.model.load import build_robot
 from tauten.model.numerics import Array, coordinates

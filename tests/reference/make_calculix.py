@@ -20,8 +20,8 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from support.bodies import box_mesh
-from support.solids import face_load
+from support.robots.bodies import box_mesh
+from support.robots.solids import face_load
 
 from tauten.model.materials import lame_parameters
 from tauten.model.mesh import QuadraticMesh, TetMesh, quadratic_mesh

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from support.beam_robots import build, cable, path_of_beams, rectangle
-from support.bodies import beam_robot, box_mesh
+from support.robots.beam_robots import build, cable, path_of_beams, rectangle
+from support.robots.bodies import beam_robot, box_mesh
 from tauten.model import Robot, State
 from tauten.model.beams import BeamRobot
 from tauten.model.mesh import TetMesh

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 import zenoh
 
-from support.bodies import box_mesh
+from support.robots.bodies import box_mesh
 from tauten.service.cli import main
 from tauten.service.wire import Keys, is_alive
 

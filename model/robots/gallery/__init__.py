@@ -1,6 +1,19 @@
 """Scripts that make the robots of the gallery: meshes and robot files."""
 
+from collections.abc import Callable
+from pathlib import Path
+
 from tauten.model.robots.gallery.diamond import make_diamond
+from tauten.model.robots.gallery.pneumatic_finger import make_pneumatic_finger
+from tauten.model.robots.gallery.tripod import make_tripod
 from tauten.model.robots.gallery.trunk import make_trunk
 
-__all__ = ["make_diamond", "make_trunk"]
+# Each writes the files of a robot into a folder and returns lines about them.
+ROBOTS: dict[str, Callable[[Path], list[str]]] = {
+    "trunk": make_trunk,
+    "diamond": make_diamond,
+    "tripod": make_tripod,
+    "pneumatic_finger": make_pneumatic_finger,
+}
+
+__all__ = ["ROBOTS"]

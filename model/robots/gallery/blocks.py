@@ -39,6 +39,12 @@ def joined(parts: list[tuple[Array, Ints]]) -> tuple[Array, Ints]:
     return points[first], number.ravel()[cells]
 
 
+def used_cells(nodes: Array, cells: Ints) -> tuple[Array, Ints]:
+    """Some hexahedra (c, 8) of a grid with the nodes that they have."""
+    used, numbers = np.unique(cells, return_inverse=True)
+    return nodes[used], numbers.reshape(-1, 8)
+
+
 def tetrahedra(nodes: Array, cells: Ints) -> Ints:
     """Six tetrahedra for each hexahedron (c, 8), which fit those of its neighbours: (6 c, 4).
 
@@ -68,6 +74,7 @@ def write_mesh(path: Path, nodes: Array, cells: Ints) -> str:
         nodes: (n, 3) [m].
         cells: (c, 8) hexahedra.
     """
+    nodes = nodes + 0.0  # no negative zeros
     tets = tetrahedra(nodes, cells)
     meshio.write(path, meshio.Mesh(nodes, [("tetra", tets)]))
     return f"{path}: {len(nodes)} nodes, {len(tets)} tetrahedra"

@@ -38,6 +38,9 @@ rayleigh_stiffness = 0.02
 [controller]
 rate = 50.0
 
+[model]
+order = "reduced"
+
 [service]
 target_timeout = 0.5
 release_time = 1.0
@@ -48,7 +51,7 @@ CABLE = """
 name = "{name}"
 pull_point = [{px:g}, {py:g}, 0.0]
 points = [[{x:g}, {y:g}, {z:g}]]
-max_tension = 15.0
+max_tension = 8.0
 min_pull = {out:g}             # the winch pays out when the other legs move this one
 max_pull = {pull:g}
 max_rate = 0.06
@@ -112,7 +115,7 @@ def make_text(shape: DiamondShape) -> str:
     for k, name in enumerate(NAMES):
         x, y = (turn(k) @ [r, 0.0, 0.0])[:2] + 0.0
         px, py = (turn(k) @ [shape.pull_radius, 0.0, 0.0])[:2] + 0.0
-        text += CABLE.format(name=name, px=px, py=py, x=x, y=y, z=z, out=-0.02, pull=0.02)
+        text += CABLE.format(name=name, px=px, py=py, x=x, y=y, z=z, out=-0.012, pull=0.012)
     return text
 
 

@@ -260,7 +260,7 @@ def path_distance(name: str, seconds: float) -> PathDistance:
     time = robot.h * np.arange(1.0, round(seconds * robot.integration.rate) + 1)
     pulls, model = [], []
     for moment in time % path.times[-1]:
-        target = [np.interp(moment, path.times, path.points[:, axis]) for axis in range(3)]
+        target = [np.interp(moment, path.times, path.values[:, axis]) for axis in range(3)]
         goal = np.vstack([target, controller.effector[1:]])
         actuation = controller.step(goal)
         pulls.append(actuation.pull)

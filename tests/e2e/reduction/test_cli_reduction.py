@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.processes import START, run_main, start
-from support.thumb import write_thumb
+from support.robots.thumb import write_thumb
 
 from tauten.reduction import ContactBasis
 from tauten.reduction.campaign import Snapshots

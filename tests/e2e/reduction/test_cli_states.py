@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.processes import run_main
-from support.thumb import write_thumb
+from support.robots.thumb import write_thumb
 
 from tauten.controller import Controller
 from tauten.model import load_robot

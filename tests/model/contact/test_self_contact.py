@@ -7,8 +7,8 @@ from pathlib import Path
 import meshio
 import numpy as np
 import pytest
-from support.bodies import box_mesh
 from support.processes import ROBOT
+from support.robots.bodies import box_mesh
 
 from tauten.model import Robot, RobotFileError, Simulator, TetRobot, load_robot
 from tauten.model.numerics import Array, Ints

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import re
+import tomllib
 from pathlib import Path
 
 import meshio
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from support.bodies import beam_config, box_mesh
+from support.robots.bodies import beam_config, box_mesh
 
 from tauten.model import Simulator, TetRobot
 from tauten.model.load import build_robot, make_robot
@@ -194,3 +196,11 @@ def test_axis_and_angle_are_the_quaternion() -> None:
         for table in (by_axis, finger_table(0.0))
     ]
     assert np.allclose(*nodes, atol=1e-15)
+
+
+def test_examples_of_the_page_are_robot_files() -> None:
+    page = (Path(__file__).parents[3] / "docs" / "bodies.md").read_text(encoding="utf-8")
+    examples = re.findall(r"```toml\n(.*?)```", page, flags=re.DOTALL)
+    assert len(examples) == 2
+    for example in examples:
+        validated(RobotConfig, tomllib.loads(example), "bodies.md")

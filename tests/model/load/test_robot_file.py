@@ -8,7 +8,7 @@ from pathlib import Path
 import meshio
 import numpy as np
 import pytest
-from support.bodies import beam_config, box_mesh
+from support.robots.bodies import beam_config, box_mesh
 
 from tauten.model.load import build_robot, load_robot
 from tauten.model.schema import RobotConfig, RobotFileError

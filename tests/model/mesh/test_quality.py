@@ -7,7 +7,7 @@ from pathlib import Path
 import meshio
 import numpy as np
 import pytest
-from support.bodies import box_mesh
+from support.robots.bodies import box_mesh
 
 from tauten.model.mesh import (
     MeshError,

@@ -8,7 +8,7 @@ import meshio
 import numpy as np
 import pytest
 from pydantic import TypeAdapter
-from support.bodies import beam_config, box_mesh
+from support.robots.bodies import beam_config, box_mesh
 
 from tauten.model.load import build_robot
 from tauten.model.mesh import Selector, TetMesh, make_selector, read_mesh, read_quadratic_mesh

@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 from scipy.optimize import root
 from scipy.spatial.transform import Rotation
-from support.beam_robots import build, path_of_beams, rectangle, under_force, with_profile
 from support.exact_rod import AXIS, Rod, stiffness
+from support.robots.beam_robots import build, path_of_beams, rectangle, under_force, with_profile
 
 from tauten.model.beams import BeamRobot, Profile, bar
 from tauten.model.body import Material

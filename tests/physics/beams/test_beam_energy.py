@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.beam_robots import build, path_of_beams, rectangle, under_force
+from support.robots.beam_robots import build, path_of_beams, rectangle, under_force
 
 from tauten.model import Simulator, State, load_robot
 from tauten.model.beams import BeamRobot, assemble_beams, bar

@@ -15,7 +15,7 @@ import pytest
 import scipy.sparse as sp
 from scipy.optimize import brentq
 from scipy.special import ellipe, ellipk
-from support.beam_robots import build, path_of_beams, rectangle, under_force
+from support.robots.beam_robots import build, path_of_beams, rectangle, under_force
 
 from tauten.model import Ending, Simulator, State
 from tauten.model.beams import BeamRobot, bar

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import root
-from support.beam_robots import build, cable, path_of_beams, rectangle
+from support.robots.beam_robots import build, cable, path_of_beams, rectangle
 
 from tauten.model import Simulator, State
 from tauten.model.beams import BeamRobot, bar

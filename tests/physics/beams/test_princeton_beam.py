@@ -12,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.beam_robots import build, path_of_beams, rectangle, under_force
 from support.exact_rod import Rod, stiffness
+from support.robots.beam_robots import build, path_of_beams, rectangle, under_force
 
 from tauten.model.beams import BeamRobot, bar
 from tauten.model.body import Material

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from scipy.sparse import csc_array
-from support.small_bodies import KINDS, small_body
+from support.robots.small_bodies import KINDS, small_body
 from support.state_bases import basis_of, turned_space
 
 from tauten.model import Integration, Simulator, State

@@ -37,7 +37,7 @@ START = 1_700_000_000 * 10**9  # ns
 
 
 def points(values: np.ndarray) -> Positions:
-    return tuple((x, y, z) for x, y, z in values.tolist())
+    return tuple((x, y, z) for x, y, z in values.reshape(-1, 3).tolist())
 
 
 def write(
@@ -82,7 +82,7 @@ def record(name: str, folder: Path) -> Path:
     targets = reached(setup, share, ticks)
     loop = ControlLoop(warm_controller(setup), settings=setup.service)
     plant = Simulator(load_robot(name, young_scale=STIFFER), "full")
-    feedback = Feedback(len(targets[0]), setup.service.feedback_gain, LARGEST * robot.size)
+    feedback = Feedback(robot.effector_layout, setup.service.feedback_gain, LARGEST * robot.size)
     for index in range(ticks):
         done = index / ticks
         following = done >= IDLE and not HOLD <= done < HOLD + IDLE
@@ -93,13 +93,13 @@ def record(name: str, folder: Path) -> Path:
         loop.prepare()
         plant.step(tension=action.actuation.tension)
         if done > HOLD:
-            feedback.observe(loop.controller.effector, plant.effector, robot.h)
+            feedback.observe(loop.controller.effector_values, plant.effector_values, robot.h)
     recorder.close()
     return path
 
 
 def reached(setup: Setup, share: float, ticks: int) -> np.ndarray:
-    """Effectors (s, p, 3) of a controller's own model whose cables are pulled and let go in turns."""
+    """Goal values (s, n_v) of a controller's own model whose cables are pulled and let go in turns."""
     robot = setup.robot
     simulator, found = Simulator(robot, setup.contact), []
     lag = 2.0 * np.pi * np.arange(robot.n_a) / robot.n_a
@@ -108,7 +108,7 @@ def reached(setup: Setup, share: float, ticks: int) -> np.ndarray:
         swing = 0.5 * (1.0 - np.cos(phase))
         turn = np.ones(1) if robot.n_a == 1 else np.maximum(np.cos(2.0 * phase - lag), 0.0)
         simulator.step(pull=share * swing * turn * robot.limits.pull_max)
-        found.append(simulator.effector)
+        found.append(simulator.effector_values)
     return np.array(found)
 
 

@@ -39,11 +39,11 @@ def cases(beam: Robot) -> list[Case]:
 
 def test_cases_start_at_rest_and_are_within_reach(beam: Robot, cases: list[Case]) -> None:
     assert tuple(case.name for case in cases) == CASES
-    rest = beam.effector(beam.rest())
+    rest = beam.effector_values(beam.rest())
     for case in cases:
-        assert case.targets.shape == (200, 2, 3)
+        assert case.targets.shape == (200, 6)
         np.testing.assert_allclose(case.targets[0], rest, atol=1e-6)
-        assert 0.002 < np.linalg.norm(case.targets[:, 0] - rest[0], axis=1).max() < 0.08
+        assert 0.002 < np.linalg.norm(case.targets[:, :3] - rest[:3], axis=1).max() < 0.08
     again = make_cases(beam, 4.0, 0, lambda: None)
     np.testing.assert_array_equal(again[3].targets, cases[3].targets)
 
@@ -80,9 +80,9 @@ def made_up(error: list[float]) -> Trace:
 
 
 def test_settling_counts_from_the_step_to_the_last_time_outside() -> None:
-    targets = np.zeros((6, 1, 3))
-    targets[2:, 0, 0] = 1.0
-    step = Case("step", targets, 2)
+    targets = np.zeros((6, 3))
+    targets[2:, 0] = 1.0
+    step = Case("step", targets, 2, 1.0)
     assert settling(step, made_up([0.0, 0.0, 1.0, 0.5, 0.01, 0.01]), 0.1) == pytest.approx(0.2)
     assert settling(step, made_up([0.0, 0.0, 1.0, 0.01, 0.5, 0.01]), 0.1) == pytest.approx(0.3)
     assert settling(step, made_up([0.0, 0.0, 1.0, 0.5, 0.5, 0.5]), 0.1) is None

@@ -7,7 +7,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 import pytest
-from support.thumb import write_thumb
+from support.robots.thumb import write_thumb
 
 from tauten.model import load_robot
 from tauten.reduction.campaign import ramp

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import meshio
 import pytest
-from support.bodies import box_mesh
+from support.robots.bodies import box_mesh
 from typer.testing import CliRunner
 
 from tauten.service.bench.elements import ElementBenchSettings, bench_elements, parse_law

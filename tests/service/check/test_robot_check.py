@@ -9,8 +9,8 @@ from pathlib import Path
 import meshio
 import numpy as np
 import pytest
-from support.bodies import box_mesh
 from support.processes import run_main
+from support.robots.bodies import box_mesh
 
 from tauten.model import Simulator, load_robot
 from tauten.model.load import robot_path

@@ -8,11 +8,15 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from support.effectors import END, solid
 
+from tauten.model import point_layout
 from tauten.service.node import Feedback, MeasurementCheck, ModelHistory, stable_gain
 
 H = 0.02
-OFF = np.array([[0.003, 0.0, -0.002]])  # the robot is that far from its model
+LAYOUT = point_layout(["tip"])
+BOTH = point_layout(["tip", "middle"])
+OFF = np.array([0.003, 0.0, -0.002])  # the robot is that far from its model
 
 
 def follow(feedback: Feedback, target: np.ndarray, reach: float, steps: int) -> np.ndarray:
@@ -27,7 +31,7 @@ def follow(feedback: Feedback, target: np.ndarray, reach: float, steps: int) -> 
 
 
 def test_a_mismatch_is_removed_at_the_gains_pace() -> None:
-    feedback, target = Feedback(1, gain=2.0, largest=1.0), np.array([[0.01, 0.02, 0.0]])
+    feedback, target = Feedback(LAYOUT, gain=2.0, largest=1.0), np.array([0.01, 0.02, 0.0])
     error = [float(np.linalg.norm(follow(feedback, target, 1.0, 25) - target)) for _ in range(6)]
     # half a second a turn: the error falls by e each
     np.testing.assert_allclose(np.array(error[1:]) / error[:-1], np.exp(-1.0), rtol=1e-9)
@@ -35,25 +39,25 @@ def test_a_mismatch_is_removed_at_the_gains_pace() -> None:
 
 
 def test_a_target_out_of_reach_does_not_wind_it_up() -> None:
-    feedback, far = Feedback(1, gain=2.0, largest=10.0), np.array([[0.3, 0.0, 0.0]])
+    feedback, far = Feedback(LAYOUT, gain=2.0, largest=10.0), np.array([0.3, 0.0, 0.0])
     follow(feedback, far, reach=0.1, steps=5000)
     assert np.linalg.norm(feedback.correction) <= np.linalg.norm(OFF) * (1.0 + 1e-9)
     # so back in reach it is right at once
-    near = np.array([[0.05, 0.0, 0.0]])
+    near = np.array([0.05, 0.0, 0.0])
     np.testing.assert_allclose(follow(feedback, near, 0.1, 2), near, atol=1e-6)
 
 
 @given(st.lists(st.tuples(st.floats(-1.0, 1.0), st.floats(0.0, 10.0)), max_size=30))
 def test_no_correction_is_longer_than_allowed(seen: list[tuple[float, float]]) -> None:
-    feedback = Feedback(1, gain=5.0, largest=0.02)
+    feedback = Feedback(LAYOUT, gain=5.0, largest=0.02)
     for off, seconds in seen:
-        feedback.observe(np.full((1, 3), off), np.zeros((1, 3)), seconds)
+        feedback.observe(np.full(3, off), np.zeros(3), seconds)
         assert np.linalg.norm(feedback.correction) <= 0.02 * (1.0 + 1e-12)
 
 
 def test_long_pauses_do_not_overshoot() -> None:
-    feedback = Feedback(1, gain=50.0, largest=1.0)
-    feedback.observe(OFF, np.zeros((1, 3)), 100.0)
+    feedback = Feedback(LAYOUT, gain=50.0, largest=1.0)
+    feedback.observe(OFF, np.zeros(3), 100.0)
     np.testing.assert_allclose(feedback.correction, OFF)
     feedback.reset()
     assert not feedback.correction.any()
@@ -61,15 +65,15 @@ def test_long_pauses_do_not_overshoot() -> None:
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
 def test_a_model_that_is_lost_corrects_nothing(bad: float) -> None:
-    feedback = Feedback(1, gain=5.0, largest=0.02)
-    feedback.observe(np.full((1, 3), bad), np.zeros((1, 3)), 1.0)
+    feedback = Feedback(LAYOUT, gain=5.0, largest=0.02)
+    feedback.observe(np.full(3, bad), np.zeros(3), 1.0)
     assert not feedback.correction.any()
 
 
 def with_delay(feedback: Feedback, delay: float, seconds: float) -> np.ndarray:
     """Error (k,) of a robot unlike its model, whose late measurement is compared with the present model."""
-    target, steps = np.array([[0.01, 0.02, 0.0]]), round(delay / H)
-    robot, error = [np.zeros((1, 3))] * (steps + 1), []
+    target, steps = np.array([0.01, 0.02, 0.0]), round(delay / H)
+    robot, error = [np.zeros(3)] * (steps + 1), []
     for _ in range(round(seconds / H)):
         model = target + feedback.correction
         robot.append(model - OFF)
@@ -80,9 +84,9 @@ def with_delay(feedback: Feedback, delay: float, seconds: float) -> np.ndarray:
 
 def test_a_late_measurement_is_stable_with_the_gain_of_a_stated_delay() -> None:
     size = float(np.linalg.norm(OFF))
-    swinging = with_delay(Feedback(1, gain=2.0, largest=0.1), delay=1.0, seconds=40.0)
+    swinging = with_delay(Feedback(LAYOUT, gain=2.0, largest=0.1), delay=1.0, seconds=40.0)
     assert swinging[-200:].max() > 3.0 * size
-    stable = with_delay(Feedback(1, gain=2.0, largest=0.1, delay=1.0), delay=1.0, seconds=40.0)
+    stable = with_delay(Feedback(LAYOUT, gain=2.0, largest=0.1, delay=1.0), delay=1.0, seconds=40.0)
     assert stable[-200:].max() < 0.01 * size
 
 
@@ -95,10 +99,10 @@ def test_the_gain_is_below_the_limit_of_the_delay(gain: float, delay: float) -> 
 def test_the_model_of_a_moment_ago_is_found() -> None:
     history = ModelHistory()
     for tick in range(10):
-        history.add(0.1 * tick, np.full((1, 3), float(tick)))
-    assert history.at(0.35)[0, 0] == 3.0
-    assert history.at(0.9)[0, 0] == 9.0
-    assert history.at(0.1)[0, 0] == 9.0  # older ones are forgotten
+        history.add(0.1 * tick, np.full(3, float(tick)))
+    assert history.at(0.35)[0] == 3.0
+    assert history.at(0.9)[0] == 9.0
+    assert history.at(0.1)[0] == 9.0  # older ones are forgotten
 
 
 SIZE = 0.1
@@ -107,11 +111,11 @@ REST = np.array([[0.1, 0.0, 0.0], [0.05, 0.0, 0.0]])
 
 def check(measure: object, scale: float = 1.0) -> tuple[MeasurementCheck, list[str]]:
     """What a check finds while the model swings up and down, and measurements are made of it."""
-    found, reasons = MeasurementCheck(SIZE, 0.25 * SIZE), []
+    found, reasons = MeasurementCheck(BOTH, SIZE, 0.25 * SIZE), []
     for tick in range(200):
         up = 0.015 * scale * np.sin(2.0 * pi * tick / 100.0)
         model = REST + np.array([[0.0, 0.0, up], [0.0, 0.0, 0.3 * up]])
-        reasons.append(found.reason(model, measure(model), H))  # type: ignore[operator]
+        reasons.append(found.reason(model.ravel(), measure(model).ravel(), H))  # type: ignore[operator]
     return found, reasons
 
 
@@ -148,14 +152,68 @@ def test_a_frozen_mirrored_turned_or_exchanged_measurement_is_not(
 
 
 def test_effectors_that_are_close_to_each_other_are_found_exchanged() -> None:
-    found = MeasurementCheck(SIZE, 0.25 * SIZE)
+    found = MeasurementCheck(BOTH, SIZE, 0.25 * SIZE)
     model = np.array([[0.1, 0.0, 0.0], [0.09, 0.0, 0.0]])
-    assert found.reason(model, model[::-1], H) == "two measured effectors are exchanged"
+    assert (
+        found.reason(model.ravel(), model[::-1].ravel(), H)
+        == "two measured effectors are exchanged"
+    )
 
 
 def test_a_single_jump_is_refused_and_the_next_measurement_used() -> None:
-    found = MeasurementCheck(SIZE, 0.25 * SIZE)
-    assert found.reason(REST, REST, H) == ""
-    assert "jumps by 20 mm" in found.reason(REST, REST + np.array([0.0, 0.0, 0.02]), H)
-    assert found.reason(REST, REST + 1e-4, 2.0 * H) == ""
+    found = MeasurementCheck(BOTH, SIZE, 0.25 * SIZE)
+    assert found.reason(REST.ravel(), REST.ravel(), H) == ""
+    assert "jumps by 20 mm" in found.reason(
+        REST.ravel(), (REST + np.array([0.0, 0.0, 0.02])).ravel(), H
+    )
+    assert found.reason(REST.ravel(), REST.ravel() + 1e-4, 2.0 * H) == ""
     assert not found.fault
+
+
+FRAME = solid([{"name": "tool", "kind": "frame", "region": END}]).effector_layout
+LENGTH = solid().size
+
+
+def turned(values: np.ndarray, *turn: float) -> np.ndarray:
+    """A pose turned about its own axes [rad]."""
+    return FRAME.moved(values, np.array([0.0, 0.0, 0.0, *turn]))
+
+
+POSE = np.array([0.1, 0.01, 0.01, 1.0, 0.0, 0.0, 0.0])
+
+
+def test_a_turned_robot_is_corrected_until_it_has_the_targets_rotation() -> None:
+    """The robot is turned and displaced against its model; the model reaches every goal."""
+    feedback = Feedback(FRAME, gain=2.0, largest=1.0)
+    target = turned(POSE, 0.2, -0.3, 0.1)
+    measured = POSE
+    for _ in range(400):
+        model = FRAME.moved(target, feedback.correction)
+        measured = FRAME.moved(model, np.array([2e-3, 0.0, -1e-3, 0.05, 0.02, -0.03]))
+        feedback.observe(model, measured, H)
+    np.testing.assert_allclose(FRAME.difference(measured, target), np.zeros(6), atol=1e-6)
+    assert np.linalg.norm(feedback.correction[3:]) == pytest.approx(
+        np.linalg.norm([0.05, 0.02, -0.03]), rel=0.01
+    )
+
+
+def test_no_correction_of_a_rotation_is_larger_than_allowed() -> None:
+    feedback = Feedback(FRAME, gain=50.0, largest=0.25 * LENGTH)
+    for _ in range(20):
+        feedback.observe(turned(POSE, 0.0, 0.0, 1.0), POSE, 1.0)
+    assert np.linalg.norm(feedback.correction[3:]) == pytest.approx(0.25)
+    assert feedback.length == pytest.approx(0.25 * LENGTH)
+    assert not feedback.correction[:3].any()
+
+
+def test_a_rotation_that_is_off_jumps_or_does_not_follow_is_not_plausible() -> None:
+    found = MeasurementCheck(FRAME, LENGTH, 0.25 * LENGTH)
+    assert "mm from the model" in found.reason(POSE, turned(POSE, 0.0, 0.4, 0.0), H)
+    assert found.reason(POSE, POSE, H) == ""
+    assert "jumps" in found.reason(POSE, turned(POSE, 0.0, 0.2, 0.0), 1e-3)
+    assert found.reason(POSE, -POSE * [-1, -1, -1, 1, 1, 1, 1], H) == ""  # the same rotation
+    frozen, reasons = MeasurementCheck(FRAME, LENGTH, 0.25 * LENGTH), []
+    for tick in range(200):
+        model = turned(POSE, 0.0, 0.12 * np.sin(2.0 * pi * tick / 100.0), 0.0)
+        reasons.append(frozen.reason(model, POSE, H))
+    assert "does not follow" in reasons[-1]

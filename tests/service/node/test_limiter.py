@@ -27,24 +27,52 @@ REST = Actuation(
     Status.OK,
     NO_CERTIFICATE,
 )
+# chambers: one with pressure and vacuum, one with vacuum only
+CHAMBERS = Limits(
+    tension_min=np.array([-5e3, -2e4]),
+    tension_max=np.array([4e4, 0.0]),
+    pull_min=np.array([-8e-6, -3e-5]),
+    pull_max=np.array([8e-6, 0.0]),
+    rate=np.array([2e-5, 1e-4]),
+)
 anything = st.lists(st.floats() | st.floats(-0.05, 0.05), min_size=2, max_size=2).map(np.array)
 hostile = st.tuples(anything, anything) | st.just((np.zeros(3), np.zeros(2)))
 
 
+@pytest.mark.parametrize("limits", [LIMITS, CHAMBERS])
 @settings(max_examples=300, deadline=None)  # the first one loads the kernels
-@given(st.lists(hostile, min_size=1, max_size=30))
-def test_every_output_is_within_limits_and_rate(inputs: list[tuple[Array, Array]]) -> None:
-    last = REST
+@given(inputs=st.lists(hostile, min_size=1, max_size=30), unit=st.sampled_from([1.0, 1e-4, 1e6]))
+def test_every_output_is_within_limits_and_rate(
+    limits: Limits, inputs: list[tuple[Array, Array]], unit: float
+) -> None:
+    limiter = ActuationLimiter(limits, H)
+    last = REST.with_values(limiter.rest_pull, limiter.rest_tension, clamped=False)
     for pull, tension in inputs:
-        out = LIMITER.limit(REST.with_values(pull, tension, clamped=False), last)
+        with np.errstate(over="ignore"):
+            wanted = REST.with_values(pull * unit, tension * unit, clamped=False)
+        out = limiter.limit(wanted, last)
         assert np.isfinite(out.pull).all()
         assert np.isfinite(out.tension).all()
-        assert (LIMITS.pull_min <= out.pull).all()
-        assert (out.pull <= LIMITS.pull_max).all()
-        assert (LIMITS.tension_min <= out.tension).all()
-        assert (out.tension <= LIMITS.tension_max).all()
-        assert (np.abs(out.pull - last.pull) <= LIMITS.rate * H * (1.0 + 1e-12)).all()
+        assert (limits.pull_min <= out.pull).all()
+        assert (out.pull <= limits.pull_max).all()
+        assert (limits.tension_min <= out.tension).all()
+        assert (out.tension <= limits.tension_max).all()
+        assert (np.abs(out.pull - last.pull) <= limits.rate * H * (1.0 + 1e-12)).all()
         last = out
+
+
+def test_chambers_are_released_to_the_pressure_outside() -> None:
+    limiter = ActuationLimiter(CHAMBERS, H)
+    start = REST.with_values(np.array([6e-6, -2e-5]), np.array([3e4, -1e4]), clamped=False)
+    last = start
+    for wanted in limiter.release(start, 0.1):
+        out = limiter.limit(wanted, last)
+        assert (np.abs(out.tension) <= np.abs(last.tension)).all()
+        if limiter.at_rest(out):
+            break
+        last = out
+    np.testing.assert_array_equal(out.tension, 0.0)
+    np.testing.assert_array_equal(out.pull, 0.0)
 
 
 def limited(pull: list[float], tension: list[float]) -> Actuation:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
-from support.bodies import beam_robot, box_mesh
+from support.robots.bodies import beam_robot, box_mesh
 
 from tauten.controller import Controller, Status
 from tauten.model import Robot, Simulator

@@ -17,11 +17,11 @@ from tauten.service.settings import ServiceSettings
 from tauten.service.wire import (
     CDR,
     Cause,
+    EffectorSubscriber,
     Level,
     Mode,
     OperatorCommand,
     Point,
-    PositionSubscriber,
     encode_point,
 )
 
@@ -52,8 +52,8 @@ class Rig:
         self.loop = ControlLoop(Controller(robot))
         self.plant = Simulator(robot, contact="none")
         self.rings = [Ring() for _ in robot.effector_names]
-        rest = robot.effector(robot.rest())
-        subscriber = PositionSubscriber(self.rings, robot.frame, rest, 1.0, timeout=0.25)
+        layout, rest = robot.effector_layout, robot.effector_values(robot.rest())
+        subscriber = EffectorSubscriber(self.rings, robot.frame, layout, rest, 1.0, timeout=0.25)
         self.measured = MeasuredLoop(robot, ServiceSettings(), subscriber)
         self.largest = 0.0  # correction [m]
         self.farthest = 0.0  # robot from its target [m]
@@ -70,8 +70,8 @@ class Rig:
         for ring, xyz in zip(self.rings, self._measure(self.plant.effector).tolist(), strict=True):
             ring.samples.append(Sample(encode_point(Point(0, "", tuple(xyz)))))
         self.measured.subscriber.read(self._now, 1.8e9)
-        cause = self.measured.correct(self._now, loop.controller.effector)
-        action = loop.tick(target + feedback.correction, Signals(True, measurement=cause))
+        cause = self.measured.correct(self._now, loop.controller.effector_values)
+        action = loop.tick(target.ravel() + feedback.correction, Signals(True, measurement=cause))
         self.plant.step(pull=action.actuation.pull)
         loop.prepare()
         self.largest = max(self.largest, feedback.length)

@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tauten.model import Robot, Simulator, TetRobot, command_range
+from tauten.model import Robot, Simulator, TetRobot
+from tauten.reduction.campaign import command_range
 from tauten.service.plant import (
     SHAPES,
     PathError,
@@ -36,17 +37,17 @@ def test_a_circle_is_round_and_lies_in_its_plane(finger: Robot) -> None:
         path = make_path("circle", finger, PathSettings(size=0.01, plane=plane))
         up = np.eye(3)["xyz".index(plane[1])]
         centre = finger.effector(finger.rest())[0] + 0.01 * up
-        radius = np.linalg.norm(path.points - centre, axis=1)
+        radius = np.linalg.norm(path.values - centre, axis=1)
         np.testing.assert_allclose(radius, 0.01, rtol=1e-12)
         normal = 3 - "xyz".index(plane[0]) - "xyz".index(plane[1])
-        assert np.ptp(path.points[:, normal]) == 0.0
+        assert np.ptp(path.values[:, normal]) == 0.0
         # between the samples the chord is off by less than 1e-5 of the size
         at = np.array([path.at(t) for t in np.linspace(0.0, 10.0, 1001)])
         assert np.abs(np.linalg.norm(at - centre, axis=1) - 0.01).max() < 1e-5 * 0.01
 
 
 def test_a_line_goes_its_length(finger: Robot) -> None:
-    points = make_path("line", finger, SETTINGS).points
+    points = make_path("line", finger, SETTINGS).values
     assert np.ptp(points, axis=0) == pytest.approx([0.01, 0.0, 0.0])
 
 
@@ -55,14 +56,14 @@ def test_a_path_survives_its_csv(finger: Robot, tmp_path: Path) -> None:
     save_path(path, tmp_path / "targets.csv")
     back = make_path(str(tmp_path / "targets.csv"), finger, PathSettings(repeats=True))
     np.testing.assert_array_equal(back.times, path.times)
-    np.testing.assert_array_equal(back.points, path.points)
+    np.testing.assert_array_equal(back.values, path.values)
 
 
 def test_a_csv_without_times_has_the_rate(finger: Robot, tmp_path: Path) -> None:
     file = tmp_path / "a.csv"
     file.write_text("y, x, z\n1, 2, 3\n\n4, 5, 6\n")
     path = make_path(str(file), finger, PathSettings(rate=10.0))
-    np.testing.assert_array_equal(path.points, [[2.0, 1.0, 3.0], [5.0, 4.0, 6.0]])
+    np.testing.assert_array_equal(path.values, [[2.0, 1.0, 3.0], [5.0, 4.0, 6.0]])
     assert path.times.tolist() == [0.0, 0.1]
     np.testing.assert_allclose(path.at(0.05), [3.5, 2.5, 4.5])
     np.testing.assert_array_equal(path.at(9.0), [5.0, 4.0, 6.0])  # the last point is kept
@@ -103,8 +104,8 @@ def test_reach_goes_on_where_there_is_no_equilibrium(finger: TetRobot) -> None:
     far = replace(finger, limits=replace(finger.limits, pull_max=10.0 * finger.limits.pull_max))
     path = make_path("reach", far, PathSettings(period=4.0, fraction=1.0))
     assert path.shortened > 0
-    assert np.isfinite(path.points).all()
-    assert np.ptp(path.points, axis=0).max() > 0.05  # m
+    assert np.isfinite(path.values).all()
+    assert np.ptp(path.values, axis=0).max() > 0.05  # m
 
 
 def test_cables_on_the_other_side_do_not_pull(beam: TetRobot) -> None:

@@ -333,7 +333,10 @@ def test_a_doctored_tick_is_refused_with_a_sentence(
         payload, tick = m.payload, decode_tick(m.payload) if kind == TICK else None
         if isinstance(tick, Tick) and tick.index == 10:
             kept = tick.goal if isinstance(goal, str) else goal
-            payload = encode_tick(dataclasses.replace(tick, goal=kept, correction=correction))
+            doctored = dataclasses.replace(
+                tick, goal=kept, correction=correction, goal_values=(), correction_values=()
+            )
+            payload = encode_tick(doctored)
         recorder.write(Entry(m.key, kind, payload, False, m.logged, m.logged, m.sequence))
     recorder.close()
     with pytest.raises(LogError, match=re.escape(message)):

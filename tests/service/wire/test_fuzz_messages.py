@@ -15,11 +15,14 @@ from tauten.service.wire import (
     Diagnostic,
     Joints,
     Level,
+    LockOrder,
     Mode,
     OperatorCommand,
     Point,
     Rejection,
+    RejectionReason,
     Tick,
+    decode_command,
     decode_health,
     decode_joints,
     decode_point,
@@ -31,7 +34,6 @@ from tauten.service.wire import (
     encode_tick,
     point_json,
 )
-from tauten.service.wire.commands import decode_command
 
 CABLES = ("lower", "upper")
 POINT = Point(10**18, "base", (0.1, 0.2, 0.3))
@@ -54,6 +56,10 @@ KINDS: dict[str, tuple[bytes, Decoder]] = {
     "health": (encode_health(10**18, "beam", HEALTH), decode_health),
     "command": (
         encode_command(OperatorCommand.STOP),
+        lambda payload: decode_command(payload, CDR),
+    ),
+    "lock": (
+        encode_command(LockOrder("bellows", position=-1.5e-6)),
         lambda payload: decode_command(payload, CDR),
     ),
     "command as JSON": (b'{"data": "stop"}', lambda payload: decode_command(payload, JSON)),
@@ -127,3 +133,37 @@ def _level_at(honest: bytes, place: int) -> bool:
     if isinstance(found, Rejection) or "targets" not in found:
         return False
     return found["targets"] == Diagnostic("targets", Level.STALE, "2 refused", HEALTH[0].values)
+
+
+@pytest.mark.parametrize(
+    "order",
+    [
+        LockOrder("bellows", position=-1.5e-6),
+        LockOrder("tendon_1", force=12.25),
+        LockOrder("tendon_1", position=0.1 + 0.2),
+        LockOrder("bellows"),
+    ],
+)
+def test_lock_orders_survive_the_wire(order: LockOrder) -> None:
+    assert decode_command(encode_command(order), CDR) == order
+    assert decode_command(json.dumps({"data": str(order)}).encode(), JSON) == order
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("lock", RejectionReason.UNKNOWN),
+        ("lock bellows", RejectionReason.UNKNOWN),
+        ("lock bellows volume 1.0", RejectionReason.UNKNOWN),
+        ("lock bellows  position 1.0", RejectionReason.UNKNOWN),
+        ("unlock", RejectionReason.UNKNOWN),
+        ("unlock a b", RejectionReason.UNKNOWN),
+        ("lock bellows position one", RejectionReason.MALFORMED),
+        ("lock bellows force nan", RejectionReason.NOT_FINITE),
+        ("lock bellows force 1e999", RejectionReason.NOT_FINITE),
+    ],
+)
+def test_bad_lock_orders_are_refused(text: str, reason: RejectionReason) -> None:
+    found = decode_command(json.dumps({"data": text}).encode(), JSON)
+    assert isinstance(found, Rejection)
+    assert found.reason is reason

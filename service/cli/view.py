@@ -1,0 +1,92 @@
+"""`tauten view`: a robot in the browser."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from tauten.service.cli.options import Basis, Model, Port, YoungScale, ZenohConfig
+
+# packages of the extra `viewer`, which the viewer imports
+_EXTRA = ("viser", "websockets", "msgspec")
+
+
+class ExtraError(ImportError):
+    """An extra that is not installed."""
+
+
+def view(
+    robot: Annotated[
+        str,
+        typer.Argument(
+            help="Name of a robot that is served; with --simulate a robot's name or file; or a log, .mcap."
+        ),
+    ],
+    simulate: Annotated[
+        bool, typer.Option("--simulate", help="Simulate model and robot here, without a node.")
+    ] = False,
+    path: Annotated[
+        str | None,
+        typer.Option(help="With --simulate: what the target follows, as for `tauten stream`."),
+    ] = None,
+    export: Annotated[
+        Path | None,
+        typer.Option(help="Write a log or a simulated path as an HTML file that plays by itself."),
+    ] = None,
+    web_port: Annotated[
+        int, typer.Option(min=0, max=65535, help="Port of the page; 0: any free one.")
+    ] = 8080,
+    browser: Annotated[bool, typer.Option(help="Open the default browser.")] = True,
+    seconds: Annotated[
+        float | None, typer.Option(min=0.1, help="Duration; default: until Ctrl-C.")
+    ] = None,
+    basis: Basis = None,
+    model: Model = None,
+    young_scale: YoungScale = 1.0,
+    against: Annotated[
+        str | None, typer.Option(help="Robot to use instead of a log's: name or file.")
+    ] = None,
+    recorded_paths: Annotated[
+        bool, typer.Option("--recorded-paths", help="As for `tauten replay`.")
+    ] = False,
+    port: Port = None,
+    zenoh_config: ZenohConfig = None,
+) -> None:
+    """Show a robot in the browser: drag the target, see the robot follow."""
+    from tauten.service.process import stop_on_signals
+    from tauten.service.wire import Network
+
+    try:
+        from tauten.service import view as viewer
+    except ModuleNotFoundError as error:
+        raise missing(error) from error
+
+    settings = viewer.ViewSettings(web_port, browser, seconds)
+    simulation = viewer.SimulationSettings(robot, basis, model, young_scale, path)
+    is_log = robot.endswith(".mcap")
+    if not simulate and not is_log and (path or export):
+        raise typer.BadParameter("--path needs --simulate, --export needs a log or --simulate")
+    with stop_on_signals() as stop:
+        if export is not None:
+            if is_log:
+                count = viewer.export_log(Path(robot), export, against, recorded_paths)
+            else:
+                count = viewer.export_simulation(simulation, seconds, export, stop)
+            typer.echo(f"{export}: {count} frames")
+        elif is_log:
+            viewer.view_log(Path(robot), settings, stop, against, recorded_paths)
+        elif simulate:
+            viewer.view_simulation(simulation, settings, stop)
+        else:
+            viewer.view_served(robot, Network(port, zenoh_config), settings, stop)
+
+
+def missing(error: ModuleNotFoundError) -> ImportError:
+    """What to install for a module that is not found; the error itself for any other module."""
+    if (error.name or "").partition(".")[0] not in _EXTRA:
+        return error
+    return ExtraError(
+        f"the viewer needs {error.name}, which is not installed: pip install 'tauten[viewer]'"
+    )

@@ -1,0 +1,29 @@
+"""What a viewer shows, and where it comes from: a simulation, a served robot, a log."""
+
+from tauten.service.frames.effectors import EffectorLook, effector_looks
+from tauten.service.frames.frame import ActuatorLook, RobotLook, ViewFrame, look_of
+from tauten.service.frames.history import FrameHistory
+from tauten.service.frames.recorded import RecordedRobot
+from tauten.service.frames.served import ServedRobot
+from tauten.service.frames.simulated import SimulatedRobot
+from tauten.service.frames.source import FrameSource
+from tauten.service.frames.targets import LARGEST_SCALAR, LEAST_SCALAR, TargetStore
+from tauten.service.frames.waypoints import WaypointList
+
+__all__ = [
+    "ActuatorLook",
+    "LARGEST_SCALAR",
+    "LEAST_SCALAR",
+    "EffectorLook",
+    "FrameHistory",
+    "FrameSource",
+    "RecordedRobot",
+    "RobotLook",
+    "ServedRobot",
+    "SimulatedRobot",
+    "TargetStore",
+    "ViewFrame",
+    "WaypointList",
+    "effector_looks",
+    "look_of",
+]

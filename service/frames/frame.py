@@ -1,0 +1,155 @@
+"""What the viewer shows: the fixed looks of a robot, and one frame of its motion."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tauten.model import ActuatorKind, Floats, Geometry, Quantity, Robot, SkinMesh
+from tauten.model.numerics import Array, Ints
+from tauten.service.frames.effectors import (
+    EffectorLook,
+    distance_between,
+    effector_looks,
+    positions_of,
+)
+from tauten.service.wire import Cause, Mode
+
+
+@dataclass(frozen=True, slots=True)
+class ActuatorLook:
+    """How an actuator is shown.
+
+    Attributes:
+        name: of the actuator.
+        kind: cable, chamber or another, with its units.
+        pull: limits of its position δ_a [SI].
+        tension: limits of its effort λ_a [SI].
+    """
+
+    name: str
+    kind: ActuatorKind
+    pull: tuple[float, float]
+    tension: tuple[float, float]
+
+    @property
+    def position(self) -> Quantity:
+        """What δ_a is."""
+        return self.kind.position
+
+    @property
+    def effort(self) -> Quantity:
+        """What λ_a is."""
+        return self.kind.effort
+
+
+@dataclass(frozen=True, slots=True)
+class RobotLook:
+    """What of a robot does not change.
+
+    Attributes:
+        name: of the robot.
+        frame: frame id of its positions.
+        rate: control rate [Hz].
+        size: diagonal of its bounding box at rest [m].
+        vertices: (P, 3) of its skin at rest [m].
+        triangles: (t, 3) of its skin.
+        cable_owners: (s,) the actuator of every cable segment.
+        actuators: in the order of λ_a.
+        effectors: in the order of their goal values.
+    """
+
+    name: str
+    frame: str
+    rate: float
+    size: float
+    vertices: Floats
+    triangles: Ints
+    cable_owners: Ints
+    actuators: tuple[ActuatorLook, ...]
+    effectors: tuple[EffectorLook, ...]
+
+    @property
+    def rest(self) -> Array:
+        """Goal values (n_v,) of the effectors at rest."""
+        return np.concatenate([np.array(one.rest) for one in self.effectors])
+
+    def positions(self, values: Array) -> Array:
+        """Positions (p, 3) [m] among goal values (n_v,); NaN for effectors without one."""
+        return positions_of(self.effectors, values)
+
+    def error(self, frame: ViewFrame) -> float:
+        """Largest distance of an effector from its target [m]; NaN without a target."""
+        return distance_between(self.effectors, frame.goal, frame.values)
+
+
+@dataclass(frozen=True, slots=True)
+class ViewFrame:
+    """One moment of a robot.
+
+    Attributes:
+        time: since the start [s].
+        mode: of the node.
+        cause: why it does not follow.
+        status: of the decision, "" where nothing was decided.
+        geometry: where the robot is.
+        pull: (n_a,) positions of the actuators [SI].
+        tension: (n_a,) their efforts [SI].
+        goal: (n_v,) goal values that are followed, NaN where none are.
+        values: (n_v,) goal values where the effectors are.
+        step: time of the control step [s].
+    """
+
+    time: float
+    mode: Mode
+    cause: Cause
+    status: str
+    geometry: Geometry
+    pull: Array
+    tension: Array
+    goal: Array
+    values: Array
+    step: float
+
+    @property
+    def nbytes(self) -> int:
+        """Memory of its large arrays [bytes]."""
+        geometry = self.geometry
+        contacts = geometry.contacts
+        arrays = (geometry.vertices, geometry.cables, contacts.points, contacts.forces)
+        return sum(array.nbytes for array in arrays)
+
+
+def look_of(robot: Robot, skin: SkinMesh) -> RobotLook:
+    """The looks of a robot.
+
+    Args:
+        robot: the robot.
+        skin: its skin.
+    """
+    limits, rest, layout = robot.limits, robot.rest(), robot.effector_layout
+    at_rest = robot.effector_values(rest)
+    values = [tuple(at_rest[layout.values_of(i)].tolist()) for i in range(len(layout))]
+    actuators = tuple(
+        ActuatorLook(
+            name,
+            kind,
+            (float(limits.pull_min[i]), float(limits.pull_max[i])),
+            (float(limits.tension_min[i]), float(limits.tension_max[i])),
+        )
+        for i, (name, kind) in enumerate(
+            zip(robot.actuators.names, robot.actuators.kinds, strict=True)
+        )
+    )
+    return RobotLook(
+        name=robot.name,
+        frame=robot.frame,
+        rate=robot.integration.rate,
+        size=robot.size,
+        vertices=robot.points(rest)[skin.used].astype(np.float32),
+        triangles=skin.triangles,
+        cable_owners=robot.cable_owners,
+        actuators=actuators,
+        effectors=effector_looks(robot.effector_names, layout.kinds, values),
+    )

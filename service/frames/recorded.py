@@ -1,0 +1,93 @@
+"""A run that was recorded: its controller runs again on the log, as in `tauten replay`, and gives frames."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from tauten.model import skin_of
+from tauten.service.frames.frame import RobotLook, ViewFrame, look_of
+from tauten.service.log import LogError, LogReader
+from tauten.service.replay import actions, changes, recorded_setup, recorded_ticks, replay_loop
+from tauten.service.setup import load_setup
+
+FRAMES = 30.0  # a second of the run at most
+
+
+class RecordedRobot:
+    """The robot of a log. A log has no meshes: the model gives them.
+
+    Attributes:
+        look: what of the robot does not change.
+        notes: what has changed since the log was made.
+    """
+
+    def __init__(
+        self, path: Path, against: str | None = None, recorded_paths: bool = False
+    ) -> None:
+        """Read the log's metadata and load its robot.
+
+        Args:
+            path: MCAP file that `tauten serve --record` or `tauten demo` made.
+            against: robot to use instead of the recorded one, a name or a file.
+            recorded_paths: open the robot file and the basis at the paths that the log names, also
+                where these are not beside the log.
+
+        Raises:
+            LogError: no log, a damaged one, or one without what a replay needs.
+            RobotFileError, MeshError, BasisError, StateBasisError: the robot cannot be used.
+        """
+        self._reader = LogReader(path)
+        metadata = self._reader.read_metadata()
+        recorded = recorded_setup(path, metadata)
+        if against is None:
+            name = recorded.robot_file(recorded_paths)
+            basis = recorded.contact_basis(recorded_paths)
+        else:
+            name, basis = against, None
+        self._setup = load_setup(name, recorded.rate, basis, recorded.order, accept_error=True)
+        self._robot = recorded.robot
+        self._skin = skin_of(self._setup.robot)
+        self.look: RobotLook = look_of(self._setup.robot, self._skin)
+        self.notes: tuple[str, ...] = ()
+        if metadata.get("robot_digest", "") != self._setup.robot.digest:
+            self.notes = (
+                "the robot has changed since the log was made, what is shown is the robot as it is now: "
+                "put the recorded robot file beside the log, or name the robot with --against",
+            )
+
+    def frames(self) -> Iterator[ViewFrame | None]:
+        """A frame of each tick; None where there would be more than 30 a second.
+
+        Raises:
+            LogError: a damaged log, or one that does not fit the robot.
+        """
+        setup = self._setup
+        loop = replay_loop(setup)
+        every = max(round(setup.robot.integration.rate / FRAMES), 1)
+        ticks = recorded_ticks(self._reader, setup, self._robot)
+        first: int | None = None
+        for tick, joints, action in actions(ticks, loop):
+            first = tick.stamp if first is None else first
+            if tick.index % every:
+                yield None
+                continue
+            controller = loop.controller
+            values = action.actuation.effector_values
+            yield ViewFrame(
+                time=1e-9 * (tick.stamp - first),
+                mode=tick.mode,
+                cause=tick.cause,
+                status=tick.status,
+                geometry=self._skin.geometry(controller.robot, controller.state, controller.lam_c),
+                pull=np.array(joints.pull),
+                tension=np.array(joints.tension),
+                goal=np.array(tick.goal_values) if tick.goal else np.full_like(values, np.nan),
+                values=values,
+                step=tick.step,
+            )
+        if first is None:
+            raise LogError(f"{self._reader.path}: no tick in it to show")
+        self.notes += tuple(changes(self._reader, setup)) if not self.notes else ()

@@ -1,0 +1,245 @@
+"""A robot that a node serves, elsewhere: its messages become frames, targets and commands go to it."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+import zenoh
+
+from tauten.model import NO_CONTACTS, Contacts, Floats, Geometry
+from tauten.model.numerics import Array
+from tauten.service.frames.description import RobotDescription, read_description
+from tauten.service.frames.effectors import EffectorLook
+from tauten.service.frames.frame import RobotLook, ViewFrame
+from tauten.service.operate import put_command
+from tauten.service.wire import (
+    CDR,
+    CONTACT_FIELDS,
+    LARGEST_CLOUD,
+    MESSAGE_TYPES,
+    SKIN_FIELDS,
+    Cause,
+    Cloud,
+    Diagnostic,
+    EffectorMessage,
+    Joints,
+    Keys,
+    Mode,
+    NetworkError,
+    OperatorCommand,
+    Rejection,
+    RejectionReason,
+    Tick,
+    decode_cloud,
+    decode_effector,
+    decode_health,
+    decode_joints,
+    decode_tick,
+    encode_effector,
+)
+
+_PATIENCE = 5.0  # s for the first answers of a node
+_SILENT = 1.0  # s without a tick after which the panel says so
+_CONTACTS_AGE = 0.2  # s for which contacts belong to a surface
+
+
+class ServedRobot:
+    """A robot that a node serves.
+
+    Attributes:
+        look: what of the robot does not change.
+        pausable: never: the robot moves whether one looks or not.
+        sent: number of targets sent.
+    """
+
+    pausable = False
+
+    def __init__(self, session: zenoh.Session, robot: str) -> None:
+        """Ask for the description and subscribe.
+
+        Args:
+            session: to the robot's node, which is alive.
+            robot: name.
+
+        Raises:
+            NetworkError: the node does not answer, or is of another version.
+        """
+        self._session, self._robot = session, robot
+        self.description = _ask(session, robot)
+        self.look: RobotLook = self.description.look()
+        self.sent = 0
+        keys, look = Keys(robot), self.look
+        self._names = tuple(actuator.name for actuator in look.actuators)
+        names = tuple(effector.name for effector in look.effectors)
+        self._targets = [
+            session.declare_publisher(
+                key, encoding=f"{CDR};{MESSAGE_TYPES[effector.kind]}", express=True
+            )
+            for key, effector in zip(keys.targets(names), look.effectors, strict=True)
+        ]
+        subscribed = {
+            "tick": keys.tick,
+            "actuation": keys.actuation,
+            "surface": keys.surface,
+            "contacts": keys.contacts,
+            "health": keys.health,
+            **{
+                f"effector {name}": key
+                for name, key in zip(names, keys.effectors(names), strict=True)
+            },
+        }
+        self._rings = {
+            name: session.declare_subscriber(key, zenoh.handlers.RingChannel(1))
+            for name, key in subscribed.items()
+        }
+        self._first = 0  # stamp of the first tick [ns]
+        self._tick: Tick | None = None
+        self._heard = time.monotonic()
+        self._joints: Joints | None = None
+        self._skin: Cloud | None = None
+        self._contacts: Cloud | None = None
+        self._values = look.rest
+        self._health: tuple[str, ...] = ()
+        self._refused = 0
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What health warns of, and what does not arrive."""
+        found = list(self._health)
+        silent = time.monotonic() - self._heard
+        if silent > _SILENT:
+            found.insert(0, f"no message of the node for {silent:.0f} s")
+        elif self._skin is None:
+            found.append("no surface yet: the node has no time to spare, or is of an older version")
+        if self._refused:
+            found.append(f"{self._refused} messages were not correct")
+        return tuple(found)
+
+    def command(self, command: OperatorCommand) -> None:
+        """Send an operator's command."""
+        put_command(self._session, self._robot, command)
+
+    def advance(self, goal: Array | None, drawn: bool) -> ViewFrame | None:
+        """Send targets, read what has arrived.
+
+        Args:
+            goal: (n_v,) goal values to send; None: none are sent, and the node holds.
+            drawn: whether a frame is wanted.
+        """
+        if goal is not None:
+            stamp = time.time_ns()
+            for publisher, effector in zip(self._targets, self.look.effectors, strict=True):
+                values = tuple(goal[effector.places].tolist())
+                message = EffectorMessage(stamp, self.look.frame, values)
+                publisher.put(encode_effector(effector.kind, effector.name, message))
+            self.sent += 1
+        if not drawn:
+            return None
+        self._read()
+        return self._frame()
+
+    def await_surface(self, seconds: float = _PATIENCE) -> None:
+        """Wait for the first surface, so that the robot is seen from the start."""
+        end = time.monotonic() + seconds
+        while self._skin is None and time.monotonic() < end:
+            self._read()
+            time.sleep(0.02)
+        if self._skin is not None:
+            vertices = self._skin.values[: len(self.look.vertices)]
+            self.look = replace(self.look, vertices=vertices)
+
+    def _read(self) -> None:
+        """Read the newest message of every key; the last correct one remains."""
+        tick: Tick | None = self._newest("tick", decode_tick)
+        if tick is not None:
+            self._tick, self._heard = tick, time.monotonic()
+            self._first = self._first or tick.stamp
+        joints: Joints | None = self._newest(
+            "actuation", lambda payload: decode_joints(payload, CDR, self._names)
+        )
+        skin: Cloud | None = self._newest("surface", self._decoded_skin)
+        contacts: Cloud | None = self._newest(
+            "contacts", lambda payload: decode_cloud(payload, CONTACT_FIELDS)
+        )
+        self._joints, self._skin = joints or self._joints, skin or self._skin
+        self._contacts = contacts or self._contacts
+        health: dict[str, Diagnostic] | None = self._newest("health", decode_health)
+        if health is not None:
+            bad = [one for one in health.values() if one.level]
+            self._health = tuple(f"{one.name}: {one.message}" for one in bad)
+        for effector in self.look.effectors:
+            decode = partial(_decoded_effector, effector)
+            found: EffectorMessage | None = self._newest(f"effector {effector.name}", decode)
+            if found is not None:
+                self._values[effector.places] = found.values
+
+    def _newest(self, name: str, decode: Callable[[bytes], Any]) -> Any:
+        """The newest message of a key, decoded; None where there is none, or it was refused."""
+        sample = self._rings[name].try_recv()
+        if sample is None:
+            return None
+        if len(sample.payload) > LARGEST_CLOUD:
+            self._refused += 1
+            return None
+        message = decode(bytes(sample.payload))
+        if isinstance(message, Rejection):
+            self._refused += 1
+            return None
+        return message
+
+    def _decoded_skin(self, payload: bytes) -> Cloud | Rejection:
+        """A surface with as many points as the description says."""
+        cloud = decode_cloud(payload, SKIN_FIELDS)
+        expected = len(self.look.vertices) + 2 * len(self.look.cable_owners)
+        if isinstance(cloud, Cloud) and len(cloud.values) != expected:
+            detail = f"{len(cloud.values)} points, expected {expected}"
+            return Rejection(RejectionReason.WRONG_SHAPE, detail)
+        return cloud
+
+    def _frame(self) -> ViewFrame | None:
+        tick, joints, skin = self._tick, self._joints, self._skin
+        if tick is None or joints is None or skin is None:
+            return None
+        count = len(self.look.vertices)
+        vertices: Floats = skin.values[:count]
+        cables: Floats = skin.values[count:].reshape(-1, 2, 3)
+        goal = np.array(tick.goal_values)
+        if goal.shape != self._values.shape:
+            goal = np.full_like(self._values, np.nan)
+        return ViewFrame(
+            time=1e-9 * (tick.stamp - self._first),
+            mode=Mode(tick.mode),
+            cause=Cause(tick.cause),
+            status=tick.status,
+            geometry=Geometry(vertices, cables, self._pushing(skin)),
+            pull=np.array(joints.pull),
+            tension=np.array(joints.tension),
+            goal=goal,
+            values=self._values.copy(),
+            step=tick.step,
+        )
+
+    def _pushing(self, skin: Cloud) -> Contacts:
+        cloud = self._contacts
+        if cloud is None or abs(cloud.stamp - skin.stamp) > 1e9 * _CONTACTS_AGE:
+            return NO_CONTACTS
+        return Contacts(cloud.values[:, :3], cloud.values[:, 3:])
+
+
+def _decoded_effector(effector: EffectorLook, payload: bytes) -> EffectorMessage | Rejection:
+    return decode_effector(effector.kind, effector.name, payload, CDR)
+
+
+def _ask(session: zenoh.Session, robot: str) -> RobotDescription:
+    """The node's description."""
+    end = time.monotonic() + _PATIENCE
+    while time.monotonic() < end:
+        for reply in session.get(Keys(robot).description, timeout=1.0):
+            if reply.ok is not None:
+                return read_description(robot, bytes(reply.ok.payload))
+    raise NetworkError(f"the node of {robot!r} does not answer: see its log")

@@ -1,0 +1,98 @@
+"""Model and plant in one process: the control loop of a node, and the robot that it drives."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+
+from tauten.model import Robot, Simulator, skin_of
+from tauten.model.numerics import Array, FactorisationError
+from tauten.service.frames.frame import RobotLook, ViewFrame, look_of
+from tauten.service.node import ControlLoop, Signals
+from tauten.service.setup import Setup, warm_controller
+from tauten.service.wire import OperatorCommand
+
+_PACE = 0.1  # share of a new duration in the mean
+
+
+class SimulatedRobot:
+    """A robot that is simulated: full-order plant with pointwise contact, driven by a node's control loop.
+
+    Attributes:
+        look: what of the robot does not change.
+        pausable: always; time is that of the simulation.
+    """
+
+    pausable = True
+
+    def __init__(self, setup: Setup, plant: Robot) -> None:
+        """Start at rest, with every kernel compiled.
+
+        Args:
+            setup: the model that decides.
+            plant: the robot that it drives, at the same rate.
+        """
+        self._loop = ControlLoop(warm_controller(setup), settings=setup.service)
+        self._simulator = Simulator(plant, contact="full")
+        self._simulator.step(tension=np.zeros(plant.n_a))
+        self._simulator.reset()
+        self._skin = skin_of(plant)
+        self._h = plant.h
+        self._steps = 0
+        self._seconds = 0.0  # of model and plant together, in the mean
+        self._resets = 0
+        self.look: RobotLook = look_of(plant, self._skin)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Whether the computer keeps up with time, and whether the simulation had to start again."""
+        found = []
+        if self._seconds > self._h:
+            found.append(f"simulated at {self._h / self._seconds:.2f} times real time")
+        if self._resets:
+            found.append(
+                f"the simulation has blown up {self._resets} times and started again at rest"
+            )
+        return tuple(found)
+
+    def command(self, command: OperatorCommand) -> None:
+        """Obey an operator's command where it is possible."""
+        self._loop.command(command)
+
+    def advance(self, goal: Array | None, drawn: bool) -> ViewFrame | None:
+        """One period of model and plant.
+
+        Args:
+            goal: (n_v,) goal values to follow; None: nothing to follow.
+            drawn: whether a frame is wanted.
+        """
+        begin = time.perf_counter()
+        action = self._loop.tick(goal, Signals(target=goal is not None))
+        self._loop.prepare()
+        step = time.perf_counter() - begin
+        simulator = self._simulator
+        led = simulator.robot.actuators.held(action.actuation.pull, action.actuation.tension)
+        try:
+            simulator.step(pull=led.pull, tension=led.tension)
+        except FactorisationError:
+            simulator.reset()
+            self._resets += 1
+        self._steps += 1
+        self._seconds += _PACE * (time.perf_counter() - begin - self._seconds)
+        if not drawn:
+            return None
+        state = simulator.state
+        values = simulator.robot.effector_values(state)
+        return ViewFrame(
+            time=self._steps * self._h,
+            mode=action.mode,
+            cause=action.cause,
+            status="" if action.status is None else action.status.name,
+            geometry=self._skin.geometry(simulator.robot, state, simulator.lam_c),
+            pull=simulator.pull,
+            tension=simulator.tension,
+            goal=np.full_like(values, np.nan) if goal is None else goal,
+            values=values,
+            step=step,
+        )

@@ -1,0 +1,115 @@
+"""Targets of the effectors: what the operator sets, clamped to reach, followed only while armed."""
+
+from __future__ import annotations
+
+import threading
+
+import numpy as np
+
+from tauten.model.numerics import Array
+from tauten.service.frames.effectors import EffectorLook, positions_of
+from tauten.service.wire import reach_of
+
+_FAR = 1e6  # m; squares of larger numbers may overflow
+_WITHIN = 0.999  # of the reach, so that rounding on the wire cannot put a target outside
+LEAST_SCALAR, LARGEST_SCALAR = 0.5, 2.0  # times the value at rest: distances, lengths, volumes
+
+
+class TargetStore:
+    """The newest targets as goal values, written by callbacks of the browser and read by the loop.
+
+    A dead man's switch: there are targets only while *follow* is armed, and it is disarmed when the
+    browser leaves. Before it is armed the targets are where the effectors are, so that arming never makes a
+    robot jump.
+    """
+
+    def __init__(self, effectors: tuple[EffectorLook, ...], size: float) -> None:
+        """Start disarmed, at rest.
+
+        Args:
+            effectors: of the robot.
+            size: diagonal of the robot's bounding box [m].
+        """
+        self._effectors = effectors
+        self._reach = _WITHIN * reach_of(size)
+        self._values = np.concatenate([np.array(one.rest) for one in effectors])
+        self._armed = False
+        self._lock = threading.Lock()
+
+    @property
+    def armed(self) -> bool:
+        """Whether the robot follows."""
+        return self._armed
+
+    def arm(self, armed: bool) -> None:
+        """Follow the targets, or stop to."""
+        with self._lock:
+            self._armed = armed
+
+    def put(self, effector: int, values: tuple[float, ...] | Array) -> None:
+        """Move a target, to the nearest values within reach; without effect while disarmed.
+
+        Args:
+            effector: number.
+            values: (v,) goal values, or (3,) the position alone.
+        """
+        found = self.clamped(effector, np.asarray(values, dtype=float))
+        with self._lock:
+            if self._armed and found is not None:
+                first = self._effectors[effector].first
+                self._values[first : first + len(found)] = found
+
+    def clamped(self, effector: int, values: Array) -> Array | None:
+        """The nearest values within reach; None for what is no target of this effector.
+
+        Args:
+            effector: number.
+            values: (v,) goal values, or (3,) the position alone.
+        """
+        one = self._effectors[effector]
+        if not np.isfinite(values).all():
+            return None
+        if not one.has_position:
+            low, high = LEAST_SCALAR * one.rest[0], LARGEST_SCALAR * one.rest[0]
+            return np.clip(values, low, high) if values.shape == (1,) else None
+        if values.shape not in ((3,), (len(one.rest),)):
+            return None
+        rest = np.array(one.rest[:3])
+        away = np.clip(values[:3] - rest, -_FAR, _FAR)
+        distance = float(np.linalg.norm(away))
+        found = values.copy()
+        if distance > self._reach:
+            found[:3] = rest + away * (self._reach / distance)
+        if len(values) == 3:
+            return found
+        length = float(np.linalg.norm(np.clip(values[3:], -_FAR, _FAR)))
+        if length < 1e-3:  # no rotation
+            return found[:3]
+        found[3:] = np.clip(values[3:], -_FAR, _FAR) / length
+        return found
+
+    def rest_at(self, values: Array) -> None:
+        """While disarmed: the targets are where the effectors, goal values (n_v,), are."""
+        with self._lock:
+            if not self._armed and np.isfinite(values).all():
+                self._values = values.copy()
+
+    def goal(self) -> Array | None:
+        """Goal values (n_v,) to follow; None while disarmed."""
+        with self._lock:
+            return self._values.copy() if self._armed else None
+
+    @property
+    def values(self) -> Array:
+        """Goal values (n_v,), also while disarmed."""
+        with self._lock:
+            return self._values.copy()
+
+    @property
+    def positions(self) -> Array:
+        """(p, 3) [m], also while disarmed; NaN for effectors without one."""
+        return positions_of(self._effectors, self.values)
+
+    def of(self, effector: int) -> Array:
+        """Goal values (v,) of one effector."""
+        return self.values[self._effectors[effector].places]

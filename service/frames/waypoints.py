@@ -1,0 +1,91 @@
+"""Waypoints: set, played at a steady speed, and written as the CSV that `tauten stream` reads."""
+
+from __future__ import annotations
+
+import csv
+import io
+from itertools import pairwise
+
+import numpy as np
+
+from tauten.model.numerics import Array
+from tauten.service.frames.effectors import EffectorLook
+from tauten.service.plant import COLUMNS, TargetPath
+
+MOST = 200  # waypoints
+_LEAST_STEP = 1e-3  # s between waypoints at the same place
+
+
+class WaypointList:
+    """Targets of one effector, one after another."""
+
+    def __init__(self, effector: EffectorLook, size: float) -> None:
+        """Start without any.
+
+        Args:
+            effector: that they are for.
+            size: of the robot [m]; a radian counts as much.
+        """
+        self._effector, self._size = effector, size
+        self._values: list[Array] = []
+
+    def __len__(self) -> int:
+        return len(self._values)
+
+    def add(self, values: Array) -> bool:
+        """Add goal values (v,); False where there are as many as allowed."""
+        if len(self._values) >= MOST:
+            return False
+        self._values.append(values.copy())
+        return True
+
+    def clear(self) -> None:
+        """Forget all."""
+        self._values.clear()
+
+    @property
+    def points(self) -> Array:
+        """Positions (m, 3) [m]; none for effectors without one."""
+        if not self._effector.has_position:
+            return np.zeros((0, 3))
+        return np.array([values[:3] for values in self._values]).reshape(-1, 3)
+
+    def path(self, start: Array, speed: float) -> TargetPath:
+        """From a target through all waypoints at a steady speed.
+
+        Args:
+            start: (v,) goal values.
+            speed: [m/s].
+        """
+        return self._steady([start, *self._values], speed)
+
+    def csv(self, speed: float) -> str:
+        """Columns t [s] and those of the effector's kind, at a steady speed [m/s]."""
+        path = self._steady(self._values, speed)
+        text = io.StringIO()
+        writer = csv.writer(text, lineterminator="\n")
+        writer.writerow(["t", *COLUMNS[self._effector.kind]])
+        for time, values in zip(path.times.tolist(), path.values.tolist(), strict=True):
+            writer.writerow([repr(value) for value in (time, *values)])
+        return text.getvalue()
+
+    def _steady(self, values: list[Array], speed: float) -> TargetPath:
+        """Goal values at a steady speed [m/s]; quaternions without changes of sign."""
+        table = np.array(values).reshape(-1, len(self._effector.rest))
+        if self._effector.turns:
+            for before, after in pairwise(table):
+                after[3:] *= 1.0 if before[3:] @ after[3:] >= 0.0 else -1.0
+        lengths = np.array([self._length(*pair) for pair in pairwise(table)])
+        steps = np.maximum(lengths / speed, _LEAST_STEP)
+        times = np.concatenate([[0.0], np.cumsum(steps)])[: len(table)]
+        return TargetPath(times, table, False, self._effector.kind)
+
+    def _length(self, start: Array, end: Array) -> float:
+        """Way between two targets (v,) [m]."""
+        if self._effector.kind == "volume":
+            return float(abs(end[0] - start[0]) / np.cbrt(self._effector.rest[0]) ** 2)
+        way = float(np.linalg.norm((end - start)[:3]))
+        if self._effector.turns:
+            half = min(abs(float(start[3:] @ end[3:])), 1.0)
+            way = max(way, self._size * 2.0 * float(np.arccos(half)))
+        return way

@@ -1,0 +1,35 @@
+"""The viewer: a robot in the browser, simulated, served or recorded."""
+
+from tauten.service.view.export import write_html
+from tauten.service.view.guard import Guard, problem
+from tauten.service.view.playback import PlaybackSession
+from tauten.service.view.server import LoopbackServer, ViewError, open_server
+from tauten.service.view.session import ViewSession, ViewUsage
+from tauten.service.view.show import (
+    SimulationSettings,
+    ViewSettings,
+    export_log,
+    export_simulation,
+    view_log,
+    view_served,
+    view_simulation,
+)
+
+__all__ = [
+    "Guard",
+    "LoopbackServer",
+    "PlaybackSession",
+    "SimulationSettings",
+    "ViewError",
+    "ViewSession",
+    "ViewSettings",
+    "ViewUsage",
+    "export_log",
+    "export_simulation",
+    "open_server",
+    "problem",
+    "view_log",
+    "view_served",
+    "view_simulation",
+    "write_html",
+]

@@ -1,0 +1,214 @@
+"""What a browser may send: known messages of bounded size with finite numbers, by one operator at a time.
+
+viser 1.1 accepts WebSockets of any origin, checks limits in the browser alone, and lets any client open a
+public tunnel. So this guard stands in front of it: it wraps the handler of the connections and passes to
+viser only what it has checked.
+
+| refused | because |
+|---|---|
+| a connection of another origin, or of none | a page of somebody else in the operator's browser |
+| messages of other types | tunnels (`ShareUrlRequest`), uploads, commands: the viewer uses none of them |
+| more than 16 kB, nested values, numbers that are not finite or beyond 1e6 | no correct message is so |
+| input of a further browser | it looks on; the browser that has been connected longest operates |
+"""
+
+from __future__ import annotations
+
+import logging
+import math
+import re
+from collections import Counter
+from collections.abc import Callable, Coroutine
+from typing import Any
+
+import msgspec
+from websockets.asyncio.server import ServerConnection
+
+log = logging.getLogger(__name__)
+
+ORIGINS = re.compile(r"http://(localhost|127\.0\.0\.1|\[::1\])(:\d{1,5})?")
+LARGEST_MESSAGE = 16_384  # bytes; the largest correct one has a few hundred
+LARGEST_NUMBER = 1e6
+PING_INTERVAL, PING_TIMEOUT = 1.0, 2.0  # s; a browser that does not answer has left
+
+_CAMERA = "ViewerCameraMessage"
+_INPUT = frozenset(
+    {
+        "GuiUpdateMessage",
+        "TransformControlsUpdateMessage",
+        "TransformControlsDragStartMessage",
+        "TransformControlsDragEndMessage",
+        "FileTransferPartAck",
+    }
+)
+_MOST_TEXT = 200  # characters
+_MOST_VALUES = 32  # of a list or mapping
+_DEPTH = 4
+
+Handler = Callable[[ServerConnection], Coroutine[Any, Any, None]]
+
+
+class Guard:
+    """Checks the messages of all browsers.
+
+    Attributes:
+        refused: number of refused messages by reason.
+    """
+
+    def __init__(self) -> None:
+        """Start without a browser."""
+        self.refused: Counter[str] = Counter()
+        self._connections: list[ServerConnection] = []
+        self._leaving: list[Callable[[], None]] = []
+
+    @property
+    def browsers(self) -> int:
+        """Number of connected browsers."""
+        return len(self._connections)
+
+    def on_operator_left(self, callback: Callable[[], None]) -> None:
+        """Call a function, in the server's thread, when the browser that operates has left."""
+        self._leaving.append(callback)
+
+    def wrapped(self, handler: Handler) -> Handler:
+        """A handler of connections that sees only what this guard passes."""
+
+        async def guarded(connection: ServerConnection) -> None:
+            self._connections.append(connection)
+            try:
+                # a proxy with another `recv`; viser uses the connection's methods and nothing of its type
+                await handler(_Checked(connection, self))  # type: ignore[arg-type]
+            finally:
+                operated = self._operates(connection)
+                self._connections.remove(connection)
+                if operated:
+                    for callback in self._leaving:
+                        callback()
+
+        return guarded
+
+    def passes(self, connection: ServerConnection, raw: object) -> bool:
+        """Whether a message of a connection is correct and its sender may send it.
+
+        Args:
+            connection: of the sender.
+            raw: the message.
+        """
+        reason = problem(raw)
+        if reason is None and not self._operates(connection) and message_type(raw) != _CAMERA:
+            reason = "not the operator"
+        if reason is None:
+            return True
+        self.refused[reason] += 1
+        if self.refused[reason] == 1:
+            log.warning("a browser's message was refused: %s", reason)
+        return False
+
+    def _operates(self, connection: ServerConnection) -> bool:
+        return bool(self._connections) and self._connections[0] is connection
+
+
+class _Checked:
+    """A connection whose `recv` passes over messages that the guard refuses."""
+
+    def __init__(self, connection: ServerConnection, guard: Guard) -> None:
+        self._connection = connection
+        self._guard = guard
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._connection, name)
+
+    async def recv(self) -> bytes:
+        """The next message that passes."""
+        while True:
+            raw = await self._connection.recv()
+            if self._guard.passes(self._connection, raw) and isinstance(raw, bytes):
+                return raw
+
+
+def message_type(raw: object) -> str:
+    """Name of a message's type; "" of what is no message."""
+    if not isinstance(raw, bytes):
+        return ""
+    try:
+        content = msgspec.msgpack.decode(raw)
+    except (msgspec.DecodeError, RecursionError, ValueError):
+        return ""
+    return str(content.get("type", "")) if isinstance(content, dict) else ""
+
+
+def problem(raw: object) -> str | None:
+    """Why a message is refused, whoever sends it; None where it is correct."""
+    if not isinstance(raw, bytes):
+        return "text instead of bytes"
+    if len(raw) > LARGEST_MESSAGE:
+        return "too large"
+    kind = message_type(raw)
+    if not kind:
+        return "not a message of viser"
+    if kind != _CAMERA and kind not in _INPUT:
+        return f"type {kind[:40]}"
+    content = msgspec.msgpack.decode(raw)
+    if not is_bounded(content, _DEPTH):
+        return "values out of bounds"
+    shape = _SHAPES.get(kind)
+    return None if shape is None or shape(content) else "wrong fields"
+
+
+def is_bounded(value: object, depth: int) -> bool:
+    """Whether a value is made of short texts, and of finite numbers that are not larger than 1e6.
+
+    Args:
+        value: decoded.
+        depth: that lists and mappings may be nested.
+    """
+    if value is None or isinstance(value, bool):
+        return True
+    if isinstance(value, str):
+        return len(value) <= _MOST_TEXT
+    if isinstance(value, int | float):
+        return math.isfinite(value) and abs(value) <= LARGEST_NUMBER
+    if not isinstance(value, list | tuple | dict) or depth == 0 or len(value) > _MOST_VALUES:
+        return False
+    if isinstance(value, dict):
+        return all(is_bounded(key, 0) for key in value) and all(
+            is_bounded(one, depth - 1) for one in value.values()
+        )
+    return all(is_bounded(one, depth - 1) for one in value)
+
+
+def _is_numbers(value: object, count: int) -> bool:
+    return (
+        isinstance(value, list | tuple)
+        and len(value) == count
+        and all(isinstance(one, int | float) and not isinstance(one, bool) for one in value)
+    )
+
+
+def _is_transform(content: dict[str, Any]) -> bool:
+    return (
+        isinstance(content.get("name"), str)
+        and _is_numbers(content.get("position"), 3)
+        and _is_numbers(content.get("wxyz"), 4)
+    )
+
+
+def _is_update(content: dict[str, Any]) -> bool:
+    """Only the value of an input may change: no colour, no limit, no callback."""
+    updates = content.get("updates")
+    return (
+        isinstance(content.get("uuid"), str)
+        and isinstance(updates, dict)
+        and set(updates) <= {"value"}
+    )
+
+
+def _is_camera(content: dict[str, Any]) -> bool:
+    return _is_numbers(content.get("position"), 3) and _is_numbers(content.get("wxyz"), 4)
+
+
+_SHAPES: dict[str, Callable[[dict[str, Any]], bool]] = {
+    "TransformControlsUpdateMessage": _is_transform,
+    "GuiUpdateMessage": _is_update,
+    _CAMERA: _is_camera,
+}

@@ -1,0 +1,226 @@
+"""The panel beside the picture: what the operator sets, and what it says about the robot."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Coroutine, Iterator
+from enum import Enum
+from queue import Empty, SimpleQueue
+from typing import Any
+
+import numpy as np
+import viser
+
+from tauten.model.numerics import Array
+from tauten.service.frames import LARGEST_SCALAR, LEAST_SCALAR, EffectorLook, RobotLook
+from tauten.service.view.charts import Charts
+
+SPEEDS = {"1": 1.0, "1/2": 0.5, "1/4": 0.25, "1/10": 0.1}
+_SLOWEST, _FASTEST = 1.0, 500.0  # mm/s of the target along waypoints
+
+
+class Request(Enum):
+    """What an operator asks for by a button."""
+
+    HOLD = "hold"
+    ENABLE = "enable"
+    STOP = "stop"
+    RESET = "reset"
+    NOW = "now"
+    ADD = "set"
+    CLEAR = "clear"
+    PLAY = "play"
+    SAVE = "save"
+
+
+class ViewPanel:
+    """Inputs of the operator. Callbacks of the browser only note what happened; the loop reads it."""
+
+    def __init__(self, server: viser.ViserServer, look: RobotLook, operates: bool) -> None:
+        """Add all elements.
+
+        Args:
+            server: whose panel is used.
+            look: of the robot.
+            operates: whether the robot can be operated: not in a log.
+        """
+        self._requests: SimpleQueue[Request] = SimpleQueue()
+        self._scrubbed: float | None = None
+        self._words = ""
+        gui = server.gui
+        self._status = gui.add_markdown("")
+        self._follow: viser.GuiCheckboxHandle | None = None
+        self._scalars: dict[int, viser.GuiSliderHandle[float]] = {}
+        self._effector: viser.GuiDropdownHandle[str] | None = None
+        self._names = tuple(one.name for one in look.effectors)
+        if operates:
+            with gui.add_folder("Operate"):
+                self._follow = gui.add_checkbox(
+                    "follow", False, hint="The robot follows the target while this is on."
+                )
+                self._button(server, Request.STOP, "Release the actuators.")
+                self._scalars = {
+                    i: _scalar_slider(server, one)
+                    for i, one in enumerate(look.effectors)
+                    if not one.has_position
+                }
+                self._buttons(
+                    server,
+                    (Request.HOLD, Request.ENABLE, Request.RESET),
+                    "hold: the actuators do not move. enable: follow again. reset: ready again after a stop.",
+                )
+        with gui.add_folder("Time"):
+            self._pause = gui.add_checkbox("pause", False)
+            self._speed = gui.add_dropdown("speed", tuple(SPEEDS), initial_value="1")
+            self._slider = gui.add_slider("time [s]", 0.0, 1.0, 0.02, 0.0)
+            self._buttons(server, (Request.NOW,), "Show the newest moment.")
+        if operates:
+            with gui.add_folder("Waypoints", expand_by_default=False):
+                if len(look.effectors) > 1:
+                    self._effector = gui.add_dropdown("effector", self._names)
+                self._pace = gui.add_slider("speed [mm/s]", _SLOWEST, _FASTEST, 1.0, 30.0)
+                self._buttons(
+                    server,
+                    (Request.ADD, Request.PLAY, Request.CLEAR, Request.SAVE),
+                    "set: keep the target's position. play: move the target through all. save: as tauten "
+                    "stream reads them.",
+                )
+        with gui.add_folder("Plots"):
+            self.charts = Charts(server, look)
+        self._slider.on_update(self._on_scrub)
+
+    def on_follow(self, armed: Callable[[bool], None]) -> None:
+        """Call a function when the operator switches *follow* on or off."""
+        if self._follow is None:
+            return
+
+        async def callback(event: viser.GuiEvent[viser.GuiCheckboxHandle]) -> None:
+            if event.client_id is not None:
+                armed(bool(event.target.value))
+
+        self._follow.on_update(callback)
+
+    def on_scalar(self, moved: Callable[[int, Array], None]) -> None:
+        """Call a function with the effector's number and goal value (1,) when a slider is moved."""
+        for i, slider in self._scalars.items():
+            slider.on_update(_slid(i, moved))
+
+    def show_scalars(self, values: Array, look: RobotLook) -> None:
+        """Show the targets of distances, lengths and volumes.
+
+        Args:
+            values: (n_v,) goal values.
+            look: of the robot.
+        """
+        for i, slider in self._scalars.items():
+            one = look.effectors[i]
+            shown = round(100.0 * float(values[one.first]) / one.rest[0], 1)
+            if abs(slider.value - shown) > 0.05:
+                slider.value = min(max(shown, slider.min), slider.max)  # type: ignore[misc]
+
+    def show_follow(self, armed: bool) -> None:
+        """Show whether *follow* is on."""
+        if self._follow is not None and self._follow.value != armed:
+            self._follow.value = armed  # type: ignore[misc]  # viser types it so
+
+    def requests(self) -> Iterator[Request]:
+        """Requests since the last call, oldest first."""
+        while True:
+            try:
+                yield self._requests.get_nowait()
+            except Empty:
+                return
+
+    @property
+    def paused(self) -> bool:
+        """Whether time stands still."""
+        return bool(self._pause.value)
+
+    def pause(self, paused: bool) -> None:
+        """Show whether time stands still."""
+        if self._pause.value != paused:
+            self._pause.value = paused  # type: ignore[misc]  # viser types it so
+
+    @property
+    def speed(self) -> float:
+        """Speed of time, at most 1."""
+        return SPEEDS.get(str(self._speed.value), 1.0)
+
+    @property
+    def pace(self) -> float:
+        """Speed of the target along waypoints [m/s]."""
+        return 1e-3 * min(max(float(self._pace.value), _SLOWEST), _FASTEST)
+
+    @property
+    def effector(self) -> int:
+        """Number of the effector that waypoints are for."""
+        if self._effector is None or self._effector.value not in self._names:
+            return 0
+        return self._names.index(str(self._effector.value))
+
+    def take_scrubbed(self) -> float | None:
+        """The time [s] that the operator has moved the slider to since the last call."""
+        found, self._scrubbed = self._scrubbed, None
+        return found
+
+    def show_time(self, first: float, last: float, shown: float) -> None:
+        """Set the slider.
+
+        Args:
+            first: earliest time that can be shown [s].
+            last: latest time that can be shown [s].
+            shown: the time that is shown [s].
+        """
+        first, last = round(first, 2), max(round(last, 2), round(first, 2) + 0.02)
+        if self._slider.min != first:
+            self._slider.min = first
+        if self._slider.max != last:
+            self._slider.max = last
+        self._slider.value = min(max(shown, first), last)  # type: ignore[misc]  # viser types it so
+
+    def say(self, words: str) -> None:
+        """Show a text in Markdown."""
+        if words != self._words:
+            self._words = words
+            self._status.content = words
+
+    async def _on_scrub(self, event: viser.GuiEvent[viser.GuiSliderHandle[float]]) -> None:
+        if event.client_id is not None:
+            self._scrubbed = float(event.target.value)
+
+    def _button(self, server: viser.ViserServer, request: Request, hint: str) -> None:
+        """A red button that puts a request into the queue."""
+
+        async def callback(_event: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
+            self._requests.put(request)
+
+        server.gui.add_button(request.value, hint=hint, color="red").on_click(callback)
+
+    def _buttons(self, server: viser.ViserServer, requests: tuple[Request, ...], hint: str) -> None:
+        """Buttons in a row that put their requests into the queue."""
+        names = {request.value: request for request in requests}
+
+        async def callback(event: viser.GuiEvent[viser.GuiButtonGroupHandle]) -> None:
+            if event.target.value in names:
+                self._requests.put(names[event.target.value])
+
+        server.gui.add_button_group("", tuple(names), hint=hint).on_click(callback)
+
+
+def _scalar_slider(
+    server: viser.ViserServer, effector: EffectorLook
+) -> viser.GuiSliderHandle[float]:
+    """A slider of the target of a distance, length or volume, in percent of its value at rest."""
+    return server.gui.add_slider(
+        f"{effector.name} [%]", 100.0 * LEAST_SCALAR, 100.0 * LARGEST_SCALAR, 0.1, 100.0,
+        hint=f"Target of the {effector.kind}, in percent of that at rest.",
+    )  # fmt: skip
+
+
+def _slid(
+    number: int, moved: Callable[[int, Array], None]
+) -> Callable[[viser.GuiEvent[viser.GuiSliderHandle[float]]], Coroutine[Any, Any, None]]:
+    async def callback(event: viser.GuiEvent[viser.GuiSliderHandle[float]]) -> None:
+        if event.client_id is not None:
+            moved(number, np.array([float(event.target.value)]))
+
+    return callback

@@ -1,0 +1,111 @@
+"""The loop of a viewer of a log: frames are computed while one looks at them, and kept."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+
+from tauten.service.frames import FrameHistory, RecordedRobot, ViewFrame
+from tauten.service.node import Clock
+from tauten.service.process import StopFlag
+from tauten.service.view.charts import SPAN
+from tauten.service.view.panel import Request, ViewPanel
+from tauten.service.view.scene import TRAIL, RobotScene
+from tauten.service.view.server import LoopbackServer
+from tauten.service.view.words import health_in_words, mode_in_words
+
+_RATE = 30.0  # pictures a second
+_SHARE = 0.6  # of the time for computing frames
+_PLOTS = 6  # pictures between two updates of the plots
+
+
+class PlaybackSession:
+    """One log in one server."""
+
+    def __init__(self, recorded: RecordedRobot, server: LoopbackServer) -> None:
+        """Fill scene and panel.
+
+        Args:
+            recorded: the log.
+            server: that shows it.
+
+        Raises:
+            LogError: the log has no tick, or a damaged one at its start.
+        """
+        self._recorded, self._server = recorded, server
+        self._history = FrameHistory(whole=True)
+        self._frames: Iterator[ViewFrame | None] = recorded.frames()
+        self._complete = False
+        while not len(self._history):
+            self._compute()
+        self._panel = ViewPanel(server, recorded.look, operates=False)
+        self._scene = RobotScene(server, recorded.look, draggable=False)
+        self._shown = 0.0  # s
+        self._drawn: ViewFrame | None = None
+        self._pictures = 0
+
+    def run(self, stop: StopFlag, seconds: float | None = None) -> int:
+        """Show the log until a request to stop; returns the number of pictures.
+
+        Args:
+            stop: ends it.
+            seconds: ends it too; None: only `stop` does.
+
+        Raises:
+            LogError: the log is damaged further on.
+        """
+        clock, begin = Clock(1.0 / _RATE), time.monotonic()
+        while not stop.requested and (seconds is None or time.monotonic() - begin < seconds):
+            clock.wait()
+            end = time.monotonic() + _SHARE / _RATE
+            while not self._complete and time.monotonic() < end:
+                self._compute()
+            self._move()
+            self._draw()
+        return self._pictures
+
+    def _compute(self) -> None:
+        """Compute one tick."""
+        try:
+            frame = next(self._frames)
+        except StopIteration:
+            self._complete = True
+            return
+        if frame is not None:
+            self._history.add(frame)
+
+    def _move(self) -> None:
+        """Move the time that is shown."""
+        panel, history = self._panel, self._history
+        for request in panel.requests():
+            if request is Request.NOW:
+                self._shown = history.last
+        scrubbed = panel.take_scrubbed()
+        if scrubbed is not None:
+            panel.pause(True)
+            self._shown = scrubbed
+        elif not panel.paused:
+            self._shown += panel.speed / _RATE
+        self._shown = min(max(self._shown, history.first), history.last)
+
+    def _draw(self) -> None:
+        frame = self._history.at(self._shown)
+        if frame is None:
+            return
+        self._pictures += 1
+        if frame is not self._drawn:
+            self._drawn = frame
+            with self._server.atomic():
+                self._scene.draw(frame, self._history.between(frame.time - TRAIL, frame.time))
+        if self._pictures % _PLOTS != 1:
+            return
+        history, panel = self._history, self._panel
+        panel.charts.draw(history.between(frame.time - SPAN, frame.time))
+        panel.show_time(history.first, history.last, self._shown)
+        words = health_in_words(self._recorded.look, frame, self._notes())
+        panel.say(f"{mode_in_words(frame.mode, frame.cause, advice=False)}\n\n{words}")
+
+    def _notes(self) -> tuple[str, ...]:
+        if self._complete:
+            return self._recorded.notes
+        return (*self._recorded.notes, f"computed up to {self._history.last:.1f} s")

@@ -1,0 +1,250 @@
+"""The picture: skin, cables by tension, contact forces, targets and effectors with their trails."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Coroutine
+from typing import Any
+
+import numpy as np
+import viser
+from numpy.typing import NDArray
+
+from tauten.model import Contacts, Floats
+from tauten.model.numerics import Array
+from tauten.service.frames import ActuatorLook, RobotLook, ViewFrame
+
+_SILICONE = (140, 160, 185)
+_SLACK, _MIDDLE, _TIGHT = (
+    (30, 80, 200),
+    (235, 170, 20),
+    (215, 20, 20),
+)  # cables from slack to the limit
+_THIN, _THICK = 0.010, 0.024  # thickness of a cable, as a share of the robot's size
+_TARGET, _EFFECTOR, _CONTACT, _WAYPOINT = (
+    (215, 60, 40),
+    (40, 90, 160),
+    (0, 140, 70),
+    (120, 60, 160),
+)
+_ARROW = 0.15  # length of the arrow of the largest force, as a share of the robot's size
+TRAIL = 4.0  # s
+_TRAIL = 120  # pieces of a trail
+_STEPS = 16  # levels of a cable's colour: nothing is sent while the level remains
+
+
+class RobotScene:
+    """Draws frames of one robot into a server's scene."""
+
+    def __init__(self, server: viser.ViserServer, look: RobotLook, draggable: bool) -> None:
+        """Add all objects at rest.
+
+        Args:
+            server: whose scene is used.
+            look: of the robot.
+            draggable: whether targets are gizmos rather than points.
+        """
+        self._look, self._scene = look, server.scene
+        size = look.size
+        self._largest = 0.0  # contact force so far [N]
+        self._levels = [-1] * len(look.actuators)
+        scene = server.scene
+        scene.set_up_direction("+z")
+        _place_camera(server, look)
+        self._skin = scene.add_mesh_simple(
+            "/skin", look.vertices, look.triangles.astype(np.uint32), color=_SILICONE, opacity=0.5,
+            side="double", flat_shading=True, cast_shadow=False, receive_shadow=False,
+        )  # fmt: skip
+        self._cables = [
+            scene.add_line_segments(
+                f"/cables/{actuator.name}",
+                np.zeros((int((look.cable_owners == i).sum()), 2, 3), np.float32),
+                _SLACK,
+                thickness=_THIN * size,
+            )
+            for i, actuator in enumerate(look.actuators)
+            if (look.cable_owners == i).any()
+        ]
+        self._cable_numbers = [
+            i for i in range(len(look.actuators)) if (look.cable_owners == i).any()
+        ]
+        self._arrows: viser.ArrowsHandle | None = None
+        self._effectors = [
+            scene.add_icosphere(f"/effectors/{one.name}", 0.012 * size, _EFFECTOR, subdivisions=2)
+            for one in look.effectors
+        ]
+        self._targets = [
+            scene.add_icosphere(f"/targets/{one.name}", 0.012 * size, _TARGET, subdivisions=2)
+            for one in look.effectors
+        ]
+        self.gizmos = {
+            i: scene.add_transform_controls(
+                f"/gizmos/{one.name}", 0.25 * size, disable_rotations=not one.turns,
+                depth_test=False, position=np.array(one.rest[:3]),
+            )
+            for i, one in enumerate(look.effectors)
+            if draggable and one.has_position
+        }  # fmt: skip
+        count = len(look.effectors)
+        self._trails = [
+            _Trail(server, f"/trails/{kind}/{look.effectors[i].name}", colour, 0.0025 * size)
+            for kind, colour in (("target", _TARGET), ("effector", _EFFECTOR))
+            for i in range(count)
+        ]
+
+    def draw(self, frame: ViewFrame, trail: list[ViewFrame]) -> None:
+        """Show a frame.
+
+        Args:
+            frame: to show.
+            trail: frames before it, for the trails.
+        """
+        geometry = frame.geometry
+        self._skin.vertices = geometry.vertices
+        self._draw_cables(geometry.cables, frame.tension)
+        self._draw_contacts(geometry.contacts)
+        look = self._look
+        for shown, values in ((self._effectors, frame.values), (self._targets, frame.goal)):
+            for sphere, position in zip(shown, look.positions(values), strict=True):
+                _show_at(sphere, position)
+        trail = trail[:: max(len(trail) // _TRAIL, 1)]
+        targets = np.array([look.positions(one.goal) for one in trail])  # (m, p, 3)
+        effectors = np.array([look.positions(one.values) for one in trail])  # (m, p, 3)
+        count = len(look.effectors)
+        for i in range(count):
+            self._trails[i].draw(targets.reshape(-1, count, 3)[:, i])
+            self._trails[count + i].draw(effectors.reshape(-1, count, 3)[:, i])
+
+    def place_gizmos(self, values: Array) -> None:
+        """Move gizmos that are not where goal values (n_v,) say."""
+        for i, gizmo in self.gizmos.items():
+            one = self._look.effectors[i]
+            own = values[one.places]
+            if float(np.abs(gizmo.position - own[:3]).max()) > 1e-4 * self._look.size:
+                gizmo.position = own[:3]
+            if one.turns and float(np.abs(gizmo.wxyz - own[3:]).max()) > 1e-4:
+                gizmo.wxyz = own[3:]
+
+    def on_drag(self, moved: Callable[[int, Array], None]) -> None:
+        """Call a function with the effector's number and goal values (v,) when a gizmo is dragged."""
+        for i, gizmo in self.gizmos.items():
+            gizmo.on_update(_mover(i, self._look.effectors[i].turns, moved))
+
+    def show_waypoints(self, points: Array) -> None:
+        """Show waypoints (m, 3) [m] instead of those shown before."""
+        self._scene.remove_by_name("/waypoints")
+        if len(points):
+            self._scene.add_point_cloud(
+                "/waypoints", points.astype(np.float32), _WAYPOINT, point_size=0.025 * self._look.size,
+                point_shape="circle", precision="float32",
+            )  # fmt: skip
+
+    def _draw_cables(self, ends: Floats, tension: Array) -> None:
+        owners, size = self._look.cable_owners, self._look.size
+        for handle, i in zip(self._cables, self._cable_numbers, strict=True):
+            handle.points = ends[owners == i]
+            share = tension_share(self._look.actuators[i], float(tension[i]))
+            level = round(share * _STEPS)
+            if level != self._levels[i]:
+                self._levels[i] = level
+                pieces = len(handle.points)
+                handle.colors = np.tile(
+                    np.array(cable_colour(level / _STEPS), np.uint8), (pieces, 2, 1)
+                )
+                handle.thickness = size * (_THIN + (_THICK - _THIN) * level / _STEPS)
+
+    def _draw_contacts(self, contacts: Contacts) -> None:
+        """Arrows whose tips touch the contact points: forces push there."""
+        if len(contacts.points) == 0:
+            if self._arrows is not None:
+                self._arrows.visible = False
+            return
+        size = self._look.size
+        lengths = np.linalg.norm(contacts.forces, axis=1)
+        self._largest = max(self._largest, float(lengths.max()))
+        drawn = contacts.forces * (_ARROW * size / self._largest)
+        points = np.stack([contacts.points - drawn, contacts.points], axis=1).astype(np.float32)
+        if self._arrows is None:
+            self._arrows = self._scene.add_arrows(
+                "/contacts", points, _CONTACT, shaft_radius=0.004 * size, head_radius=0.009 * size,
+                head_length=0.02 * size,
+            )  # fmt: skip
+            return
+        self._arrows.points = points
+        if not self._arrows.visible:
+            self._arrows.visible = True
+
+
+class _Trail:
+    """A line through the last positions, of a fixed number of pieces."""
+
+    def __init__(
+        self, server: viser.ViserServer, name: str, colour: tuple[int, int, int], thickness: float
+    ) -> None:
+        self._handle = server.scene.add_line_segments(
+            name, np.zeros((_TRAIL, 2, 3), np.float32), colour, thickness=thickness, visible=False
+        )
+
+    def draw(self, positions: Array) -> None:
+        """Show a line through positions (m, 3) [m]; pieces to those that are not finite are left out."""
+        pieces = line_pieces(positions)
+        if pieces is None:
+            if self._handle.visible:
+                self._handle.visible = False
+            return
+        self._handle.points = pieces
+        if not self._handle.visible:
+            self._handle.visible = True
+
+
+def line_pieces(points: Array) -> Floats | None:
+    """Pieces (_TRAIL, 2, 3) of a line through positions (m, 3); None without any."""
+    pairs = np.stack([points[:-1], points[1:]], axis=1)  # (m - 1, 2, 3)
+    found = pairs[np.isfinite(pairs).all(axis=(1, 2))][-_TRAIL:]
+    if len(found) == 0:
+        return None
+    pieces = np.repeat(found[-1:, 1:], _TRAIL * 2, axis=0).reshape(_TRAIL, 2, 3)
+    pieces[: len(found)] = found
+    return pieces.astype(np.float32)
+
+
+def tension_share(actuator: ActuatorLook, tension: float) -> float:
+    """Tension as a share of its limit, 0 … 1; of a pressure that may be negative, of the farther limit."""
+    limit = max(abs(actuator.tension[0]), abs(actuator.tension[1]))
+    return min(abs(tension) / limit, 1.0) if limit > 0.0 and np.isfinite(tension) else 0.0
+
+
+def cable_colour(share: float) -> tuple[int, int, int]:
+    """Colour of a cable at a share 0 … 1 of its largest tension."""
+    first, second = (_SLACK, _MIDDLE) if share < 0.5 else (_MIDDLE, _TIGHT)
+    t = 2.0 * share if share < 0.5 else 2.0 * share - 1.0
+    r, g, b = (round(a + t * (c - a)) for a, c in zip(first, second, strict=True))
+    return r, g, b
+
+
+def _show_at(sphere: viser.IcosphereHandle, position: Array) -> None:
+    """Show a sphere at a position (3,) [m]; nowhere where it is not finite."""
+    seen = bool(np.isfinite(position).all())
+    if sphere.visible != seen:
+        sphere.visible = seen
+    if seen:
+        sphere.position = position
+
+
+def _mover(
+    number: int, turns: bool, moved: Callable[[int, Array], None]
+) -> Callable[[viser.TransformControlsEvent], Coroutine[Any, Any, None]]:
+    async def callback(event: viser.TransformControlsEvent) -> None:
+        position, rotation = event.target.position, event.target.wxyz
+        moved(number, np.concatenate([position, rotation]) if turns else np.array(position))
+
+    return callback
+
+
+def _place_camera(server: viser.ViserServer, look: RobotLook) -> None:
+    """Look at the middle of the robot from the front, with a near plane that does not cut small robots."""
+    low, high = look.vertices.min(axis=0), look.vertices.max(axis=0)
+    middle: NDArray[np.float64] = 0.5 * (low + high).astype(float)
+    camera = server.initial_camera
+    camera.position = tuple(middle + look.size * np.array([0.35, -1.25, 0.25]))
+    camera.look_at = tuple(middle)
+    camera.near, camera.far = 0.02 * look.size, 100.0 * look.size

@@ -1,0 +1,97 @@
+"""The web server of the viewer: viser behind a guard, on loopback only."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import socket
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import viser
+import websockets.asyncio.server
+
+from tauten.service.view.guard import (
+    LARGEST_MESSAGE,
+    ORIGINS,
+    PING_INTERVAL,
+    PING_TIMEOUT,
+    Guard,
+    Handler,
+)
+
+HOST = "127.0.0.1"
+FIRST_PORT = 8080
+
+
+class ViewError(OSError):
+    """A viewer that cannot be opened; the text names what to change."""
+
+
+class LoopbackServer(viser.ViserServer):
+    """viser's server without its public tunnel."""
+
+    def request_share_url(self, verbose: bool = True) -> None:
+        """Refuse: a tunnel would let anybody drive the robot."""
+
+
+@contextmanager
+def open_server(port: int, label: str) -> Iterator[tuple[LoopbackServer, Guard]]:
+    """A server on loopback that accepts browsers of this computer, or at the end of a tunnel.
+
+    Args:
+        port: TCP port; 0: any free one.
+        label: title of the panel.
+
+    Raises:
+        ViewError: the port is taken.
+    """
+    listening = _listening(port)
+    guard = Guard()
+    serve = websockets.asyncio.server.serve
+
+    def guarded(handler: Handler, _host: str, _port: int, **settings: Any) -> Any:
+        settings |= {
+            "sock": listening,
+            "origins": [ORIGINS],
+            "max_size": LARGEST_MESSAGE,
+            "ping_interval": PING_INTERVAL,
+            "ping_timeout": PING_TIMEOUT,
+        }
+        return serve(guard.wrapped(handler), **settings)
+
+    # viser has no parameters for these: its thread looks `serve` up while the server is made
+    websockets.asyncio.server.serve = guarded  # type: ignore[assignment,misc]
+    try:
+        with contextlib.redirect_stdout(io.StringIO()):
+            server = LoopbackServer(HOST, listening.getsockname()[1], label=label, verbose=False)
+    finally:
+        websockets.asyncio.server.serve = serve  # type: ignore[misc]
+    try:
+        server.gui.configure_theme(
+            control_width="medium",
+            show_logo=False,
+            show_share_button=False,
+            brand_color=(40, 90, 160),
+        )
+        yield server, guard
+    finally:
+        with contextlib.redirect_stdout(io.StringIO()):
+            server.stop()
+        listening.close()
+
+
+def _listening(port: int) -> socket.socket:
+    """A socket bound to the port."""
+    found = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+    found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    try:
+        found.bind((HOST, port))
+    except OSError as error:
+        found.close()
+        raise ViewError(
+            f"port {port} on {HOST} is taken ({error.strerror}): is another viewer open? close it or give "
+            "--web-port"
+        ) from error
+    return found

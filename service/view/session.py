@@ -1,0 +1,229 @@
+"""The loop of a viewer: inputs of the operator, one period of the robot, and a picture 30 times a second."""
+
+from __future__ import annotations
+
+import logging
+import time
+from dataclasses import dataclass
+
+from tauten.model.numerics import Array
+from tauten.service.frames import FrameHistory, FrameSource, TargetStore, ViewFrame, WaypointList
+from tauten.service.node import Clock
+from tauten.service.plant import TargetPath
+from tauten.service.process import StopFlag
+from tauten.service.view.charts import SPAN
+from tauten.service.view.guard import Guard
+from tauten.service.view.panel import Request, ViewPanel
+from tauten.service.view.scene import TRAIL, RobotScene
+from tauten.service.view.server import LoopbackServer
+from tauten.service.view.words import health_in_words, mode_in_words
+from tauten.service.wire import OperatorCommand
+
+log = logging.getLogger(__name__)
+
+FRAMES = 30.0  # a second
+_PLOTS = 6  # frames between two updates of the plots
+_COMMANDS = {
+    Request.HOLD: OperatorCommand.HOLD,
+    Request.ENABLE: OperatorCommand.ENABLE,
+    Request.STOP: OperatorCommand.STOP,
+    Request.RESET: OperatorCommand.RESET,
+}
+
+
+@dataclass(frozen=True, slots=True)
+class ViewUsage:
+    """What a viewer has done.
+
+    Attributes:
+        seconds: duration.
+        frames: pictures sent.
+        processor: processor time of the process [s].
+    """
+
+    seconds: float
+    frames: int
+    processor: float
+
+
+class ViewSession:
+    """One robot in one server.
+
+    Attributes:
+        source: of the frames.
+        targets: what is followed while it is armed.
+    """
+
+    def __init__(self, source: FrameSource, server: LoopbackServer, guard: Guard) -> None:
+        """Fill scene and panel.
+
+        Args:
+            source: of the frames.
+            server: that shows them.
+            guard: tells when the operator's browser leaves.
+        """
+        look = source.look
+        self.source, self._server = source, server
+        self._panel = ViewPanel(server, look, operates=True)
+        self._scene = RobotScene(server, look, draggable=True)
+        self.targets = TargetStore(look.effectors, look.size)
+        self._history = FrameHistory(whole=False)
+        self._lists = [WaypointList(one, look.size) for one in look.effectors]
+        self._playing: tuple[TargetPath, float] | None = None
+        self._shown: float | None = None  # time of the frame that is shown; None: the newest
+        self._elapsed = 0.0  # s of the robot
+        self._frames = 0
+        self._scene.on_drag(self._dragged)
+        self._panel.on_follow(self._arm)
+        self._panel.on_scalar(self._slid)
+        guard.on_operator_left(self._disarm)
+
+    @property
+    def waypoints(self) -> WaypointList:
+        """Waypoints of the effector that is chosen in the panel."""
+        return self._lists[self._panel.effector]
+
+    @property
+    def newest(self) -> ViewFrame | None:
+        """The newest frame; None before the first."""
+        return self._history.at(self._history.last)
+
+    def arm(self) -> None:
+        """Follow the target from now on."""
+        self._arm(True)
+
+    def follow_path(self, path: TargetPath) -> None:
+        """Move the first effector's target along a path from now on, until the operator moves it."""
+        self._playing = path, self._elapsed
+
+    def run(self, stop: StopFlag, seconds: float | None = None) -> ViewUsage:
+        """Show the robot until a request to stop.
+
+        Args:
+            stop: ends it.
+            seconds: ends it too; None: only `stop` does.
+        """
+        rate = self.source.look.rate
+        clock, period = Clock(1.0 / rate), 1.0 / rate
+        begin, processor, drawn = time.monotonic(), time.process_time(), -1.0
+        while not stop.requested and (seconds is None or time.monotonic() - begin < seconds):
+            clock.wait()
+            wanted = 1.0 / (self._panel.speed if self.source.pausable else 1.0) / rate
+            if wanted != period:
+                clock, period = Clock(wanted), wanted
+            now = time.monotonic()
+            due = now - drawn >= 1.0 / FRAMES - 0.25 * period
+            self._period(due)
+            if due:
+                drawn = now
+                self._draw()
+        return ViewUsage(time.monotonic() - begin, self._frames, time.process_time() - processor)
+
+    def _period(self, due: bool) -> None:
+        """Requests of the operator, then one period of the robot."""
+        for request in self._panel.requests():
+            self._do(request)
+        if (scrubbed := self._panel.take_scrubbed()) is not None:
+            self._panel.pause(True)
+            self._shown = scrubbed
+        paused = self._panel.paused
+        if paused and self._shown is None:
+            self._shown = self._history.last
+        if not paused and self.source.pausable:
+            self._shown = None
+        if paused and self.source.pausable:
+            return
+        self._play()
+        self._elapsed += 1.0 / self.source.look.rate
+        frame = self.source.advance(self.targets.goal(), due)
+        if frame is not None:
+            self._history.add(frame)
+            self.targets.rest_at(frame.values)
+
+    def _draw(self) -> None:
+        history, panel = self._history, self._panel
+        if self._shown is not None and not panel.paused:  # the past, at the chosen speed
+            self._shown += panel.speed / FRAMES
+            if self._shown >= history.last:
+                self._shown = None if panel.speed == 1.0 else history.last
+        shown = history.last if self._shown is None else self._shown
+        frame = history.at(shown)
+        if frame is None:
+            return
+        self._frames += 1
+        with self._server.atomic():
+            self._scene.draw(frame, history.between(frame.time - TRAIL, frame.time))
+            self._scene.place_gizmos(self.targets.values)
+        panel.show_follow(self.targets.armed)
+        panel.show_scalars(self.targets.values, self.source.look)
+        if self._frames % _PLOTS == 1:
+            self._say(frame)
+
+    def _say(self, frame: ViewFrame) -> None:
+        """Update plots, slider and words: a few times a second are enough to read."""
+        history, panel = self._history, self._panel
+        panel.charts.draw(history.between(frame.time - SPAN, frame.time))
+        panel.show_time(history.first, history.last, frame.time)
+        words = health_in_words(self.source.look, frame, self.source.notes)
+        panel.say(f"{mode_in_words(frame.mode, frame.cause)}\n\n{words}")
+
+    def _do(self, request: Request) -> None:
+        """Carry out a request of the operator."""
+        if request in _COMMANDS:
+            self._command(_COMMANDS[request])
+        elif request is Request.NOW:
+            self._shown = None
+            self._panel.pause(False)
+        elif request is Request.PLAY:
+            if len(self.waypoints):
+                start = self.targets.of(self._panel.effector)
+                self._playing = self.waypoints.path(start, self._panel.pace), self._elapsed
+        elif request is Request.SAVE:
+            content = self.waypoints.csv(self._panel.pace).encode()
+            for client in self._server.get_clients().values():
+                client.send_file_download("waypoints.csv", content, save_immediately=True)
+        else:
+            self._change_waypoints(request)
+
+    def _command(self, command: OperatorCommand) -> None:
+        self.source.command(command)
+        if command in (OperatorCommand.STOP, OperatorCommand.HOLD):
+            self._playing = None
+        if command is OperatorCommand.STOP:
+            self._disarm()
+        if self.source.pausable:
+            self._panel.pause(False)
+
+    def _change_waypoints(self, request: Request) -> None:
+        if request is Request.ADD:
+            self.waypoints.add(self.targets.of(self._panel.effector))
+        else:
+            self.waypoints.clear()
+            self._playing = None
+        self._scene.show_waypoints(self.waypoints.points)
+
+    def _play(self) -> None:
+        """Move the target along the path that is played."""
+        if self._playing is None or not self.targets.armed:
+            self._playing = None
+            return
+        path, begin = self._playing
+        elapsed = self._elapsed - begin
+        self.targets.put(self._panel.effector, path.at(elapsed))
+        if elapsed > path.duration and not path.repeats:
+            self._playing = None
+
+    def _dragged(self, effector: int, values: Array) -> None:
+        self._playing = None
+        self.targets.put(effector, values)
+
+    def _slid(self, effector: int, percent: Array) -> None:
+        """Move the target of a distance, length or volume, in percent of its value at rest."""
+        self._dragged(effector, 0.01 * percent * self.source.look.effectors[effector].rest[0])
+
+    def _arm(self, armed: bool) -> None:
+        self.targets.arm(armed)
+
+    def _disarm(self) -> None:
+        """The dead man's switch: the browser that operated has left."""
+        self.targets.arm(False)

@@ -1,0 +1,237 @@
+"""Viewers from start to end: load, open the server, show, close."""
+
+from __future__ import annotations
+
+import logging
+import webbrowser
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from tauten.model import load_robot
+from tauten.service.frames import RecordedRobot, ServedRobot, SimulatedRobot, ViewFrame
+from tauten.service.operate import node_of
+from tauten.service.plant import PathError, PathSettings, TargetPath, make_path
+from tauten.service.process import StopFlag, one_blas_thread
+from tauten.service.setup import Order, load_setup
+from tauten.service.view.export import write_html
+from tauten.service.view.playback import PlaybackSession
+from tauten.service.view.server import FIRST_PORT, HOST, open_server
+from tauten.service.view.session import FRAMES, ViewSession, ViewUsage
+from tauten.service.wire import Network
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True)
+class ViewSettings:
+    """How a robot is shown.
+
+    Attributes:
+        port: TCP port of the web page; 0: any free one.
+        browser: whether the default browser is opened.
+        seconds: duration; None: until Ctrl-C.
+    """
+
+    port: int = FIRST_PORT
+    browser: bool = True
+    seconds: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class SimulationSettings:
+    """What is simulated.
+
+    Attributes:
+        robot: name or file.
+        basis: contact basis, as for `tauten serve`.
+        model: model that decides, as for `tauten serve`.
+        young_scale: the plant's Young's modulus, as a multiple of the robot file's.
+        path: that the first effector's target follows, as for `tauten stream`; None: it stays at rest.
+    """
+
+    robot: str
+    basis: str | None = None
+    model: Order | None = None
+    young_scale: float = 1.0
+    path: str | None = None
+
+
+def view_simulation(
+    simulation: SimulationSettings, settings: ViewSettings, stop: StopFlag
+) -> ViewUsage:
+    """Simulate a robot with its controller and show it until a request to stop.
+
+    Args:
+        simulation: what is simulated.
+        settings: of the viewer.
+        stop: ends it, before the server runs at once.
+
+    Raises:
+        ViewError: the port is taken.
+        PathError: no such path.
+        RobotFileError, MeshError, BasisError, StateBasisError: what cannot be used, and why.
+    """
+    with one_blas_thread():
+        with stop.interruptible():
+            source, path = _simulated(simulation)
+        with open_server(settings.port, source.look.name) as (server, guard):
+            session = ViewSession(source, server, guard)
+            session.arm()
+            if path is not None:
+                session.follow_path(path)
+            announce(server.get_port(), settings.browser)
+            return session.run(stop, settings.seconds)
+
+
+def export_simulation(
+    simulation: SimulationSettings, seconds: float | None, file: Path, stop: StopFlag
+) -> int:
+    """Simulate a robot that follows a path, into an HTML file; returns the number of frames.
+
+    Args:
+        simulation: what is simulated.
+        seconds: of the robot; None: one pass of the path.
+        file: to write.
+        stop: ends it early, with what there is.
+
+    Raises:
+        PathError: no such path, or none is given.
+        RobotFileError, MeshError, BasisError, StateBasisError: what cannot be used, and why.
+        OSError: the file cannot be written.
+    """
+    with one_blas_thread():
+        with stop.interruptible():
+            source, path = _simulated(simulation)
+        if path is None:
+            raise PathError(
+                "an export of a simulation needs a path: give --path, for instance reach"
+            )
+        duration = path.duration if seconds is None else seconds
+        return write_html(source.look, _following(source, path, duration, stop), file)
+
+
+def _simulated(simulation: SimulationSettings) -> tuple[SimulatedRobot, TargetPath | None]:
+    setup = load_setup(simulation.robot, basis=simulation.basis, model=simulation.model)
+    plant = load_robot(simulation.robot, young_scale=simulation.young_scale)
+    path = None
+    if simulation.path is not None:
+        path = make_path(simulation.path, plant, PathSettings(repeats=True))
+    return SimulatedRobot(setup, plant), path
+
+
+def _following(
+    source: SimulatedRobot, path: TargetPath, seconds: float, stop: StopFlag
+) -> Iterator[ViewFrame]:
+    """Frames of a simulated robot whose first effector follows a path.
+
+    Args:
+        source: the robot.
+        path: of the target.
+        seconds: of the robot.
+        stop: ends it early.
+    """
+    look = source.look
+    every = max(round(look.rate / FRAMES), 1)
+    for step in range(int(seconds * look.rate)):
+        if stop.requested:
+            return
+        goal = look.rest
+        goal[look.effectors[0].places] = path.at(step / look.rate)
+        frame = source.advance(goal, step % every == 0)
+        if frame is not None:
+            yield frame
+
+
+def view_log(
+    log_file: Path,
+    settings: ViewSettings,
+    stop: StopFlag,
+    against: str | None = None,
+    recorded_paths: bool = False,
+) -> int:
+    """Show a log until a request to stop; returns the number of pictures.
+
+    Args:
+        log_file: MCAP file of a run.
+        settings: of the viewer.
+        stop: ends it.
+        against: robot to use instead of the recorded one, a name or a file.
+        recorded_paths: open files at the paths that the log names.
+
+    Raises:
+        LogError: no log, a damaged one, or one that does not fit the robot.
+        ViewError: the port is taken.
+        RobotFileError, MeshError, BasisError, StateBasisError: the robot cannot be used.
+    """
+    with one_blas_thread():
+        with stop.interruptible():
+            recorded = _recorded(log_file, against, recorded_paths)
+        with open_server(settings.port, f"{recorded.look.name}: {log_file.name}") as (server, _):
+            session = PlaybackSession(recorded, server)
+            announce(server.get_port(), settings.browser)
+            return session.run(stop, settings.seconds)
+
+
+def export_log(
+    log_file: Path, file: Path, against: str | None = None, recorded_paths: bool = False
+) -> int:
+    """Write a log's run to an HTML file; returns the number of frames.
+
+    Args:
+        log_file: MCAP file of a run.
+        file: to write.
+        against: robot to use instead of the recorded one, a name or a file.
+        recorded_paths: open files at the paths that the log names.
+
+    Raises:
+        LogError: no log, a damaged one, or one that does not fit the robot.
+        RobotFileError, MeshError, BasisError, StateBasisError: the robot cannot be used.
+        OSError: the file cannot be written.
+    """
+    with one_blas_thread():
+        recorded = _recorded(log_file, against, recorded_paths)
+        frames = (frame for frame in recorded.frames() if frame is not None)
+        return write_html(recorded.look, frames, file)
+
+
+def _recorded(log_file: Path, against: str | None, recorded_paths: bool) -> RecordedRobot:
+    recorded = RecordedRobot(log_file, against, recorded_paths)
+    for note in recorded.notes:
+        log.warning("%s: %s", log_file, note)
+    return recorded
+
+
+def view_served(robot: str, network: Network, settings: ViewSettings, stop: StopFlag) -> ViewUsage:
+    """Show a robot that a node serves, until a request to stop; targets go out while *follow* is armed.
+
+    Args:
+        robot: name.
+        network: of its node.
+        settings: of the viewer.
+        stop: ends it.
+
+    Raises:
+        NetworkError: no node, or one of another version.
+        ViewError: the port is taken.
+    """
+    with node_of(robot, network) as session:
+        source = ServedRobot(session, robot)
+        source.await_surface()
+        with open_server(settings.port, robot) as (server, guard):
+            shown = ViewSession(source, server, guard)
+            announce(server.get_port(), settings.browser)
+            return shown.run(stop, settings.seconds)
+
+
+def announce(port: int, browser: bool) -> None:
+    """Say where the page is, and open it.
+
+    Args:
+        port: of the page.
+        browser: whether to open the default browser.
+    """
+    address = f"http://{HOST}:{port}"
+    log.info("open %s in a browser; Ctrl-C ends", address)
+    if browser and not webbrowser.open(address):
+        log.warning("no browser was found on this computer: open %s yourself", address)

@@ -1,0 +1,216 @@
+"""Targets, measurements and positions of effectors: one message type for each kind.
+
+| kind | message | values |
+|---|---|---|
+| point, centre | geometry_msgs/PointStamped | point x, y, z [m] |
+| frame | geometry_msgs/PoseStamped | position x, y, z [m], quaternion w, x, y, z |
+| distance, length, volume | sensor_msgs/JointState | the one position [m, m³], named like the effector |
+
+In messages and files a quaternion is x, y, z, w, as ROS has it; among goal values w is first.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from tauten.model import UNIT_LENGTH
+from tauten.model.schema import EffectorKind
+from tauten.service.wire.messages import (
+    JOINTS,
+    JSON,
+    JSON_ERRORS,
+    POINT,
+    POSE,
+    Point,
+    Rejection,
+    RejectionReason,
+    decode_point,
+    encode_point,
+    from_cdr,
+    header,
+    header_from_json,
+    header_json,
+    new,
+    number,
+    payload_format,
+    point_json,
+    time_of,
+    to_cdr,
+)
+
+MESSAGE_TYPES: dict[EffectorKind, str] = {
+    "point": POINT, "centre": POINT, "frame": POSE, "distance": JOINTS, "length": JOINTS,
+    "volume": JOINTS,
+}  # fmt: skip
+_FIELDS = {POINT: "point", POSE: "pose", JOINTS: "position"}  # by which JSON shows its type
+
+
+@dataclass(frozen=True, slots=True)
+class EffectorMessage:
+    """Values of one effector: time [ns since the epoch], frame, goal values (v,) by its kind."""
+
+    stamp: int
+    frame: str
+    values: tuple[float, ...]
+
+
+def encode_effector(kind: EffectorKind, name: str, message: EffectorMessage) -> bytes:
+    """Values of an effector in CDR.
+
+    Args:
+        kind: of the effector.
+        name: of the effector.
+        message: its values.
+    """
+    stamp, frame, values = message.stamp, message.frame, message.values
+    if MESSAGE_TYPES[kind] == POINT:
+        return encode_point(Point(stamp, frame, (values[0], values[1], values[2])))
+    if kind == "frame":
+        x, y, z, qw, qx, qy, qz = values
+        pose = new(
+            "geometry_msgs/msg/Pose",
+            position=new("geometry_msgs/msg/Point", x=x, y=y, z=z),
+            orientation=new("geometry_msgs/msg/Quaternion", x=qx, y=qy, z=qz, w=qw),
+        )
+        return to_cdr(POSE, new(POSE, header=header(stamp, frame), pose=pose))
+    scalar = new(
+        JOINTS,
+        header=header(stamp, frame),
+        name=[name],
+        position=np.array(values, dtype=np.float64),
+        velocity=np.zeros(0),
+        effort=np.zeros(0),
+    )
+    return to_cdr(JOINTS, scalar)
+
+
+def effector_json(kind: EffectorKind, name: str, message: EffectorMessage) -> bytes:
+    """Values of an effector as JSON.
+
+    Args:
+        kind: of the effector.
+        name: of the effector.
+        message: its values.
+    """
+    stamp, frame, values = message.stamp, message.frame, message.values
+    if MESSAGE_TYPES[kind] == POINT:
+        return point_json(Point(stamp, frame, (values[0], values[1], values[2])))
+    fields: dict[str, Any] = {"header": header_json(stamp, frame)}
+    if kind == "frame":
+        x, y, z, qw, qx, qy, qz = values
+        orientation = {"x": qx, "y": qy, "z": qz, "w": qw}
+        fields["pose"] = {"position": {"x": x, "y": y, "z": z}, "orientation": orientation}
+    else:
+        fields |= {"name": [name], "position": list(values)}
+    return json.dumps(fields).encode()
+
+
+def decode_effector(
+    kind: EffectorKind, name: str, payload: bytes, encoding: str
+) -> EffectorMessage | Rejection:
+    """Values of an effector from CDR or JSON, finite, quaternions of length one.
+
+    Args:
+        kind: of the effector.
+        name: of the effector.
+        payload: the message.
+        encoding: names the format and the type.
+
+    Returns:
+        The values, or why the message was refused.
+    """
+    expected = MESSAGE_TYPES[kind]
+    form = payload_format(payload, encoding, expected)
+    if isinstance(form, Rejection):
+        if form.reason is RejectionReason.WRONG_TYPE:
+            detail = f"{form.detail} for effector {name!r} of kind {kind!r}"
+            return Rejection(RejectionReason.WRONG_TYPE, detail)
+        return form
+    if form == JSON:
+        other = _other_type(payload, expected)
+        if other:
+            detail = f"found {other}, expected {expected} for effector {name!r} of kind {kind!r}"
+            return Rejection(RejectionReason.WRONG_TYPE, detail)
+    if expected == POINT:
+        point = decode_point(payload, encoding)
+        if isinstance(point, Rejection):
+            return point
+        return EffectorMessage(point.stamp, point.frame, point.xyz)
+    read = _from_json if form == JSON else _from_cdr
+    return _checked(read(expected, name, payload), kind)
+
+
+def _other_type(payload: bytes, expected: str) -> str:
+    """The type whose field a JSON message has instead of the expected one's; "" where there is none."""
+    try:
+        fields = json.loads(payload)
+        if _FIELDS[expected] in fields:
+            return ""
+        return next((kind for kind, field in _FIELDS.items() if field in fields), "")
+    except JSON_ERRORS:
+        return ""
+
+
+def _from_cdr(expected: str, name: str, payload: bytes) -> EffectorMessage | Rejection:
+    message = from_cdr(expected, payload)
+    if isinstance(message, Rejection):
+        return message
+    stamp, frame = time_of(message.header.stamp), str(message.header.frame_id)
+    if isinstance(stamp, Rejection):
+        return stamp
+    if expected == JOINTS:
+        positions = tuple(map(float, message.position))
+        return _scalar(EffectorMessage(stamp, frame, positions), tuple(message.name), name)
+    p, q = message.pose.position, message.pose.orientation
+    return EffectorMessage(stamp, frame, (p.x, p.y, p.z, q.w, q.x, q.y, q.z))
+
+
+def _from_json(expected: str, name: str, payload: bytes) -> EffectorMessage | Rejection:
+    try:
+        fields = json.loads(payload)
+        stamp, frame = header_from_json(fields)
+        if expected == JOINTS:
+            positions = {str(i): value for i, value in enumerate(fields["position"])}
+            values = tuple(number(positions, i) for i in positions)
+            names = tuple(str(item) for item in fields.get("name", []))
+            return _scalar(EffectorMessage(stamp, frame, values), names, name)
+        p, q = fields["pose"]["position"], fields["pose"]["orientation"]
+        values = tuple(number(p, i) for i in "xyz") + tuple(number(q, i) for i in "wxyz")
+        return EffectorMessage(stamp, frame, values)
+    except JSON_ERRORS as error:
+        detail = f"not a {expected} as JSON: {type(error).__name__} {error}"
+        return Rejection(RejectionReason.MALFORMED, detail)
+
+
+def _scalar(
+    message: EffectorMessage, names: tuple[str, ...], name: str
+) -> EffectorMessage | Rejection:
+    """A message of one position whose name, where it has one, is the effector's."""
+    if len(message.values) != 1 or names not in ((), (name,)):
+        shown = ", ".join(map(repr, names))[:80]
+        detail = f"found {len(message.values)} positions of {shown or 'no name'}, expected one of {name!r}"
+        return Rejection(RejectionReason.WRONG_SHAPE, detail)
+    return message
+
+
+def _checked(found: EffectorMessage | Rejection, kind: EffectorKind) -> EffectorMessage | Rejection:
+    """A message with finite values and a quaternion of length one."""
+    if isinstance(found, Rejection):
+        return found
+    if not all(map(math.isfinite, found.values)):
+        return Rejection(RejectionReason.NOT_FINITE, f"{kind} {found.values} is not finite")
+    if kind != "frame":
+        return found
+    length = math.hypot(*found.values[3:])
+    if not abs(length - 1.0) <= UNIT_LENGTH:
+        detail = (
+            f"the quaternion has length {length:.6g} and is no rotation, "
+            f"allowed is 1 within {UNIT_LENGTH:g}"
+        )
+        return Rejection(RejectionReason.NO_ROTATION, detail)
+    return found

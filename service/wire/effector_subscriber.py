@@ -1,0 +1,267 @@
+"""Subscriber to targets or measurements of effectors: decodes, checks and counts them; the latest is used.
+
+Zenoh keeps the last samples of a key in a ring outside the interpreter, and writes down when each one
+arrived; the loop reads the ring at its tick. So a flood of messages costs the loop a bounded time, no other
+thread runs Python code, and the age of a message does not depend on when the loop reads it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from typing import Protocol
+
+import numpy as np
+
+from tauten.model import EffectorLayout
+from tauten.model.numerics import Array
+from tauten.service.wire.effector_messages import EffectorMessage, decode_effector
+from tauten.service.wire.health import MessageCounts
+from tauten.service.wire.messages import MAX_PAYLOAD, Rejection, RejectionReason
+
+# Samples of a key that are read ahead of a tick, and again when it is due; older ones are dropped unread.
+EFFECTOR_RING = 64
+# Two clocks whose difference is larger do not agree: then a time of the other clock is not used for the age.
+CLOCKS_AGREE = 600.0  # s
+_NANO = 1e-9
+
+
+class Payload(Protocol):
+    """The part of zenoh.ZBytes that is used here."""
+
+    def __len__(self) -> int:
+        """Number of bytes."""
+
+    def __bytes__(self) -> bytes:
+        """A copy."""
+
+
+class Timestamp(Protocol):
+    """The part of zenoh.Timestamp that is used here."""
+
+    def get_time(self) -> datetime:
+        """The time."""
+
+
+class Sample(Protocol):
+    """The part of a zenoh.Sample that is used here."""
+
+    @property
+    def payload(self) -> Payload:
+        """The message."""
+
+    @property
+    def encoding(self) -> object:
+        """Its text names the encoding."""
+
+    @property
+    def timestamp(self) -> Timestamp | None:
+        """Time of arrival, or of sending where the sender or a router has written one."""
+
+
+class Source(Protocol):
+    """The part of a zenoh.Subscriber with a ring that is used here."""
+
+    def try_recv(self) -> Sample | None:
+        """The next sample, or None."""
+
+
+@dataclass(frozen=True, slots=True)
+class Received:
+    """A target or measurement that was accepted.
+
+    Attributes:
+        effector: its number.
+        payload: the message as it came.
+        encoding: of the message.
+        message: the decoded message.
+        age: seconds since it was made or arrived, whichever is longer.
+    """
+
+    effector: int
+    payload: bytes
+    encoding: str
+    message: EffectorMessage
+    age: float
+
+
+class EffectorSubscriber:
+    """Collects values of a robot's effectors, targets or measurements.
+
+    Attributes:
+        counts: messages, accepted and refused by reason.
+        stamp: time in the header of the message accepted last [ns since the epoch].
+        fresh: whether a message has been accepted since `take_fresh`.
+    """
+
+    def __init__(
+        self,
+        sources: Sequence[Source],
+        frame: str,
+        layout: EffectorLayout,
+        rest: Array,
+        reach: float,
+        timeout: float,
+    ) -> None:
+        """Start without messages.
+
+        Args:
+            sources: rings of samples, one for each effector.
+            frame: the only frame accepted, beside an empty one.
+            layout: kinds of the effectors.
+            rest: (n_v,) their values at rest.
+            reach: positions farther than this from the effector at rest are refused, and scalars that
+                differ by as much, in metres by the layout's units [m].
+            timeout: age from which on a message is not used [s].
+        """
+        self.counts = MessageCounts()
+        self.stamp = 0
+        self.fresh = False
+        self._sources = tuple(sources)
+        self._frame = frame
+        self._layout = layout
+        self._rest = rest.copy()  # (n_v,)
+        self._reach = reach
+        self._timeout = timeout
+        self._values = np.full_like(rest, np.nan)  # (n_v,), NaN before the first
+        self._made = [-math.inf] * len(layout)  # monotonic time of the latest of each effector [s]
+
+    def read(self, now: float, wall: float) -> list[Received]:
+        """Read what has arrived; returns what was accepted, oldest first.
+
+        Args:
+            now: monotonic time [s].
+            wall: time since the Unix epoch [s].
+        """
+        accepted: list[Received] = []
+        for effector, source in enumerate(self._sources):
+            for _ in range(EFFECTOR_RING):
+                sample = source.try_recv()
+                if sample is None:
+                    break
+                found = self._checked(effector, sample, wall)
+                if isinstance(found, Rejection):
+                    self.counts.refuse(found)
+                    continue
+                accepted.append(found)
+                self._values[self._layout.values_of(effector)] = found.message.values
+                self._made[effector] = now - found.age
+                self.stamp = found.message.stamp
+        self.fresh = self.fresh or bool(accepted)
+        self.counts.accepted += len(accepted)
+        return accepted
+
+    def take_fresh(self) -> bool:
+        """Whether a message has been accepted since the last call."""
+        fresh, self.fresh = self.fresh, False
+        return fresh
+
+    def latest(self, now: float, default: Array) -> Array | None:
+        """Goal values (n_v,); None when none is young enough.
+
+        Args:
+            now: monotonic time [s].
+            default: (n_v,) for effectors without any message yet.
+        """
+        if now - max(self._made) > self._timeout:
+            return None
+        values = self._values.copy()
+        for effector, made in enumerate(self._made):
+            if made == -math.inf:
+                part = self._layout.values_of(effector)
+                values[part] = default[part]
+        return values
+
+    def complete(self, now: float) -> Array | None:
+        """Values (n_v,); None unless those of every effector are young enough.
+
+        Args:
+            now: monotonic time [s].
+        """
+        if now - min(self._made) > self._timeout:
+            return None
+        return self._values.copy()
+
+    def oldest(self, now: float) -> float:
+        """Largest age of the effectors' latest messages [s]; infinity before each has one."""
+        return now - min(self._made)
+
+    def _checked(self, effector: int, sample: Sample, wall: float) -> Received | Rejection:
+        """A sample decoded, and checked for what does not depend on the others."""
+        payload = payload_of(sample)
+        if isinstance(payload, Rejection):
+            return payload
+        encoding, layout = str(sample.encoding), self._layout
+        message = decode_effector(layout.kinds[effector], layout.names[effector], payload, encoding)
+        if isinstance(message, Rejection):
+            return message
+        if message.frame not in ("", self._frame):
+            detail = f"found frame {message.frame[:40]!r}, expected {self._frame!r}"
+            return Rejection(RejectionReason.WRONG_FRAME, detail)
+        detail = self._out_of_reach(effector, message.values)
+        if detail:
+            return Rejection(RejectionReason.OUT_OF_REACH, detail)
+        age = age_by(_NANO * message.stamp, wall)
+        if sample.timestamp is not None:
+            age = max(age, age_by(sample.timestamp.get_time().timestamp(), wall))
+        if age > self._timeout:
+            detail = (
+                f"made or arrived {age:.3g} s ago, allowed are {self._timeout:g} s; "
+                "do the clocks of sender and node agree?"
+            )
+            return Rejection(RejectionReason.TOO_OLD, detail)
+        return Received(effector, payload, encoding, message, age)
+
+    def _out_of_reach(self, effector: int, values: tuple[float, ...]) -> str:
+        """Why values cannot be reached by far; "" where they may be."""
+        layout, rest = self._layout, self._rest[self._layout.values_of(effector)]
+        if len(values) > 1:
+            distance = math.dist(values[:3], rest[:3])
+            if not distance <= self._reach:
+                return (
+                    f"{distance:.3g} m from the effector at rest, allowed are {self._reach:.3g} m"
+                )
+            return ""
+        unit = float(layout.units[layout.row_starts[effector]])
+        least, most = max(rest[0] - self._reach / unit, 0.0), rest[0] + self._reach / unit
+        if not least <= values[0] <= most:
+            kind = layout.kinds[effector]
+            size = "m³" if kind == "volume" else "m"
+            return (
+                f"a {kind} of {values[0]:.3g} {size}, allowed are {least:.3g} to {most:.3g} {size}"
+            )
+        return ""
+
+
+def age_by(made: float, wall: float) -> float:
+    """Seconds since a time that another clock has written; 0 where that clock does not agree with this one.
+
+    Args:
+        made: the other clock's time since the Unix epoch [s].
+        wall: this clock's time [s].
+    """
+    age = wall - made
+    return age if 0.0 < age <= CLOCKS_AGREE else 0.0
+
+
+def payload_of(sample: Sample) -> bytes | Rejection:
+    """The bytes of a sample; one that is too large is not copied."""
+    payload = sample.payload
+    size = len(payload)
+    if size > MAX_PAYLOAD:
+        return Rejection(RejectionReason.TOO_LARGE, f"{size} bytes, allowed are {MAX_PAYLOAD}")
+    return bytes(payload)
+
+
+def reach_of(size: float) -> float:
+    """Distance from rest beyond which a target is a mistake, a wrong unit for instance [m].
+
+    Args:
+        size: diagonal of the robot's bounding box [m].
+
+    A tip cannot leave the ball of its body's length around the base; twice that permits targets that are
+    only nearly reachable, which the controller approaches as far as it can.
+    """
+    return 2.0 * size

@@ -1,0 +1,191 @@
+"""The shipped Zenoh configurations: TLS with certificates or passwords, and who may do what.
+
+Certificates are made here. A node as a process and everybody else's sessions meet at a router.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+import trustme
+import zenoh
+from support.nodes import PERIOD, point_at
+from support.processes import Process, start, wait_alive
+
+from tauten.model import Robot
+from tauten.service.operate import ask_metrics
+from tauten.service.plant import free_ports
+from tauten.service.wire import (
+    CDR,
+    POINT,
+    TEXT,
+    Keys,
+    OperatorCommand,
+    decode_health,
+    encode_command,
+    encode_point,
+    read_config,
+)
+
+SHIPPED = Path(__file__).resolve().parents[3] / "docker" / "zenoh"
+ROLES = ("node", "operator", "viewer")
+KEYS = Keys("beam")
+
+
+@dataclass
+class Site:
+    """Where a router listens, and the files of those who connect to it."""
+
+    folder: Path
+    port: int
+    password: bool
+
+    def write(self, name: str, shipped: str, role: str, password: str = "") -> Path:
+        """A shipped file with this site's paths, port and role."""
+        text = (SHIPPED / shipped).read_text()
+        for old, new in (
+            ("/etc/tauten/tls/client", str(self.folder / role)),
+            ("/etc/tauten/tls", str(self.folder)),
+            ("/etc/tauten", str(self.folder)),
+            ("router:7447", f"localhost:{self.port}"),
+            ("0.0.0.0:7447", f"127.0.0.1:{self.port}"),
+            ("USER", role),
+            ("PASSWORD", password or f"{role}-secret"),
+            ("timeout_ms: 10000", "timeout_ms: 2000"),
+        ):
+            text = text.replace(old, new)
+        file = self.folder / f"{name}.json5"
+        file.write_text(text)
+        return file
+
+    def client(self, role: str, password: str = "") -> Path:
+        """The configuration of a role."""
+        shipped = "client-password.json5" if self.password else "client.json5"
+        return self.write(f"{role}-client", shipped, role, password)
+
+    def router(self) -> zenoh.Session:
+        shipped = "router-password.json5" if self.password else "router.json5"
+        return zenoh.open(read_config(self.write("router", shipped, "router")))
+
+
+def certificates(folder: Path) -> trustme.CA:
+    """A CA, and a certificate for the router and each role."""
+    authority = trustme.CA()
+    authority.cert_pem.write_to_path(str(folder / "ca.pem"))
+    issue(authority, folder, "router", "localhost")
+    for role in ROLES:
+        issue(authority, folder, role, role)
+    return authority
+
+
+def issue(authority: trustme.CA, folder: Path, role: str, name: str) -> None:
+    found = authority.issue_cert(name, common_name=role)
+    found.private_key_pem.write_to_path(str(folder / f"{role}.key"))
+    for pem in found.cert_chain_pems:
+        pem.write_to_path(str(folder / f"{role}.pem"), append=True)
+
+
+@pytest.fixture(params=["certificates", "passwords"])
+def site(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Site]:
+    certificates(tmp_path)
+    (tmp_path / "users.txt").write_text("".join(f"{role}:{role}-secret\n" for role in ROLES))
+    found = Site(tmp_path, free_ports(), request.param == "passwords")
+    router = found.router()
+    yield found
+    router.close()  # type: ignore[no-untyped-call]
+
+
+Connect = Callable[[str], zenoh.Session]
+
+
+@pytest.fixture
+def connect(site: Site) -> Iterator[Connect]:
+    sessions = []
+
+    def it(role: str) -> zenoh.Session:
+        sessions.append(zenoh.open(read_config(site.client(role))))
+        return sessions[-1]
+
+    yield it
+    for session in sessions:
+        session.close()  # type: ignore[no-untyped-call]
+
+
+@pytest.fixture
+def node(site: Site, beam_file: Path, tmp_path: Path) -> Iterator[Process]:
+    found = start(tmp_path / "serve.txt", "serve", beam_file, "--zenoh-config", site.client("node"))
+    yield found
+    found.process.kill()
+    found.process.wait()
+
+
+def accepted(session: zenoh.Session) -> dict[str, int]:
+    """Targets and commands that the node has accepted, from its next health."""
+    health = session.declare_subscriber(KEYS.health, zenoh.handlers.RingChannel(4))
+    found = decode_health(bytes(health.recv().payload))
+    health.undeclare()  # type: ignore[no-untyped-call]
+    assert isinstance(found, dict)
+    return {name: int(found[name].values["accepted"]) for name in ("targets", "commands")}
+
+
+def drive(session: zenoh.Session, beam: Robot) -> None:
+    """Send some targets and a command with the rights of the session."""
+    for _ in range(20):
+        target = encode_point(point_at(beam, 0.003))
+        session.put(KEYS.targets(("tip",))[0], target, encoding=f"{CDR};{POINT}")
+        time.sleep(PERIOD)
+    session.put(KEYS.command, encode_command(OperatorCommand.HOLD), encoding=f"{CDR};{TEXT}")
+    time.sleep(0.2)
+
+
+def test_a_viewer_reads_but_does_not_command(connect: Connect, node: Process, beam: Robot) -> None:
+    viewer, operator = connect("viewer"), connect("operator")
+    wait_alive(viewer, KEYS.token, node)
+    ticks = viewer.declare_subscriber(KEYS.tick, zenoh.handlers.RingChannel(10))
+    drive(viewer, beam)
+    assert ticks.try_recv() is not None
+    assert ask_metrics(viewer, "beam") is not None
+    assert accepted(viewer) == {"targets": 0, "commands": 0}
+    # and only the node can publish actuation
+    forged = viewer.declare_publisher(KEYS.actuation)
+    seen = operator.declare_subscriber(KEYS.actuation, zenoh.handlers.RingChannel(200))
+    for _ in range(10):
+        forged.put(b"forged")
+        operator.put(KEYS.actuation, b"forged")
+        time.sleep(PERIOD)
+    payloads = []
+    while (sample := seen.try_recv()) is not None:
+        payloads.append(bytes(sample.payload))
+    # what a session publishes reaches its own subscribers without passing the router
+    assert payloads.count(b"forged") == 10
+    drive(operator, beam)
+    counts = accepted(viewer)
+    assert counts["targets"] > 10
+    assert counts["commands"] == 1
+    assert node.end() == 0
+
+
+def test_strangers_are_not_let_in(site: Site, tmp_path: Path) -> None:
+    if site.password:
+        stranger = site.client("operator", password="guess")
+    else:
+        issue(trustme.CA(), tmp_path, "stranger", "stranger")  # by another authority
+        stranger = site.client("stranger")
+    with pytest.raises(zenoh.ZError, match="Unable to connect"):
+        zenoh.open(read_config(stranger))
+    plain = zenoh.Config()
+    plain.insert_json5("mode", '"client"')
+    plain.insert_json5("connect/endpoints", f'["tcp/localhost:{site.port}"]')
+    plain.insert_json5("connect/timeout_ms", "1000")
+    with pytest.raises(zenoh.ZError, match="Unable to connect"):
+        zenoh.open(plain)
+
+
+def test_a_router_of_another_authority_is_refused(site: Site, tmp_path: Path) -> None:
+    trustme.CA().cert_pem.write_to_path(str(tmp_path / "ca.pem"))
+    with pytest.raises(zenoh.ZError, match="Unable to connect"):
+        zenoh.open(read_config(site.client("operator")))

@@ -1,0 +1,123 @@
+"""The viewer in a real browser: it shows the robot, the mouse moves it, the stop button stops it."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from playwright.sync_api import Page
+from support.browsers import on_page, page_of, pixels
+from support.viewers import Shown, showing, wait_until
+
+from tauten.model import Robot
+from tauten.service.frames import SimulatedRobot
+from tauten.service.setup import load_setup
+from tauten.service.wire import Cause, Mode
+
+
+@pytest.fixture
+def shown(beam_file: Path, beam: Robot) -> Iterator[Shown]:
+    """The small robot, simulated; it follows."""
+    with showing(SimulatedRobot(load_setup(beam_file), beam)) as found:
+        yield found
+
+
+@pytest.fixture
+def page(shown: Shown) -> Iterator[Page]:
+    """Its page."""
+    with page_of(shown.origin, "Operate") as found:
+        shown.session.arm()
+        assert wait_until(lambda: shown.session.newest is not None)
+        yield found
+
+
+def test_the_robot_is_seen(page: Page, shown: Shown) -> None:
+    def coloured() -> int:
+        """Pixels left of the panel that are neither white nor grey."""
+        picture = pixels(page)[200:, :1100]
+        return int((np.ptp(picture, axis=2) > 0.05).sum())
+
+    assert wait_until(lambda: coloured() > 10_000, 60.0)
+    shown.server.scene.set_global_visibility(False)
+    assert wait_until(lambda: coloured() < 10_000, 60.0)
+
+
+def test_the_mouse_moves_the_target_and_the_robot(page: Page, shown: Shown, beam: Robot) -> None:
+    rest = beam.effector(beam.rest())[0]
+    camera = shown.server.initial_camera
+    grip = rest + np.array([0.0, 0.0, 0.2 * beam.size])  # on the arrow upwards
+    x, y = on_page(grip, camera.position, camera.look_at)
+
+    def dragged() -> bool:
+        """Drag the arrow by 30 pixels."""
+        page.mouse.move(x, y)
+        time.sleep(0.5)
+        page.mouse.down()
+        for step in range(10):
+            page.mouse.move(x, y - 3.0 * (step + 1))
+            time.sleep(0.05)
+        page.mouse.up()
+        return bool(shown.session.targets.positions[0, 2] > rest[2] + 1e-3)
+
+    assert wait_until(dragged, 60.0)  # gizmos take input as soon as the page has drawn them
+    target = shown.session.targets.positions[0]
+    assert abs(target[0] - rest[0]) < 1e-9  # along the arrow only
+
+    def followed() -> bool:
+        frame = shown.session.newest
+        return frame is not None and frame.values[2] > rest[2] + 1e-3
+
+    assert wait_until(followed)
+
+
+def test_the_stop_button_stops(page: Page, shown: Shown) -> None:
+    assert wait_until(lambda: mode_of(shown) is Mode.RUN)
+    page.get_by_role("button", name="stop").click()
+    assert wait_until(lambda: mode_of(shown) is Mode.STOP)
+    assert not shown.session.targets.armed
+
+    def ready() -> bool:
+        """Press reset, which is possible once the cables are slack."""
+        page.get_by_role("button", name="reset").click()
+        return mode_of(shown) is Mode.IDLE
+
+    assert wait_until(ready)
+
+
+def test_pause_and_waypoints(page: Page, shown: Shown) -> None:
+    assert wait_until(lambda: mode_of(shown) is Mode.RUN)
+    page.get_by_text("Waypoints").first.click()
+    page.get_by_role("button", name="set", exact=True).click()
+    assert wait_until(lambda: len(shown.session.waypoints) == 1)
+    with page.expect_download() as download:
+        page.get_by_role("button", name="save").click()
+    lines = Path(download.value.path()).read_text().splitlines()
+    assert lines[0] == "t,x,y,z"
+    assert len(lines) == 2
+    page.get_by_label("pause").click(force=True)
+    assert wait_until(lambda: stands_still(shown))
+
+
+def test_the_robot_holds_when_the_page_is_closed(page: Page, shown: Shown) -> None:
+    assert wait_until(lambda: mode_of(shown) is Mode.RUN)
+    page.close()
+    assert wait_until(lambda: mode_of(shown) is Mode.HOLD)
+    frame = shown.session.newest
+    assert frame is not None
+    assert frame.cause is Cause.NO_TARGET
+
+
+def mode_of(shown: Shown) -> Mode | None:
+    """Mode in the newest frame."""
+    frame = shown.session.newest
+    return None if frame is None else frame.mode
+
+
+def stands_still(shown: Shown) -> bool:
+    """Whether no frame has come for a while."""
+    before = shown.session.newest
+    time.sleep(0.5)
+    return shown.session.newest is before

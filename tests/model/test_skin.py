@@ -1,0 +1,80 @@
+"""What is drawn of a robot: cables as long as they are, forces along normals, on all kinds of robots."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tauten.model import Robot, Simulator, State, load_robot, skin_of
+from tauten.reduction.state import StateBasis, reduced_robot
+
+
+@pytest.fixture(scope="module")
+def bent() -> tuple[Robot, State]:
+    """The finger, pulled until its notches touch."""
+    simulator = Simulator(load_robot("finger"))
+    assert simulator.settle(pull=[0.02]).converged
+    return simulator.robot, simulator.state
+
+
+def test_drawn_cables_are_shorter_by_what_is_pulled(bent: tuple[Robot, State]) -> None:
+    check_lengths(*bent)
+
+
+def test_drawn_cables_of_a_reduced_robot(bent: tuple[Robot, State]) -> None:
+    robot, state = bent
+    reduced = reduced_robot(robot, StateBasis.load("finger"))
+    check_lengths(reduced, reduced.projected(state))
+
+
+def test_drawn_cables_of_a_robot_of_beams() -> None:
+    robot = load_robot("manipulator")
+    simulator = Simulator(robot, contact="none")
+    pull = np.zeros(robot.n_a)
+    pull[:2] = 0.004, -0.002
+    for _ in range(5):
+        simulator.step(pull=pull)
+    check_lengths(robot, simulator.state)
+
+
+def check_lengths(robot: Robot, state: State) -> None:
+    """Lengths of the drawn cables differ from those at rest by the pulled lengths."""
+    delta = robot.rows(state, contacts=False).actuators.delta
+    assert np.abs(delta).max() > 1e-3
+    assert lengths(robot, robot.rest()) - lengths(robot, state) == pytest.approx(delta, abs=1e-6)
+
+
+def lengths(robot: Robot, state: State) -> np.ndarray:
+    """Lengths of the drawn cables (n_a,) [m]."""
+    ends = robot.cable_segments(state)
+    pieces = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+    return np.bincount(robot.cable_owners, pieces, minlength=robot.n_a)
+
+
+def test_drawn_forces_open_the_contacts(bent: tuple[Robot, State]) -> None:
+    """Moved along its arrow, a candidate has a larger gap, by as much: in the rows of the step."""
+    robot, state = bent
+    normals, rows = robot.contact_normals(state), robot.rows(state).contacts
+    inside = np.isfinite(normals).all(axis=1)
+    assert np.array_equal(np.flatnonzero(inside), rows.slots)
+    assert np.linalg.norm(normals[inside], axis=1) == pytest.approx(1.0)
+    # all bodies moved alike, no gap changes; H of a candidate's own nodes sums to its normal
+    H = rows.rows.dense().reshape(len(rows), -1, 3)  # (m, nodes, 3)
+    along = np.einsum("mni,mi->mn", H, normals[inside])
+    across = H - along[:, :, None] * normals[inside][:, None]
+    assert np.abs(across).max() < 1e-12
+    assert np.maximum(along, 0.0).sum(axis=1).max() == pytest.approx(1.0)
+
+
+def test_the_skin_is_the_surface_and_forces_in_it_push(bent: tuple[Robot, State]) -> None:
+    robot, _ = bent
+    simulator = Simulator(robot)
+    assert simulator.settle(pull=[0.02]).converged
+    skin = skin_of(robot)
+    geometry = skin.geometry(robot, simulator.state, simulator.lam_c)
+    assert np.array_equal(skin.used[skin.triangles], robot.triangles)
+    assert geometry.vertices == pytest.approx(robot.points(simulator.state)[skin.used], abs=1e-7)
+    contacts = geometry.contacts
+    total = np.linalg.norm(contacts.forces, axis=1).sum()
+    assert total == pytest.approx(simulator.lam_c.sum(), rel=0.02)
+    assert len(contacts.points) > 10

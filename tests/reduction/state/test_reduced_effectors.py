@@ -1,0 +1,91 @@
+"""Effectors of every kind in reduced coordinates: values, rows and tasks."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from support.effectors import disturbed, solid
+from support.state_bases import basis_of, turned_space
+
+from tauten.controller import Controller, ControllerSettings
+from tauten.model import Simulator, State
+from tauten.model.tetra import TetRobot
+from tauten.reduction.state import ReducedRobot, pod, reduced_robot
+
+
+@pytest.fixture(scope="module")
+def robot() -> TetRobot:
+    return solid()
+
+
+@pytest.fixture(scope="module")
+def complete(robot: TetRobot) -> ReducedRobot:
+    """All of space as basis, all elements."""
+    every = np.arange(robot.n_elements)
+    return reduced_robot(robot, basis_of(robot, turned_space(robot), every, np.ones(len(every))))
+
+
+@pytest.fixture(scope="module")
+def few(robot: TetRobot) -> ReducedRobot:
+    """Six modes of a bent beam, all elements."""
+    simulator, states = Simulator(robot, contact="none"), []
+    for pull in np.linspace(0.0, 0.006, 13)[1:]:
+        assert simulator.settle(pull=[pull]).converged
+        states.append(simulator.state.q - robot.rest().q)
+    Phi = pod(np.array(states).T, robot.mass, 6).Phi
+    every = np.arange(robot.n_elements)
+    return reduced_robot(robot, basis_of(robot, Phi, every, np.ones(len(every))))
+
+
+def test_a_complete_basis_gives_the_same_values_and_rows(
+    robot: TetRobot, complete: ReducedRobot
+) -> None:
+    full = disturbed(robot, np.random.default_rng(1), 1e-3)
+    alpha = complete.projected(State(full.q, np.zeros(robot.n)))
+    expected = robot.rows(full, contacts=False).effectors
+    found = complete.rows(alpha, contacts=False).effectors
+    np.testing.assert_allclose(found.values, expected.values, atol=1e-12)
+    np.testing.assert_allclose(found.positions, expected.positions, atol=1e-12)
+    np.testing.assert_allclose(found.delta, expected.delta, atol=1e-12)
+    np.testing.assert_allclose(
+        found.dense(), expected.dense() @ complete.states.Phi, rtol=1e-9, atol=1e-12
+    )
+    np.testing.assert_array_equal(complete.effector_values(alpha), found.values)
+    assert complete.n_e == robot.n_e
+    assert complete.effector_layout is robot.effector_layout
+
+
+def test_rows_of_a_few_modes_are_derivatives(few: ReducedRobot) -> None:
+    rng = np.random.default_rng(2)
+    layout = few.effector_layout
+    alpha = 1e-3 * rng.standard_normal(few.n)
+    rows = few.rows(State(alpha, np.zeros(few.n)), contacts=False).effectors
+    for _ in range(3):
+        step = 1e-6 * rng.standard_normal(few.n)
+        after, before = (
+            few.effector_values(State(alpha + sign * step, alpha)) for sign in (1.0, -1.0)
+        )
+        expected = 0.5 * layout.difference(after, before)
+        scale = np.maximum(np.abs(expected), 1e-12)
+        assert (np.abs(rows.dense() @ step - expected) / scale).max() < 1e-4
+
+
+def test_a_reduced_robot_reaches_values_of_the_full_one(robot: TetRobot, few: ReducedRobot) -> None:
+    simulator = Simulator(robot, contact="none")
+    assert simulator.settle(pull=[0.004]).converged
+    goal, layout = simulator.effector_values, robot.effector_layout
+    settings = ControllerSettings(qp_solver="daqp", regularisation=1e-6, basis=None, max_pivots=100)
+    controller = Controller(few, settings=settings)
+    for _ in range(60):
+        controller.step(goal)
+    assert layout.error(controller.effector_values, goal) < 0.01 * robot.size
+    assert controller.pull == pytest.approx([0.004], abs=2e-4)
+
+
+def test_outer_forces_act_on_the_same_places(robot: TetRobot, complete: ReducedRobot) -> None:
+    force = np.random.default_rng(3).standard_normal(3 * len(robot.effector_names))
+    full, reduced = robot.loaded(np.zeros(3), force), complete.loaded(np.zeros(3), force)
+    rest = robot.rest()
+    expected = complete.states.Phi.T @ full.forces(rest)[0]
+    np.testing.assert_allclose(reduced.forces(complete.rest())[0], expected, atol=1e-9)
+    assert np.abs(expected).max() > 1e-3

@@ -1,0 +1,94 @@
+"""Paths of effectors of every kind, as shapes and as CSV files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+from support.effectors import solid
+
+from tauten.model.tetra import TetRobot
+from tauten.service.plant import COLUMNS, PathError, PathSettings, make_path, save_path
+
+FRAME, SPAN, ROOM = 1, 3, 5  # of the robot below
+
+
+@pytest.fixture(scope="module")
+def robot() -> TetRobot:
+    return solid()
+
+
+def test_a_frame_moves_along_a_shape_and_keeps_its_rotation(robot: TetRobot) -> None:
+    path = make_path("circle", robot, PathSettings(effector=FRAME, size=0.01))
+    assert path.kind == "frame"
+    np.testing.assert_allclose(path.values[:, 3:] - [1.0, 0.0, 0.0, 0.0], 0.0, atol=1e-13)
+    assert np.ptp(path.values[:, 0]) == pytest.approx(0.02, rel=1e-3)
+
+
+@pytest.mark.parametrize("effector", [SPAN, ROOM])
+def test_a_scalar_swings_by_a_tenth_of_what_it_is(robot: TetRobot, effector: int) -> None:
+    layout, rest = robot.effector_layout, robot.effector_values(robot.rest())
+    path = make_path("line", robot, PathSettings(effector=effector))
+    start = rest[layout.values_of(effector)][0]
+    assert path.values.shape[1] == 1
+    assert path.values[0, 0] == pytest.approx(start)
+    assert path.values.max() == pytest.approx(1.1 * start)
+
+
+@pytest.mark.parametrize("effector", range(6))
+def test_a_path_of_any_kind_survives_its_csv(
+    robot: TetRobot, effector: int, tmp_path: Path
+) -> None:
+    path = make_path("figure-eight", robot, PathSettings(effector=effector))
+    save_path(path, tmp_path / "a.csv")
+    header = (tmp_path / "a.csv").read_text().splitlines()[0]
+    assert header == ",".join(["t", *COLUMNS[path.kind]])
+    back = make_path(str(tmp_path / "a.csv"), robot, PathSettings(effector=effector))
+    np.testing.assert_allclose(back.values, path.values, rtol=1e-15)
+    np.testing.assert_array_equal(back.times, path.times)
+
+
+def test_rotations_are_interpolated_the_short_way_and_have_length_one(
+    robot: TetRobot, tmp_path: Path
+) -> None:
+    file = tmp_path / "turn.csv"
+    turns = Rotation.from_rotvec([[0.0, 0.0, 0.0], [0.0, 0.0, 0.4]]).as_quat()
+    turns[1] *= -1.0  # the same rotation
+    lines = [",".join(map(repr, [0.1, 0.0, 0.0, *turn.tolist()])) for turn in turns]
+    file.write_text("x,y,z,qx,qy,qz,qw\n" + "\n".join(lines) + "\n")
+    path = make_path(str(file), robot, PathSettings(effector=FRAME, rate=1.0))
+    middle = path.at(0.5)
+    assert np.linalg.norm(middle[3:]) == pytest.approx(1.0, abs=1e-15)
+    found = Rotation.from_quat(middle[[4, 5, 6, 3]])
+    assert found.approx_equal(Rotation.from_rotvec([0.0, 0.0, 0.2]), atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("effector", "text", "message"),
+    [
+        (FRAME, "x,y,z\n1,2,3\n", "expected column names x, y, z, qw, qx, qy, qz and optionally t"),
+        (FRAME, "x,y,z,qx,qy,qz,qw\n0,0,0,0,0,0,2\n", "line 2: the quaternion has length 2 "),
+        (SPAN, "x,y,z\n1,2,3\n", "expected column names distance and optionally t"),
+        (ROOM, "volume\nnan\n", "line 2: nan is not finite"),
+    ],
+)
+def test_a_file_of_another_kind_is_named(
+    robot: TetRobot, effector: int, text: str, message: str, tmp_path: Path
+) -> None:
+    file = tmp_path / "wrong.csv"
+    file.write_text(text)
+    with pytest.raises(PathError, match=message):
+        make_path(str(file), robot, PathSettings(effector=effector))
+
+
+@pytest.mark.parametrize("effector", [FRAME, SPAN, ROOM])
+def test_reach_finds_targets_of_any_kind(robot: TetRobot, effector: int) -> None:
+    path = make_path("reach", robot, PathSettings(effector=effector, period=4.0))
+    layout, rest = robot.effector_layout, robot.effector_values(robot.rest())
+    assert path.kind == layout.kinds[effector]
+    np.testing.assert_allclose(path.at(0.0), rest[layout.values_of(effector)], atol=1e-4)
+    assert np.ptp(path.values, axis=0).max() > 1e-9
+    if path.kind == "frame":
+        np.testing.assert_allclose(np.linalg.norm(path.values[:, 3:], axis=1), 1.0)

@@ -1,0 +1,135 @@
+"""Attacks on the viewer: foreign pages, tunnels, messages out of limits, a second browser."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.viewers import Shown, browser, drag, send, showing, wait_until
+from websockets.exceptions import InvalidStatus
+
+from tauten.model import Robot
+from tauten.service.frames import SimulatedRobot
+from tauten.service.setup import load_setup
+from tauten.service.view import ViewError, open_server
+from tauten.service.wire import reach_of
+
+NEAR = (0.1, 0.01, 0.013)  # 3 mm above the tip at rest
+
+
+@pytest.fixture
+def shown(beam_file: Path, beam: Robot) -> Iterator[Shown]:
+    """The small robot, simulated; not armed."""
+    with showing(SimulatedRobot(load_setup(beam_file), beam)) as found:
+        yield found
+
+
+@pytest.mark.parametrize(
+    "origin",
+    [
+        "https://evil.example",
+        "http://evil.example:8080",
+        "http://127.0.0.1.evil.example:8080",
+        "http://localhost.evil.example",
+        "null",
+        None,
+    ],
+)
+def test_a_foreign_origin_is_refused(shown: Shown, origin: str | None) -> None:
+    with pytest.raises(InvalidStatus) as refused, browser(shown, origin):
+        pass
+    assert refused.value.response.status_code == 403
+    assert shown.guard.browsers == 0
+
+
+def test_only_this_computer_can_connect(shown: Shown) -> None:
+    sockets = shown.server._websock_server._live_connections  # viser has no other way to look
+    with browser(shown):
+        assert wait_until(lambda: len(sockets) == 1)
+        address = next(iter(sockets.values())).local_address
+    assert address[0] == "127.0.0.1"
+
+
+def test_no_browser_opens_a_tunnel(shown: Shown) -> None:
+    with browser(shown) as page:
+        send(page, "ShareUrlRequest")
+        assert wait_until(lambda: shown.guard.refused["type ShareUrlRequest"] == 1)
+    assert shown.server.request_share_url() is None
+    assert shown.server._share_tunnel is None
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, 1e300, True, "0", None, [0.0]])
+def test_what_is_no_position_is_refused(shown: Shown, value: object) -> None:
+    shown.session.arm()
+    before = shown.session.targets.positions
+    with browser(shown) as page:
+        drag(page, (value, 0.0, 0.0))  # type: ignore[arg-type]
+        assert wait_until(lambda: shown.guard.refused.total() == 1)
+        assert np.array_equal(shown.session.targets.positions, before)
+
+
+def test_a_target_beyond_reach_is_clamped(shown: Shown, beam: Robot) -> None:
+    shown.session.arm()
+    with browser(shown) as page:
+        drag(page, (9.0, 9.0, 9.0))
+        rest = beam.effector(beam.rest())[0]
+        assert wait_until(lambda: bool((shown.session.targets.positions[0] != rest).any()))
+        distance = np.linalg.norm(shown.session.targets.positions[0] - rest)
+    assert 0.99 * reach_of(beam.size) < distance <= reach_of(beam.size)
+
+
+def test_inputs_keep_their_limits_and_the_rest_of_the_panel_cannot_be_changed(shown: Shown) -> None:
+    sliders = shown.server.gui._gui_input_handle_from_uuid
+    with browser(shown) as page:
+        for uuid in list(sliders):
+            send(page, "GuiUpdateMessage", uuid=uuid, updates={"max": 1e5, "callback": 1})
+            send(page, "GuiUpdateMessage", uuid=uuid, updates={"value": 1e9})
+        assert wait_until(lambda: shown.guard.refused.total() == 2 * len(sliders))
+        send(page, "FileTransferStartUpload", filename="x", size_bytes=1)
+        send(page, "RunJavascriptMessage", source="alert(1)")
+        page.send("text")
+        page.send(b"\xc1 no msgpack")
+        assert wait_until(lambda: shown.guard.refused.total() == 2 * len(sliders) + 4)
+        page.send(b"\x00" * 100_000)  # beyond the largest message: the connection is closed
+        assert wait_until(lambda: shown.guard.browsers == 0)
+
+
+def test_a_second_browser_looks_on(shown: Shown, beam: Robot) -> None:
+    shown.session.arm()
+    with browser(shown) as first:
+        assert wait_until(lambda: shown.guard.browsers == 1)
+        with browser(shown) as second:
+            assert wait_until(lambda: shown.guard.browsers == 2)
+            drag(second, (0.1, 0.01, 0.02))
+            assert wait_until(lambda: shown.guard.refused["not the operator"] == 1)
+            drag(first, NEAR)
+            assert wait_until(lambda: tuple(shown.session.targets.positions[0]) == NEAR)
+        assert wait_until(lambda: shown.guard.browsers == 1)
+        assert shown.session.targets.armed  # the one who looks on has left
+
+
+def test_the_robot_is_disarmed_when_the_operator_leaves(shown: Shown) -> None:
+    with browser(shown) as first, browser(shown) as second:
+        assert wait_until(lambda: shown.guard.browsers == 2)
+        shown.session.arm()
+        drag(first, NEAR)
+        assert wait_until(lambda: tuple(shown.session.targets.positions[0]) == NEAR)
+        first.close()
+        assert wait_until(lambda: not shown.session.targets.armed)
+        # the one who looked on operates now, and has to arm first
+        drag(second, (0.1, 0.01, 0.02))
+        assert wait_until(lambda: shown.guard.browsers == 1)
+        assert shown.session.targets.goal() is None
+
+
+def test_a_port_in_use_is_an_error_that_names_the_next_step() -> None:
+    with open_server(0, "first") as (server, _):
+        port = server.get_port()
+        with (
+            pytest.raises(ViewError, match=f"port {port} .* is taken .*--web-port"),
+            open_server(port, "second"),
+        ):
+            pass

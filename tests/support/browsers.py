@@ -1,0 +1,81 @@
+"""A real browser, headless, and where on its page a point of the scene is."""
+
+from __future__ import annotations
+
+import io
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+import matplotlib.image
+import numpy as np
+import pytest
+
+from tauten.model.numerics import Array
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Page
+
+WIDTH, HEIGHT = 1600, 800
+FIELD_OF_VIEW = np.radians(75.0)  # of viser's camera, from bottom to top
+ARGUMENTS = [
+    "--no-sandbox",
+    "--use-gl=angle",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+    "--ignore-gpu-blocklist",
+]
+
+
+def chromium() -> str | None:
+    """Path of a Chromium on this computer."""
+    names = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
+    return next((path for name in names if (path := shutil.which(name))), None)
+
+
+@contextmanager
+def page_of(address: str, loaded: str | None = None) -> Iterator[Page]:
+    """A page in a browser; skips where there is none.
+
+    Args:
+        address: to open.
+        loaded: text that shows that it is there; None: its canvas does.
+    """
+    path = chromium()
+    if path is None:
+        pytest.skip("no Chromium on this computer: apt-get install chromium")
+    playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+    with playwright.sync_playwright() as driver:
+        browser = driver.chromium.launch(executable_path=path, args=ARGUMENTS)
+        page = browser.new_page(viewport={"width": WIDTH, "height": HEIGHT})
+        page.goto(address)
+        page.wait_for_selector("canvas", timeout=60_000)
+        if loaded is not None:
+            page.get_by_text(loaded).first.wait_for(timeout=60_000)
+        yield page
+        browser.close()
+
+
+def pixels(page: Page) -> Array:
+    """What the page shows: (height, width, 3), 0 … 1."""
+    picture: Array = matplotlib.image.imread(io.BytesIO(page.screenshot()))
+    return picture[:, :, :3]
+
+
+def on_page(point: Array, camera: Array, look_at: Array) -> tuple[float, float]:
+    """Where a point of the scene is on the page [pixels]; z is up.
+
+    Args:
+        point: (3,) [m].
+        camera: (3,) its position [m].
+        look_at: (3,) the point in the middle of the page [m].
+    """
+    forward = (look_at - camera) / np.linalg.norm(look_at - camera)
+    right = np.cross(forward, [0.0, 0.0, 1.0])
+    right /= np.linalg.norm(right)
+    up = np.cross(right, forward)
+    away = point - camera
+    scale = 0.5 * HEIGHT / (np.tan(0.5 * FIELD_OF_VIEW) * float(away @ forward))
+    x, y = 0.5 * WIDTH + scale * float(away @ right), 0.5 * HEIGHT - scale * float(away @ up)
+    return x, y

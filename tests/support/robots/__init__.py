@@ -1,0 +1,1 @@
+"""Robots and bodies of tests."""

@@ -1,0 +1,94 @@
+"""Robots of SoftRobots, built from the models that SOFA computed with (reference data README)."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tauten.model.constraints import ConstrainedRobot
+from tauten.model.load import build_robot
+from tauten.model.mesh import checked
+from tauten.model.numerics import Array
+from tauten.model.schema import RobotConfig
+from tauten.model.tetra import TetRobot
+
+MM = 1e-3
+
+
+def tripod(data: Path) -> ConstrainedRobot:
+    """The tripod: 235 nodes, three servos that turn the ends of its legs; nothing else holds it."""
+    model = np.load(data / "tripod_low_model.npz")
+    nodes = MM * model["nodes"]
+
+    def around(ids: Array) -> dict[str, Any]:
+        boxes = [{"lower": nodes[i] - 1e-7, "upper": nodes[i] + 1e-7} for i in ids]
+        return {"kind": "union", "of": [{k: box[k].tolist() for k in box} for box in boxes]}
+
+    drives = [
+        {
+            "name": f"servo{arm}",
+            "region": around(model[f"arm{arm}"]),
+            "axis": model["axes"][arm].tolist(),
+            "through": (MM * model["servo"][arm]).tolist(),
+            "max_angle": 1.5,
+            "max_torque": 5.0,
+            "max_rate": 10.0,
+        }
+        for arm in range(3)
+    ]
+    centre = {"name": "centre", "kind": "centre", "region": around(model["centre"])}
+    plate = {"name": "plate", "kind": "frame", "region": around(model["centre"])}
+    config = RobotConfig.model_validate(
+        {
+            "name": "tripod",
+            "gravity": [0.0, -9.81, 0.0],
+            "mesh": {"file": "tripod_low_model.npz"},
+            "material": {"young_modulus": 250e3, "poisson_ratio": 0.45, "total_mass": 0.032},
+            "drives": drives,
+            "effectors": [centre, plate],
+        }
+    )
+    mesh = checked(nodes, model["tets"].astype(np.int64), "tripod")
+    robot = build_robot(config, mesh, "tripod")
+    assert isinstance(robot, ConstrainedRobot)
+    raw = replace(robot.raw, mass=np.full(robot.raw.n, 0.032 / robot.n_nodes))  # as SOFA has it
+    return replace(robot, raw=raw).loaded(np.array(config.gravity), np.zeros(6))
+
+
+def pneumatic_finger(data: Path) -> TetRobot:
+    """The PneuNet gripper finger: 376 nodes, one cavity, a stiff layer."""
+    model = np.load(data / "gripperfinger_model.npz")
+    nodes, tets = MM * model["nodes"], model["tets"].astype(np.int64)
+    stiff = {tuple(sorted(tet)) for tet in model["stiff_tets"].tolist()}
+    chosen = np.array([tuple(sorted(tet)) in stiff for tet in tets.tolist()])
+    centres = nodes[tets[chosen]].mean(axis=1)
+    fixed = nodes[model["fixed"]]
+    config = RobotConfig.model_validate(
+        {
+            "name": "pneumatic_finger",
+            "gravity": [0.0, 0.0, 0.0],
+            "mesh": {"file": "gripperfinger_model.npz"},
+            "material": {"young_modulus": 500e3, "poisson_ratio": 0.3, "density": 1000.0},
+            "materials": [
+                {
+                    "region": {
+                        "lower": (centres.min(axis=0) - 1e-6).tolist(),
+                        "upper": (centres.max(axis=0) + 1e-6).tolist(),
+                    },
+                    "young_modulus": 1500e3, "poisson_ratio": 0.3, "density": 1000.0,
+                }
+            ],
+            "fixed": [{"lower": (x - 1e-7).tolist(), "upper": (x + 1e-7).tolist()} for x in fixed],
+            "chambers": [
+                {
+                    "name": "air", "inside": (MM * model["cavity_nodes"]).mean(axis=0).tolist(),
+                    "max_pressure": 1.2e5, "max_volume_change": 1e-5, "max_rate": 1e-5,
+                }
+            ],
+            "effectors": [{"name": "tip", "point": (MM * model["tip"][0]).tolist()}],
+        }
+    )  # fmt: skip
+    return build_robot(config, checked(nodes, tets, "gripperfinger"), "gripperfinger")
