@@ -1,6 +1,11 @@
 """Reduced robots: state modes and sampled elements."""
 
-from tauten.reduction.state.basis import StateBasis, StateBasisError, StateOrigin
+from tauten.reduction.state.basis import (
+    StateBasis,
+    StateBasisError,
+    StateOrigin,
+    reducible_robot,
+)
 from tauten.reduction.state.ecsw import ElementSample, contributions, sample_elements
 from tauten.reduction.state.model_error import TipCheck
 from tauten.reduction.state.modes import enriched, pod, responses
@@ -30,6 +35,7 @@ __all__ = [
     "pod",
     "reduce_states",
     "reduced_robot",
+    "reducible_robot",
     "responses",
     "sample_elements",
 ]
