@@ -97,7 +97,8 @@ class AccordionShape:
     @property
     def crests(self) -> Array:
         """Heights of the crests [m]."""
-        return self.plate + self.pitch * (np.arange(self.folds) + 0.5)
+        first = self.plate + 0.5 * self.pitch
+        return np.linspace(first, first + (self.folds - 1) * self.pitch, self.folds)
 
 
 def make_cells(shape: AccordionShape) -> tuple[Array, Ints]:
