@@ -13,8 +13,7 @@ from tauten.model.load import build_robot
 from tauten.model.numerics import Array
 from tauten.model.schema import RobotConfig
 from tauten.model.tetra import TetRobot
-from tauten.reduction.state import StateBasisError
-from tauten.reduction.state.basis import reducible
+from tauten.reduction.state import StateBasisError, reducible
 
 SIDE = 0.02  # m
 E = 1e5  # Pa, without lateral contraction, so that a block under tension is one bar
