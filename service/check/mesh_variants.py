@@ -8,11 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-<<<<<<< HEAD
 from tauten.model import Simulator, TetRobot
-=======
-from tauten.model import Quantity, Simulator, TetRobot
->>>>>>> viewer
 from tauten.model.constraints import ConstrainedRobot
 from tauten.model.interface import Quantity
 from tauten.model.load import build_robot, read_bodies

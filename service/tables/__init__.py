@@ -23,14 +23,11 @@ from tauten.service.tables.reduced import reduced_tables, write_reduced_tables
 from tauten.service.tables.view import VIEW_BEGIN, VIEW_END, view_table, write_view_table
 
 __all__ = [
-<<<<<<< HEAD
     "gallery_table",
-=======
     "VIEW_BEGIN",
     "VIEW_END",
     "view_table",
     "write_view_table",
->>>>>>> viewer
     "trial_table",
     "ARM_BEGIN",
     "ARM_END",
