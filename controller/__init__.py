@@ -1,7 +1,13 @@
 """Inverse control: from a target to cable tensions, one decision a time step."""
 
 from tauten.controller.controller import NO_CERTIFICATE, Actuation, Controller
-from tauten.controller.inverse import closed_compliance, energy_scale, inverse_problem
+from tauten.controller.inverse import (
+    closed_compliance,
+    energy_scale,
+    exact_problem,
+    inverse_problem,
+    weighted_rows,
+)
 from tauten.controller.qpcc.solution import Certificate, Status
 from tauten.controller.settings import (
     ControllerSettings,
@@ -34,9 +40,11 @@ __all__ = [
     "controller_settings",
     "decide",
     "energy_scale",
+    "exact_problem",
     "hold",
     "hold_certificate",
     "inverse_problem",
     "load_controller_settings",
     "prepare",
+    "weighted_rows",
 ]

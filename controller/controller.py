@@ -1,8 +1,7 @@
-"""The controller: a model of the robot that follows targets and computes the actuation of its cables."""
+"""The controller: a model of the robot that follows targets and computes its actuation."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -20,11 +19,13 @@ from tauten.controller.step import (
     prepare,
 )
 from tauten.model import (
+    Command,
     ContactSpace,
     Enrichment,
     Forces,
     Robot,
     State,
+    Target,
     contact_model,
     default_enrichment,
     no_forces,
@@ -36,21 +37,24 @@ NO_CERTIFICATE = Certificate(np.nan, np.nan, np.nan, np.nan)  # nothing was solv
 
 @dataclass(frozen=True, slots=True)
 class Actuation:
-    """Pulled lengths and tensions of the cables, and their certificate.
+    """Positions and efforts of the actuators, and their certificate.
 
     Attributes:
-        pull: (n_a,) pulled lengths [m].
-        tension: (n_a,) tensions [N].
-        effector: (p, 3) predicted positions of the effectors [m].
-        status: how the decision or the hold ended; where it is not usable, the pulled lengths are held.
+        pull: (n_a,) positions, of cables pulled lengths [m, m³].
+        tension: (n_a,) efforts, of cables tensions [N, Pa].
+        effector: (p, 3) predicted positions of the effectors [m]; those of a distance, length or
+            volume are where they are drawn before the step.
+        effector_values: (n_v,) their predicted goal values, see `EffectorLayout`.
+        status: how the decision or the hold ended; where it is not usable, the actuators hold.
         certificate: residuals and deepest predicted gap.
         conflict: names of the limits that conflict.
-        clamped: whether a limiter changed pulled lengths or tensions.
+        clamped: whether a limiter changed positions or efforts.
     """
 
     pull: Array
     tension: Array
     effector: Array
+    effector_values: Array
     status: Status
     certificate: Certificate
     conflict: tuple[str, ...] = ()
@@ -60,19 +64,20 @@ class Actuation:
         """The same actuation with other values.
 
         Args:
-            pull: (n_a,) pulled lengths [m].
-            tension: (n_a,) tensions [N].
+            pull: (n_a,) positions.
+            tension: (n_a,) efforts.
             clamped: whether a limiter changed them.
         """
         return Actuation(
-            pull, tension, self.effector, self.status, self.certificate, self.conflict, clamped
-        )
+            pull, tension, self.effector, self.effector_values, self.status, self.certificate,
+            self.conflict, clamped,
+        )  # fmt: skip
 
     def copy(self) -> Actuation:
         """The same actuation in arrays of its own."""
         return Actuation(
-            self.pull.copy(), self.tension.copy(), self.effector.copy(), self.status,
-            self.certificate, self.conflict, self.clamped,
+            self.pull.copy(), self.tension.copy(), self.effector.copy(),
+            self.effector_values.copy(), self.status, self.certificate, self.conflict, self.clamped,
         )  # fmt: skip
 
 
@@ -81,7 +86,7 @@ class Controller:
 
     `step` does all of it; a node calls `decide` at the tick, publishes, and then `advance` and `prepare`,
     so that the next step is ready before its target arrives. Between two calls of `advance` the last
-    `decide` or `hold` counts, and each starts from the pulled lengths that left in the step before.
+    `decide` or `hold` counts, and each starts from the positions that left in the step before.
 
     Attributes:
         robot: the robot, with a factorisation of its own.
@@ -132,7 +137,7 @@ class Controller:
         Args:
             state: of the robot.
             forces: constraint forces there, with the columns of this controller's basis [N].
-            pull: (n_a,) pulled lengths there [m].
+            pull: (n_a,) positions of the actuators there [m, m³].
         """
         self._start(State(state.q.copy(), state.v.copy()), forces.copy(), pull.copy())
 
@@ -143,8 +148,9 @@ class Controller:
         self._last_decision: Decision | None = None
         self._pending: Actuation | None = None  # decided in this step
         self._left = Actuation(  # in the step before: what rates and holds start from
-            pull, forces.tension, self.robot.effector(state), Status.OK, NO_CERTIFICATE
-        )
+            pull, forces.tension, self.robot.effector(state), self.robot.effector_values(state),
+            Status.OK, NO_CERTIFICATE,
+        )  # fmt: skip
 
     def take_over(self, other: Controller, state: State) -> None:
         """Continue from another controller of the same robot and cables.
@@ -170,8 +176,15 @@ class Controller:
     def effector(self) -> Array:
         """The model's own effector positions: (p, 3) [m]."""
         if self._prepared is not None:  # which has computed them
-            return self._prepared.step.rows.effectors.delta.reshape(-1, 3).copy()
+            return self._prepared.step.rows.effectors.positions.copy()
         return self.robot.effector(self._state).copy()
+
+    @property
+    def effector_values(self) -> Array:
+        """The model's own goal values of the effectors: (n_v,), see `EffectorLayout`."""
+        if self._prepared is not None:
+            return self._prepared.step.rows.effectors.values.copy()
+        return self.robot.effector_values(self._state).copy()
 
     @property
     def actuation(self) -> Actuation:
@@ -180,12 +193,12 @@ class Controller:
 
     @property
     def pull(self) -> Array:
-        """Pulled lengths of the last actuation: (n_a,) [m]."""
+        """Positions of the last actuation: (n_a,) [m, m³]."""
         return (self._pending or self._left).pull.copy()
 
     @property
     def tension(self) -> Array:
-        """Tensions of the last actuation: (n_a,) [N]."""
+        """Efforts of the last actuation: (n_a,) [N, Pa]."""
         return (self._pending or self._left).tension.copy()
 
     @property
@@ -201,8 +214,8 @@ class Controller:
         """Contact candidates within the alarm distance in the prepared step."""
         return 0 if self._prepared is None else len(self._prepared.step.rows.contacts)
 
-    def step(self, target: Sequence[float] | Array) -> Actuation:
-        """Prepare, decide and advance: one control step towards a target (3,) or (p, 3) [m]."""
+    def step(self, target: Target) -> Actuation:
+        """Prepare, decide and advance: one control step towards a target as of `decide`."""
         actuation = self.decide(target)
         self.advance()
         return actuation
@@ -218,13 +231,15 @@ class Controller:
         except FactorisationError:
             self.status = Status.NOT_FINITE
 
-    def decide(self, target: Sequence[float] | Array) -> Actuation:
-        """Tensions for a target. A bad target raises nothing: the cables hold, and `status` is the reason.
+    def decide(self, target: Target) -> Actuation:
+        """Efforts for a target. A bad target raises nothing: the actuators hold, and `status` is the reason.
 
         Args:
-            target: (p, 3) or (3 p,) positions of the effectors [m].
+            target: positions (p, 3) or (3 p,) of effectors that are points or centres [m]; of other
+                kinds one goal for each effector, a position (3,) [m], a `Pose` or a number, or all goal
+                values (n_v,) in a row.
         """
-        goal = self._goal(target)
+        goal = self.robot.effector_layout.goal_values(target)
         self.prepare()
         if goal is None:
             return self._hold(Status.NOT_FINITE)
@@ -236,13 +251,14 @@ class Controller:
             return self._hold(decision.status, decision.conflict)
         return self._take(decision, None, decision.status, decision.conflict)
 
-    def rehearse(self, target: Array) -> None:
-        """Decide for a target (p, 3) [m] without effect: code that ran just before runs faster."""
-        if self._prepared is not None and self._decision is None:
-            decide(self.robot, self._prepared, target.ravel(), self._left.pull, self.settings)
+    def rehearse(self, target: Target) -> None:
+        """Decide for a target without effect: code that ran just before runs faster."""
+        goal = self.robot.effector_layout.goal_values(target)
+        if goal is not None and self._prepared is not None and self._decision is None:
+            decide(self.robot, self._prepared, goal, self._left.pull, self.settings)
 
     def hold(self) -> Actuation:
-        """Keep the winches where they are; the model moves as a robot with held cables does."""
+        """Keep position or effort of each actuator, as the robot file says; the model moves so."""
         self.prepare()
         return self._hold(None)
 
@@ -263,41 +279,36 @@ class Controller:
         self._left, self._pending = self._pending, None
         self._prepared = self._decision = None
 
-    def _goal(self, target: Sequence[float] | Array) -> Array | None:
-        """Target positions (n_e,) [m]; None: not as many finite numbers."""
-        n_e = self.robot.n_e
-        try:
-            goal = np.asarray(target, dtype=float)
-        except (TypeError, ValueError, OverflowError):
-            return None
-        if goal.shape not in ((n_e // 3, 3), (n_e,)) or not np.isfinite(goal).all():
-            return None
-        return goal.ravel()
-
     def _hold(self, status: Status | None, conflict: tuple[str, ...] = ()) -> Actuation:
-        """Hold the winches, after a decision that failed with this status; None: no decision failed."""
+        """Hold the actuators, after a decision that failed with this status; None: no decision failed."""
         if self._prepared is None:
             return self._repeat()
-        pull = self._left.pull
-        decision = hold(self.robot, self._prepared, pull, self.settings.enrichment)
+        command = self.robot.actuators.held(self._left.pull, self._left.tension)
+        decision = hold(self.robot, self._prepared, command, self.settings.enrichment)
         if not np.isfinite(decision.predicted.dv).all():
             return self._repeat()
         if status is None:
             status, conflict = decision.status, decision.conflict
         # the winches do not turn, even where a slack cable's path is shorter than what they let out
-        return self._take(decision, pull, status, conflict)
+        return self._take(decision, command, status, conflict)
 
     def _take(
-        self, decision: Decision, held: Array | None, status: Status, conflict: tuple[str, ...]
+        self, decision: Decision, held: Command | None, status: Status, conflict: tuple[str, ...]
     ) -> Actuation:
-        """Make a decision this step's; pulled lengths (n_a,) [m] are the held ones or the predicted."""
-        n_e, cables = self.robot.n_e, slice(self.robot.n_e, self.robot.n_e + self.robot.n_a)
-        delta = decision.predicted.delta
+        """Make a decision this step's; positions are the held ones or the predicted."""
+        n_e, actuators = self.robot.n_e, slice(self.robot.n_e, self.robot.n_e + self.robot.n_a)
+        delta, effectors = decision.predicted.delta, decision.predicted.step.rows.effectors
+        layout = self.robot.effector_layout
+        values = layout.values_at(effectors.values, delta[:n_e])
+        pull = delta[actuators]
+        if held is not None:
+            pull = np.where(held.by_position, held.pull, pull)
         self._decision, self.status = decision, status
         self._pending = Actuation(
-            pull=delta[cables] if held is None else held,
-            tension=decision.predicted.lam[cables],
-            effector=delta[:n_e].reshape(-1, 3),
+            pull=pull,
+            tension=decision.predicted.lam[actuators],
+            effector=layout.positions_at(effectors.positions, values),
+            effector_values=values,
             status=status,
             certificate=decision.certificate,
             conflict=conflict,
@@ -309,6 +320,7 @@ class Controller:
         self.status, self._decision, self._pending = Status.NOT_FINITE, None, None
         left = self._left
         self._left = Actuation(
-            left.pull, left.tension, self.effector, Status.NOT_FINITE, NO_CERTIFICATE
-        )
+            left.pull, left.tension, self.effector, self.effector_values, Status.NOT_FINITE,
+            NO_CERTIFICATE,
+        )  # fmt: skip
         return self._left.copy()

@@ -1,14 +1,15 @@
-"""The inverse problem (T1): which tensions bring the effectors to their target within one step."""
+"""The inverse problem (T1): which efforts bring the effectors to their target within one step."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
 
 from tauten.controller.qpcc import Qpcc
-from tauten.model import Limits
-from tauten.model.numerics import Array, Bools, cholesky, kernel, solve_rows
+from tauten.model import Actuators, EffectorLayout, Limits, cable_actuators
+from tauten.model.numerics import Array, Bools, Ints, cholesky, kernel, solve_rows
 
 
 def inverse_problem(
@@ -19,20 +20,22 @@ def inverse_problem(
     limits: Limits,
     h: float,
     weight: float,
+    actuators: Actuators | None = None,
 ) -> Qpcc:
     """Build (T1); pure, nothing is solved.
 
     min  1/2 |δ_e|² + 1/2 ε s λ_a' W_aa λ_a,   δ_e = δ_e,free - target + W_ea λ_a + W_ec β
-    s.t. tension limits,   pull and rate limits on δ_a,   0 <= δ_c ⟂ β >= 0
+    s.t. limits on λ_a,   position and rate limits on δ_a,   0 <= δ_c ⟂ β >= 0
 
     Args:
-        W: (m, m) compliance of effectors, cables and contacts, in this order [m/N].
-        delta_free: (m,) effector positions, pulled lengths and gaps after a step without forces [m].
+        W: (m, m) compliance of effectors, actuators and contacts, in this order [m/N].
+        delta_free: (m,) effector and actuator positions and gaps after a step without forces [m].
         target: (n_e,) positions [m].
-        pull_prev: (n_a,) pulled lengths commanded last [m].
-        limits: of the cables.
+        pull_prev: (n_a,) actuator positions commanded last [m].
+        limits: of the actuators.
         h: time step [s].
         weight: of the elastic energy, ε s [m/N]; `energy_scale` is s.
+        actuators: what their limits are called; default: cables with numbers.
     """
     n_e, n_a = len(target), len(pull_prev)
     Q, c, constant, g_lo, g_hi, by_rate = _objective_and_travel(
@@ -49,35 +52,101 @@ def inverse_problem(
         M=W[n_e + n_a :, n_e:],
         m=delta_free[n_e + n_a :],
         constant=constant,
-        bound_names=tension_names(n_a),
-        row_names=pull_names(by_rate.tobytes()),
+        bound_names=(actuators or numbered(n_a)).effort_names,
+        row_names=position_names(actuators or numbered(n_a), by_rate.tobytes()),
     )
 
 
-@kernel
-def energy_scale(W: Array, n_e: int, n_a: int, pushing: Bools) -> float:
-    """Scale of the actuation energy in (T1), s = |W̃_ea|² / tr W_aa [m/N].
+def weighted_rows(W: Array, delta_free: Array, layout: EffectorLayout) -> tuple[Array, Array]:
+    """Compliance and values of a step with the effector rows in metres, times their weights.
 
-    It makes ε unitless: ε is the share of the objective's curvature that the elastic energy of the cables
-    has. W̃ is the compliance with the pushing contacts kept closed: where a robot rests on itself its cables
-    move the effectors a hundred times less, and an energy weighted by the free motion would outweigh the
-    target. Without any coupling s = tr W_aa / n_a. The scale is part of the prepared step: it is the same for
-    every target, start of the solver and round of enrichment.
+    For points and centres with weight one these are the arguments themselves.
 
     Args:
-        W: (m, m) compliance of effectors, cables and contacts, in this order [m/N].
-        n_e: effector rows.
-        n_a: cables.
-        pushing: (m − n_e − n_a,) contacts that pushed in the last step of the model.
+        W: (m, m) compliance of effectors, cables and contacts, in this order.
+        delta_free: (m,) row values after a step without forces.
+        layout: of the effectors.
     """
-    trace = 0.0
+    if layout.unweighted:
+        return W, delta_free
+    factor = np.ones(len(W))
+    factor[: layout.n_rows] = layout.scale
+    return factor[:, None] * W * factor, factor * delta_free
+
+
+def exact_problem(
+    problem: Qpcc,
+    W: Array,
+    delta_free: Array,
+    target: Array,
+    layout: EffectorLayout,
+    tolerance: float,
+) -> Qpcc:
+    """The inverse problem with the rows of exact effectors as limits, −tolerance <= δ_e <= tolerance.
+
+    Args:
+        problem: from `inverse_problem`.
+        W: (m, m) as it was given there.
+        delta_free: (m,) as it was given there.
+        target: (n_e,) as it was given there.
+        layout: of the effectors.
+        tolerance: within which a target counts as met [m].
+    """
+    rows, n_e = np.flatnonzero(layout.exact), layout.n_rows
+    wanted = target[rows] - delta_free[rows]
+    names = tuple((name, name) for name in (layout.row_name(row) for row in rows.tolist()))
+    return replace(
+        problem,
+        G=np.concatenate([problem.G, W[rows, n_e:]]),
+        g_lo=np.concatenate([problem.g_lo, wanted - tolerance]),
+        g_hi=np.concatenate([problem.g_hi, wanted + tolerance]),
+        row_names=(*problem.row_names, *names),
+    )
+
+
+def energy_scale(W: Array, n_e: int, n_a: int, pushing: Bools, groups: Ints | None = None) -> float:
+    """Scale of the actuation energy in (T1), s = |W̃_ea|² / tr W_aa [m/N].
+
+    It makes ε unitless: ε is the share of the objective's curvature that the elastic energy of the
+    actuators has. Where their efforts are in several units, s is the mean of those of the units, by their
+    number of actuators. W̃ is the compliance with the pushing contacts kept closed: where a robot rests on
+    itself its actuators move the effectors a hundred times less, and an energy weighted by the free motion
+    would outweigh the target. Without any coupling s = tr W_aa / n_a. The scale is part of the prepared step:
+    it is the same for every target, start of the solver and round of enrichment.
+
+    Args:
+        W: (m, m) compliance of effectors, actuators and contacts, in this order [m/N].
+        n_e: effector rows.
+        n_a: actuators.
+        pushing: (m − n_e − n_a,) contacts that pushed in the last step of the model.
+        groups: (n_a,) number of the unit of each effort; None: there is one unit.
+    """
+    alike = np.zeros(n_a, dtype=np.int64) if groups is None else groups
+    return _energy_scale(W, n_e, n_a, pushing, alike)
+
+
+@kernel
+def _energy_scale(W: Array, n_e: int, n_a: int, pushing: Bools, groups: Ints) -> float:
+    total = 0.0
     for a in range(n_e, n_e + n_a):
-        trace += W[a, a]
-    if not trace > 0.0:
+        total += W[a, a]
+    if not total > 0.0:
         return 0.0
     W_ea = closed_compliance(W, n_e, n_a, pushing)
-    coupling = float(np.sum(W_ea * W_ea))
-    return coupling / trace if coupling > 0.0 else trace / n_a
+    scale = 0.0
+    for group in range(np.max(groups) + 1):
+        trace, coupling, count = 0.0, 0.0, 0
+        for a in range(n_a):
+            if groups[a] == group:
+                trace += W[n_e + a, n_e + a]
+                count += 1
+        for e in range(n_e):
+            for a in range(n_a):
+                if groups[a] == group:
+                    coupling += W_ea[e, a] * W_ea[e, a]
+        if trace > 0.0:
+            scale += count / n_a * (coupling / trace)
+    return scale if scale > 0.0 else total / n_a
 
 
 @kernel
@@ -90,7 +159,7 @@ def closed_compliance(W: Array, n_e: int, n_a: int, pushing: Bools) -> Array:
     Args:
         W: (m, m) compliance of effectors, cables and contacts, in this order [m/N].
         n_e: effector rows.
-        n_a: cables.
+        n_a: actuators.
         pushing: (m − n_e − n_a,) contacts that are kept closed.
     """
     W_ea = W[:n_e, n_e : n_e + n_a].copy()
@@ -162,23 +231,24 @@ def _travel(
 
 
 @lru_cache(maxsize=64)
-def tension_names(n_a: int) -> tuple[str, ...]:
-    """Names of the tension limits."""
-    return tuple(f"tension of cable {i}" for i in range(n_a))
+def numbered(n_a: int) -> Actuators:
+    """Cables that are called by their numbers."""
+    return cable_actuators(tuple(str(i) for i in range(n_a)))
 
 
 @lru_cache(maxsize=1024)
-def pull_names(by_rate: bytes) -> tuple[tuple[str, str], ...]:
-    """Names of the limits of the pulled lengths: rate or pull, whichever is tighter.
+def position_names(actuators: Actuators, by_rate: bytes) -> tuple[tuple[str, str], ...]:
+    """Names of the lower and the upper limit of each position: rate or position, whichever is tighter.
 
     Args:
-        by_rate: for the lower and the upper limit of each cable, whether the rate sets it.
+        actuators: that have these positions.
+        by_rate: for the lower and the upper limit of each actuator, whether the rate sets it.
     """
     pairs = enumerate(zip(by_rate[::2], by_rate[1::2], strict=True))
     return tuple(
         (
-            f"{'rate' if low else 'pull_min'} of cable {i}",
-            f"{'rate' if high else 'pull_max'} of cable {i}",
+            actuators.position_name(i, upper=False, rate=bool(low)),
+            actuators.position_name(i, upper=True, rate=bool(high)),
         )
         for i, (low, high) in pairs
     )

@@ -12,19 +12,25 @@ from tauten.model.schema import Name, Section, read_toml, validated
 
 
 class ControllerSettings(Section):
-    """Inverse control.
+    """Inverse control."""
 
-    Attributes:
-        qp_solver: name of the QP back end.
-        regularisation: the weight ε of (T1).
-        basis: contact basis the robot is controlled with; None: no contact.
-        max_pivots: pieces solved at most in a decision.
-    """
-
-    qp_solver: Name = "daqp"
-    regularisation: Annotated[float, Field(ge=0.0, le=1e6)] = 1e-3
-    basis: str | None = None
-    max_pivots: Annotated[int, Field(ge=1, le=1_000_000)] = 100
+    qp_solver: Name = Field(
+        default="daqp",
+        description="Name of the QP library: daqp (default), osqp, proxqp and others.",
+    )
+    regularisation: Annotated[float, Field(ge=0.0, le=1e6)] = Field(
+        default=1e-3,
+        description="Weight of the energy of the actuators against the distance to the target, unitless, by "
+        "default 1e-3.",
+    )
+    basis: str | None = Field(
+        default=None,
+        description="Contact basis of the controller: a .basis file beside the robot file, a shipped one, "
+        '"full" for pointwise contact, or "none" (default).',
+    )
+    max_pivots: Annotated[int, Field(ge=1, le=1_000_000)] = Field(
+        default=100, description="Pieces of the QPCC solved at most in a decision, by default 100."
+    )
 
 
 def controller_settings(contents: dict[str, Any], path: Path) -> ControllerSettings:

@@ -10,13 +10,23 @@ than the tolerance, a unit column joins the contact basis for this step and the 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tauten.controller.inverse import energy_scale, inverse_problem, tension_names
-from tauten.controller.qpcc import Certificate, Qpcc, QpccSettings, Start, Status, solve_qpcc
+from tauten.controller.inverse import energy_scale, exact_problem, inverse_problem, weighted_rows
+from tauten.controller.qpcc import (
+    NO_PIECE,
+    Certificate,
+    Qpcc,
+    QpccSettings,
+    Start,
+    Status,
+    solve_qpcc,
+)
 from tauten.model import (
+    Actuators,
+    Command,
     CondensedStep,
     ContactSpace,
     Enrichment,
@@ -30,8 +40,9 @@ from tauten.model import (
     condense_step,
     forward_step,
 )
-from tauten.model.numerics import Array
+from tauten.model.numerics import Array, Bools
 
+EXACTLY = 1e-7  # of the robot's size, within which an exact effector meets its target
 ROUNDING = 1e-6  # of the largest tension; what a solver's rounding may exceed it by
 
 
@@ -104,27 +115,65 @@ def prepare(
     """
     contacts = space.k > 0 or enrichment.rounds > 0
     step = condense_step(robot, space, state, forces, contacts, effectors=True)
-    scale = energy_scale(step.compliance.W, step.n_e, step.n_a, step.pushing(forces))
+    pushing, groups = step.pushing(forces), robot.actuators.groups
+    W, _ = weighted_rows(step.compliance.W, step.compliance.delta_free, robot.effector_layout)
+    scale = energy_scale(W, step.n_e, step.n_a, pushing, groups)
     return Prepared(step, forces, scale)
 
 
 def decide(
-    robot: Robot, prepared: Prepared, target: Array, pull: Array, settings: DecideSettings
+    robot: Robot, prepared: Prepared, goal: Array, pull: Array, settings: DecideSettings
 ) -> Decision:
-    """Find the tensions that bring the effectors to a target within one step.
+    """Find the tensions that bring the effectors to a goal within one step.
+
+    As near as possible, weighed against the energy of the actuators; rows of exact effectors are
+    equations, met within 1e-7 of the robot's size. Where no efforts meet these, the nearest is decided as
+    without them, with the status NOT_EXACT and the names of the rows that are missed and of limits in
+    conflict with them.
 
     Args:
-        robot: limits and time step.
+        robot: limits, time step, kinds and weights of the effectors.
         prepared: the step.
-        target: (n_e,) positions [m].
-        pull: (n_a,) pulled lengths commanded last [m].
+        goal: (n_v,) values of the effectors, see `EffectorLayout`.
+        pull: (n_a,) positions of the actuators commanded last [m].
         settings: weights and tolerances.
     """
+    layout = robot.effector_layout
+    target = layout.row_targets(prepared.step.rows.effectors.values, goal)  # (n_e,)
+    if not layout.exact.any():
+        return _decide(robot, prepared, target, pull, settings)
+    decision = _decide(robot, prepared, target, pull, settings, exact=True)
+    if decision.status.usable:
+        return decision
+    nearest = _decide(robot, prepared, target, pull, settings)
+    if not nearest.status.usable:
+        return nearest
+    missed = layout.missed_rows(target - nearest.predicted.delta[: layout.n_rows])
+    limits = (name for name in decision.conflict if name not in (*missed, *NO_PIECE))
+    return replace(nearest, status=Status.NOT_EXACT, conflict=(*missed, *limits))
+
+
+def _decide(
+    robot: Robot,
+    prepared: Prepared,
+    target: Array,
+    pull: Array,
+    settings: DecideSettings,
+    exact: bool = False,
+) -> Decision:
+    """`decide` for row targets (n_e,), with or without equations for the rows of exact effectors."""
+    layout = robot.effector_layout
+    target = target if layout.unweighted else layout.scale * target
     weight = settings.epsilon * prepared.scale
     loop = EnrichmentLoop(prepared.step, settings.enrichment)
     while loop.prediction is None:
-        W, delta_free = loop.step.compliance.W, loop.step.compliance.delta_free
-        problem = inverse_problem(W, delta_free, target, pull, robot.limits, robot.h, weight)
+        compliance = loop.step.compliance
+        W, delta_free = weighted_rows(compliance.W, compliance.delta_free, layout)
+        problem = inverse_problem(
+            W, delta_free, target, pull, robot.limits, robot.h, weight, robot.actuators
+        )
+        if exact:
+            problem = exact_problem(problem, W, delta_free, target, layout, EXACTLY * robot.size)
         start = Start(prepared.forces.tension, loop.step.pushing(prepared.forces))
         solution = solve_qpcc(problem, start, settings.qpcc)
         lam = np.concatenate([np.zeros(robot.n_e), solution.lam_a, solution.beta])
@@ -147,54 +196,78 @@ def advance(robot: Robot, predicted: PredictedStep) -> State:
     return robot.advance(predicted.step.state, predicted.step.system, predicted.dv)
 
 
-def hold(robot: Robot, prepared: Prepared, pull: Array, enrichment: Enrichment) -> Decision:
-    """The step of a robot whose winches do not turn.
+def hold(robot: Robot, prepared: Prepared, command: Command, enrichment: Enrichment) -> Decision:
+    """The step of a robot whose actuators keep what is given of them.
 
     A cable that is held may be slack but not longer: 0 ≤ δ_a − pull ⟂ λ_a ≥ 0, an LCP with the contacts.
     Its tension follows from the robot and may exceed the cable's limit: the status is then INFEASIBLE and
-    `conflict` names the cables, as it names "complementarity" where no forces solve the LCP.
+    `conflict` names the cables, as it names "complementarity" where no forces solve the LCP. The same holds
+    for the efforts of other actuators that keep their position.
 
     Args:
         robot: limits.
         prepared: the step.
-        pull: (n_a,) pulled lengths that are held [m].
+        command: position or effort that each actuator keeps.
         enrichment: when unit columns are added.
     """
-    solved = forward_step(prepared.step, enrichment, prepared.forces, pull=pull)
-    step, lam, limits = solved.prediction.step, solved.prediction.lam, robot.limits
-    tension = lam[step.n_e : step.n_e + step.n_a]
-    above = tension > limits.tension_max * (1.0 + ROUNDING)
-    names = tension_names(step.n_a)
-    conflict = tuple(names[i] for i in np.flatnonzero(above).tolist())
+    solved = forward_step(prepared.step, enrichment, prepared.forces, command)
+    step, lam, actuators = solved.prediction.step, solved.prediction.lam, robot.actuators
+    excess = beyond(lam[step.n_e : step.n_e + step.n_a], robot.limits, actuators.bilateral)
+    names = actuators.effort_names
+    conflict = tuple(names[i] for i in np.flatnonzero(excess > ROUNDING).tolist())
     if not solved.converged:
         conflict = (*conflict, "complementarity")
     status = Status.INFEASIBLE if conflict else Status.OK
-    return Decision(solved.prediction, status, hold_certificate(solved, pull, limits), conflict)
+    certificate = hold_certificate(solved, command, robot.limits, actuators)
+    return Decision(solved.prediction, status, certificate, conflict)
 
 
-def hold_certificate(solved: ForwardStep, pull: Array, limits: Limits) -> Certificate:
-    """Residuals of a hold, relative to the row values and to the largest tension.
+def beyond(effort: Array, limits: Limits, bilateral: Bools) -> Array:
+    """How far efforts (n_a,) exceed their limits, relative to the largest magnitude: (n_a,), negative within.
+
+    The least tension of a cable does not count: one that is held may be slack.
+
+    Args:
+        effort: (n_a,) [N, Pa].
+        limits: of the actuators.
+        bilateral: (n_a,) which actuators pull and push.
+    """
+    below = np.where(bilateral, limits.tension_min - effort, -np.inf)
+    excess: Array = np.maximum(effort - limits.tension_max, below) / limits.largest_tension
+    return excess
+
+
+def hold_certificate(
+    solved: ForwardStep, command: Command, limits: Limits, actuators: Actuators
+) -> Certificate:
+    """Residuals of a hold, relative to the row values and to the largest efforts.
 
     An LCP is the optimality condition of min ½ λᵀ W λ + δ_freeᵀ λ over λ ≥ 0: the gradient is δ, and the
-    norm of min(w_ii λ_i, δ_i) is that of the projected gradient.
+    norm of min(w_ii λ_i, δ_i) is that of the projected gradient. That of a bilateral actuator is δ_i alone.
 
     Args:
         solved: forces and motion.
-        pull: (n_a,) pulled lengths that are held [m].
-        limits: of the cables.
+        command: position or effort that each actuator keeps.
+        limits: of the actuators.
+        actuators: which of them are bilateral; rows in the same unit have one scale.
     """
     step, lam = solved.prediction.step, solved.prediction.lam[solved.prediction.step.n_e :]
     W = step.compliance.W[step.n_e :, step.n_e :]
+    n_a, by_force = step.n_a, command.by_force
     delta_free = step.compliance.delta_free[step.n_e :].copy()
-    delta_free[: step.n_a] -= pull
+    delta_free[:n_a] -= np.where(by_force, 0.0, command.pull)
     delta, force = delta_free + W @ lam, np.diag(W) * lam  # (m,) m
-    size = max(np.abs(delta_free).max(initial=0.0), np.abs(force).max(initial=0.0))
-    scale = size if size > 0.0 else 1.0
-    residual = np.minimum(force, delta) / scale  # (m,)
-    excess = lam[: step.n_a] / limits.tension_max - 1.0  # (n_a,)
-    violation = np.concatenate([-delta / scale, excess])
+    groups = np.concatenate([actuators.position_groups, np.zeros(len(lam) - n_a, np.int64)])
+    size = np.maximum(np.abs(delta_free), np.abs(force))
+    scale = np.array([size[groups == groups[i]].max() for i in range(len(size))])  # (m,)
+    scale = np.where(scale > 0.0, scale, 1.0)
+    kept = np.concatenate([~by_force, np.ones(len(lam) - n_a, np.bool_)])
+    zero = np.concatenate([actuators.bilateral, np.zeros(len(lam) - n_a, np.bool_)])
+    residual = np.where(zero, delta, np.minimum(force, delta))[kept] / scale[kept]
+    violation = (np.where(zero, np.abs(delta), -delta) / scale)[kept]
+    excess = beyond(lam[:n_a], limits, actuators.bilateral)
     return Certificate(
-        primal=max(0.0, float(violation.max(initial=0.0))),
+        primal=max(0.0, float(violation.max(initial=0.0)), float(excess.max(initial=0.0))),
         complementarity=float(np.abs(residual).max(initial=0.0)),
         stationarity=float(np.linalg.norm(residual)),
         deepest_gap=solved.prediction.deepest_gap,

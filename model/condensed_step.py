@@ -1,8 +1,9 @@
 """One step, condensed: the linear system, the rows, and the compliance between them.
 
-Effectors (where they are needed), cables, reduced contacts and unit columns, in this order, form the rows
+Effectors (where they are needed), actuators, reduced contacts and unit columns, in this order, form the rows
 of one `Compliance`. The unknowns are the forces on them: from a target by the controller, from
-tensions or pulled lengths by the simulator.
+efforts or positions of the actuators by the simulator. The rows of actuators with a spring are in the
+coordinate of the motor before the spring.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ class Forces:
     """Constraint forces of a step.
 
     Attributes:
-        tension: (n_a,) [N].
+        tension: (n_a,) efforts of the actuators [N, Pa].
         beta: (k,) coefficients of the contact basis [N].
         extra: (r,) slots of the unit columns.
         extra_beta: (r,) forces of the unit columns [N].
@@ -48,7 +49,7 @@ class Forces:
 
 
 def no_forces(n_a: int, k: int) -> Forces:
-    """Zero forces of n_a cables and k columns of the contact basis."""
+    """Zero forces of n_a actuators and k columns of the contact basis."""
     return Forces(np.zeros(n_a), np.zeros(k), np.zeros(0, dtype=np.int64), np.zeros(0))
 
 
@@ -62,9 +63,10 @@ class CondensedStep:
         rows: effectors, actuators, contacts in range.
         reduced: contact rows of the basis.
         extra: (r,) rows of `rows.contacts` that have a unit column.
-        compliance: of effectors (n_e or none), cables, reduced contacts, unit columns, in this order.
+        compliance: of effectors (n_e or none), actuators, reduced contacts, unit columns, in this order.
         n_e: effector rows in `compliance`.
-        n_a: cables.
+        n_a: actuators.
+        bilateral: (n_a,) which actuators pull and push.
     """
 
     state: State
@@ -75,6 +77,7 @@ class CondensedStep:
     compliance: Compliance
     n_e: int
     n_a: int
+    bilateral: Bools
 
     @property
     def n_contacts(self) -> int:
@@ -99,13 +102,13 @@ class CondensedStep:
         return np.concatenate([reduced, np.isin(slots, forces.pushing)])
 
     def split(self, lam: Array, k: int) -> Forces:
-        """Forces lam (m,) [N] by cable, column of a basis with k columns, and slot."""
-        cables = self.n_e + self.n_a
-        contacts = cables + len(self.reduced)
+        """Forces lam (m,) by actuator, column of a basis with k columns, and slot."""
+        actuators = self.n_e + self.n_a
+        contacts = actuators + len(self.reduced)
         beta = np.zeros(k)
-        beta[self.reduced.modes] = lam[cables:contacts]
+        beta[self.reduced.modes] = lam[actuators:contacts]
         slots = self.rows.contacts.slots[self.extra] if len(self.extra) > 0 else self.extra
-        return Forces(lam[self.n_e : cables], beta, slots, lam[contacts:])
+        return Forces(lam[self.n_e : actuators], beta, slots, lam[contacts:])
 
 
 def condense_step(
@@ -144,8 +147,14 @@ def condense_step(
         H.append(H_extra)
         delta.append(delta_extra)
     compliance = row_compliance(system, np.concatenate(H), np.concatenate(delta))
-    n_e = robot.n_e if effectors else 0
-    return CondensedStep(state, system, rows, reduced, extra, compliance, n_e, robot.n_a)
+    n_e, actuators = robot.n_e if effectors else 0, robot.actuators
+    if actuators.springs is not None:
+        place = np.arange(n_e, n_e + robot.n_a)
+        compliance.W[place, place] += actuators.springs.flexibility
+        compliance.delta_free[place] += actuators.springs.shift
+    return CondensedStep(
+        state, system, rows, reduced, extra, compliance, n_e, robot.n_a, actuators.bilateral
+    )
 
 
 def unit_rows(contacts: ContactRows, chosen: Ints) -> tuple[Array, Array]:

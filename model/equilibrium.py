@@ -1,23 +1,24 @@
 """The merit function of an equilibrium, and the line search on it.
 
-An equilibrium under held pulled lengths is a minimum of the potential Π(q) of elasticity, gravity and outer
-forces under the constraints c(q) ≥ 0 of cables, δ_a − pull, and contacts, δ_c; under given tensions the
-work λ_aᵀ δ_a of the cables joins the potential. A linearised step solves the quadratic program of that
-problem with the tangent as Hessian, so that its direction decreases the exact penalty function
+An equilibrium under given positions is a minimum of the potential Π(q) of elasticity, gravity and outer
+forces under the constraints c(q) ≥ 0 of cables, δ_a − pull, and contacts, δ_c, and c(q) = 0 of actuators that
+pull and push; the work λ_aᵀ δ_a of given efforts and the energy of springs join the potential. A linearised
+step solves the quadratic program of that problem with the tangent as Hessian, so that its direction decreases
+the exact penalty function
 
-    φ(q) = Π(q) − λ_aᵀ δ_a(q) + Σ w_i max(0, −c_i(q)),   w_i > λ_i
+    φ(q) = Π(q) − λ_aᵀ δ_a(q) + Σ w_i max(0, −c_i(q)) + Σ w_j |c_j(q)|,   w > |λ|
 
 wherever the tangent is positive definite (Nocedal and Wright, Numerical Optimization, 2006, 18.3).
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import Enum
 from typing import Protocol, runtime_checkable
 
 import numpy as np
 
+from tauten.model.command import Command
 from tauten.model.contact_space import ContactSpace
 from tauten.model.enrichment import PredictedStep
 from tauten.model.numerics import Array
@@ -35,7 +36,7 @@ class Ending(Enum):
     SETTLED = "settled"
     LIMIT_POINT = "the tangent loses definiteness before the load is reached"
     INVERTED = "elements turn inside out"
-    NO_EQUILIBRIUM = "no forces of cables and contacts meet their constraints"
+    NO_EQUILIBRIUM = "no forces of actuators and contacts meet their constraints"
     OUT_OF_ITERATIONS = "the steps do not become small"
     NOT_FINITE = "the state has diverged"
 
@@ -56,32 +57,13 @@ class Invertible(Protocol):
         """Number of elements that are turned inside out."""
 
 
-@dataclass(frozen=True, slots=True)
-class Command:
-    """What is held: pulled lengths (n_a,) [m] or tensions (n_a,) [N], the other is None."""
-
-    pull: Array | None
-    tension: Array | None
-
-    @property
-    def value(self) -> Array:
-        """Whichever is held: (n_a,)."""
-        held = self.pull if self.tension is None else self.tension
-        assert held is not None
-        return held
-
-    def at(self, value: Array) -> Command:
-        """The same kind of command with other values (n_a,)."""
-        return Command(value, None) if self.tension is None else Command(None, value)
-
-
 class Merit:
     """The merit φ along the steps of one command; weights only grow, so that φ does not cycle."""
 
     def __init__(self, robot: Robot, space: ContactSpace, command: Command) -> None:
         """Start with no weights."""
         self._robot, self._space, self._command = robot, space, command
-        self._cables = np.zeros(robot.n_a)
+        self._weights = np.zeros(robot.n_a)
         self._modes = np.zeros(space.k)
         self._slots = np.zeros(robot.n_c)
         self._touching = False
@@ -89,7 +71,7 @@ class Merit:
     def observe(self, solved: PredictedStep) -> None:
         """Raise the weights above the forces of a step."""
         forces = solved.step.split(solved.lam, self._space.k)
-        self._cables = np.maximum(self._cables, WEIGHT * forces.tension)
+        self._weights = np.maximum(self._weights, WEIGHT * np.abs(forces.tension))
         self._modes = np.maximum(self._modes, WEIGHT * forces.beta)
         self._slots[forces.extra] = np.maximum(
             self._slots[forces.extra], WEIGHT * forces.extra_beta
@@ -120,19 +102,31 @@ class Merit:
         return best
 
     def _constraints(self, state: State) -> float:
-        """Work of given tensions and weighted violations [J]."""
-        rows, command = self._robot.rows(state, contacts=self._touching), self._command
-        delta = rows.actuators.delta
-        if command.pull is None:
-            value = -float(command.value @ delta)
-        else:
-            value = float(self._cables @ np.maximum(command.pull - delta, 0.0))
+        """Work of given efforts, energy of springs and weighted violations [J]."""
+        rows = self._robot.rows(state, contacts=self._touching)
+        value = self._actuation(rows.actuators.delta)
         if self._touching:
             gaps = rows.contacts
             value += float(self._slots[gaps.slots] @ np.maximum(-gaps.rows.delta, 0.0))
             reduced = self._space.reduce(gaps)
             value += float(self._modes[reduced.modes] @ np.maximum(-reduced.delta, 0.0))
         return value
+
+    def _actuation(self, delta: Array) -> float:
+        """The part of the actuators at positions delta (n_a,) [J]."""
+        command, law = self._command, self._robot.actuators
+        given = command.by_force
+        value = -float(command.tension[given] @ delta[given])
+        short, stiff = np.where(given, 0.0, command.pull - delta), ~given
+        if law.springs is not None:
+            springs = law.springs
+            effort = springs.effort(np.where(given, 0.0, command.pull), delta)
+            effort = np.where(law.bilateral, effort, np.maximum(effort, 0.0))
+            soft = stiff & (springs.flexibility > 0.0)
+            value += 0.5 * float(springs.flexibility[soft] @ effort[soft] ** 2)
+            stiff &= ~soft
+        short = np.where(law.bilateral, np.abs(short), np.maximum(short, 0.0))
+        return value + float(self._weights[stiff] @ short[stiff])
 
     def _energy_change(self, solved: PredictedStep, share: float, after: State) -> float:
         """Change of the potential in a share of a step [J]; without potential, the forces' work."""

@@ -1,7 +1,10 @@
-"""One forward step: given tensions or pulled lengths, what moves and what touches.
+"""One forward step: given positions or efforts of the actuators, what moves and what touches.
 
 A cable wound to a length obeys the same law as a contact: its path may be shorter than the winch allows
-but never longer, and it only pulls, 0 ≤ δ_a − pull ⟂ λ_a ≥ 0. One LCP contains both.
+but never longer, and it only pulls, 0 ≤ δ_a − pull ⟂ λ_a ≥ 0. One LCP contains both. Actuators that pull and
+push, δ_a = pull, are eliminated from it: with their rows E and the others I,
+
+    λ_E = W_EE⁻¹ (pull_E − δ_E − W_EI λ_I),   W_II − W_IE W_EE⁻¹ W_EI   instead of W_II        (T4)
 """
 
 from __future__ import annotations
@@ -10,9 +13,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tauten.model.command import Command
 from tauten.model.condensed_step import CondensedStep, Forces
 from tauten.model.enrichment import Enrichment, EnrichmentLoop, PredictedStep
-from tauten.model.numerics import Array, solve_lcp
+from tauten.model.numerics import Array, Ints, solve_lcp
+
+SINGULAR = (
+    1e-12  # eigenvalue of the scaled W_EE, relative to the largest, below which it is rounding
+)
+EQUAL = 1e-7  # of the terms of a row that is to be zero; what is left of it
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,7 +31,7 @@ class ForwardStep:
     Attributes:
         prediction: forces and motion.
         residual: complementarity of the LCP [m].
-        converged: whether the LCP met its tolerance.
+        converged: whether the LCP met its tolerance, and the positions of bilateral actuators theirs.
     """
 
     prediction: PredictedStep
@@ -30,21 +39,54 @@ class ForwardStep:
     converged: bool
 
 
+@dataclass(frozen=True, slots=True)
+class Elimination:
+    """Rows without those that are to be zero.
+
+    Attributes:
+        W: (k, k) compliance between the rows that are kept.
+        delta: (k,) their values without forces.
+        gain: (e, k) and
+        offset: (e,) forces of the other rows, gain λ_kept + offset.
+    """
+
+    W: Array
+    delta: Array
+    gain: Array
+    offset: Array
+
+
+def eliminate_rows(W: Array, delta: Array, kept: Ints, zero: Ints) -> Elimination:
+    """Eliminate rows that are to be zero whatever the sign of their force, (T4).
+
+    Args:
+        W: (m, m) compliance [m/N].
+        delta: (m,) row values without forces [m].
+        kept: (k,) rows that stay.
+        zero: (e,) rows that are to be zero.
+    """
+    diagonal = np.diag(W)[zero]
+    scale = np.divide(1.0, np.sqrt(diagonal), out=np.zeros_like(diagonal), where=diagonal > 0.0)
+    values, vectors = np.linalg.eigh(scale[:, None] * W[np.ix_(zero, zero)] * scale)
+    large = values > SINGULAR * values.max(initial=0.0)
+    basis = scale[:, None] * vectors[:, large]
+    inverse = (basis / values[large]) @ basis.T  # (e, e)
+    cross = W[np.ix_(zero, kept)]  # (e, k)
+    gain, offset = -inverse @ cross, -inverse @ delta[zero]
+    W_kept = W[np.ix_(kept, kept)] + cross.T @ gain
+    return Elimination(0.5 * (W_kept + W_kept.T), delta[kept] + cross.T @ offset, gain, offset)
+
+
 def forward_step(
-    step: CondensedStep,
-    enrichment: Enrichment,
-    previous: Forces,
-    pull: Array | None = None,
-    tension: Array | None = None,
+    step: CondensedStep, enrichment: Enrichment, previous: Forces, command: Command
 ) -> ForwardStep:
-    """Solve a step under pulled lengths or under tensions, one of the two.
+    """Solve a step under given positions and efforts of the actuators.
 
     Args:
         step: system, rows and compliance.
         enrichment: when unit columns are added.
         previous: forces of the last step, where the LCP starts.
-        pull: (n_a,) pulled lengths [m].
-        tension: (n_a,) tensions [N].
+        command: position or effort of each actuator.
     """
     loop = EnrichmentLoop(step, enrichment)
     lam = np.concatenate(
@@ -57,31 +99,38 @@ def forward_step(
     )
     while loop.prediction is None:
         start = np.append(lam, np.zeros(len(loop.step.compliance) - len(lam)))
-        lam, residual, converged = solve_forces(loop.step, start, pull, tension)
+        lam, residual, converged = solve_forces(loop.step, start, command)
         loop.check(lam)
     return ForwardStep(loop.prediction, residual, converged)
 
 
-def solve_forces(
-    step: CondensedStep, start: Array, pull: Array | None, tension: Array | None
-) -> tuple[Array, float, bool]:
-    """Forces (m,) [N] under pulled lengths or tensions, complementarity residual [m], convergence.
+def solve_forces(step: CondensedStep, start: Array, command: Command) -> tuple[Array, float, bool]:
+    """Forces (m,) on all rows, complementarity residual [m], convergence.
 
     Args:
         step: system, rows and compliance.
         start: (m,) forces to start from [N].
-        pull: (n_a,) pulled lengths [m].
-        tension: (n_a,) tensions [N], where `pull` is None.
+        command: position or effort of each actuator.
     """
     a, c = step.n_e, step.n_e + step.n_a
     W, delta, lam = step.compliance.W, step.compliance.delta_free.copy(), np.zeros_like(start)
-    if pull is not None:
-        delta[a:c] -= pull
-        result = solve_lcp(W[a:, a:], delta[a:], start[a:])
-        lam[a:] = result.lam
-    else:
-        assert tension is not None
-        lam[a:c] = tension
-        result = solve_lcp(W[c:, c:], delta[c:] + W[c:, a:c] @ tension, start[c:])
-        lam[c:] = result.lam
-    return lam, result.residual, result.converged
+    by_force, bilateral = command.by_force, step.bilateral
+    delta[a:c] -= np.where(by_force, 0.0, command.pull)
+    forced, zero = a + np.flatnonzero(by_force), a + np.flatnonzero(bilateral & ~by_force)
+    cables = a + np.flatnonzero(~bilateral & ~by_force)
+    kept = np.concatenate([cables, np.arange(c, len(delta))])
+    if len(forced) > 0:
+        lam[forced] = command.tension[by_force]
+        delta += W[:, forced] @ lam[forced]
+    if len(zero) == 0:
+        result = solve_lcp(W[np.ix_(kept, kept)], delta[kept], start[kept])
+        lam[kept] = result.lam
+        return lam, result.residual, result.converged
+    rest = eliminate_rows(W, delta, kept, zero)
+    result = solve_lcp(rest.W, rest.delta, start[kept])
+    lam[kept], lam[zero] = result.lam, rest.gain @ result.lam + rest.offset
+    solved = np.union1d(kept, zero)
+    moved = W[np.ix_(zero, solved)] * lam[solved]  # (e, k + e)
+    left = np.abs(delta[zero] + moved.sum(axis=1))
+    equal = bool((left <= EQUAL * (np.abs(delta[zero]) + np.abs(moved).sum(axis=1))).all())
+    return lam, result.residual, result.converged and equal

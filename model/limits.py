@@ -1,25 +1,26 @@
-"""Limits of the winches: tension, pulled length, rate."""
+"""Limits of the actuators: effort λ, position δ, rate of δ."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from tauten.model.numerics import Array
-from tauten.model.schema import CableSettings
+from tauten.model.schema import CouplingSettings, Range, RobotFileError, RobotSettings
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Limits:
-    """Limits of the cables, each (n_a,).
+    """Limits of the actuators, each (n_a,), in the units of their kinds.
 
     Attributes:
-        tension_min: smallest tension [N], at least 0.
-        tension_max: largest tension [N].
-        pull_min: smallest pulled length [m].
-        pull_max: largest pulled length [m].
-        rate: largest speed of the pulled length [m/s].
+        tension_min: smallest effort [N, Pa]; of cables at least 0.
+        tension_max: largest effort [N, Pa].
+        pull_min: smallest position [m, m³].
+        pull_max: largest position [m, m³].
+        rate: largest rate of the position [m/s, m³/s].
     """
 
     tension_min: Array
@@ -28,13 +29,56 @@ class Limits:
     pull_max: Array
     rate: Array
 
+    @cached_property
+    def largest_tension(self) -> Array:
+        """Larger magnitude of both limits of the effort: (n_a,)."""
+        return np.maximum(np.abs(self.tension_min), np.abs(self.tension_max))
 
-def limits_of(cables: list[CableSettings]) -> Limits:
-    """Limits of the cables of a robot file."""
+    def at(self, chosen: Array) -> Limits:
+        """The limits of some actuators, by their numbers (c,)."""
+        return Limits(
+            self.tension_min[chosen], self.tension_max[chosen],
+            self.pull_min[chosen], self.pull_max[chosen], self.rate[chosen],
+        )  # fmt: skip
+
+
+def limits_of(config: RobotSettings, source: str = "robot file") -> Limits:
+    """Limits of the actuators of a robot file.
+
+    Args:
+        config: the file.
+        source: its path, for errors.
+
+    Raises:
+        RobotFileError: the efforts of a coupling leave no effort that all of its members allow.
+    """
+    single = {item.name: item.limits for item in config.single_actuators}
+    ranges = []
+    for item in config.actuators:
+        if isinstance(item, CouplingSettings):
+            ranges.append(_coupled(item, [single[name] for name in item.members], source))
+        else:
+            ranges.append(item.limits)
     return Limits(
-        tension_min=np.array([cable.min_tension for cable in cables]),
-        tension_max=np.array([cable.max_tension for cable in cables]),
-        pull_min=np.array([cable.min_pull for cable in cables]),
-        pull_max=np.array([cable.max_pull for cable in cables]),
-        rate=np.array([cable.max_rate for cable in cables]),
+        tension_min=np.array([found.least_effort for found in ranges]),
+        tension_max=np.array([found.most_effort for found in ranges]),
+        pull_min=np.array([found.least_position for found in ranges]),
+        pull_max=np.array([found.most_position for found in ranges]),
+        rate=np.array([found.rate for found in ranges]),
     )
+
+
+def _coupled(item: CouplingSettings, members: list[Range], source: str) -> Range:
+    """Limits of a motor: its own, and the efforts that every member allows."""
+    own = item.limits
+    least, most = own.least_effort, own.most_effort
+    for gain, offset, member in zip(item.gains, item.offsets, members, strict=True):
+        ends = sorted([(member.least_effort - offset) / gain, (member.most_effort - offset) / gain])
+        least, most = max(least, ends[0]), min(most, ends[1])
+    if not least <= 0.0 <= most or least == most:
+        raise RobotFileError(
+            f"{source}: couplings.{item.name}: the limits of its members allow efforts of the motor from "
+            f"{least:g} to {most:g}; zero, the value at rest, must be between them: change pretensions, "
+            "gains or the members' limits"
+        )
+    return Range(least, most, own.least_position, own.most_position, own.rate)

@@ -1,6 +1,6 @@
 """The robot: the interface that a step uses, for every kind of body.
 
-`linearise` gives the system of one step, `rows` the rows of effectors, cables and contacts,
+`linearise` gives the system of one step, `rows` the rows of effectors, actuators and contacts,
 `advance` the next state, `rest` the initial one. A robot is immutable except for the workspace
 of its linear solver: code that steps a robot uses a `fork` of it.
 """
@@ -10,9 +10,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol
 
+from tauten.model.actuation import Actuators
+from tauten.model.effector_layout import EffectorLayout
 from tauten.model.limits import Limits
 from tauten.model.numerics import Array, Ints
-from tauten.model.rows import ContactRows, PairSlots, Rows
+from tauten.model.rows import ContactRows, EffectorRows, PairSlots, Rows
 from tauten.model.schema import RobotSettings
 from tauten.model.system import Integration, System
 
@@ -32,15 +34,15 @@ class State:
 
 @dataclass(frozen=True, slots=True)
 class RobotRows:
-    """The rows that effectors, cables and contacts contribute to a step.
+    """The rows that effectors, actuators and contacts contribute to a step.
 
     Attributes:
-        effectors: positions x_e, 3 rows a point.
-        actuators: pulled lengths δ_a.
+        effectors: positions x_e and other kinds, see `EffectorLayout`.
+        actuators: positions δ_a.
         contacts: signed gaps of the candidates in range.
     """
 
-    effectors: Rows
+    effectors: EffectorRows
     actuators: Rows
     contacts: ContactRows
 
@@ -52,13 +54,11 @@ class RobotNames:
     Attributes:
         robot: of the robot.
         frame: frame id of its positions.
-        cables: in the order of λ_a.
         effectors: in row order.
     """
 
     robot: str
     frame: str
-    cables: tuple[str, ...]
     effectors: tuple[str, ...]
 
 
@@ -67,13 +67,12 @@ def names_of(config: RobotSettings) -> RobotNames:
     return RobotNames(
         robot=config.name,
         frame=config.frame,
-        cables=tuple(cable.name for cable in config.cables),
         effectors=tuple(effector.name for effector in config.effectors),
     )
 
 
 class Robot(Protocol):
-    """A cable-driven soft robot. Robots can be pickled, their workspace without its factors."""
+    """A soft robot. Robots can be pickled, their workspace without its factors."""
 
     @property
     def name(self) -> str:
@@ -85,7 +84,7 @@ class Robot(Protocol):
 
     @property
     def digest(self) -> str:
-        """SHA-256 of everything its contact forces depend on (body, material, cables, contacts)."""
+        """SHA-256 of everything its contact forces depend on (body, material, actuators, contacts)."""
 
     @property
     def gravity(self) -> Array:
@@ -109,11 +108,15 @@ class Robot(Protocol):
 
     @property
     def n_a(self) -> int:
-        """Cables."""
+        """Actuators; couplings count as one."""
 
     @property
     def n_e(self) -> int:
-        """Effector rows, three a point."""
+        """Effector rows."""
+
+    @property
+    def effector_layout(self) -> EffectorLayout:
+        """Kinds of the effectors, their rows, goal values and weights."""
 
     @property
     def n_c(self) -> int:
@@ -137,11 +140,11 @@ class Robot(Protocol):
 
     @property
     def limits(self) -> Limits:
-        """Limits of the winches."""
+        """Limits of the actuators."""
 
     @property
-    def cable_names(self) -> tuple[str, ...]:
-        """Names of the cables, in the order of λ_a."""
+    def actuators(self) -> Actuators:
+        """Names, kinds and laws of the actuators, in the order of λ_a."""
 
     @property
     def effector_names(self) -> tuple[str, ...]:
@@ -159,13 +162,16 @@ class Robot(Protocol):
         """The same robot with a separate workspace."""
 
     def loaded(self, gravity: Array, effector_force: Array) -> Robot:
-        """The robot under another gravity (3,) [m/s²] and forces on its effectors (n_e,) [N]."""
+        """The robot under another gravity (3,) [m/s²] and forces on its effectors (3 p,) [N]."""
 
     def rest(self) -> State:
         """The stress-free state at standstill."""
 
     def effector(self, state: State) -> Array:
-        """Positions of the effectors: (p, 3) [m]."""
+        """Positions of the effectors: (p, 3) [m]; of a distance, length or volume, of its points' mean."""
+
+    def effector_values(self, state: State) -> Array:
+        """Goal values of the effectors: (n_v,), see `EffectorLayout`."""
 
     def points(self, state: State) -> Array:
         """Positions of what `triangles` joins: (P, 3) [m]."""
@@ -179,11 +185,11 @@ class Robot(Protocol):
     def forces(
         self, state: State, tension: Array | None = None, exact: bool = False
     ) -> tuple[Array, Array]:
-        """Forces without cables and contacts (n,) [N], and the tangent K as the robot stores it.
+        """Forces without actuators and contacts (n,) [N], and the tangent K as the robot stores it.
 
         Args:
             state: where to evaluate.
-            tension: (n_a,) tensions whose curvature enters the tangent [N].
+            tension: (n_a,) efforts of the actuators, whose curvature enters the tangent.
             exact: the exact derivative, which is not always positive definite.
         """
 
@@ -194,7 +200,7 @@ class Robot(Protocol):
 
         Args:
             state: where the step starts.
-            tension: (n_a,) last tensions, for the curvature they add to A [N].
+            tension: (n_a,) last efforts of the actuators, for the curvature they add to A.
             integration: another scheme than the robot's.
 
         Raises:
@@ -202,7 +208,7 @@ class Robot(Protocol):
         """
 
     def rows(self, state: State, contacts: bool = True) -> RobotRows:
-        """Rows of effectors, cables and, with `contacts`, contacts at this state."""
+        """Rows of effectors, actuators and, with `contacts`, contacts at this state."""
 
     def advance(self, state: State, system: System, dv: Array) -> State:
         """The state one step later: velocity v + dv, moved by h (v + dv).

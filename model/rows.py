@@ -42,6 +42,19 @@ class Rows:
 
 
 @dataclass(frozen=True, slots=True)
+class EffectorRows(Rows):
+    """Rows of the effectors, with the goal values and positions they have at this state.
+
+    Attributes:
+        values: (n_v,) goal values, see `tauten.model.effector_layout`.
+        positions: (p, 3) of the effectors, of a distance, length or volume the mean of its points [m].
+    """
+
+    values: Array
+    positions: Array
+
+
+@dataclass(frozen=True, slots=True)
 class ContactRows:
     """Rows of the contact candidates within the alarm distance.
 

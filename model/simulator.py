@@ -1,4 +1,4 @@
-"""The forward simulator: a robot under tensions or pulled lengths, step by step or settled."""
+"""The forward simulator: a robot under given positions or efforts, step by step or settled."""
 
 from __future__ import annotations
 
@@ -8,17 +8,19 @@ from typing import Literal
 
 import numpy as np
 
+from tauten.model.command import Command
 from tauten.model.compliance import row_compliance
 from tauten.model.condensed_step import Forces, condense_step, no_forces
 from tauten.model.contact_space import ContactSpace
 from tauten.model.enrichment import NO_ENRICHMENT, Enrichment, contact_model
-from tauten.model.equilibrium import Command, Ending, Invertible, Search
+from tauten.model.equilibrium import Ending, Invertible, Search
 from tauten.model.forward_step import ForwardStep, forward_step
 from tauten.model.numerics import Anderson, Array, FactorisationError, solve_lcp
 from tauten.model.robot import Robot, State
 from tauten.model.system import Integration
 
 LARGEST = 1e6  # m or N; no cable is pulled farther or harder
+LARGEST_EFFORT = 1e9  # N or Pa, of any other actuator
 SMOOTHING = (
     1e-6  # regularisation of smooth forces relative to the diagonal of W; larger is smoother
 )
@@ -96,7 +98,7 @@ class Simulator:
         self._state, self._forces = State(state.q.copy(), state.v.copy()), given
 
     def load(self, gravity: Array, effector_force: Array) -> None:
-        """Change the loads: gravity (3,) [m/s²] and forces on the effectors (n_e,) [N]."""
+        """Change the loads: gravity (3,) [m/s²] and forces on the effectors (3 p,) [N]."""
         self.robot = self.robot.loaded(gravity, effector_force)
 
     @property
@@ -115,13 +117,22 @@ class Simulator:
         return self.robot.effector(self._state).copy()
 
     @property
+    def effector_values(self) -> Array:
+        """Goal values of the effectors: (n_v,), see `EffectorLayout`."""
+        return self.robot.effector_values(self._state).copy()
+
+    @property
     def pull(self) -> Array:
-        """Pulled lengths: (n_a,) [m]."""
-        return self.robot.rows(self._state, contacts=False).actuators.delta.copy()
+        """Positions of the actuators: (n_a,) [m, m³]."""
+        delta = self.robot.rows(self._state, contacts=False).actuators.delta
+        springs = self.robot.actuators.springs
+        if springs is None:
+            return delta.copy()
+        return springs.position(delta, self._forces.tension)
 
     @property
     def tension(self) -> Array:
-        """Cable tensions of the last step: (n_a,) [N]."""
+        """Efforts of the actuators in the last step: (n_a,) [N, Pa]."""
         return self._forces.tension.copy()
 
     @property
@@ -141,18 +152,20 @@ class Simulator:
         pull: Sequence[float] | Array | None = None,
         tension: Sequence[float] | Array | None = None,
     ) -> Report:
-        """One time step h under pulled lengths or tensions.
+        """One time step h under given positions or efforts of the actuators.
+
+        With both arrays, each actuator has a number in one of them and NaN in the other.
 
         Args:
-            pull: (n_a,) pulled lengths [m].
-            tension: (n_a,) tensions, not negative [N].
+            pull: (n_a,) positions, of cables pulled lengths [m, m³].
+            tension: (n_a,) efforts, of cables tensions, not negative [N, Pa].
 
         Raises:
-            ValueError: not exactly one of the two, a wrong shape, not finite, negative tensions, or
-                values beyond 1e6.
+            ValueError: not exactly one of the two for each actuator, a wrong shape, not finite, negative
+                tensions of cables, or values beyond 1e6 (efforts of other actuators 1e9).
             FactorisationError: the state has diverged.
         """
-        result, movement = self._advance(*self._checked(pull, tension))
+        result, movement = self._advance(self._checked(pull, tension))
         return _report(result, 1, movement, self._cause(result, Ending.SETTLED))
 
     def settle(
@@ -163,7 +176,7 @@ class Simulator:
         max_iterations: int = 200,
         load_steps: bool = True,
     ) -> Report:
-        """Move to equilibrium under pulled lengths [m] or tensions [N].
+        """Move to equilibrium under given positions or efforts of the actuators, see `step`.
 
         Newton steps of the quasi-static system, each at most a twentieth of the body long, near the end
         accelerated by Anderson's method, because the tangent leaves out how contact normals turn. Where
@@ -175,20 +188,19 @@ class Simulator:
         the report says for which share of the way and why.
 
         Args:
-            pull: (n_a,) pulled lengths [m].
-            tension: (n_a,) tensions, not negative [N].
+            pull: (n_a,) positions, of cables pulled lengths [m, m³].
+            tension: (n_a,) efforts, of cables tensions, not negative [N, Pa].
             tolerance: largest displacement of a node in the last step [m].
             max_iterations: linearised steps at most, at least 1, of the first attempt, and again of all load
                 steps; then `converged` is False.
             load_steps: without them there is one attempt, and its last finite state is kept.
 
         Raises:
-            ValueError: not exactly one of pull and tension, a wrong shape, not finite, negative tensions,
-                values beyond 1e6, or `max_iterations` below 1.
+            ValueError: as of `step`, or `max_iterations` below 1.
         """
         if max_iterations < 1:
             raise ValueError(f"max_iterations: found {max_iterations}, expected at least 1")
-        command = Command(*self._checked(pull, tension))
+        command = self._checked(pull, tension)
         before = self._state, self._forces
         report = self._attempt(command, tolerance, max_iterations)
         if report.converged or not load_steps:
@@ -200,13 +212,12 @@ class Simulator:
         self, command: Command, tolerance: float, max_iterations: int, failed: Report
     ) -> Report:
         """Settle in load steps after a failed attempt; the state is the last equilibrium found."""
-        rows = self.robot.rows(self._state, contacts=False)
-        start = self._forces.tension if command.pull is None else rows.actuators.delta
+        pull, tension = self.pull, self._forces.tension
         share, step, taken = 0.0, FIRST_LOAD_STEP, 0
         while share < 1.0 and step >= LEAST_LOAD_STEP and taken < max_iterations:
             following = min(share + step, 1.0)
             good = self._state, self._forces
-            load = command.at(start + following * (command.value - start))
+            load = command.between(pull, tension, following)
             report = self._attempt(load, tolerance, min(LOAD_STEP_ITERATIONS, max_iterations))
             taken += report.iterations
             if report.converged:
@@ -230,9 +241,7 @@ class Simulator:
             taken += 1
             before = self._state, self._forces
             try:
-                result, movement = self._advance(
-                    command.pull, command.tension, self._static, anderson, near, search
-                )
+                result, movement = self._advance(command, self._static, anderson, near, search)
             except FactorisationError:
                 movement = np.nan
             if not np.isfinite(movement) or not np.isfinite(self._state.q).all():
@@ -281,8 +290,7 @@ class Simulator:
 
     def _advance(
         self,
-        pull: Array | None,
-        tension: Array | None,
+        command: Command,
         integration: Integration | None = None,
         anderson: Anderson | None = None,
         near: float = 0.0,
@@ -293,7 +301,7 @@ class Simulator:
         step = condense_step(
             self.robot, self._space, self._state, self._forces, contacts, False, integration
         )
-        result = forward_step(step, self._enrichment, self._forces, pull, tension)
+        result = forward_step(step, self._enrichment, self._forces, command)
         system, solved = step.system, result.prediction
         movement, dv = self.robot.displacement(system.h * (system.v + solved.dv)), solved.dv
         if anderson is not None and movement < near:
@@ -306,23 +314,49 @@ class Simulator:
 
     def _checked(
         self, pull: Sequence[float] | Array | None, tension: Sequence[float] | Array | None
-    ) -> tuple[Array | None, Array | None]:
-        """Pulled lengths (n_a,) [m] and tensions (n_a,) [N], one of them None."""
-        if (pull is None) == (tension is None):
+    ) -> Command:
+        """The command of given positions and efforts (n_a,)."""
+        if pull is None and tension is None:
             raise ValueError("give either pull [m] or tension [N], one value a cable")
-        name, given = ("pull", pull) if tension is None else ("tension", tension)
-        least = -LARGEST if tension is None else 0.0
-        try:
-            value = np.array(given, dtype=float)
-        except (TypeError, ValueError, OverflowError) as error:
-            raise ValueError(f"{name}: not an array of numbers: {error}") from error
-        inside = (value >= least) & (value <= LARGEST)
-        if value.shape != (self.robot.n_a,) or not inside.all():
+        n_a, cables = self.robot.n_a, ~self.robot.actuators.bilateral
+        mixed = pull is not None and tension is not None
+        least, most = np.full(n_a, -LARGEST), np.full(n_a, LARGEST)
+        pulls = None if pull is None else _numbers("pull", pull, least, most, mixed)
+        least = np.where(cables, 0.0, -LARGEST_EFFORT)
+        most = np.where(cables, LARGEST, LARGEST_EFFORT)
+        tensions = None if tension is None else _numbers("tension", tension, least, most, mixed)
+        command = Command.of(pulls, tensions)
+        if (command.by_position == command.by_force).any():
             raise ValueError(
-                f"{name}: found {value.tolist()}, expected {self.robot.n_a} values from {least:g} to "
-                f"{LARGEST:g}, one a cable"
+                "pull and tension: each actuator needs a number in one of them and NaN in the other, found "
+                f"{command.pull.tolist()} and {command.tension.tolist()}"
             )
-        return (value, None) if tension is None else (None, value)
+        return command
+
+
+def _numbers(
+    name: str, given: Sequence[float] | Array, least: Array, most: Array, gaps: bool
+) -> Array:
+    """An array of one number for each actuator (n_a,), copied.
+
+    Args:
+        name: of the argument, for errors.
+        given: what the caller gave.
+        least: (n_a,) smallest values allowed.
+        most: (n_a,) largest values allowed.
+        gaps: whether NaN is allowed too.
+    """
+    try:
+        value = np.array(given, dtype=float)
+    except (TypeError, ValueError, OverflowError) as error:
+        raise ValueError(f"{name}: not an array of numbers: {error}") from error
+    fits = value.shape == least.shape
+    if not fits or not ((value >= least) & (value <= most) | (gaps & np.isnan(value))).all():
+        raise ValueError(
+            f"{name}: found {value.tolist()}, expected {len(least)} values from {least.max():g} to "
+            f"{most.min():g}, one an actuator"
+        )
+    return value
 
 
 def _report(

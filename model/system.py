@@ -84,6 +84,8 @@ class Pattern:
             column_length (g, s), distance from one column of node b to the next.
         """
         g, s = groups.shape
+        if g == 0:
+            return np.zeros((0, s, s), dtype=np.int64), np.zeros((0, s), dtype=np.int64)
         lookup = sp.csc_array(
             (np.arange(1, len(self.indices) + 1), self.indices, self.indptr), shape=(self.n,) * 2
         )
@@ -167,7 +169,7 @@ def make_system(
         factorisation: overwritten with the factors of A.
         integration: scheme and damping.
         K: (nnz,) tangent values; may be overwritten.
-        mass: (n,) lumped mass [kg].
+        mass: (n,) lumped mass [kg], or (nnz,) values of a mass matrix in the pattern.
         force: (n,) internal and external forces without constraints [N].
         v: (n,) velocity [m/s].
 
@@ -182,8 +184,13 @@ def make_system(
     a, b_K = integration.rayleigh_mass, integration.rayleigh_stiffness
     n = pattern.n
     Kv = sp.csc_array((K, pattern.indices, pattern.indptr), shape=(n, n)) @ v
-    b = h * (force - a * mass * v - (b_K + h) * Kv)
     A = (h * b_K + h * h) * K
-    A[pattern.diagonal] += (1.0 + h * a) * mass
+    if len(mass) == n:
+        Mv = mass * v
+        A[pattern.diagonal] += (1.0 + h * a) * mass
+    else:
+        Mv = sp.csc_array((mass, pattern.indices, pattern.indptr), shape=(n, n)) @ v
+        A += (1.0 + h * a) * mass
+    b = h * (force - a * Mv - (b_K + h) * Kv)
     factorisation.refactor(A)
     return System(h, v, v + factorisation.solve(b), float(np.linalg.norm(force)), factorisation)

@@ -17,42 +17,59 @@ class ModelSettings(Section):
     While serving, the full model computes at intervals how far it would move the tip from where the reduced
     one has it. Where this exceeds `max_tip_error`, health warns, and with `fall_back` the full model takes
     over.
-
-    Attributes:
-        order: which one.
-        states: name of the state basis.
-        max_tip_error: error of the tip that a reduced model may have [m].
-        check_period: time between two comparisons with the full model [s].
-        fall_back: whether the full model replaces a reduced one that exceeds `max_tip_error`.
-        fall_back_rate: control rate of the full model then [Hz].
     """
 
-    order: Literal["full", "reduced"] = "full"
-    states: str | None = None
-    max_tip_error: Annotated[Positive, in_range(0.0, 10.0, "m")] = 1e-3
-    check_period: Annotated[Positive, in_range(1e-3, 3600.0, "s")] = 1.0
-    fall_back: bool = False
-    fall_back_rate: Rate = 50.0
+    order: Literal["full", "reduced"] = Field(
+        default="full", description="Which model, by default full."
+    )
+    states: str | None = Field(
+        default=None,
+        description="Name of the state basis, a .states file beside the robot file or a shipped one; by "
+        "default the robot's name.",
+    )
+    max_tip_error: Annotated[Positive, in_range(0.0, 10.0, "m")] = Field(
+        default=1e-3,
+        description="Error of the tip that a reduced model may have [m], by default 1e-3.",
+    )
+    check_period: Annotated[Positive, in_range(1e-3, 3600.0, "s")] = Field(
+        default=1.0,
+        description="Time between two comparisons with the full model [s], by default 1.",
+    )
+    fall_back: bool = Field(
+        default=False,
+        description="Whether the full model replaces a reduced one that exceeds `max_tip_error`; by default "
+        "not.",
+    )
+    fall_back_rate: Rate = Field(
+        default=50.0, description="Control rate of the full model then [Hz], by default 50."
+    )
 
 
 class ServiceSettings(Section):
-    """The node.
+    """The node."""
 
-    Attributes:
-        target_timeout: time without target after which it holds [s].
-        release_time: least duration of a release [s].
-        late_limit: deadlines missed in a row after which it holds.
-        measurement_timeout: time without measurement after which a closed loop holds [s].
-        feedback_gain: gain with which a closed loop corrects targets [1/s].
-        measurement_delay: age of a measurement when it arrives [s].
-    """
-
-    target_timeout: Annotated[Positive, in_range(1e-3, 60.0, "s")] = 0.5
-    release_time: Annotated[Positive, in_range(1e-3, 60.0, "s")] = 1.0
-    late_limit: Annotated[int, Field(ge=1, le=100_000)] = 25
-    measurement_timeout: Annotated[Positive, in_range(1e-3, 10.0, "s")] = 0.25
-    feedback_gain: Annotated[Positive, in_range(0.0, 1e3, "1/s")] = 2.0
-    measurement_delay: Annotated[float, in_range(0.0, 10.0, "s")] = 0.0
+    target_timeout: Annotated[Positive, in_range(1e-3, 60.0, "s")] = Field(
+        default=0.5,
+        description="Time without target after which the node holds [s], by default 0.5.",
+    )
+    release_time: Annotated[Positive, in_range(1e-3, 60.0, "s")] = Field(
+        default=1.0, description="Least duration of a release [s], by default 1."
+    )
+    late_limit: Annotated[int, Field(ge=1, le=100_000)] = Field(
+        default=25,
+        description="Deadlines missed in a row after which the node holds, by default 25.",
+    )
+    measurement_timeout: Annotated[Positive, in_range(1e-3, 10.0, "s")] = Field(
+        default=0.25,
+        description="Time without measurement after which a closed loop holds [s], by default 0.25.",
+    )
+    feedback_gain: Annotated[Positive, in_range(0.0, 1e3, "1/s")] = Field(
+        default=2.0,
+        description="Gain with which a closed loop corrects targets [1/s], by default 2.",
+    )
+    measurement_delay: Annotated[float, in_range(0.0, 10.0, "s")] = Field(
+        default=0.0, description="Age of a measurement when it arrives [s], by default 0."
+    )
 
 
 def model_settings(contents: dict[str, Any], path: Path) -> ModelSettings:

@@ -16,7 +16,7 @@ from tauten.controller.qpcc.qp import (
 from tauten.controller.qpcc.residuals import certify
 from tauten.controller.qpcc.scaling import USABLE, Scaled, scale
 from tauten.controller.qpcc.solution import Certificate, Solution, Status
-from tauten.controller.qpcc.solve import QpccSettings, solve_qpcc
+from tauten.controller.qpcc.solve import NO_PIECE, QpccSettings, solve_qpcc
 from tauten.controller.qpcc.warming import warm_solver
 
 __all__ = [
@@ -25,6 +25,7 @@ __all__ = [
     "Descent",
     "DescentPoint",
     "KeptQp",
+    "NO_PIECE",
     "Qp",
     "QpAnswer",
     "Qpcc",

@@ -20,6 +20,10 @@ class Status(Enum):
     MAX_PIVOTS = (
         "pivot or time limit reached: raise max_pivots or time_limit; the best point is returned"
     )
+    NOT_EXACT = (
+        "an exact effector cannot reach its target in this step, limits or contacts are in conflict with "
+        "it: the nearest point is returned"
+    )
     NOT_FINITE = "NaN or infinity in the problem: check the target and the model state"
 
     @property
@@ -30,7 +34,7 @@ class Status(Enum):
     @property
     def usable(self) -> bool:
         """Whether the point satisfies limits and contacts, so that robot and model may follow it."""
-        return self in (Status.OK, Status.FEASIBLE_ONLY, Status.MAX_PIVOTS)
+        return self in (Status.OK, Status.FEASIBLE_ONLY, Status.MAX_PIVOTS, Status.NOT_EXACT)
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,12 +7,16 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import Self
 
+import numpy as np
 import scipy.sparse as sp
 
+from tauten.model.actuation import Actuators
+from tauten.model.actuators import ActuatorSet, BeamActuators
 from tauten.model.contact import ContactSet
+from tauten.model.effector_layout import EffectorLayout
+from tauten.model.effectors import BeamEffectors, NodalEffectors
 from tauten.model.limits import Limits
 from tauten.model.numerics import Array, Factorisation, FactorisationError, Ints, make_factorisation
-from tauten.model.points import AttachedPoints, BeamCables, CableSet, MaterialPoints
 from tauten.model.robot import RobotNames, State
 from tauten.model.rows import ContactRows, PairSlots
 from tauten.model.system import Integration, Pattern, System, make_system
@@ -23,17 +27,17 @@ class SparseRobot(ABC):
     """Names, sizes and the linear system of a `Robot` that has a pattern and a factorisation.
 
     Attributes:
-        names: of the robot, its cables and its effectors.
-        digest: SHA-256 of everything its contact forces depend on (body, material, cables, contacts).
+        names: of the robot and its effectors.
+        digest: SHA-256 of everything its contact forces depend on (body, material, actuators, contacts).
         gravity: (3,) [m/s²].
         tolerance: depth of penetration from which a unit column is added for a contact candidate [m].
         integration: time step and scheme.
         pattern: sparsity of its matrices.
         mass: (n,) lumped mass of the free degrees of freedom [kg], [kg m²] where they are rotations.
-        cables: its cables.
-        cable_slot: places of the cables' curvature in the pattern.
-        limits: limits of tension, pulled length and rate.
-        effectors: points that are to reach targets.
+        actuators: names, kinds and laws of its actuators.
+        actuator_set: their rows and curvature.
+        limits: limits of their efforts, positions and rates.
+        effectors: what is to reach targets.
         contacts: candidates and the surfaces they may touch.
         factorisation: workspace of the linear solver.
     """
@@ -45,10 +49,10 @@ class SparseRobot(ABC):
     integration: Integration
     pattern: Pattern
     mass: Array
-    cables: CableSet | BeamCables
-    cable_slot: tuple[Ints, Ints]
+    actuators: Actuators
+    actuator_set: ActuatorSet | BeamActuators
     limits: Limits
-    effectors: MaterialPoints | AttachedPoints
+    effectors: NodalEffectors | BeamEffectors
     contacts: ContactSet
     factorisation: Factorisation
 
@@ -74,13 +78,18 @@ class SparseRobot(ABC):
 
     @property
     def n_a(self) -> int:
-        """Cables."""
-        return self.cables.n_a
+        """Actuators; couplings count as one."""
+        return len(self.actuators)
 
     @property
     def n_e(self) -> int:
-        """Effector rows, three a point."""
-        return 3 * len(self.effectors)
+        """Effector rows."""
+        return self.effector_layout.n_rows
+
+    @property
+    def effector_layout(self) -> EffectorLayout:
+        """Kinds of the effectors, their rows, goal values and weights."""
+        return self.effectors.kinds.layout
 
     @property
     def n_c(self) -> int:
@@ -98,11 +107,6 @@ class SparseRobot(ABC):
         return self.contacts.pair_slots
 
     @property
-    def cable_names(self) -> tuple[str, ...]:
-        """Names of the cables, in the order of λ_a."""
-        return self.names.cables
-
-    @property
     def effector_names(self) -> tuple[str, ...]:
         """Names of the effectors, in row order."""
         return self.names.effectors
@@ -117,11 +121,11 @@ class SparseRobot(ABC):
     def forces(
         self, state: State, tension: Array | None = None, exact: bool = False
     ) -> tuple[Array, Array]:
-        """Forces without cables and contacts (n,) [N], and K = −∂force/∂q as CSC values (nnz,).
+        """Forces without actuators and contacts (n,) [N], and K = −∂force/∂q as CSC values (nnz,).
 
         Args:
             state: where to evaluate.
-            tension: (n_a,) tensions whose curvature enters the tangent [N]; None: none does.
+            tension: (n_a,) efforts of the actuators, whose curvature enters the tangent; None: none does.
             exact: exact derivative rather than the positive semidefinite tangent.
         """
 
@@ -132,7 +136,7 @@ class SparseRobot(ABC):
 
         Args:
             state: where the step starts.
-            tension: (n_a,) last tensions, for the curvature they add to A [N].
+            tension: (n_a,) last efforts of the actuators, for the curvature they add to A.
             integration: another scheme than the robot's.
 
         Raises:
@@ -151,6 +155,15 @@ class SparseRobot(ABC):
                 if not exact:
                     raise
         raise AssertionError("unreachable")
+
+    @property
+    def motor_coordinates(self) -> Ints:
+        """Degrees of freedom that a motor holds, none by default."""
+        return np.zeros(0, dtype=np.int64)
+
+    def mass_matrix(self, state: State) -> sp.csc_array:
+        """The mass matrix (n, n) at a state, for most robots the lumped masses at any."""
+        return sp.csc_array(sp.diags_array(self.mass))
 
     def no_contact_rows(self) -> ContactRows:
         """Contact rows with no candidate in range."""

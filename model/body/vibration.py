@@ -14,8 +14,8 @@ from tauten.model.robot import State
 def natural_frequencies(robot: SparseRobot, state: State, count: int) -> Array:
     """The lowest natural frequencies without damping, cables slack, no contact: (count,) [Hz].
 
-    Solves K x = ω² M x with the exact tangent K at the state and the lumped mass M of the nodes that are not
-    fixed, by Lanczos iterations with the inverse of K (scipy's ARPACK).
+    Solves K x = ω² M x with the exact tangent K at the state and the mass M of what is not fixed, drives
+    held, by Lanczos iterations with the inverse of K (scipy's ARPACK).
 
     Args:
         robot: the robot; its workspace is left alone.
@@ -27,13 +27,18 @@ def natural_frequencies(robot: SparseRobot, state: State, count: int) -> Array:
     """
     pattern, n = robot.pattern, robot.n
     _, values = robot.forces(state, exact=True)
-    K = sp.csc_array((values, pattern.indices, pattern.indptr), shape=(n, n))
-    factors = make_factorisation(pattern.indptr, pattern.indices, robot.linear_solver)
-    factors.refactor(values)
+    free = np.setdiff1d(np.arange(n), robot.motor_coordinates)
+    whole = sp.csc_array((values, pattern.indices, pattern.indptr), shape=(n, n))
+    K = sp.csc_array(whole[:, free][free])
+    K.sort_indices()
+    M, n = sp.csc_array(robot.mass_matrix(state)[:, free][free]), len(free)
+    indptr, indices = K.indptr.astype(np.int64), K.indices.astype(np.int64)
+    factors = make_factorisation(indptr, indices, robot.linear_solver)
+    factors.refactor(K.data)
     start = np.random.default_rng(0).standard_normal(n)  # the same answer every time
     inverse = LinearOperator((n, n), matvec=lambda b: factors.solve(np.ravel(b)), dtype=float)
     found = eigsh(
-        K, k=min(count, n - 1), M=sp.diags_array(robot.mass, format="csc"), sigma=0.0,
+        K, k=min(count, n - 1), M=M, sigma=0.0,
         OPinv=inverse, return_eigenvectors=False, v0=start, tol=1e-9,
     )  # fmt: skip
     frequencies: Array = np.sqrt(np.maximum(np.sort(found), 0.0)) / (2.0 * np.pi)

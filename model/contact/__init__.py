@@ -2,5 +2,22 @@
 
 from tauten.model.contact.broad_phase import BLOCK
 from tauten.model.contact.detection import ContactPair, ContactSet, contact_rows
+from tauten.model.contact.self_contact import (
+    ALARM_EDGES,
+    EDGES_AWAY,
+    WALL_ALARMS,
+    mean_edge,
+    neighbours_at_rest,
+)
 
-__all__ = ["BLOCK", "ContactPair", "ContactSet", "contact_rows"]
+__all__ = [
+    "ALARM_EDGES",
+    "BLOCK",
+    "ContactPair",
+    "ContactSet",
+    "EDGES_AWAY",
+    "WALL_ALARMS",
+    "contact_rows",
+    "mean_edge",
+    "neighbours_at_rest",
+]

@@ -6,7 +6,8 @@ the target surface within the alarm distance that
 1. is a local minimum of the distance to the surface;
 2. lies inside the surface, not on its border;
 3. lies on a triangle that shares no vertex with the triangle of the candidate: neighbours on one
-   surface, or the two flanks of a notch at its root, do not collide.
+   surface, or the two flanks of a notch at its root, do not collide. Of a surface against itself more
+   triangles are left out (`tauten.model.contact.self_contact`).
 
 A candidate with a contact point is *in range* and has a row; the others have none.
 
@@ -31,7 +32,7 @@ body: in a thinner wall a candidate of one side is also behind the other side.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 
 import numpy as np
@@ -53,12 +54,14 @@ class ContactPair:
         nodes: (m, 3) vertex ids of the triangle each candidate lies in.
         weights: (m, 3) its barycentric weights, row sums 1.
         triangles: (t, 3) vertex ids of the target, counter-clockwise seen from outside.
+        apart: (k, 2) candidate and triangle that are not compared, beside those that share a vertex.
     """
 
     name: str
     nodes: Ints
     weights: Array
     triangles: Ints
+    apart: Ints = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int64))
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,6 +126,7 @@ class ContactSet:
         self._surfaces: SurfaceTopology = join_surfaces(
             [pair.triangles.astype(np.int64) for pair in pairs],
             [pair.nodes.astype(np.int64) for pair in pairs],
+            [pair.apart.astype(np.int64) for pair in pairs],
             [pair.name for pair in pairs],
         )
 

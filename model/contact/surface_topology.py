@@ -25,7 +25,8 @@ class SurfaceTopology(NamedTuple):
         fan_last: (t, 3) where it ends.
         fans: triangles around each inner vertex.
         adjacent_first: (t + 1,) where the candidates adjacent to each triangle start in `adjacent`.
-        adjacent: candidates whose triangle shares a vertex with the target triangle.
+        adjacent: candidates that are not compared with the target triangle: their own triangle shares a
+            vertex with it, or they were given as such.
     """
 
     triangles: Ints
@@ -40,13 +41,14 @@ class SurfaceTopology(NamedTuple):
 
 
 def join_surfaces(
-    surfaces: list[Ints], candidates: list[Ints], names: list[str]
+    surfaces: list[Ints], candidates: list[Ints], apart: list[Ints], names: list[str]
 ) -> SurfaceTopology:
     """The topology of the target surfaces of all contact pairs.
 
     Args:
         surfaces: target of each pair, (t, 3) vertex ids.
         candidates: of each pair, (m, 3) vertex ids of the triangles that its candidates lie in.
+        apart: of each pair, (k, 2) candidate and triangle that are not compared.
         names: of the pairs, for errors.
 
     Raises:
@@ -57,7 +59,7 @@ def join_surfaces(
     parts = [neighbours(triangles, name) for triangles, name in zip(surfaces, names, strict=True)]
     fan_parts = [fans(t, neighbour) for t, (_, neighbour) in zip(surfaces, parts, strict=True)]
     first = np.cumsum([0, *(len(triangles) for triangles in surfaces)])
-    adjacent_first, adjacent = adjacent_candidates(surfaces[:-1], candidates)
+    adjacent_first, adjacent = adjacent_candidates(surfaces[:-1], candidates, apart)
     fan_base = np.cumsum([0, *(len(members) for _, _, members in fan_parts)])
 
     def joined(arrays: list[Ints], base: Ints | None = None) -> Ints:
@@ -78,12 +80,22 @@ def join_surfaces(
     )
 
 
-def adjacent_candidates(surfaces: list[Ints], candidates: list[Ints]) -> tuple[Ints, Ints]:
-    """`adjacent_first` (t + 1,) and `adjacent` of `SurfaceTopology`."""
+def adjacent_candidates(
+    surfaces: list[Ints], candidates: list[Ints], apart: list[Ints]
+) -> tuple[Ints, Ints]:
+    """`adjacent_first` (t + 1,) and `adjacent` of `SurfaceTopology`.
+
+    Args:
+        surfaces: target of each pair, (t, 3) vertex ids.
+        candidates: of each pair, (m, 3) vertex ids of the triangles that its candidates lie in.
+        apart: of each pair, (k, 2) candidate and triangle that are not compared.
+    """
     counts, members, base = [np.zeros(1, dtype=np.int64)], [np.zeros(0, dtype=np.int64)], 0
-    for triangles, nodes in zip(surfaces, candidates, strict=True):
+    for triangles, nodes, pairs in zip(surfaces, candidates, apart, strict=True):
         vertices = 1 + max(triangles.max(), nodes.max())
         shared = sp.csr_array(incidence(triangles, vertices) @ incidence(nodes, vertices).T)
+        given = (np.ones(len(pairs)), (pairs[:, 1], pairs[:, 0]))
+        shared = sp.csr_array(shared + sp.csr_array(given, shape=shared.shape))
         shared.sort_indices()
         counts.append(np.diff(shared.indptr))
         members.append(base + shared.indices)

@@ -1,6 +1,15 @@
 """From a robot file to a robot."""
 
 from tauten.model.load.beams import groups
+from tauten.model.load.bodies import build_bodies, read_bodies
 from tauten.model.load.robot import build_robot, load_robot, make_robot, robot_path
 
-__all__ = ["build_robot", "groups", "load_robot", "make_robot", "robot_path"]
+__all__ = [
+    "build_bodies",
+    "build_robot",
+    "groups",
+    "load_robot",
+    "make_robot",
+    "read_bodies",
+    "robot_path",
+]

@@ -5,12 +5,15 @@ from __future__ import annotations
 import hashlib
 import json
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tauten.model.actuation import actuators_of
+from tauten.model.actuators import BeamActuators, coupling_of
 from tauten.model.beams import (
     BeamBody,
     BeamError,
@@ -25,17 +28,19 @@ from tauten.model.beams import (
 from tauten.model.body import Material
 from tauten.model.contact import ContactPair, ContactSet
 from tauten.model.limits import limits_of
-from tauten.model.mesh import in_box, spread_points
+from tauten.model.load.effectors import build_beam_effectors
+from tauten.model.mesh import point_selector, spread_points
 from tauten.model.numerics import Array, Bools, Ints, make_factorisation
 from tauten.model.points import (
     AttachedPoints,
     BeamCables,
     attach_to_nodes,
-    join_attached_points,
     make_beam_cables,
 )
 from tauten.model.robot import names_of
 from tauten.model.schema import (
+    ALARM_DISTANCE,
+    ITSELF,
     BarSettings,
     BeamConfig,
     RobotFileError,
@@ -75,11 +80,16 @@ def build_beam_robot(config: BeamConfig, structure: Structure, source: str) -> B
     profiles = build_profiles(config, structure, source)
     body = build_beam_body(structure, profiles, material, source)
     fixed = fixed_beam_nodes(config, body, source)
+    if config.chambers or config.forces:
+        table = "chambers" if config.chambers else "forces"
+        raise RobotFileError(
+            f"{source}: {table}: a robot made of beams is driven by cables, remove this table"
+        )
     cables = build_beam_cables(config, structure, body, source)
-    effectors = [
-        on_vertebra(structure, body, [item.point], f"{source}: effectors.{i}", item.max_outside)
-        for i, item in enumerate(config.effectors)
-    ]
+    selector = point_selector(body.nodes, config.named_regions(), source)
+    effectors = build_beam_effectors(
+        config.effectors, selector, partial(on_vertebra, structure, body)
+    )
     surfaces, named = build_beam_surfaces(structure, profiles, body)
     contacts = build_beam_contacts(config, surfaces, named, body, source)
     pattern = make_pattern(np.repeat(fixed, 2), [groups(body.ends), groups(cables.ends)])
@@ -95,11 +105,13 @@ def build_beam_robot(config: BeamConfig, structure: Structure, source: str) -> B
         pattern=pattern,
         beam_slot=pattern.blocks(groups(body.ends)),
         mass=np.repeat(np.stack([body.mass, body.inertia], axis=1)[free].ravel(), 3),
-        effector_force=np.zeros(3 * len(effectors)),
-        cables=cables,
-        cable_slot=pattern.blocks(groups(cables.ends)),
-        limits=limits_of(config.cables),
-        effectors=join_attached_points(effectors),
+        effector_force=np.zeros(3 * len(config.effectors)),
+        actuators=actuators_of(config),
+        actuator_set=BeamActuators(
+            cables, coupling_of(config), pattern.blocks(groups(cables.ends))
+        ),
+        limits=limits_of(config, source),
+        effectors=effectors,
         surfaces=surfaces,
         contacts=contacts,
         factorisation=make_factorisation(pattern.indptr, pattern.indices, scheme.factorisation),
@@ -171,11 +183,9 @@ def fixed_beam_nodes(config: BeamConfig, body: BeamBody, source: str) -> Bools:
         source: the robot file's path, for errors.
     """
     fixed = np.zeros(len(body.nodes), dtype=bool)
-    for index, box in enumerate(config.fixed):
-        chosen = in_box(body.nodes, box)
-        if not chosen.any():
-            raise RobotFileError(f"{source}: fixed.{index}: no node in {box.lower} to {box.upper}")
-        fixed |= chosen
+    selector = point_selector(body.nodes, config.named_regions(), source)
+    for index, region in enumerate(config.fixed):
+        fixed |= selector.select_nodes(region, f"fixed.{index}")
     if fixed.all():
         raise RobotFileError(f"{source}: fixed: holds every node, no node can move")
     return fixed
@@ -235,7 +245,7 @@ def on_vertebra(
             raise RobotFileError(
                 f"{what}: point {number} at {point.tolist()} m lies {distances[best]:.3g} m outside "
                 f"of the nearest vertebra {disc.name!r} of radius {disc.radius} m, "
-                f"allowed is {slack:g} m"
+                f"allowed is {slack:g} m: move it, or set max_outside"
             )
         ids.append(disc.node)
     return attach_to_nodes(body.nodes, np.array(ids), np.array(points))
@@ -276,14 +286,19 @@ def build_beam_contacts(
     rest = np.tile([1.0, 0.0, 0.0, 0.0], (len(body.nodes), 1))
     points, _ = surfaces.contact_points.place(body.nodes, rest)
     pairs = []
-    for contact in config.contacts:
+    for index, contact in enumerate(config.contacts):
+        if contact.against == ITSELF or contact.candidates is None or contact.points is None:
+            raise RobotFileError(
+                f"{source}: contacts.{index}: beams need candidates, points, and the name of another "
+                "surface in against"
+            )
         try:
             nodes, weights = spread_points(points, named[contact.candidates], contact.points)
         except ValueError as error:
             raise RobotFileError(f"{source}: contacts.{contact.candidates}: {error}") from error
         name = f"{contact.candidates} on {contact.against}"
         pairs.append(ContactPair(name, nodes, weights, named[contact.against]))
-    return ContactSet(pairs, len(points), config.contact.alarm_distance)
+    return ContactSet(pairs, len(points), config.contact.alarm_distance or ALARM_DISTANCE)
 
 
 def beam_digest(

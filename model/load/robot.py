@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
 from importlib import resources
 from pathlib import Path
 from typing import Any, TypeVar
@@ -10,29 +13,20 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from tauten.model.actuation import actuators_of
+from tauten.model.actuators import ActuatorParts, place_actuators
 from tauten.model.body import Material
-from tauten.model.contact import ContactPair, ContactSet
+from tauten.model.constraints import ConstrainedRobot
+from tauten.model.contact import ContactSet
 from tauten.model.limits import limits_of
+from tauten.model.load.actuators import build_actuators, place_points
 from tauten.model.load.beams import build_beam_robot, read_structure
-from tauten.model.load.elements import build_body, place_elements
-from tauten.model.mesh import (
-    QuadraticMesh,
-    TetMesh,
-    boundary_triangles,
-    in_box,
-    read_mesh,
-    read_quadratic_mesh,
-    spread_points,
-)
-from tauten.model.numerics import Bools, Ints, make_factorisation
-from tauten.model.points import (
-    Cable,
-    CableSet,
-    MaterialPoints,
-    attach,
-    effector_matrix,
-    make_cables,
-)
+from tauten.model.load.bodies import AnyMesh, build_bodies, read_bodies
+from tauten.model.load.constraints import build_constraints, constrained, require_held
+from tauten.model.load.contacts import build_contacts
+from tauten.model.load.effectors import build_nodal_effectors
+from tauten.model.load.elements import place_elements
+from tauten.model.numerics import Bools, make_factorisation
 from tauten.model.robot import Robot, names_of
 from tauten.model.schema import (
     BeamConfig,
@@ -41,7 +35,6 @@ from tauten.model.schema import (
     RobotConfig,
     RobotFileError,
     Section,
-    SurfaceSettings,
     model_tables,
     read_toml,
     validated,
@@ -123,11 +116,7 @@ def make_robot(contents: dict[str, Any], path: Path, changes: Changes) -> Robot:
             )
         return build_beam_robot(beams, read_structure(path.parent / beams.beams.file), str(path))
     config = changed(validated(RobotConfig, raw, path), changes, path)
-    read = read_quadratic_mesh if config.mesh.element == "quadratic" else read_mesh
-    mesh: TetMesh | QuadraticMesh = read(path.parent / config.mesh.file, config.mesh.length_unit)
-    for _ in range(changes.refinements):
-        mesh = mesh.refine()
-    return build_robot(config, mesh, str(path))
+    return build_robot(config, read_bodies(config, path, changes.refinements), str(path))
 
 
 def changed(config: C, changes: Changes, path: Path) -> C:
@@ -149,14 +138,29 @@ def changed(config: C, changes: Changes, path: Path) -> C:
         sections["integration"] = config.integration.model_copy(update=scheme)
     if changes.young_scale != 1.0:
         what = f"{path}: scaled by {changes.young_scale:g}"
-        sections["material"] = scaled(config.material, changes.young_scale, what, "material")
+        stiffer = partial(scaled, factor=changes.young_scale, source=what)
+        if config.material is not None:
+            sections["material"] = stiffer(config.material, prefix="material")
     config = config.model_copy(update=sections)
     if changes.young_scale != 1.0 and isinstance(config, RobotConfig):
         materials = tuple(
-            scaled(item, changes.young_scale, what, f"materials.{index}")
+            stiffer(item, prefix=f"materials.{index}")
             for index, item in enumerate(config.materials)
         )
-        config = config.model_copy(update={"materials": materials})
+        bodies = tuple(
+            body.model_copy(
+                update={
+                    "material": body.material
+                    and stiffer(body.material, prefix=f"bodies.{b}.material"),
+                    "materials": tuple(
+                        stiffer(item, prefix=f"bodies.{b}.materials.{index}")
+                        for index, item in enumerate(body.materials)
+                    ),
+                }
+            )
+            for b, body in enumerate(config.bodies)
+        )
+        config = config.model_copy(update={"materials": materials, "bodies": bodies})
     return config
 
 
@@ -177,30 +181,40 @@ def scaled(material: M, factor: float, source: str, prefix: str) -> M:
     return validated(type(material), contents, source, prefix)
 
 
-def build_robot(config: RobotConfig, mesh: TetMesh | QuadraticMesh, source: str) -> TetRobot:
-    """Build a robot from a validated robot file and a checked mesh.
+def build_robot(
+    config: RobotConfig, mesh: AnyMesh | Sequence[AnyMesh], source: str
+) -> TetRobot | ConstrainedRobot:
+    """Build a robot from a validated robot file and checked meshes.
 
     Args:
         config: the robot file.
-        mesh: the body.
+        mesh: of its body, or of each of its bodies.
         source: the robot file's path, for errors.
 
     Raises:
         RobotFileError: a region is empty or a point lies outside the mesh; the text names `source`.
     """
-    settings = config.material
+    settings = config.all_bodies[0].material
+    assert settings is not None
     material = Material(settings.young_modulus, settings.poisson_ratio, settings.density)
-    body = build_body(config, mesh, source)
-    fixed = fixed_nodes(config, body.mesh, source)
-    cables = build_cables(config, body.mesh, source)
-    effectors = build_effectors(config, body.mesh, source)
-    pattern = make_pattern(fixed, [*(part.nodes for part in body.domains), cables.nodes])
-    contacts = build_contacts(config, body.mesh, source)
+    meshes = mesh if isinstance(mesh, Sequence) else [mesh]
+    bodies = build_bodies(config, meshes, source)
+    body, selector, fixed = bodies.parts, bodies.selector, bodies.fixed
+    constraints = build_constraints(config, bodies)
+    require_held(config, bodies, constraints)
+    parts = build_actuators(config, body, selector)
+    coupling = parts.coupling
+    if constraints:  # couplings are those of the robot in other coordinates
+        parts = replace(parts, coupling=None)
+    pattern = make_pattern(fixed, [*(part.nodes for part in body.domains), *parts.groups])
+    contacts = build_contacts(config, selector)
+    place = partial(place_points, body.mesh)
     mass = body.mass[~fixed]  # (n / 3,)
     scheme = config.integration
-    return TetRobot(
+    backend = "superlu" if constraints else scheme.factorisation
+    robot = TetRobot(
         names=names_of(config),
-        digest=digest(body, material, fixed, cables, contacts),
+        digest=digest(body, material, fixed, parts, contacts),
         gravity=np.array(config.gravity),
         tolerance=config.contact.tolerance,
         mesh=body.mesh,
@@ -210,151 +224,18 @@ def build_robot(config: RobotConfig, mesh: TetMesh | QuadraticMesh, source: str)
         elements=place_elements(body, pattern),
         mass=np.repeat(mass, 3),
         load=np.outer(mass, config.gravity).ravel(),
-        cables=cables,
-        cable_slot=pattern.blocks(cables.nodes),
-        limits=limits_of(config.cables),
-        effectors=effectors,
-        H_e=effector_matrix(effectors, pattern.dof, pattern.n),
+        actuators=actuators_of(config),
+        actuator_set=place_actuators(parts, body.mesh.nodes, pattern),
+        limits=limits_of(config, source),
+        effectors=build_nodal_effectors(config.effectors, selector, place, pattern.dof, pattern.n),
         contacts=contacts,
-        factorisation=make_factorisation(pattern.indptr, pattern.indices, scheme.factorisation),
+        factorisation=make_factorisation(pattern.indptr, pattern.indices, backend),
     )
-
-
-def fixed_nodes(config: RobotConfig, mesh: TetMesh, source: str) -> Bools:
-    """Nodes in any of the `fixed` boxes: (n_nodes,) bool.
-
-    Args:
-        config: the robot file.
-        mesh: the body.
-        source: the robot file's path, for errors.
-
-    Raises:
-        RobotFileError: a box without nodes, or nodes that do not hold the body or hold all of it.
-    """
-    fixed = np.zeros(len(mesh.nodes), dtype=bool)
-    for index, box in enumerate(config.fixed):
-        chosen = in_box(mesh.nodes, box)
-        if not chosen.any():
-            low, high = mesh.nodes.min(axis=0).round(4), mesh.nodes.max(axis=0).round(4)
-            raise RobotFileError(
-                f"{source}: fixed.{index}: no node in {box.lower} to {box.upper}, "
-                f"the mesh spans {low.tolist()} to {high.tolist()} m"
-            )
-        fixed |= chosen
-    if np.linalg.matrix_rank(mesh.nodes[fixed] - mesh.nodes[fixed][0], tol=1e-6 * mesh.size) < 2:
-        raise RobotFileError(f"{source}: fixed: needs three nodes not on a line to hold the robot")
-    if fixed.all():
-        raise RobotFileError(f"{source}: fixed: holds every node, no node can move")
-    return fixed
-
-
-def build_cables(config: RobotConfig, mesh: TetMesh, source: str) -> CableSet:
-    """Cables attached to the mesh.
-
-    Args:
-        config: the robot file.
-        mesh: the body.
-        source: the robot file's path, for errors.
-    """
-    cables = []
-    for index, cable in enumerate(config.cables):
-        what = f"{source}: cables.{index}.points"
-        points = place_points(mesh, cable.points, what, cable.max_outside)
-        pull_point = None if cable.pull_point is None else np.array(cable.pull_point)
-        route = np.array(cable.points if pull_point is None else [pull_point, *cable.points])
-        short = np.flatnonzero(np.linalg.norm(np.diff(route, axis=0), axis=1) < 1e-9)
-        if len(short):
-            raise RobotFileError(f"{what}: points {short[0]} and {short[0] + 1} coincide")
-        cables.append(Cable(cable.name, points, pull_point))
-    return make_cables(cables, mesh.nodes)
-
-
-def build_effectors(config: RobotConfig, mesh: TetMesh, source: str) -> MaterialPoints:
-    """Effectors attached to the mesh.
-
-    Args:
-        config: the robot file.
-        mesh: the body.
-        source: the robot file's path, for errors.
-    """
-    parts = [
-        place_points(mesh, [item.point], f"{source}: effectors.{index}.point", item.max_outside)
-        for index, item in enumerate(config.effectors)
-    ]
-    return MaterialPoints(
-        np.concatenate([part.nodes for part in parts]),
-        np.concatenate([part.weights for part in parts]),
-    )
-
-
-def place_points(
-    mesh: TetMesh, points: list[tuple[float, float, float]], what: str, slack: float
-) -> MaterialPoints:
-    """`attach`, with its error as a RobotFileError.
-
-    Args:
-        mesh: the body.
-        points: rest positions [m].
-        what: the field they come from, for errors.
-        slack: how far outside the body a point may lie [m].
-    """
-    try:
-        return attach(mesh, np.array(points), what, slack)
-    except ValueError as error:
-        raise RobotFileError(str(error)) from error
-
-
-def select_surface(settings: SurfaceSettings, mesh: TetMesh, boundary: Ints, source: str) -> Ints:
-    """Boundary triangles of a surface of the robot file: (t, 3).
-
-    Args:
-        settings: of the surface.
-        mesh: the body.
-        boundary: (b, 3) all boundary triangles.
-        source: the robot file's path, for errors.
-
-    Raises:
-        RobotFileError: there are none.
-    """
-    corners = mesh.nodes[boundary]  # (t, 3, 3)
-    chosen = in_box(corners.mean(axis=1), settings.box)
-    if settings.normal is not None:
-        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-        wanted = np.array(settings.normal) / np.linalg.norm(settings.normal)
-        chosen &= normals @ wanted >= np.cos(np.radians(settings.max_angle_deg))
-    if not chosen.any():
-        raise RobotFileError(
-            f"{source}: surfaces.{settings.name}: no boundary triangle has its centre in "
-            f"{settings.box.lower} to {settings.box.upper}"
-            + (f" and points along {settings.normal}" if settings.normal else "")
-        )
-    return boundary[chosen]
-
-
-def build_contacts(config: RobotConfig, mesh: TetMesh, source: str) -> ContactSet:
-    """Candidates and target surfaces of every contact.
-
-    Args:
-        config: the robot file.
-        mesh: the body.
-        source: the robot file's path, for errors.
-    """
-    boundary = boundary_triangles(mesh.tets)
-    surfaces = {s.name: select_surface(s, mesh, boundary, source) for s in config.surfaces}
-    pairs = []
-    for contact in config.contacts:
-        try:
-            nodes, weights = spread_points(mesh.nodes, surfaces[contact.candidates], contact.points)
-        except ValueError as error:
-            raise RobotFileError(f"{source}: contacts.{contact.candidates}: {error}") from error
-        name = f"{contact.candidates} on {contact.against}"
-        pairs.append(ContactPair(name, nodes, weights, surfaces[contact.against]))
-    return ContactSet(pairs, len(mesh.nodes), config.contact.alarm_distance)
+    return constrained(robot, constraints, config, body.mass, coupling) if constraints else robot
 
 
 def digest(
-    body: BodyParts, material: Material, fixed: Bools, cables: CableSet, contacts: ContactSet
+    body: BodyParts, material: Material, fixed: Bools, parts: ActuatorParts, contacts: ContactSet
 ) -> str:
     """SHA-256 of everything that contact forces depend on, except loads and control.
 
@@ -362,10 +243,10 @@ def digest(
         body: the body.
         material: of the body.
         fixed: (n_nodes,) which nodes do not move.
-        cables: of the robot.
+        parts: actuators of the robot.
         contacts: the contact pairs.
     """
-    hasher = hashlib.sha256()
+    hasher, cables = hashlib.sha256(), parts.cables
     arrays: list[NDArray[Any]] = [
         body.mesh.nodes,
         body.mesh.tets,
@@ -377,6 +258,13 @@ def digest(
     ]
     for pair in contacts.pairs:
         arrays += [pair.nodes, pair.weights, pair.triangles]
+        if len(pair.apart):
+            arrays.append(pair.apart)
+    arrays += parts.chambers
+    for force in parts.forces:
+        arrays += [force.nodes, force.weights, force.direction]
+    if parts.coupling is not None:
+        arrays += [parts.coupling.gains.toarray(), parts.coupling.offsets]
     for array in arrays:
         hasher.update(np.round(np.ascontiguousarray(array, dtype=float), 12).tobytes())
     hasher.update(repr(material).encode())

@@ -1,34 +1,52 @@
 """Tetrahedral meshes: reading, checks, refinement, surfaces, regions."""
 
+from tauten.model.mesh.groups import CellGroup
 from tauten.model.mesh.quadratic import QuadraticMesh, quadratic_mesh, read_quadratic_mesh
 from tauten.model.mesh.quality import mean_ratios, part_numbers, read_unchecked_mesh, wall_thickness
-from tauten.model.mesh.regions import in_box
-from tauten.model.mesh.surface import boundary_triangles, spread_points, triangle_areas
+from tauten.model.mesh.regions import BodyRange, Selector, inside, make_selector, point_selector
+from tauten.model.mesh.surface import (
+    boundary_owners,
+    boundary_triangles,
+    spread_points,
+    triangle_areas,
+)
 from tauten.model.mesh.tet_mesh import (
     EDGES,
     UNITS,
     MeshError,
     TetMesh,
     checked,
+    join_meshes,
     oriented,
     read_mesh,
+    read_triangles,
+    read_with_meshio,
 )
 
 __all__ = [
+    "read_with_meshio",
+    "BodyRange",
+    "CellGroup",
     "EDGES",
     "MeshError",
     "QuadraticMesh",
+    "Selector",
     "TetMesh",
     "UNITS",
+    "boundary_owners",
     "boundary_triangles",
     "checked",
-    "in_box",
+    "inside",
+    "join_meshes",
+    "make_selector",
     "mean_ratios",
     "oriented",
     "part_numbers",
+    "point_selector",
     "quadratic_mesh",
     "read_mesh",
     "read_quadratic_mesh",
+    "read_triangles",
     "read_unchecked_mesh",
     "spread_points",
     "triangle_areas",

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from tauten.model.mesh.groups import CellGroup
 from tauten.model.mesh.tet_mesh import (
     EDGES,
     MeshError,
@@ -29,14 +30,21 @@ class QuadraticMesh:
     Attributes:
         nodes: (n_nodes, 3) rest positions [m], corners and mid-edge nodes.
         tets: (e, 10) node ids: four corners, then the nodes on the edges `EDGES`.
+        groups: cells that the mesh file names, triangles by their corners.
     """
 
     nodes: Array
     tets: Ints
+    groups: tuple[CellGroup, ...] = ()
+
+    @property
+    def corners(self) -> TetMesh:
+        """The elements without their mid-edge nodes, on the same nodes."""
+        return TetMesh(self.nodes, self.tets[:, :4], self.groups)
 
     def split(self) -> TetMesh:
         """Every element cut into eight linear tetrahedra on the same nodes."""
-        return eight_parts(self.nodes, self.tets)
+        return eight_parts(self.nodes, self.tets, self.groups)
 
     def refine(self) -> QuadraticMesh:
         """Every element cut into eight quadratic ones, whose own edges are straight."""
@@ -45,7 +53,7 @@ class QuadraticMesh:
 
 def quadratic_mesh(mesh: TetMesh) -> QuadraticMesh:
     """The same body as quadratic tetrahedra with straight edges."""
-    return QuadraticMesh(*with_midpoints(mesh.nodes, mesh.tets))
+    return QuadraticMesh(*with_midpoints(mesh.nodes, mesh.tets), mesh.groups)
 
 
 def read_quadratic_mesh(path: Path, length_unit: str = "m") -> QuadraticMesh:
@@ -72,14 +80,14 @@ def read_quadratic_mesh(path: Path, length_unit: str = "m") -> QuadraticMesh:
             f"{path}: {count['tetra']} linear beside {count['tetra10']} quadratic tetrahedra; "
             "write all of the volume with elements of second order"
         )
-    nodes, tets = used_nodes(raw, "tetra10", length_unit, path)
+    nodes, tets, groups = used_nodes(raw, "tetra10", length_unit, path)
     require_shared_midpoints(tets, str(path))
     used, numbers = np.unique(tets[:, :4], return_inverse=True)
     numbers = numbers.reshape(-1, 4)
     corners = checked(nodes[used], numbers, str(path))
     if not np.array_equal(corners.tets, numbers):  # turned round: corners 1 and 2 swapped
         tets = tets[:, [0, 2, 1, 3, 6, 5, 4, 7, 9, 8]]
-    return QuadraticMesh(nodes, tets)
+    return QuadraticMesh(nodes, tets, groups)
 
 
 def require_shared_midpoints(tets: Ints, source: str) -> None:

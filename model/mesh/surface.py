@@ -23,12 +23,24 @@ def boundary_triangles(tets: Ints) -> Ints:
     Returns:
         (t, 3) node ids, in the order of the tetrahedra they come from.
     """
+    boundary: Ints = tets[:, FACES].reshape(-1, 3)[faces_used_once(tets)]
+    return boundary
+
+
+def boundary_owners(tets: Ints) -> Ints:
+    """The tetrahedron behind each of the `boundary_triangles` of tets (e, 4): (t,)."""
+    owners: Ints = faces_used_once(tets) // 4
+    return owners
+
+
+def faces_used_once(tets: Ints) -> Ints:
+    """Places of the boundary among the faces (4 e,) of tetrahedra (e, 4): (t,), ascending."""
     faces = tets[:, FACES].reshape(-1, 3)  # (4 e, 3)
     _, first, count = np.unique(
         np.sort(faces, axis=1), axis=0, return_index=True, return_counts=True
     )
-    boundary: Ints = faces[np.sort(first[count == 1])]
-    return boundary
+    places: Ints = np.sort(first[count == 1])
+    return places
 
 
 def triangle_areas(vertices: Array, triangles: Ints) -> Array:

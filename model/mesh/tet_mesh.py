@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import io
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +13,7 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
+from tauten.model.mesh.groups import CellGroup, divided, read_groups
 from tauten.model.mesh.surface import FACES
 from tauten.model.numerics import Array, Ints
 from tauten.model.schema import LARGEST_COORDINATE
@@ -32,10 +33,12 @@ class TetMesh:
     Attributes:
         nodes: (n_nodes, 3) rest positions [m].
         tets: (e, 4) node ids, positively oriented.
+        groups: cells that the mesh file names.
     """
 
     nodes: Array
     tets: Ints
+    groups: tuple[CellGroup, ...] = ()
 
     @property
     def volumes(self) -> Array:
@@ -49,7 +52,32 @@ class TetMesh:
 
     def refine(self) -> TetMesh:
         """Every tetrahedron cut into eight through its edge midpoints."""
-        return eight_parts(*with_midpoints(self.nodes, self.tets))
+        return eight_parts(*with_midpoints(self.nodes, self.tets), self.groups)
+
+
+def join_meshes(meshes: list[TetMesh]) -> TetMesh:
+    """Several meshes as one, in their order; groups of the same name become one group."""
+    if len(meshes) == 1:
+        return meshes[0]
+    nodes = np.cumsum([0, *(len(mesh.nodes) for mesh in meshes)])
+    tets = np.cumsum([0, *(len(mesh.tets) for mesh in meshes)])
+    groups: dict[str, list[CellGroup]] = {}
+    for mesh, first_node, first_tet in zip(meshes, nodes, tets, strict=False):
+        for group in mesh.groups:
+            moved = CellGroup(group.name, group.tets + first_tet, group.triangles + first_node)
+            groups.setdefault(group.name, []).append(moved)
+    return TetMesh(
+        np.concatenate([mesh.nodes for mesh in meshes]),
+        np.concatenate([mesh.tets + first for mesh, first in zip(meshes, nodes, strict=False)]),
+        tuple(
+            CellGroup(
+                name,
+                np.concatenate([part.tets for part in parts]),
+                np.concatenate([part.triangles for part in parts]),
+            )
+            for name, parts in groups.items()
+        ),
+    )
 
 
 def with_midpoints(nodes: Array, tets: Ints) -> tuple[Array, Ints]:
@@ -60,15 +88,23 @@ def with_midpoints(nodes: Array, tets: Ints) -> tuple[Array, Ints]:
     return np.vstack([nodes, nodes[unique].mean(axis=1)]), np.concatenate([tets, middle], axis=1)
 
 
-def eight_parts(nodes: Array, tets: Ints) -> TetMesh:
-    """Tetrahedra (e, 10) with a node on each of their `EDGES`, cut into eight (Bey's red refinement)."""
+def eight_parts(nodes: Array, tets: Ints, groups: tuple[CellGroup, ...] = ()) -> TetMesh:
+    """Tetrahedra with mid-edge nodes, cut into eight (Bey's red refinement).
+
+    Args:
+        nodes: (n_nodes, 3) positions [m].
+        tets: (e, 10) corners, then the nodes on their `EDGES`.
+        groups: of these tetrahedra and their faces.
+    """
     a, b, c, d, ab, bc, ac, ad, bd, cd = tets.T
     children = [
         (a, ab, ac, ad), (ab, b, bc, bd), (ac, bc, c, cd), (ad, bd, cd, d),
         (ab, ac, ad, bd), (ab, ac, bd, bc), (ac, ad, bd, cd), (ac, bc, cd, bd),
     ]  # fmt: skip
     parts = np.stack([np.stack(child, axis=1) for child in children], axis=1).reshape(-1, 4)
-    return TetMesh(nodes, oriented(nodes, parts))
+    edges, middle = np.sort(tets[:, EDGES], axis=2).reshape(-1, 2), tets[:, 4:].ravel()
+    smaller = tuple(divided(group, edges, middle) for group in groups)
+    return TetMesh(nodes, oriented(nodes, parts), smaller)
 
 
 def signed_volumes(nodes: Array, tets: Ints) -> Array:
@@ -109,8 +145,8 @@ def read_mesh(path: Path, length_unit: str = "m") -> TetMesh:
     if "tetra" not in kinds:
         found = ", ".join(sorted(kinds)) or "nothing"
         raise MeshError(f"{path}: no tetrahedra found, only {found}; mesh the volume")
-    nodes, tets = used_nodes(raw, "tetra", length_unit, path)
-    return checked(nodes, tets, str(path))
+    nodes, tets, groups = used_nodes(raw, "tetra", length_unit, path)
+    return replace(checked(nodes, tets, str(path)), groups=groups)
 
 
 def kinds_of(raw: Any) -> set[str]:
@@ -118,8 +154,10 @@ def kinds_of(raw: Any) -> set[str]:
     return {block.type for block in raw.cells if len(block.data)}
 
 
-def used_nodes(raw: Any, kind: str, length_unit: str, path: Path) -> tuple[Array, Ints]:
-    """Nodes (n_nodes, 3) [m] that cells of one kind use, and these cells (e, corners).
+def used_nodes(
+    raw: Any, kind: str, length_unit: str, path: Path
+) -> tuple[Array, Ints, tuple[CellGroup, ...]]:
+    """Nodes (n_nodes, 3) [m] that cells of one kind use, these cells (e, corners), and their groups.
 
     Args:
         raw: a `meshio.Mesh` with such cells.
@@ -147,7 +185,7 @@ def used_nodes(raw: Any, kind: str, length_unit: str, path: Path) -> tuple[Array
     used, numbers = np.unique(tets.astype(np.int64), return_inverse=True)
     with np.errstate(over="ignore"):  # too large values become infinite, which `checked` refuses
         nodes = points[used].astype(np.float64) * UNITS[length_unit]
-    return nodes, numbers.reshape(tets.shape)
+    return nodes, numbers.reshape(tets.shape), read_groups(raw, kind, used)
 
 
 def read_with_meshio(path: Path) -> Any:
@@ -162,7 +200,11 @@ def read_with_meshio(path: Path) -> Any:
         io.StringIO()
     )  # meshio prints why it cannot read a file and then exits the interpreter
     try:
-        with contextlib.redirect_stdout(printed), contextlib.redirect_stderr(io.StringIO()):
+        with (
+            contextlib.redirect_stdout(printed),
+            contextlib.redirect_stderr(io.StringIO()),
+            np.errstate(over="ignore"),  # a text STL whose first bytes meshio multiplies as a size
+        ):
             return meshio.read(path)
     except SystemExit as error:
         reason = " ".join(printed.getvalue().split()) or "its contents are not of this format"
@@ -170,6 +212,22 @@ def read_with_meshio(path: Path) -> Any:
     except Exception as error:
         reason = " ".join(str(error).split()) or type(error).__name__
         raise MeshError(f"{path}: not readable as a mesh ({reason})") from error
+
+
+def read_triangles(path: Path) -> tuple[Array, Ints]:
+    """Vertices (v, 3), in the unit of the file, and triangles (t, 3) of a surface such as an STL file.
+
+    Raises:
+        MeshError: unreadable file, no triangles, or numbers that are not finite.
+    """
+    raw = read_with_meshio(path)
+    parts = [np.asarray(block.data) for block in raw.cells if block.type == "triangle"]
+    if not sum(len(part) for part in parts):
+        raise MeshError(f"{path}: no triangles found")
+    points = np.asarray(raw.points, dtype=float)
+    if not np.isfinite(points).all():
+        raise MeshError(f"{path}: a vertex is not finite")
+    return points, np.concatenate(parts).astype(np.int64)
 
 
 def checked(nodes: Array, tets: Ints, source: str) -> TetMesh:

@@ -16,13 +16,16 @@ from tauten.model.numerics.factorisation import (
 from tauten.model.numerics.jit import kernel
 from tauten.model.numerics.lcp import LcpResult, complementarity, solve_lcp, solve_pgs
 from tauten.model.numerics.nnls import coordinates, distances
-from tauten.model.numerics.polar import LANES, polar_rotations
+from tauten.model.numerics.polar import LANES, mirrored_rotation, polar_rotations
 from tauten.model.numerics.quaternions import (
     conjugate,
+    matrix_quaternion,
     normalised,
     product,
     quaternion,
     rotate,
+    rotated_by,
+    rotation_between,
     rotation_vector,
     turned,
 )
@@ -74,11 +77,15 @@ __all__ = [
     "kernel",
     "length",
     "make_factorisation",
+    "matrix_quaternion",
+    "mirrored_rotation",
     "normalised",
     "polar_rotations",
     "product",
     "quaternion",
     "rotate",
+    "rotated_by",
+    "rotation_between",
     "rotation_vector",
     "row",
     "scale",

@@ -1,4 +1,4 @@
-"""Unit quaternions (w, x, y, z) as tuples, for kernels: rotations without singular angles."""
+"""Unit quaternions (w, x, y, z), rotations without singular angles: as tuples for kernels, then as arrays."""
 
 from __future__ import annotations
 
@@ -82,3 +82,55 @@ def turned(Q: Array, increment: Array) -> Array:
         after = from_rotation_vector(row(increment, i))
         result[i] = np.array(normalised(product(after, quaternion(Q, i))))
     return result
+
+
+@kernel
+def matrix_quaternion(R: Array) -> Array:
+    """The unit quaternion (4,) with w ≥ 0 of a rotation matrix (3, 3), by its largest component."""
+    q = np.empty(4)
+    t = R[0, 0] + R[1, 1] + R[2, 2]
+    squares = (t, 2.0 * R[0, 0] - t, 2.0 * R[1, 1] - t, 2.0 * R[2, 2] - t)  # 4 q_i² − 1
+    i = 0
+    for k in range(1, 4):
+        if squares[k] > squares[i]:
+            i = k
+    if i == 0:
+        q[0] = 1.0 + t
+        q[1], q[2], q[3] = R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]
+    elif i == 1:
+        q[1] = 1.0 + squares[1]
+        q[0], q[2], q[3] = R[2, 1] - R[1, 2], R[0, 1] + R[1, 0], R[0, 2] + R[2, 0]
+    elif i == 2:
+        q[2] = 1.0 + squares[2]
+        q[0], q[1], q[3] = R[0, 2] - R[2, 0], R[0, 1] + R[1, 0], R[1, 2] + R[2, 1]
+    else:
+        q[3] = 1.0 + squares[3]
+        q[0], q[1], q[2] = R[1, 0] - R[0, 1], R[0, 2] + R[2, 0], R[1, 2] + R[2, 1]
+    size = np.sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
+    unit: Array = q / (size if q[0] >= 0.0 else -size)
+    return unit
+
+
+@kernel
+def rotation_between(start: Array, end: Array) -> Array:
+    """The rotation vector (3,) [rad] that turns the rotation `start` into `end`, about the axes of `start`.
+
+    exp(r) = start⁻¹ end, with an angle of at most π; q and −q are the same rotation.
+
+    Args:
+        start: (4,) unit quaternion.
+        end: (4,) unit quaternion.
+    """
+    first = (start[0], start[1], start[2], start[3])
+    r = rotation_vector(product(conjugate(first), (end[0], end[1], end[2], end[3])))
+    found: Array = np.array((r[0], r[1], r[2]))
+    return found
+
+
+@kernel
+def rotated_by(start: Array, r: Array) -> Array:
+    """The unit quaternion (4,), w ≥ 0, of `start` (4,) turned about its own axes by a vector r (3,) [rad]."""
+    turn = from_rotation_vector((r[0], r[1], r[2]))
+    q = np.array(normalised(product((start[0], start[1], start[2], start[3]), turn)))
+    positive: Array = q if q[0] >= 0.0 else -q
+    return positive

@@ -1,4 +1,4 @@
-"""Material points on bodies and the rows they give: cables and effectors."""
+"""Material points on bodies, and the rows of the cables through them."""
 
 from tauten.model.points.attached_points import (
     AttachedPoints,
@@ -8,8 +8,13 @@ from tauten.model.points.attached_points import (
     join_attached_points,
 )
 from tauten.model.points.beam_cables import BeamCables, add_beam_cable_stiffness, make_beam_cables
-from tauten.model.points.cable import Cable, CableSet, add_cable_stiffness, make_cables
-from tauten.model.points.effector import effector_matrix, effector_rows
+from tauten.model.points.cable import (
+    Cable,
+    CableSet,
+    add_cable_stiffness,
+    cable_gradients,
+    make_cables,
+)
 from tauten.model.points.material_points import MaterialPoints, attach
 
 __all__ = [
@@ -24,8 +29,7 @@ __all__ = [
     "attach",
     "attach_between",
     "attach_to_nodes",
-    "effector_matrix",
-    "effector_rows",
+    "cable_gradients",
     "join_attached_points",
     "make_beam_cables",
     "make_cables",

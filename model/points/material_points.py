@@ -58,7 +58,8 @@ def attach(mesh: TetMesh, points: Array, what: str, max_outside: float = 0.0) ->
         if outside[e] > tolerance:
             raise ValueError(
                 f"{what}: point {index} at {np.round(point, 6).tolist()} m lies at least "
-                f"{outside[e]:.2g} m outside the mesh, allowed is {max_outside:g} m"
+                f"{outside[e]:.2g} m outside the mesh, allowed is {max_outside:g} m: move it into the "
+                "body, or set max_outside, within which the nearest element moves a point"
             )
         nodes.append(mesh.tets[e])
         weights.append(w[e])

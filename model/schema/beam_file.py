@@ -6,6 +6,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
+from tauten.model.schema.material import MaterialSettings
+from tauten.model.schema.region import Selection
 from tauten.model.schema.robot_file import RobotSettings, check_unique
 from tauten.model.schema.section import Direction, Name, Point, Section, Thickness
 
@@ -16,16 +18,18 @@ Index = Annotated[int, Field(ge=0)]
 class StructureSettings(Section):
     """The file with nodes, beams, vertebrae and surfaces."""
 
-    file: str
+    file: str = Field(description="Structure file, JSON, relative to the robot file.")
 
 
 class TubeSettings(Section):
     """A round cross-section: outer and inner diameter [m]."""
 
-    kind: Literal["tube"]
-    name: Name
-    outer: Thickness
-    inner: Annotated[float, Field(ge=0.0)] = 0.0
+    kind: Literal["tube"] = Field(description="A round cross-section.")
+    name: Name = Field(description="Name of the cross-section, used once.")
+    outer: Thickness = Field(description="Outer diameter [m].")
+    inner: Annotated[float, Field(ge=0.0)] = Field(
+        default=0.0, description="Inner diameter [m], by default 0: solid."
+    )
 
     @model_validator(mode="after")
     def _hollow(self) -> TubeSettings:
@@ -41,20 +45,24 @@ class TubeSettings(Section):
 class BarSettings(Section):
     """A rectangular cross-section: width along axis 2, height along axis 3, which is near `up` [m]."""
 
-    kind: Literal["bar"]
-    name: Name
-    width: Thickness
-    height: Thickness
+    kind: Literal["bar"] = Field(description="A rectangular cross-section.")
+    name: Name = Field(description="Name of the cross-section, used once.")
+    width: Thickness = Field(description="Size along axis 2 [m].")
+    height: Thickness = Field(description="Size along axis 3, which is near `up` of the beam [m].")
 
 
 class BeamConfig(RobotSettings):
     """The file of a robot made of beams."""
 
-    beams: StructureSettings
+    material: MaterialSettings = Field(description="Material of the beams.")
+    fixed: Annotated[tuple[Selection, ...], Field(min_length=1)] = Field(
+        description="Regions, or their names, whose nodes do not move."
+    )
+    beams: StructureSettings = Field(description="The structure file.")
     profiles: Annotated[
         list[Annotated[TubeSettings | BarSettings, Field(discriminator="kind")]],
         Field(min_length=1),
-    ]
+    ] = Field(description="Cross-sections that the structure file names, one table each.")
 
     @model_validator(mode="after")
     def _profiles(self) -> BeamConfig:

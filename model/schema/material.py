@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import ConfigDict, Field, model_validator
 
 from tauten.model.materials import (
     Law,
@@ -15,33 +15,72 @@ from tauten.model.materials import (
     stable_neo_hookean,
     yeoh,
 )
-from tauten.model.schema.section import Box, Section
+from tauten.model.schema.region import Selection
+from tauten.model.schema.section import Section, in_range
 
 LawName = Literal["corotational", "stable-neo-hookean", "neo-hookean", "mooney-rivlin", "yeoh"]
+
+
+WATER = 1000.0  # kg/m³; any density serves where the total mass is given
 
 
 class MaterialSettings(Section):
     """Isotropic material."""
 
-    young_modulus: Annotated[float, Field(ge=1e2, le=1e12)]
-    poisson_ratio: Annotated[float, Field(ge=0.0, lt=0.5)]
-    density: Annotated[float, Field(ge=1.0, le=3e4)]
+    young_modulus: Annotated[float, Field(ge=1e2, le=1e12)] = Field(
+        description="Young's modulus [Pa]; hyperelastic constants give it where it is missing."
+    )
+    poisson_ratio: Annotated[float, Field(ge=0.0, lt=0.5)] = Field(
+        description="Poisson's ratio, unitless."
+    )
+    density: Annotated[float, Field(ge=1.0, le=3e4)] = Field(description="Density [kg/m³].")
+
+
+def _required(schema: dict[str, Any]) -> None:
+    """Which fields a material needs, in its JSON Schema: a silicone or a law gives some of them."""
+    schema.pop("required", None)
+    stiffness = (["young_modulus", "poisson_ratio"], ["c10", "poisson_ratio"])
+    sets = [["silicone"], *([*one, mass] for one in stiffness for mass in _MASS)]
+    schema["anyOf"] = [{"required": names} for names in sets]
+
+
+_MASS = ("density", "total_mass")
 
 
 class SolidMaterialSettings(MaterialSettings):
     """Material of a body made of tetrahedra.
 
-    `law` is the law of elasticity. Mooney-Rivlin takes `c10` and `c01` [Pa], Yeoh `c10`, `c20` and
-    `c30`; they give `young_modulus`, and a `young_modulus` beside them scales the law to it. `silicone` names
-    a measured silicone (a Yeoh law) and gives the values that the table does not set.
+    The constants of a law give `young_modulus`; a `young_modulus` beside them scales the law to it.
     """
 
-    law: LawName = "corotational"
-    silicone: str | None = None
-    c10: float | None = None
-    c01: float | None = None
-    c20: float | None = None
-    c30: float | None = None
+    model_config = ConfigDict(json_schema_extra=_required)
+
+    law: LawName = Field(
+        default="corotational", description="Law of elasticity, by default corotational."
+    )
+    silicone: str | None = Field(
+        default=None,
+        description="Name of a measured silicone (a Yeoh law), which gives the values that the table does "
+        "not set; by default none.",
+    )
+    c10: float | None = Field(
+        default=None, description="First constant of Mooney-Rivlin and Yeoh [Pa]; by default none."
+    )
+    c01: float | None = Field(
+        default=None, description="Second constant of Mooney-Rivlin [Pa]; by default 0."
+    )
+    c20: float | None = Field(
+        default=None, description="Second constant of Yeoh [Pa]; by default 0."
+    )
+    c30: float | None = Field(
+        default=None, description="Third constant of Yeoh [Pa]; by default 0."
+    )
+
+    total_mass: Annotated[float, in_range(1e-9, 1e6, "kg")] | None = Field(
+        default=None,
+        description="Mass of the whole body [kg]; densities then only say how it is shared out, and may be "
+        "left out. By default the densities give it.",
+    )
 
     @model_validator(mode="before")
     @classmethod
@@ -55,6 +94,8 @@ class SolidMaterialSettings(MaterialSettings):
                 raise ValueError(f"law is {raw['law']!r}, silicones have the law 'yeoh'")
             for name in ("c10", "c20", "poisson_ratio", "density"):
                 filled.setdefault(name, getattr(item, name))
+        if filled.get("total_mass") is not None:
+            filled.setdefault("density", WATER)
         c10, c01, nu = (filled.get(name) for name in ("c10", "c01", "poisson_ratio"))
         if isinstance(c10, int | float) and isinstance(nu, int | float):
             shear = 2.0 * (c10 + (c01 if isinstance(c01, int | float) else 0.0))
@@ -95,6 +136,18 @@ class SolidMaterialSettings(MaterialSettings):
 
 
 class RegionMaterialSettings(SolidMaterialSettings):
-    """Another material for the elements whose centre lies in the box `region`; a later region replaces it."""
+    """Another material for the elements of a region; a later region replaces it."""
 
-    region: Box
+    region: Annotated[
+        Selection,
+        Field(
+            description="Elements that have it: a region or the name of one. Boxes and other shapes select "
+            "elements by their centre."
+        ),
+    ]
+
+    @model_validator(mode="after")
+    def _part_only(self) -> Self:
+        if self.total_mass is not None:
+            raise ValueError("total_mass belongs to the body's material, a part has a density")
+        return self

@@ -2,20 +2,42 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import ConfigDict, Field, model_validator
 
+from tauten.model.schema.actuators import (
+    HELD,
+    ChamberSettings,
+    CouplingSettings,
+    ForceSettings,
+    Held,
+    Kind,
+    Range,
+    SpringSettings,
+    check_couplings,
+)
+from tauten.model.schema.body import BodySettings, ElementName, MeshSettings
+from tauten.model.schema.constraints import AttachmentSettings, DriveSettings, RigidSettings
+from tauten.model.schema.contact import (
+    ContactRange,
+    ContactSettings,
+    SurfaceSettings,
+    check_surfaces,
+)
+from tauten.model.schema.effector import EffectorSettings
 from tauten.model.schema.material import (
-    MaterialSettings,
     RegionMaterialSettings,
     SolidMaterialSettings,
 )
+from tauten.model.schema.region import (
+    AnyRegion,
+    Region,
+    Selection,
+    check_regions,
+)
 from tauten.model.schema.section import (
-    Box,
-    Direction,
-    Distance,
+    MaxOutside,
     Name,
     NonNegative,
     Point,
@@ -25,36 +47,56 @@ from tauten.model.schema.section import (
     in_range,
 )
 
-ElementName = Literal["linear", "quadratic", "smoothed"]
 BackEnd = Literal["auto", "pardiso", "cholmod", "superlu"]
 Acceleration = Annotated[float, in_range(-1e3, 1e3, "m/s²")]
 Gravity = tuple[Acceleration, Acceleration, Acceleration]
 
 
-class MeshSettings(Section):
-    """The body's mesh; `length_unit` applies to the mesh file only, the robot file is in SI units.
-
-    `element` is what the body is made of: linear tetrahedra; quadratic ones, with midpoints added to a linear
-    mesh; or linear ones with strain smoothed around edges and change of volume around nodes.
-    """
-
-    file: str
-    length_unit: Literal["m", "cm", "mm"] = "m"
-    element: ElementName = "linear"
-
-
 class CableSettings(Section):
     """A cable and the limits of its winch; it starts at `pull_point` when there is one."""
 
-    name: Name
-    points: Annotated[list[Point], Field(min_length=1)]
-    pull_point: Point | None = None
-    min_tension: NonNegative = 0.0
-    max_tension: Annotated[Positive, in_range(0.0, 1e6, "N")]
-    min_pull: Annotated[float, in_range(-1e3, 1e3, "m")] = 0.0
-    max_pull: Annotated[Positive, in_range(0.0, 1e3, "m")]
-    max_rate: Annotated[Positive, in_range(0.0, 1e3, "m/s")]
-    max_outside: Annotated[NonNegative, Field(le=10.0)] = 0.0
+    kind: ClassVar[Kind] = "cable"
+
+    name: Name = Field(description="Name of the cable, used once.")
+    points: Annotated[list[Point], Field(min_length=1)] = Field(
+        description="Points of the body at rest that the cable slides through, in order [m]; it is tied to "
+        "the last."
+    )
+    pull_point: Point | None = Field(
+        default=None,
+        description="Where the cable starts, fixed in space [m]; by default it starts at the first of "
+        "`points`.",
+    )
+    min_tension: NonNegative = Field(
+        default=0.0, description="Least tension that is decided [N], by default 0."
+    )
+    max_tension: Annotated[Positive, in_range(0.0, 1e6, "N")] = Field(
+        description="Largest tension [N]."
+    )
+    min_pull: Annotated[float, in_range(-1e3, 1e3, "m")] = Field(
+        default=0.0,
+        description="Least pulled length [m], at most 0. The default 0 means that the winch does not pay "
+        "out more cable than the robot has at rest: a cable on the outer side of a bend then holds the "
+        "robot back. Give a negative value for a winch that lets cable out beyond rest.",
+    )
+    max_pull: Annotated[Positive, in_range(0.0, 1e3, "m")] = Field(
+        description="Largest pulled length: cable wound up from rest on [m]."
+    )
+    max_rate: Annotated[Positive, in_range(0.0, 1e3, "m/s")] = Field(
+        description="Largest speed of the winch, in and out [m/s]."
+    )
+    max_outside: MaxOutside = 0.0
+    spring: SpringSettings | None = Field(
+        default=None, description="Spring between winch and cable; default: none."
+    )
+    held: Held = Field(default="position", description=HELD)
+
+    @property
+    def limits(self) -> Range:
+        """Limits of tension, pulled length and its rate."""
+        return Range(
+            self.min_tension, self.max_tension, self.min_pull, self.max_pull, self.max_rate
+        )
 
     @model_validator(mode="after")
     def _consistent(self) -> CableSettings:
@@ -63,49 +105,33 @@ class CableSettings(Section):
         if self.min_tension > self.max_tension:
             raise ValueError(f"min_tension {self.min_tension} exceeds max_tension")
         if self.min_pull > 0.0 or self.min_pull >= self.max_pull:
-            raise ValueError(f"min_pull {self.min_pull} must be at most 0, where the robot rests")
+            raise ValueError(
+                f"min_pull {self.min_pull} must be at most 0, where the robot rests; negative is what the "
+                "winch may let out beyond rest"
+            )
         return self
 
 
-class EffectorSettings(Section):
-    """A point of the body that is to reach targets."""
-
-    name: Name
-    point: Point
-    max_outside: Annotated[NonNegative, Field(le=10.0)] = 0.0
-
-
-class SurfaceSettings(Section):
-    """Boundary triangles whose centre lies in the box and whose normal points along `normal`."""
-
-    name: Name
-    box: Box
-    normal: Direction | None = None
-    max_angle_deg: Annotated[float, Field(gt=0.0, le=180.0)] = 45.0
-
-
-class ContactSettings(Section):
-    """Candidate points spread over one surface against the triangles of another."""
-
-    candidates: Name
-    against: Name
-    points: Annotated[int, Field(ge=1, le=100_000)]
-
-
-class ContactRange(Section):
-    """Distances of contact handling [m]."""
-
-    alarm_distance: Distance = 2e-3
-    tolerance: Distance = 5e-5
+SingleActuator = CableSettings | ChamberSettings | DriveSettings | ForceSettings
 
 
 class IntegrationSettings(Section):
     """Time integration; the time step is `ControlPeriod`."""
 
-    scheme: Literal["implicit-euler", "quasi-static"] = "implicit-euler"
-    rayleigh_mass: Annotated[NonNegative, Field(le=1e6)] = 0.0
-    rayleigh_stiffness: Annotated[NonNegative, Field(le=1e3)] = 0.0
-    factorisation: BackEnd = "auto"
+    scheme: Literal["implicit-euler", "quasi-static"] = Field(
+        default="implicit-euler",
+        description="With inertia and damping (implicit-euler, default) or without (quasi-static).",
+    )
+    rayleigh_mass: Annotated[NonNegative, Field(le=1e6)] = Field(
+        default=0.0, description="Damping proportional to mass [1/s], by default 0."
+    )
+    rayleigh_stiffness: Annotated[NonNegative, Field(le=1e3)] = Field(
+        default=0.0, description="Damping proportional to stiffness [s], by default 0."
+    )
+    factorisation: BackEnd = Field(
+        default="auto",
+        description="Sparse factorisation; auto (default): the fastest that is installed.",
+    )
 
 
 class ControlPeriod(Section):
@@ -113,16 +139,22 @@ class ControlPeriod(Section):
 
     model_config = ConfigDict(extra="ignore")
 
-    rate: Rate = 50.0
+    rate: Rate = Field(
+        default=50.0, description="Control rate [Hz], by default 50; a time step is 1 / rate."
+    )
 
 
 class Changes(Section):
     """The arguments with which `load_robot` changes a robot file."""
 
-    rate: Rate | None = None
-    refinements: Annotated[int, Field(ge=0, le=4)] = 0
-    factorisation: BackEnd | None = None
-    young_scale: Annotated[float, in_range(1e-6, 1e6, "")] = 1.0
+    rate: Rate | None = Field(default=None, description="Control rate [Hz].")
+    refinements: Annotated[int, Field(ge=0, le=4)] = Field(
+        default=0, description="How often every tetrahedron is cut into eight."
+    )
+    factorisation: BackEnd | None = Field(default=None, description="Sparse factorisation.")
+    young_scale: Annotated[float, in_range(1e-6, 1e6, "")] = Field(
+        default=1.0, description="Factor of Young's modulus, unitless."
+    )
 
 
 # Tables of a robot file that other layers read. They read `controller` too, the model only its rate.
@@ -137,38 +169,207 @@ def model_tables(raw: dict[str, Any]) -> dict[str, Any]:
 class RobotSettings(Section):
     """The fields of the model in every robot file, for all kinds of bodies."""
 
-    name: Name
-    frame: Name = "base"
-    gravity: Gravity = (0.0, 0.0, -9.81)
-    material: MaterialSettings
-    fixed: Annotated[list[Box], Field(min_length=1)]
-    cables: Annotated[list[CableSettings], Field(min_length=1)]
-    effectors: Annotated[list[EffectorSettings], Field(min_length=1)]
-    contacts: tuple[ContactSettings, ...] = ()
-    contact: ContactRange = ContactRange()
-    integration: IntegrationSettings = IntegrationSettings()
-    controller: ControlPeriod = ControlPeriod()
+    name: Name = Field(description="Name of the robot, part of every key on the wire.")
+    frame: Name = Field(
+        default="base",
+        description="Name of the robot's frame, in the headers of messages; by default base.",
+    )
+    gravity: Gravity = Field(
+        default=(0.0, 0.0, -9.81),
+        description="Acceleration of gravity [m/s²], by default 9.81 along −z.",
+    )
+    fixed: tuple[Selection, ...] = Field(
+        default=(),
+        description="Regions, or their names, whose nodes do not move; by default none, where something "
+        "else holds every body.",
+    )
+    regions: tuple[AnyRegion, ...] = Field(
+        default=(), description="Regions that other tables use by name; by default none."
+    )
+    cables: tuple[CableSettings, ...] = Field(
+        default=(), description="Cables, one table each; by default none."
+    )
+    chambers: tuple[ChamberSettings, ...] = Field(
+        default=(), description="Closed cavities under pressure, one table each; by default none."
+    )
+    drives: tuple[DriveSettings, ...] = Field(
+        default=(),
+        description="Motors that turn or move a region, one table each; by default none.",
+    )
+    forces: tuple[ForceSettings, ...] = Field(
+        default=(),
+        description="Forces of fixed direction on the body, one table each; by default none.",
+    )
+    couplings: tuple[CouplingSettings, ...] = Field(
+        default=(),
+        description="Motors that drive several actuators each, one table each; by default none.",
+    )
+    effectors: Annotated[list[EffectorSettings], Field(min_length=1)] = Field(
+        description="What is to reach targets, one table each; the first one's keys on the wire "
+        "are plain."
+    )
+    contacts: tuple[ContactSettings, ...] = Field(
+        default=(), description="Pairs of surfaces that may touch, one table each; by default none."
+    )
+    contact: ContactRange = Field(
+        default=ContactRange(), description="Distances of contact handling."
+    )
+    integration: IntegrationSettings = Field(
+        default=IntegrationSettings(), description="Time integration."
+    )
+    controller: ControlPeriod = Field(
+        default=ControlPeriod(), description="Control rate and inverse control."
+    )
 
     @model_validator(mode="after")
     def _names_once(self) -> Self:
         check_unique("cables", [cable.name for cable in self.cables])
         check_unique("effectors", [effector.name for effector in self.effectors])
+        single = self.single_actuators
+        if not single:
+            raise ValueError(
+                "a robot needs an actuator: a table cables, chambers, drives or forces"
+            )
+        check_unique("actuators", [item.name for item in (*single, *self.couplings)])
+        check_couplings(self.couplings, {item.name: item.kind for item in single})
         return self
+
+    def named_regions(self) -> dict[str, Region]:
+        """Regions by name.
+
+        Raises:
+            ValueError: one without a name, or a name used twice.
+        """
+        for index, region in enumerate(self.regions):
+            if region.name is None:
+                raise ValueError(f"regions.{index}: it needs a name")
+        names = [region.name or "" for region in self.regions]
+        check_unique("regions", names)
+        return dict(zip(names, self.regions, strict=True))
+
+    def selections(self) -> list[tuple[str, Region | str]]:
+        """Selections outside of `regions`, with the fields they come from."""
+        found: list[tuple[str, Region | str | None]] = [
+            *((f"fixed.{index}", item) for index, item in enumerate(self.fixed)),
+            *((f"chambers.{index}.surface", c.surface) for index, c in enumerate(self.chambers)),
+            *((f"drives.{index}.region", d.region) for index, d in enumerate(self.drives)),
+            *((f"forces.{index}.region", f.region) for index, f in enumerate(self.forces)),
+            *((f"effectors.{index}.region", e.region) for index, e in enumerate(self.effectors)),
+        ]
+        return [(field, selection) for field, selection in found if selection is not None]
+
+    @model_validator(mode="after")
+    def _regions(self) -> Self:
+        check_regions(self.named_regions(), self.selections())
+        return self
+
+    @property
+    def single_actuators(self) -> tuple[SingleActuator, ...]:
+        """All actuators but couplings: cables, chambers, drives, forces as listed."""
+        return (*self.cables, *self.chambers, *self.drives, *self.forces)
+
+    @property
+    def actuators(self) -> tuple[SingleActuator | CouplingSettings, ...]:
+        """In the order of λ_a: a coupling stands where its first member stood, the others vanish."""
+        coupling_of = {name: item for item in self.couplings for name in item.members}
+        found = (coupling_of.get(item.name, item) for item in self.single_actuators)
+        return tuple({item.name: item for item in found}.values())
 
 
 class RobotConfig(RobotSettings):
     """The file of a robot made of tetrahedra."""
 
-    material: SolidMaterialSettings
-    materials: tuple[RegionMaterialSettings, ...] = ()
-    mesh: MeshSettings
-    surfaces: tuple[SurfaceSettings, ...] = ()
+    material: SolidMaterialSettings | None = Field(
+        default=None,
+        description="Material of the body, or of all bodies that have none of their own.",
+    )
+    materials: tuple[RegionMaterialSettings, ...] = Field(
+        default=(),
+        description="Other materials in parts of the body, one table each; a later one replaces an earlier "
+        "one.",
+    )
+    mesh: MeshSettings | None = Field(
+        default=None, description="Mesh of the body, where there is one."
+    )
+    bodies: tuple[BodySettings, ...] = Field(
+        default=(), description="Bodies, one table each, instead of `mesh`."
+    )
+    rigid: tuple[RigidSettings, ...] = Field(
+        default=(),
+        description="Regions that move as rigid bodies, one table each; by default none.",
+    )
+    attachments: tuple[AttachmentSettings, ...] = Field(
+        default=(),
+        description="What joins regions to each other or to the robot's frame; by default nothing.",
+    )
+    surfaces: tuple[SurfaceSettings, ...] = Field(
+        default=(),
+        description="Named parts of the body's surface, one table each; by default none.",
+    )
+
+    @model_validator(mode="after")
+    def _bodies(self) -> RobotConfig:
+        if (self.mesh is None) != bool(self.bodies):
+            found = "both" if self.bodies else "neither"
+            raise ValueError(f"mesh: a robot has a mesh or bodies, this one has {found}")
+        if self.bodies and self.materials:
+            raise ValueError("materials: with bodies they stand in the table of each body")
+        check_unique("bodies", [body.name for body in self.bodies])
+        check_unique("rigid", [item.name for item in self.rigid])
+        for index, body in enumerate(self.bodies):
+            if body.material is None and self.material is None:
+                raise ValueError(f"bodies.{index}.material: Field required, or material for all")
+        if self.mesh is not None and self.material is None:
+            raise ValueError("material: Field required")
+        return self
+
+    @property
+    def all_bodies(self) -> tuple[BodySettings, ...]:
+        """The bodies, each with its material; the one of `mesh` has the name "body"."""
+        if self.mesh is not None:
+            one = {"name": "body", "mesh": self.mesh, "material": self.material}
+            return (BodySettings.model_validate({**one, "materials": self.materials}),)
+        return tuple(
+            body if body.material else body.model_copy(update={"material": self.material})
+            for body in self.bodies
+        )
+
+    def with_element(self, element: ElementName) -> RobotConfig:
+        """The same file with all bodies made of another element."""
+        changed = {"element": element}
+        bodies = tuple(
+            body.model_copy(update={"mesh": body.mesh.model_copy(update=changed)})
+            for body in self.bodies
+        )
+        mesh = self.mesh and self.mesh.model_copy(update=changed)
+        return self.model_copy(update={"mesh": mesh, "bodies": bodies})
 
     @model_validator(mode="after")
     def _surfaces(self) -> RobotConfig:
-        check_unique("surfaces", [surface.name for surface in self.surfaces])
-        check_surfaces(self.contacts, {surface.name for surface in self.surfaces})
+        check_surfaces(self.contacts, set(self.named_regions()))
         return self
+
+    def named_regions(self) -> dict[str, Region]:
+        """Regions and surfaces by name."""
+        surfaces = {surface.name: surface.region() for surface in self.surfaces}
+        regions = super().named_regions()
+        check_unique("surfaces", [surface.name for surface in self.surfaces])
+        check_unique("surfaces and regions", [*surfaces, *regions])
+        return {**regions, **surfaces}
+
+    def selections(self) -> list[tuple[str, Region | str]]:
+        """Selections outside of `regions`, with the fields they come from."""
+        found = super().selections()
+        found += [(f"materials.{i}.region", item.region) for i, item in enumerate(self.materials)]
+        found += [(f"rigid.{item.name}.region", item.region) for item in self.rigid]
+        for i, item in enumerate(self.attachments):
+            found.append((f"attachments.{i}.region", item.region))
+            found += [(f"attachments.{i}.to", item.to)] if item.to is not None else []
+        for b, body in enumerate(self.bodies):
+            parts = enumerate(body.materials)
+            found += [(f"bodies.{b}.materials.{i}.region", item.region) for i, item in parts]
+            found += [(f"bodies.{b}.fixed.{i}", region) for i, region in enumerate(body.fixed)]
+        return found
 
 
 def check_unique(what: str, names: list[str]) -> None:
@@ -176,14 +377,3 @@ def check_unique(what: str, names: list[str]) -> None:
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:
         raise ValueError(f"{what}: name {twice[0]!r} is used twice")
-
-
-def check_surfaces(contacts: Sequence[ContactSettings], known: set[str]) -> None:
-    """Raise a ValueError when a contact names a surface that is not known."""
-    for index, contact in enumerate(contacts):
-        for name in (contact.candidates, contact.against):
-            if name not in known:
-                raise ValueError(
-                    f"contacts.{index}: surface {name!r} is not defined, "
-                    f"known are {', '.join(sorted(known)) or 'none'}"
-                )

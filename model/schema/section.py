@@ -4,10 +4,24 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    ConfigDict,
+    Field,
+    GetCoreSchemaHandler,
+    GetJsonSchemaHandler,
+    ValidationError,
+    model_validator,
+)
+from pydantic_core import CoreSchema, PydanticCustomError
+from pydantic_core.core_schema import no_info_after_validator_function
+
+UNKNOWN = "unknown_field"  # type of error that names a field which a table does not have
 
 
 class RobotFileError(ValueError):
@@ -19,26 +33,58 @@ class Section(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
+    @model_validator(mode="before")
+    @classmethod
+    def _known_fields(cls, raw: Any) -> Any:
+        if isinstance(raw, dict) and cls.model_config.get("extra") == "forbid":
+            strange = sorted(str(key) for key in raw if key not in cls.model_fields)
+            if strange:
+                raise PydanticCustomError(
+                    UNKNOWN,
+                    "unknown field, allowed are {allowed}",
+                    {"field": strange[0], "allowed": ", ".join(cls.model_fields)},
+                )
+        return raw
+
 
 S = TypeVar("S", bound=Section)
 
 
-def in_range(low: float, high: float, unit: str) -> AfterValidator:
+@dataclass(frozen=True, slots=True)
+class in_range:
     """A check that a number lies in a range, whose error states the whole range.
 
-    Args:
+    Attributes:
         low: smallest value allowed; where it is zero, zero itself is not.
         high: largest value allowed.
         unit: of both, for the error.
     """
-    least = "more than 0" if low == 0.0 else f"at least {low:g}"
 
-    def check(value: float) -> float:
-        if not low <= value <= high or (low == 0.0 and value == 0.0):
-            raise ValueError(f"allowed is {least} and at most {high:g} {unit}".rstrip())
+    low: float
+    high: float
+    unit: str
+
+    def check(self, value: float) -> float:
+        """The value, if it lies in the range.
+
+        Raises:
+            ValueError: it does not.
+        """
+        if not self.low <= value <= self.high or (self.low == 0.0 and value == 0.0):
+            least = "more than 0" if self.low == 0.0 else f"at least {self.low:g}"
+            raise ValueError(f"allowed is {least} and at most {self.high:g} {self.unit}".rstrip())
         return value
 
-    return AfterValidator(check)
+    def __get_pydantic_core_schema__(
+        self, source: Any, handler: GetCoreSchemaHandler
+    ) -> CoreSchema:
+        return no_info_after_validator_function(self.check, handler(source))
+
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        least = "exclusiveMinimum" if self.low == 0.0 else "minimum"
+        return handler(schema) | {least: self.low, "maximum": self.high}
 
 
 def not_zero(direction: tuple[float, float, float]) -> tuple[float, float, float]:
@@ -61,18 +107,14 @@ Thickness = Annotated[float, in_range(1e-6, 10.0, "m")]  # of solid parts
 Distance = Annotated[float, in_range(1e-9, 1.0, "m")]  # alarm distance and tolerance of contact
 Rate = Annotated[float, Field(gt=0.0, le=10_000.0), in_range(1e-2, 1e4, "Hz")]
 
-
-class Box(Section):
-    """Nodes, elements or triangles between two corners [m]."""
-
-    lower: tuple[float, float, float]
-    upper: tuple[float, float, float]
-
-    @model_validator(mode="after")
-    def _ordered(self) -> Box:
-        if any(low > high for low, high in zip(self.lower, self.upper, strict=True)):
-            raise ValueError(f"lower {self.lower} must not exceed upper {self.upper}")
-        return self
+MaxOutside = Annotated[
+    NonNegative,
+    Field(
+        le=10.0,
+        description="How far outside the body its points may lie [m], by default 0; they then move with "
+        "the nearest element.",
+    ),
+]
 
 
 def read_text(path: Path, parse: Callable[[str], Any], kind: str) -> Any:
@@ -122,7 +164,11 @@ def validated(kind: type[S], raw: object, source: str | Path, prefix: str = "") 
         return kind.model_validate(raw)
     except ValidationError as error:
         first = error.errors()[0]
-        field = ".".join([prefix] * bool(prefix) + [str(part) for part in first["loc"]])
+        # a part in angle brackets names the kind of a table, see `tauten.model.schema.region`
+        place = [str(part) for part in first["loc"] if not str(part).startswith("<")]
+        if first["type"] == UNKNOWN:
+            place.append(first["ctx"]["field"])
+        field = ".".join([prefix] * bool(prefix) + place)
         found = "" if isinstance(first["input"], dict) else f", found {shown(first['input'])}"
         more = f" (and {error.error_count() - 1} more)" if error.error_count() > 1 else ""
         message = first["msg"].removeprefix("Value error, ")

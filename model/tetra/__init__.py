@@ -1,6 +1,6 @@
 """Robots made of tetrahedra."""
 
-from tauten.model.tetra.body import BodyParts, body_parts
+from tauten.model.tetra.body import BodyParts, body_parts, join_bodies
 from tauten.model.tetra.domains import Domains, linear_domains
 from tauten.model.tetra.elements import assemble, lumped_mass, rest_gradients
 from tauten.model.tetra.quadratic import quadratic_domains, quadratic_lumped_mass, shape_functions
@@ -16,6 +16,7 @@ __all__ = [
     "TetRobot",
     "assemble",
     "body_parts",
+    "join_bodies",
     "linear_domains",
     "lumped_mass",
     "make_solid",

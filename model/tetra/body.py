@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+
+import numpy as np
 
 from tauten.model.materials import COROTATIONAL, Law
 from tauten.model.mesh import QuadraticMesh, TetMesh, quadratic_mesh
@@ -66,3 +68,35 @@ def body_parts(
     shear, volume = zip(*(item.parts() for item in laws), strict=True)
     parts = smoothed_domains(mesh, law, "edge") + smoothed_domains(mesh, law + len(laws), "node")
     return BodyParts(mesh, parts, [*shear, *volume], mass, len(mesh.tets))
+
+
+def join_bodies(parts: list[BodyParts], mesh: TetMesh) -> BodyParts:
+    """Several bodies as one; domains of the same shape and laws that are equal become one.
+
+    Args:
+        parts: the bodies.
+        mesh: their meshes joined in this order.
+    """
+    if len(parts) == 1:
+        return parts[0]
+    laws: list[Law] = []
+    shapes: dict[tuple[int, ...], list[Domains]] = {}
+    first = 0
+    for part in parts:
+        laws += [law for law in part.laws if law not in laws]
+        number = np.array([laws.index(law) for law in part.laws], dtype=np.int64)
+        for domains in part.domains:
+            moved = replace(domains, nodes=domains.nodes + first, law=number[domains.law])
+            shapes.setdefault(domains.gradients.shape[1:3], []).append(moved)
+        first += len(part.mesh.nodes)
+    joined = [
+        Domains(
+            np.concatenate([one.nodes for one in same]),
+            np.concatenate([one.gradients for one in same]),
+            np.concatenate([one.volumes for one in same]),
+            np.concatenate([one.law for one in same]),
+        )
+        for same in shapes.values()
+    ]
+    mass = np.concatenate([part.mass for part in parts])
+    return BodyParts(mesh, joined, laws, mass, sum(part.n_elements for part in parts))

@@ -6,14 +6,14 @@ import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.sparse as sp
 
+from tauten.model.actuators import ActuatorSet
 from tauten.model.body import Material, SparseRobot
 from tauten.model.contact import contact_rows
+from tauten.model.effectors import NodalEffectors
 from tauten.model.materials import EXACT, PROJECTED
 from tauten.model.mesh import TetMesh, boundary_triangles
 from tauten.model.numerics import Array, Ints
-from tauten.model.points import CableSet, MaterialPoints, add_cable_stiffness, effector_rows
 from tauten.model.robot import RobotRows, State
 from tauten.model.rows import ContactRows
 from tauten.model.system import System
@@ -33,23 +33,21 @@ class Elements:
 
 @dataclass(frozen=True, slots=True)
 class TetRobot(SparseRobot):
-    """A cable-driven soft robot made of tetrahedra, a `Robot`; made by `load_robot`.
+    """A soft robot made of tetrahedra, a `Robot`; made by `load_robot`.
 
     Attributes, beside those of every sparse robot:
         mesh: linear tetrahedra on all nodes at rest; quadratic elements are cut into eight.
         material: its material; of a `Solid`, that outside the regions with another.
         elements: its elements: linear corotational tetrahedra of one material, or a `Solid`.
         load: (n,) gravity and outer forces on the effectors [N].
-        H_e: (3 p, n) constant rows of the effectors.
     """
 
-    cables: CableSet
-    effectors: MaterialPoints
+    actuator_set: ActuatorSet
+    effectors: NodalEffectors
     mesh: TetMesh
     material: Material
     elements: Elements | Solid
     load: Array
-    H_e: sp.csr_array
 
     @property
     def size(self) -> float:
@@ -102,6 +100,10 @@ class TetRobot(SparseRobot):
         """Positions of the effectors: (p, 3) [m]."""
         return self.effectors.positions(self.nodes(state))
 
+    def effector_values(self, state: State) -> Array:
+        """Goal values of the effectors: (n_v,)."""
+        return self.effectors.values(self.nodes(state))
+
     def points(self, state: State) -> Array:
         """Positions of what `triangles` joins, here all nodes: (n_nodes, 3) [m]."""
         return self.nodes(state)
@@ -111,11 +113,10 @@ class TetRobot(SparseRobot):
         return self.contacts.positions(self.nodes(state))
 
     def loaded(self, gravity: Array, effector_force: Array) -> TetRobot:
-        """The robot under another gravity (3,) [m/s²] and forces on its effectors (n_e,) [N]."""
+        """The robot under another gravity (3,) [m/s²] and forces on its effectors (3 p,) [N]."""
         body = self.mass * np.tile(gravity, self.n // 3)  # (n,)
-        return dataclasses.replace(
-            self, gravity=np.asarray(gravity), load=body + self.H_e.T @ effector_force
-        )
+        pushed = self.effectors.kinds.force_map(self.effectors.C).T @ effector_force
+        return dataclasses.replace(self, gravity=np.asarray(gravity), load=body + pushed)
 
     def displacement(self, dq: Array) -> float:
         """Largest displacement of a node in a change dq (n,) of the configuration [m]."""
@@ -128,12 +129,12 @@ class TetRobot(SparseRobot):
 
         Args:
             state: where to evaluate.
-            tension: (n_a,) tensions whose curvature enters the tangent [N].
+            tension: (n_a,) efforts of the actuators, whose curvature enters the tangent.
             exact: tangent with the change of the rotations: the exact derivative, but not always
                 positive definite.
 
         Returns:
-            force (n,) [N] without cables and contacts, and K = −∂force/∂q as CSC values (nnz,).
+            force (n,) [N] without actuators and contacts, and K = −∂force/∂q as CSC values (nnz,).
         """
         x, dof = self.nodes(state), self.pattern.dof
         force, K = np.zeros_like(x), np.zeros(len(self.pattern.indices))
@@ -151,12 +152,10 @@ class TetRobot(SparseRobot):
                 force,
                 K,
             )
-        if tension is not None:
-            c = self.cables
-            add_cable_stiffness(
-                x, c.owner, c.nodes, c.weights, c.offset, tension, self.cable_slot, K
-            )
-        return force[dof >= 0].ravel() + self.load, K
+        self.actuator_set.add_stiffness(x, tension, exact, K)
+        total = force[dof >= 0].ravel() + self.load
+        preload = self.actuator_set.preload(x, dof, self.n)
+        return (total if preload is None else total + preload[0]), K
 
     def potential(self, state: State) -> float:
         """Elastic energy minus the work of gravity and outer forces since rest [J]."""
@@ -167,7 +166,9 @@ class TetRobot(SparseRobot):
             energy = linear_energy(
                 x, self.mesh.tets, part.gradients, part.volumes, self.material.lame
             )
-        return energy - float(self.load @ (state.q - self.rest().q))
+        preload = self.actuator_set.preload(x, self.pattern.dof, self.n)
+        work = float(self.load @ (state.q - self.rest().q)) + (preload[1] if preload else 0.0)
+        return energy - work
 
     def inverted(self, state: State) -> int:
         """Number of tetrahedra that are turned inside out."""
@@ -176,11 +177,11 @@ class TetRobot(SparseRobot):
         return int((volumes < 0.0).sum())
 
     def rows(self, state: State, contacts: bool = True) -> RobotRows:
-        """Rows of effectors, cables and, with `contacts`, contacts at this state."""
+        """Rows of effectors, actuators and, with `contacts`, contacts at this state."""
         x = self.nodes(state)
         return RobotRows(
-            effectors=effector_rows(self.effectors, self.H_e, x),
-            actuators=self.cables.rows(x, self.pattern.dof, self.n),
+            effectors=self.effectors.rows(x),
+            actuators=self.actuator_set.rows(x, self.pattern.dof, self.n),
             contacts=self.contact_rows(x) if contacts else self.no_contact_rows(),
         )
 

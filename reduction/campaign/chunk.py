@@ -78,7 +78,7 @@ def solve_chunk(chunk: Chunk) -> Snapshots:
 def _column(
     simulator: Simulator, run: Run, i: int
 ) -> tuple[Array, Array, Array, Array, Array, bool]:
-    """λ_c (n_c,), pull and tension (n_a,), effector (n_e,), q at equilibrium i; whether it is one."""
+    """λ_c (n_c,), pull and tension (n_a,), effector (3 p,), q at equilibrium i; whether it is one."""
     simulator.load(run.gravity[:, i], run.effector_force[:, i])
     before = simulator.state, simulator.forces
     try:

@@ -25,7 +25,7 @@ def from_csv(robot: Robot, path: str | Path) -> Design:
             limits; names the file and the line.
     """
     path = Path(path)
-    pulls = [f"pull_{name}" for name in robot.cable_names]
+    pulls = [f"pull_{name}" for name in robot.actuators.names]
     gravities = [f"gravity_{axis}" for axis in "xyz"]
     forces = [f"force_{name}_{axis}" for name in robot.effector_names for axis in "xyz"]
     default = {
@@ -84,7 +84,7 @@ def _check_pull(robot: Robot, where: str, pull: Array) -> None:
     low, high = robot.limits.pull_min, robot.limits.pull_max
     for i in np.flatnonzero((pull < low) | (pull > high)):
         raise DesignError(
-            f"{where}: pull_{robot.cable_names[i]} is {pull[i]} m, "
+            f"{where}: pull_{robot.actuators.names[i]} is {pull[i]} m, "
             f"allowed are {low[i]} to {high[i]} m"
         )
 

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import null_space
 from scipy.spatial.transform import Rotation
+from scipy.stats.qmc import LatinHypercube
 
 from tauten.model import Robot
 from tauten.model.numerics import Array
@@ -29,7 +30,7 @@ class Run:
     Attributes:
         pull: (n_a, s) pulled lengths [m]; NaN where tensions are prescribed.
         gravity: (3, s) acceleration of gravity [m/s²].
-        effector_force: (n_e, s) outer forces on the effectors [N].
+        effector_force: (3 p, s) outer forces on the effectors [N].
         tension: (n_a, s) tensions prescribed instead of pulled lengths [N].
     """
 
@@ -123,7 +124,9 @@ def ramp(robot: Robot, step: float = 5e-5) -> Design:
         steps = round(float(limit[cable]) / step)
         final = np.zeros(robot.n_a)
         final[cable] = limit[cable]
-        runs.append(_from_rest(final, robot.gravity, np.zeros(robot.n_e), steps))
+        runs.append(
+            _from_rest(final, robot.gravity, np.zeros(3 * len(robot.effector_names)), steps)
+        )
     sizes = " + ".join(str(len(run)) for run in runs)
     return Design(f"ramp: each cable to its largest pull in {sizes} steps", tuple(runs))
 
@@ -182,7 +185,7 @@ def plackett_burman_levels(factors: int) -> Array:
 
 
 def latin_hypercube_levels(runs: int, factors: int, seed: int) -> Array:
-    """Levels in [0, 1), one in each of the `runs` classes of every factor.
+    """Levels in [0, 1), one in each of the `runs` classes of every factor, of low centred discrepancy.
 
     Args:
         runs: number of runs.
@@ -192,14 +195,16 @@ def latin_hypercube_levels(runs: int, factors: int, seed: int) -> Array:
     Returns:
         (runs, factors).
     """
-    rng = np.random.default_rng(seed)
-    order = rng.permuted(np.tile(np.arange(runs)[:, None], factors), axis=0)
-    levels: Array = (order + rng.random((runs, factors))) / runs
+    sampler = LatinHypercube(
+        factors, optimization="random-cd" if runs > 1 else None, seed=np.random.default_rng(seed)
+    )
+    levels: Array = sampler.random(runs)
     return levels
 
 
 def _factor_count(robot: Robot, ranges: Ranges) -> int:
-    return robot.n_a + 2 * (ranges.tilt > 0.0) + robot.n_e * (ranges.force > 0.0)
+    forces = 3 * len(robot.effector_names) * (ranges.force > 0.0)
+    return robot.n_a + 2 * (ranges.tilt > 0.0) + forces
 
 
 def _spread(robot: Robot, ranges: Ranges, levels: Array, steps: int, name: str) -> Design:
@@ -214,7 +219,7 @@ def _spread(robot: Robot, ranges: Ranges, levels: Array, steps: int, name: str) 
         final = (low + (high - low) * row[: robot.n_a]) * limit
         turn = np.zeros(2)
         turn[: tilts - robot.n_a] = ranges.tilt * (2.0 * row[robot.n_a : tilts] - 1.0)
-        force = np.zeros(robot.n_e)
+        force = np.zeros(3 * len(robot.effector_names))
         force[: len(row) - tilts] = ranges.force * (2.0 * row[tilts:] - 1.0)
         turned = Rotation.from_rotvec(axes @ turn).apply(gravity)
         runs.append(_from_rest(final, turned, force, steps, ranges.tension is not None))
@@ -226,7 +231,7 @@ def _spread(robot: Robot, ranges: Ranges, levels: Array, steps: int, name: str) 
 def _from_rest(
     final: Array, gravity: Array, force: Array, steps: int, tension: bool = False
 ) -> Run:
-    """Pulls or tensions from just above 0 to final (n_a,), gravity (3,) and force (n_e,) constant."""
+    """Pulls or tensions from just above 0 to final (n_a,), gravity (3,) and force (3 p,) constant."""
     rise = np.outer(final, np.arange(1, steps + 1) / steps)  # (n_a, s)
     return Run(
         pull=np.full_like(rise, np.nan) if tension else rise,

@@ -58,7 +58,7 @@ def _run(robot: Robot, share: Array, gravity: Array, force: Array) -> Run:
     return Run(
         pull=np.outer(robot.limits.pull_max, share),
         gravity=np.tile(gravity[:, None], s),
-        effector_force=np.tile(np.tile(force, robot.n_e // 3)[:, None], s),
+        effector_force=np.tile(np.tile(force, len(robot.effector_names))[:, None], s),
     )
 
 
@@ -82,7 +82,8 @@ def sensitivity(robot: Robot, snapshots: Snapshots) -> Array:
     for i in range(len(snapshots)):
         if i == 0 or snapshots.run[i] != snapshots.run[i - 1]:
             simulator.reset()
-        force = snapshots.effector_force[:, i] + _PERTURBATION * rng.standard_normal(robot.n_e)
+        noise = _PERTURBATION * rng.standard_normal(len(snapshots.effector_force))
+        force = snapshots.effector_force[:, i] + noise
         simulator.robot = simulator.robot.loaded(
             (1.0 + _PERTURBATION) * snapshots.gravity[:, i], force
         )

@@ -49,9 +49,9 @@ class Snapshots:
         lam: (n_c, s) contact forces of nearly least norm [N].
         pull: (n_a, s) pulled lengths [m].
         tension: (n_a, s) cable tensions [N].
-        effector: (n_e, s) effector positions [m].
+        effector: (3 p, s) effector positions [m].
         gravity: (3, s) acceleration of gravity [m/s²].
-        effector_force: (n_e, s) outer forces on the effectors [N].
+        effector_force: (3 p, s) outer forces on the effectors [N].
         run: (s,) which run of the campaign, ascending.
         converged: (s,) whether equilibrium and contact met their tolerances.
         q: (n, s) configurations [m], or (0, s) when they were not recorded.

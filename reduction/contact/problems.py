@@ -28,7 +28,8 @@ class ContactProblem:
 
     Attributes:
         W: (m, m) compliance of the candidates, cables held [m/N].
-        W_e: (n_e, m) effector displacement per contact force, cables held [m/N].
+        W_e: (3 q, m) displacement of the q parts of the effectors per contact force, cables held [m/N], see
+            `EffectorLayout.in_metres`.
         delta: (m,) gaps without contact forces [m].
         slots: (m,) slot in λ_c of each candidate.
         lam: (m,) contact forces [N].
@@ -64,7 +65,7 @@ class ContactProblem:
 
     def tip_error(self, lam: Array) -> float:
         """Largest error of an effector position with forces (m,), to first order [m]."""
-        apart = self.W_e @ (lam - self.lam)  # (n_e,)
+        apart = self.W_e @ (lam - self.lam)  # (3 q,)
         return float(np.linalg.norm(apart.reshape(-1, 3), axis=1).max(initial=0.0))
 
 
@@ -110,4 +111,5 @@ def _problem(robot: Robot, snapshots: Snapshots, column: int) -> ContactProblem:
     lam = solve_lcp(W_c, delta_c).lam
     energy = -float(0.5 * lam @ W_c @ lam + delta_c @ lam)
     slots = rows.contacts.slots
-    return ContactProblem(W_c, W[: robot.n_e, contact], delta_c, slots, lam, energy, column)
+    W_e = robot.effector_layout.in_metres(W[: robot.n_e, contact])
+    return ContactProblem(W_c, W_e, delta_c, slots, lam, energy, column)

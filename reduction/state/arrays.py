@@ -79,6 +79,7 @@ class Work(NamedTuple):
             (9 s + 3 g, r), and Z begins with G.
         force: (r,) [N].
         K: (r, r) tangent [N/m].
+        curvature: (r, r) what chambers add to an exact tangent [N/m], set before a call.
         A: (r, r) matrix of the step.
         L: (r, r) its Cholesky factor.
         v_free: (r,) [m/s].
@@ -91,6 +92,7 @@ class Work(NamedTuple):
     Y: Array
     force: Array
     K: Array
+    curvature: Array
     A: Array
     L: Array
     v_free: Array
@@ -111,6 +113,7 @@ def make_work(body: Body, tendons: Tendons) -> Work:
         Y=np.empty((z, r)),
         force=np.empty(r),
         K=np.empty((r, r)),
+        curvature=np.zeros((r, r)),
         A=np.empty((r, r)),
         L=np.zeros((r, r)),
         v_free=np.empty(r),

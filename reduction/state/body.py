@@ -55,7 +55,7 @@ def sampled_body(robot: TetRobot, Phi: Array, elements: Ints, weights: Array) ->
 
 def reduced_tendons(robot: TetRobot, Phi: Array) -> Tendons:
     """The cables in reduced coordinates."""
-    cables = robot.cables
+    cables = robot.actuator_set.cables
     D = np.einsum("sa,sair->sir", cables.weights, node_rows(robot, Phi, cables.nodes))
     rest = cables.offset + np.einsum("sa,sai->si", cables.weights, robot.mesh.nodes[cables.nodes])
     return Tendons(
@@ -76,7 +76,7 @@ def contact_surface(robot: TetRobot, Phi: Array) -> tuple[ReducedPoints, Contact
         return np.searchsorted(used, vertices)
 
     pairs = [
-        ContactPair(pair.name, number(pair.nodes), pair.weights, number(pair.triangles))
+        ContactPair(pair.name, number(pair.nodes), pair.weights, number(pair.triangles), pair.apart)
         for pair in old.pairs
     ]
     rows = node_rows(robot, Phi, used).reshape(-1, Phi.shape[1])

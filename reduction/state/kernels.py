@@ -18,7 +18,7 @@ from tauten.reduction.state.elements import assemble_elements
 def assemble_sample(
     alpha: Array, tension: Array, load: Array, exact: bool, body: Body, tendons: Tendons, work: Work
 ) -> None:
-    """Force without cables and contacts and the tangent, into work.force and work.K.
+    """Force without actuators and contacts and the tangent, into work.force and work.K.
 
     Args:
         alpha: (r,) [m].
@@ -36,6 +36,8 @@ def assemble_sample(
     add_curvature(alpha, tension, tendons, first, work)
     np.dot(work.Z.T, work.Y, work.K)
     work.K[:] += body.stiffness
+    if exact:
+        work.K[:] += work.curvature
 
 
 @kernel

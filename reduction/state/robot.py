@@ -13,7 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from tauten.model import (
+    Actuators,
     ContactRows,
+    EffectorLayout,
     Integration,
     Limits,
     PairSlots,
@@ -26,19 +28,18 @@ from tauten.model import (
 from tauten.model.contact import ContactSet
 from tauten.model.numerics import Array, DenseFactors, FactorisationError, Ints
 from tauten.model.tetra import TetRobot
-from tauten.reduction.state.arrays import Body, Dynamics, Tendons, Work, make_work
+from tauten.reduction.state.actuators import ReducedActuators, reduced_actuators
+from tauten.reduction.state.arrays import Body, Dynamics, Work, make_work
 from tauten.reduction.state.basis import StateBasis, reducible_robot
 from tauten.reduction.state.body import (
     ReducedPoints,
     contact_surface,
-    reduced_tendons,
     sampled_body,
 )
 from tauten.reduction.state.kernels import (
     assemble_sample,
     contact_jacobian,
     linearise,
-    pulled_lengths,
 )
 
 
@@ -51,10 +52,11 @@ class ReducedRobot:
         states: state basis and sample of elements.
         integration: time step and scheme.
         body: sampled elements.
-        tendons: cable segments.
+        actuator_set: rows and curvature of its actuators.
         mass: (r, r) Φᵀ M Φ [kg].
         load: (r,) Φᵀ of gravity and outer forces [N].
-        effectors: effector points.
+        effector_points: points that the effectors are functions of.
+        effector_places: (3 p, r) displacement of the effectors, where outer forces act on them.
         surface: vertices of candidates and target triangles.
         contacts: candidates and triangles on the vertices of `surface`.
         work: workspace of the kernels.
@@ -64,10 +66,11 @@ class ReducedRobot:
     states: StateBasis
     integration: Integration
     body: Body
-    tendons: Tendons
+    actuator_set: ReducedActuators
     mass: Array
     load: Array
-    effectors: ReducedPoints
+    effector_points: ReducedPoints
+    effector_places: Array
     surface: ReducedPoints
     contacts: ContactSet
     work: Work
@@ -109,13 +112,18 @@ class ReducedRobot:
 
     @property
     def n_a(self) -> int:
-        """Cables."""
-        return len(self.tendons.rest_length)
+        """Actuators; couplings count as one."""
+        return len(self.full.actuators)
 
     @property
     def n_e(self) -> int:
-        """Effector rows, three a point."""
-        return len(self.effectors.rest)
+        """Effector rows."""
+        return self.effector_layout.n_rows
+
+    @property
+    def effector_layout(self) -> EffectorLayout:
+        """Kinds of the effectors, their rows, goal values and weights."""
+        return self.full.effector_layout
 
     @property
     def n_c(self) -> int:
@@ -144,13 +152,13 @@ class ReducedRobot:
 
     @property
     def limits(self) -> Limits:
-        """Limits of the winches."""
+        """Limits of the actuators."""
         return self.full.limits
 
     @property
-    def cable_names(self) -> tuple[str, ...]:
-        """Names of the cables, in the order of λ_a."""
-        return self.full.cable_names
+    def actuators(self) -> Actuators:
+        """Names, kinds and laws of the actuators, in the order of λ_a."""
+        return self.full.actuators
 
     @property
     def effector_names(self) -> tuple[str, ...]:
@@ -169,10 +177,10 @@ class ReducedRobot:
 
     def fork(self) -> ReducedRobot:
         """The same robot with a workspace of its own."""
-        return dataclasses.replace(self, work=make_work(self.body, self.tendons))
+        return dataclasses.replace(self, work=make_work(self.body, self.actuator_set.tendons))
 
     def loaded(self, gravity: Array, effector_force: Array) -> ReducedRobot:
-        """The robot under another gravity (3,) [m/s²] and forces on its effectors (n_e,) [N]."""
+        """The robot under another gravity (3,) [m/s²] and forces on its effectors (3 p,) [N]."""
         full = self.full.loaded(gravity, effector_force)
         return dataclasses.replace(self, full=full, load=self.states.Phi.T @ full.load)
 
@@ -193,7 +201,11 @@ class ReducedRobot:
 
     def effector(self, state: State) -> Array:
         """Positions of the effectors: (p, 3) [m]."""
-        return self.effectors.at(state.q)
+        return self.full.effectors.kinds.positions(self.effector_points.at(state.q))
+
+    def effector_values(self, state: State) -> Array:
+        """Goal values of the effectors: (n_v,)."""
+        return self.full.effectors.kinds.values(self.effector_points.at(state.q))
 
     def points(self, state: State) -> Array:
         """Positions of all nodes, which `triangles` refers to: (n_nodes, 3) [m]; as long as the mesh."""
@@ -205,21 +217,22 @@ class ReducedRobot:
 
     def displacement(self, dq: Array) -> float:
         """Largest displacement of an effector or contact vertex in a change dq (r,) [m]."""
-        parts = (self.effectors.map @ dq, self.surface.map @ dq)
+        parts = (self.effector_places @ dq, self.surface.map @ dq)
         return max(float(np.abs(part).max(initial=0.0)) for part in parts)
 
     def forces(
         self, state: State, tension: Array | None = None, exact: bool = False
     ) -> tuple[Array, Array]:
-        """Forces without cables and contacts (r,) [N], and the tangent K (r, r).
+        """Forces without actuators and contacts (r,) [N], and the tangent K (r, r).
 
         Args:
             state: where to evaluate.
-            tension: (n_a,) tensions whose curvature enters the tangent [N].
+            tension: (n_a,) efforts of the actuators, whose curvature enters the tangent.
             exact: the exact derivative, which is not always positive definite.
         """
-        taut = np.zeros(self.n_a) if tension is None else tension
-        assemble_sample(state.q, taut, self.load, exact, self.body, self.tendons, self.work)
+        taut, load = self._loads(state.q, tension)
+        tendons = self.actuator_set.tendons
+        assemble_sample(state.q, taut, load, exact, self.body, tendons, self.work)
         return self.work.force.copy(), self.work.K.copy()
 
     def linearise(
@@ -229,19 +242,20 @@ class ReducedRobot:
 
         Args:
             state: where the step starts.
-            tension: (n_a,) last tensions, for the curvature they add to A [N].
+            tension: (n_a,) last efforts of the actuators, for the curvature they add to A.
             integration: replaces the robot's own scheme.
 
         Raises:
             FactorisationError: A is not positive definite (a state that has blown up).
         """
         scheme, work = integration or self.integration, self.work
+        taut, load = self._loads(state.q, tension)
         residual = linearise(
-            state.q, state.v, np.zeros(self.n_a) if tension is None else tension, self.load,
+            state.q, state.v, taut, load,
             Dynamics(
                 self.mass, scheme.h, scheme.static, scheme.rayleigh_mass, scheme.rayleigh_stiffness
             ),
-            self.body, self.tendons, work,
+            self.body, self.actuator_set.tendons, work,
         )  # fmt: skip
         if not np.isfinite(residual):
             raise FactorisationError("the reduced model's matrix is not positive definite")
@@ -249,10 +263,12 @@ class ReducedRobot:
         return System(scheme.h, v, work.v_free.copy(), residual, DenseFactors(work.L))
 
     def rows(self, state: State, contacts: bool = True) -> RobotRows:
-        """Rows of effectors, cables and, where `contacts` is true, contacts at this state."""
+        """Rows of effectors, actuators and, where `contacts` is true, contacts at this state."""
         return RobotRows(
-            effectors=Rows(self.effectors.map, self.effectors.at(state.q).ravel()),
-            actuators=Rows(*pulled_lengths(state.q, self.tendons)),
+            effectors=self.full.effectors.kinds.rows(
+                self.effector_points.at(state.q), self.effector_points.map
+            ),
+            actuators=self.actuator_set.rows(state.q),
             contacts=self._contact_rows(state.q) if contacts else self._no_contact_rows(),
         )
 
@@ -266,6 +282,15 @@ class ReducedRobot:
         """
         v = system.v + dv
         return State(state.q + system.h * v, v)
+
+    def _loads(self, alpha: Array, tension: Array | None) -> tuple[Array, Array]:
+        """Tensions of the cables and the load (r,) [N]; sets the curvature of the chambers."""
+        actuators = self.actuator_set
+        efforts = actuators.efforts(np.zeros(self.n_a) if tension is None else tension)
+        actuators.set_curvature(alpha, efforts, self.work.curvature)
+        preload = actuators.preload(alpha)
+        load = self.load if preload is None else self.load + preload
+        return actuators.tensions(efforts), load
 
     def _contact_rows(self, alpha: Array) -> ContactRows:
         found = self.contacts.detect(self.surface.at(alpha))
@@ -285,21 +310,22 @@ def reduced_robot(robot: Robot, states: StateBasis) -> ReducedRobot:
     states.check_robot(robot)
     robot = reducible_robot(robot)
     Phi = states.Phi
-    body, tendons = (
-        sampled_body(robot, Phi, states.elements, states.weights),
-        reduced_tendons(robot, Phi),
-    )
+    body = sampled_body(robot, Phi, states.elements, states.weights)
+    actuators = reduced_actuators(robot, Phi)
     surface, contacts = contact_surface(robot, Phi)
     return ReducedRobot(
         full=robot,
         states=states,
         integration=robot.integration,
         body=body,
-        tendons=tendons,
+        actuator_set=actuators,
         mass=Phi.T @ (robot.mass[:, None] * Phi),
         load=Phi.T @ robot.load,
-        effectors=ReducedPoints(robot.effector(robot.rest()).ravel(), np.asarray(robot.H_e @ Phi)),
+        effector_points=ReducedPoints(
+            robot.effectors.points(robot.mesh.nodes).ravel(), np.asarray(robot.effectors.C @ Phi)
+        ),
+        effector_places=np.asarray(robot.effectors.kinds.force_map(robot.effectors.C) @ Phi),
         surface=surface,
         contacts=contacts,
-        work=make_work(body, tendons),
+        work=make_work(body, actuators.tendons),
     )

@@ -53,5 +53,12 @@ def random_postures(robot: Robot, count: int, steps: int, seed: int) -> Design:
         angles, forces = rng.uniform(0.0, 2.0 * np.pi, 3), rng.uniform(_WEAK, _STRONG, 3)
         final = np.minimum(bending_tensions(shape, angles, forces), robot.limits.tension_max)
         rise = np.outer(final, np.arange(1, steps + 1) / steps)  # (n_a, s)
-        runs.append(Run(np.full_like(rise, np.nan), gravity, np.zeros((robot.n_e, steps)), rise))
+        runs.append(
+            Run(
+                np.full_like(rise, np.nan),
+                gravity,
+                np.zeros((3 * len(robot.effector_names), steps)),
+                rise,
+            )
+        )
     return Design(f"{count} random postures, seed {seed}, in {steps} steps each", tuple(runs))

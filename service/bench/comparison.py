@@ -71,8 +71,8 @@ def equilibrium(
     Args:
         robot: what is commanded.
         contact: "full" or "none".
-        pull: (n_a,) [m], or
-        tension: (n_a,) [N].
+        pull: (n_a,) positions [m], or
+        tension: (n_a,) efforts [N]; NaN in each where the other one is given.
 
     Raises:
         CompareError: no equilibrium was found on the way.

@@ -3,16 +3,19 @@
 from tauten.service.check.findings import Finding
 from tauten.service.check.mesh_error import MeshErrorEstimate, VariantErrors, richardson
 from tauten.service.check.mesh_variants import Variant, variant_robot
-from tauten.service.check.robot_check import CheckSettings, RobotCheck, check_robot
+from tauten.service.check.region_findings import RegionParts
+from tauten.service.check.robot_check import CheckSettings, RobotCheck, check_robot, selected
 
 __all__ = [
     "CheckSettings",
     "Finding",
     "MeshErrorEstimate",
+    "RegionParts",
     "RobotCheck",
     "Variant",
     "VariantErrors",
     "check_robot",
     "richardson",
+    "selected",
     "variant_robot",
 ]

@@ -7,20 +7,21 @@ from collections.abc import Iterator
 import numpy as np
 
 from tauten.model import Simulator, TetRobot
+from tauten.model.actuation import ActuatorKind
 from tauten.model.beams import BeamRobot
 from tauten.model.body import natural_frequencies
+from tauten.model.constraints import ConstrainedRobot
 from tauten.model.mesh import boundary_triangles, wall_thickness
 from tauten.model.numerics import FactorisationError
 from tauten.service.check.findings import Finding, graded
 
+AnyRobot = TetRobot | ConstrainedRobot | BeamRobot
 SAG = (0.1, 0.5)  # of the size; from here on doubtful and wrong
 FREQUENCIES = 3
 STEPS_A_PERIOD = 10.0  # below it implicit Euler damps most of the first vibration
 
 
-def body_findings(
-    robot: TetRobot | BeamRobot, groups: int, alarm_distance: float
-) -> Iterator[Finding]:
+def body_findings(robot: AnyRobot, groups: int, alarm_distance: float) -> Iterator[Finding]:
     """Mass, sag under gravity, natural frequencies and, of tetrahedra, thin walls.
 
     Args:
@@ -28,21 +29,25 @@ def body_findings(
         groups: degrees of freedom of a node: 3 for tetrahedra, 6 for beams.
         alarm_distance: from which contact is looked for [m].
     """
-    yield Finding("moving mass", "fine", f"{1e3 * robot.mass[::groups].sum():.4g} g")
+    mass = (robot.raw if isinstance(robot, ConstrainedRobot) else robot).mass
+    yield Finding("moving mass", "fine", f"{1e3 * mass[::groups].sum():.4g} g")
     yield sag(robot)
     yield vibration(robot)
-    if isinstance(robot, TetRobot):
+    if not isinstance(robot, BeamRobot):
         yield thin_walls(robot, alarm_distance)
 
 
-def sag(robot: TetRobot | BeamRobot) -> Finding:
-    """Displacement under gravity with slack cables, relative to the size of the body."""
+def sag(robot: AnyRobot) -> Finding:
+    """Displacement under gravity with drives at rest and no other effort, relative to the body's size."""
     subject = "sag under gravity"
     if not robot.gravity.any():
         return Finding(subject, "fine", "no gravity in the robot file")
     advice = "check young_modulus [Pa], density [kg/m³], gravity and mesh.length_unit"
     simulator = Simulator(robot, contact="none")
-    if not simulator.settle(tension=np.zeros(robot.n_a), tolerance=1e-6).converged:
+    motors = (ActuatorKind.DRIVE, ActuatorKind.SLIDE)
+    held = np.array([kind in motors for kind in robot.actuators.kinds])
+    pull, tension = np.where(held, 0.0, np.nan), np.where(held, np.nan, 0.0)
+    if not simulator.settle(pull, tension, tolerance=1e-6).converged:
         return Finding(subject, "wrong", "the body does not come to rest", advice)
     points = simulator.robot.points(simulator.state) - robot.points(robot.rest())  # (P, 3)
     moved = float(np.linalg.norm(points, axis=1).max())
@@ -51,7 +56,7 @@ def sag(robot: TetRobot | BeamRobot) -> Finding:
     return Finding(subject, level, found, "" if level == "fine" else advice)
 
 
-def vibration(robot: TetRobot | BeamRobot) -> Finding:
+def vibration(robot: AnyRobot) -> Finding:
     """The lowest natural frequencies against the control rate."""
     subject = "natural frequencies"
     try:
@@ -76,7 +81,7 @@ def vibration(robot: TetRobot | BeamRobot) -> Finding:
     return Finding(subject, "doubtful", found, advice)
 
 
-def thin_walls(robot: TetRobot, alarm_distance: float) -> Finding:
+def thin_walls(robot: TetRobot | ConstrainedRobot, alarm_distance: float) -> Finding:
     """Thickness of the body behind the surfaces that may touch, against the alarm distance."""
     subject = "walls that may touch"
     pairs = robot.contacts.pairs

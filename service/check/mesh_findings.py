@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
@@ -19,17 +20,23 @@ LEAST_FILLED = 0.02  # of the mesh's length; cables that reach over less are in 
 NEAR = 0.05  # of the mesh's size; how far outside its bounding box a cable may run
 
 
-def mesh_findings(config: RobotConfig, mesh: TetMesh) -> Iterator[Finding]:
+def mesh_findings(config: RobotConfig, meshes: list[TetMesh]) -> Iterator[Finding]:
     """Length unit, shape of elements, loose parts, points outside of the mesh.
+
+    Units and points are looked at where there is one body, which its points must fit.
 
     Args:
         config: the robot file.
-        mesh: its tetrahedra as they are in the file.
+        meshes: the tetrahedra of each body as they are in its file.
     """
-    yield length_unit(config, mesh)
-    yield element_shapes(mesh)
-    yield loose_parts(mesh)
-    yield points_outside(config, mesh)
+    if config.mesh is not None:
+        yield length_unit(config, config.mesh.length_unit, meshes[0])
+    for body, mesh in zip(config.all_bodies, meshes, strict=True):
+        for found in (element_shapes(mesh), loose_parts(mesh)):
+            of = "" if config.mesh else f" of {body.name}"
+            yield replace(found, subject=found.subject + of)
+    if config.mesh is not None:
+        yield points_outside(config, meshes[0])
 
 
 def named_points(config: RobotConfig) -> list[tuple[str, Array]]:
@@ -44,9 +51,14 @@ def named_points(config: RobotConfig) -> list[tuple[str, Array]]:
     ]
 
 
-def length_unit(config: RobotConfig, mesh: TetMesh) -> Finding:
-    """Whether the mesh has the size of a robot, and where its cables are."""
-    unit = config.mesh.length_unit
+def length_unit(config: RobotConfig, unit: str, mesh: TetMesh) -> Finding:
+    """Whether the mesh has the size of a robot, and where its cables are.
+
+    Args:
+        config: the robot file.
+        unit: of the mesh file.
+        mesh: in metres by this unit.
+    """
     points = np.array([point for _, point in named_points(config)])  # (p, 3)
     size, spread = (float(np.ptp(item, axis=0).max()) for item in (mesh.nodes, points))
     inside, filled = {}, {}

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from tauten.model import Simulator, TetRobot
-from tauten.model.load import build_robot
-from tauten.model.mesh import QuadraticMesh, TetMesh, read_mesh, read_quadratic_mesh
+from tauten.model.constraints import ConstrainedRobot
+from tauten.model.load import build_robot, read_bodies
 from tauten.model.schema import ElementName, RobotConfig
 
 TOLERANCE = 1e-6  # m; movement of the last step of an equilibrium
@@ -100,11 +100,11 @@ class VariantStates:
     states: tuple[LoadedState, ...]
 
 
-def make_loads(robot: TetRobot, shares: tuple[float, ...]) -> tuple[Load, ...]:
+def make_loads(robot: TetRobot | ConstrainedRobot, shares: tuple[float, ...]) -> tuple[Load, ...]:
     """Every cable alone at shares of its largest pull, in ascending order."""
     return tuple(
         Load(cable, name, share, share * float(robot.limits.pull_max[cable]))
-        for cable, name in enumerate(robot.cable_names)
+        for cable, name in enumerate(robot.actuators.names)
         for share in sorted(shares)
     )
 
@@ -124,7 +124,7 @@ def chosen_variants(element: ElementName, refinements: int) -> tuple[Variant, ..
     return tuple(dict.fromkeys([own[0], *quadratic, *smoothed, *own[1:]]))
 
 
-def variant_robot(config: RobotConfig, path: Path, variant: Variant) -> TetRobot:
+def variant_robot(config: RobotConfig, path: Path, variant: Variant) -> TetRobot | ConstrainedRobot:
     """The robot of a file on another mesh.
 
     Args:
@@ -135,20 +135,12 @@ def variant_robot(config: RobotConfig, path: Path, variant: Variant) -> TetRobot
     Raises:
         RobotFileError, MeshError: it cannot be built.
     """
-    section = config.mesh.model_copy(update={"element": variant.element})
-    file = path.parent / config.mesh.file
-    mesh: TetMesh | QuadraticMesh
-    if variant.element == "quadratic":
-        mesh = read_quadratic_mesh(file, config.mesh.length_unit)
-    else:
-        mesh = read_mesh(file, config.mesh.length_unit)
-    for _ in range(variant.refinements):
-        mesh = mesh.refine()
-    return build_robot(config.model_copy(update={"mesh": section}), mesh, str(path))
+    changed = config.with_element(variant.element)
+    return build_robot(changed, read_bodies(changed, path, variant.refinements), str(path))
 
 
 def equilibria(
-    robot: TetRobot, loads: tuple[Load, ...], stopped: Callable[[], bool]
+    robot: TetRobot | ConstrainedRobot, loads: tuple[Load, ...], stopped: Callable[[], bool]
 ) -> Iterator[LoadedState]:
     """The robot at rest under each load, until `stopped`.
 

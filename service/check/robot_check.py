@@ -8,7 +8,8 @@ from pathlib import Path
 
 from tauten.model import MeshError, RobotFileError, TetRobot, load_robot
 from tauten.model.beams import BeamRobot
-from tauten.model.load import robot_path
+from tauten.model.constraints import ConstrainedRobot
+from tauten.model.load import build_bodies, read_bodies, robot_path
 from tauten.model.mesh import read_unchecked_mesh
 from tauten.model.schema import RobotConfig, model_tables, read_toml, validated
 from tauten.service.check.body_findings import body_findings
@@ -23,6 +24,7 @@ from tauten.service.check.mesh_variants import (
     make_loads,
     variant_robot,
 )
+from tauten.service.check.region_findings import RegionParts, region_parts
 from tauten.service.process import StopFlag, one_blas_thread
 
 Progress = Callable[[float, str], None]
@@ -86,16 +88,20 @@ def check_robot(settings: CheckSettings, stop: StopFlag, progress: Progress) -> 
         if "beams" in raw:
             return check_beams(path, progress)
         config = validated(RobotConfig, raw, path)
-        mesh = read_unchecked_mesh(path.parent / config.mesh.file, config.mesh.length_unit)
         progress(0.0, "mesh")
-        findings = tuple(mesh_findings(config, mesh))
-        own = Variant(config.mesh.element, 0)
+        meshes = [
+            read_unchecked_mesh(path.parent / body.mesh.file, body.mesh.length_unit)
+            for body in config.all_bodies
+        ]
+        findings = tuple(mesh_findings(config, meshes))
+        own = Variant(config.all_bodies[0].mesh.element, 0)
         try:
             robot = variant_robot(config, path, own)
         except (RobotFileError, MeshError) as error:
             return RobotCheck(config.name, findings, refused=str(error))
+        findings += tuple(part.finding for part in parts_of(config, path))
         progress(0.02, "body")
-        findings += tuple(body_findings(robot, 3, config.contact.alarm_distance))
+        findings += tuple(body_findings(robot, 3, robot.contacts.alarm_distance))
         progress(0.08, own.name)
         if not settings.shares:
             return RobotCheck(config.name, findings)
@@ -103,6 +109,34 @@ def check_robot(settings: CheckSettings, stop: StopFlag, progress: Progress) -> 
     return RobotCheck(
         config.name, (*findings, estimate.finding), estimate, complete=estimate.complete
     )
+
+
+def parts_of(config: RobotConfig, path: Path) -> tuple[RegionParts, ...]:
+    """What the regions of a robot file select.
+
+    Args:
+        config: the robot file.
+        path: of the file.
+    """
+    bodies = build_bodies(config, read_bodies(config, path), str(path))
+    return tuple(region_parts(config, bodies.selector))
+
+
+def selected(name_or_path: str) -> tuple[TetRobot | ConstrainedRobot, tuple[RegionParts, ...]]:
+    """A robot made of tetrahedra, and what the regions of its file select.
+
+    Args:
+        name_or_path: a robot file, or the name of a shipped robot.
+
+    Raises:
+        RobotFileError: it cannot be built, or is not made of tetrahedra.
+        MeshError: its mesh cannot be used.
+    """
+    path, robot = robot_path(name_or_path), load_robot(name_or_path)
+    if not isinstance(robot, TetRobot | ConstrainedRobot):
+        raise RobotFileError(f"{path}: regions are drawn of robots made of tetrahedra only")
+    config = validated(RobotConfig, model_tables(read_toml(path)), path)
+    return robot, parts_of(config, path)
 
 
 def check_beams(path: Path, progress: Progress) -> RobotCheck:
@@ -119,7 +153,7 @@ def compare_meshes(
     settings: CheckSettings,
     config: RobotConfig,
     path: Path,
-    robot: TetRobot,
+    robot: TetRobot | ConstrainedRobot,
     stop: StopFlag,
     progress: Progress,
 ) -> MeshErrorEstimate:
@@ -134,7 +168,7 @@ def compare_meshes(
         progress: called with the share of the work just done, and what comes next.
     """
     loads = make_loads(robot, settings.shares)
-    variants = chosen_variants(config.mesh.element, settings.refinements)
+    variants = chosen_variants(config.all_bodies[0].mesh.element, settings.refinements)
     total = sum(variant.relative_cost for variant in variants) * len(loads)
     found: list[VariantStates] = []
     for variant in variants:

@@ -17,6 +17,7 @@ from tauten.service.cli.bench_node import node
 from tauten.service.cli.check import check
 from tauten.service.cli.closed_loop import closed_loop
 from tauten.service.cli.compare import compare
+from tauten.service.cli.new import new
 from tauten.service.cli.operate import alive, command, doctor, metrics, record
 from tauten.service.cli.options import (
     AcceptError,
@@ -32,6 +33,7 @@ from tauten.service.cli.options import (
 )
 from tauten.service.cli.reduction import inspect, reduce
 from tauten.service.cli.runs import demo, replay
+from tauten.service.cli.schema import schema
 from tauten.service.cli.solve import solve
 from tauten.service.process import set_up_logging
 
@@ -42,7 +44,6 @@ app = typer.Typer(
     help="Real-time inverse control of cable-driven soft robots that touch themselves.",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
-    add_completion=False,
 )
 
 
@@ -134,7 +135,12 @@ def stream(
             "or a CSV file with columns x, y, z [m] and optionally t [s]."
         ),
     ],
-    robot: Annotated[str, typer.Option(help="The robot that is served.")] = "finger",
+    robot: Annotated[
+        str,
+        typer.Option(
+            help="The robot that is served: a shipped one, a file, or else the name a node serves it by."
+        ),
+    ] = "finger",
     effector: Annotated[str | None, typer.Option(help="Default: the first.")] = None,
     rate: Annotated[float, typer.Option(min=0.01, help="Targets a second.")] = 50.0,
     duration: Annotated[
@@ -155,27 +161,25 @@ def stream(
     zenoh_config: ZenohConfig = None,
 ) -> None:
     """Stream targets to a robot's node, as soon as the node is alive."""
-    from tauten.model import load_robot
-    from tauten.service.plant import PathError, PathSettings, StreamSettings, make_path
+    from tauten.service.plant import PathSettings, StreamSettings, find_receiver, receiver_path
     from tauten.service.plant import stream as run
     from tauten.service.process import stop_on_signals
 
-    loaded = load_robot(robot)
-    names = loaded.effector_names
-    if effector is not None and effector not in names:
-        raise PathError(f"{loaded.name} has no effector {effector!r}, it has {', '.join(names)}")
-    number = 0 if effector is None else names.index(effector)
+    network = _network(port, zenoh_config)
     with stop_on_signals() as stop:
+        receiver = find_receiver(robot, network, stop)
+        if receiver is None:
+            return
+        number = 0 if effector is None else receiver.number(effector)
         settings = PathSettings(number, rate, size, period, plane, fraction, repeat)
         sending = StreamSettings(rate, duration, json, number, await_plant)
-        made = make_path(path, loaded, settings)
-        run(loaded, made, sending, _network(port, zenoh_config), stop)
+        run(receiver, receiver_path(path, receiver, settings), sending, network, stop)
 
 
 _COMMANDS = (
     *(serve, plant, stream, demo, replay, solve),
     *(command, record, metrics, alive, doctor),
-    *(reduce, inspect, compare, check),
+    *(reduce, inspect, compare, check, new, schema),
 )
 for _command in _COMMANDS:
     app.command()(_command)
@@ -210,6 +214,7 @@ def _setup_errors() -> tuple[type[Exception], ...]:
     from tauten.reduction.state import StateBasisError
     from tauten.service.bench import CompareError
     from tauten.service.log import LogError
+    from tauten.service.new import PartError
     from tauten.service.plant import DemoError, PathError
     from tauten.service.process import RealtimeError
     from tauten.service.rate_check import RateError
@@ -226,6 +231,7 @@ def _setup_errors() -> tuple[type[Exception], ...]:
         LogError,
         NetworkError,
         PageError,
+        PartError,
         PathError,
         RateError,
         RealtimeError,

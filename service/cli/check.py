@@ -21,6 +21,9 @@ def check(
     figure: Annotated[
         Path | None, typer.Option(help="Picture of errors over nodes to draw.")
     ] = None,
+    regions: Annotated[
+        Path | None, typer.Option(help="Picture of what each region selects, to draw.")
+    ] = None,
     markdown: Annotated[Path | None, typer.Option(help="Page to put the tables into.")] = None,
     share: Annotated[
         list[float] | None,
@@ -34,13 +37,13 @@ def check(
         bool, typer.Option("--compare/--no-compare", help="Compare with better meshes.")
     ] = True,
 ) -> None:
-    """Error of the mesh in tension, tip and contact force; elements, units, mass, sag, frequencies, walls.
+    """Error of the mesh in tension, tip and contact force; elements, units, regions, mass, sag, walls.
 
     The exit code is 1 where something is wrong, 2 where the robot cannot be built. Ctrl-C keeps what is done.
     """
     from tauten.model import RobotFileError
-    from tauten.service.check import CheckSettings, check_robot
-    from tauten.service.plots import draw_mesh_error
+    from tauten.service.check import CheckSettings, check_robot, selected
+    from tauten.service.plots import draw_mesh_error, draw_regions
     from tauten.service.process import stop_on_signals
     from tauten.service.tables import check_tables, write_check_tables
 
@@ -60,6 +63,8 @@ def check(
         raise RobotFileError(result.refused)
     if markdown is not None:
         write_check_tables(result, markdown)
+    if regions is not None:
+        draw_regions(*selected(robot), regions)
     if figure is not None:
         if result.estimate is None:
             raise typer.BadParameter("--figure: there are no errors to draw without a comparison")

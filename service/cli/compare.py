@@ -21,7 +21,10 @@ def compare(
     robot: Annotated[str, typer.Argument(help="A shipped robot's name, or a robot file.")],
     pull: Annotated[
         list[float] | None,
-        typer.Option(help="Pulled length [m], one option for each cable; default: the largest."),
+        typer.Option(
+            help="Pulled length [m], one option for each cable; default: of the cables that bend the robot "
+            "as the first one does the largest, of the others none."
+        ),
     ] = None,
     tension: Annotated[
         list[float] | None, typer.Option(help="Tension of each cable instead [N].")
@@ -35,6 +38,7 @@ def compare(
     """Apply the same command with and without contact: figure, and distance of the effectors."""
     from tauten.model import load_robot
     from tauten.service.bench import compare_equilibria, equilibrium
+    from tauten.service.plant import bending_command
     from tauten.service.plots import Side, draw_comparison
 
     if len(set(axes)) != 2 or not set(axes) <= set("xyz"):
@@ -42,11 +46,14 @@ def compare(
     if pull and tension:
         raise typer.BadParameter("give --pull or --tension, not both")
     loaded = load_robot(robot)
-    pulls = _each(loaded, pull, "--pull", loaded.limits.pull_max)
-    tensions = (
-        None if not tension else _each(loaded, tension, "--tension", loaded.limits.tension_max)
-    )
-    chosen = (pulls, None) if tensions is None else (None, tensions)
+    chosen: tuple[Array | None, Array | None]
+    if pull:
+        chosen = _each(loaded, pull, "--pull", loaded.limits.pull_max), None
+    elif tension:
+        chosen = None, _each(loaded, tension, "--tension", loaded.limits.tension_max)
+    else:
+        bending = bending_command(loaded)
+        chosen = bending.pull, bending.tension
     passing = equilibrium(loaded, "none", *chosen)
     touching = equilibrium(loaded, "full", *chosen)
     found = compare_equilibria(loaded, touching, passing)
@@ -67,12 +74,10 @@ def compare(
     )
 
 
-def _each(robot: Robot, values: list[float] | None, option: str, largest: Array) -> Array:
-    """One value a cable, by default the largest; within limits."""
+def _each(robot: Robot, values: list[float], option: str, largest: Array) -> Array:
+    """One value a cable, within limits."""
     import numpy as np
 
-    if not values:
-        return largest
     found = np.array(values)
     if len(found) != robot.n_a:
         raise typer.BadParameter(

@@ -51,7 +51,7 @@ def demo(
     )
     with stop_on_signals() as stop, console.status("starting") as status:
         done = run_demo(settings, stop, status.update)
-    draw_run(done.run, done.cables, folder / FIGURE)
+    draw_run(done.run, done.actuators, folder / FIGURE)
     report = done.report
     table = Table("", f"{report.robot}, {report.duration_s:.1f} s", title="tauten demo")
     for row in table_rows(report):
@@ -103,9 +103,11 @@ def replay(
         write_problem(log, tick, problem, recorded_paths)
         return
     result = run(log, tolerance, against, model, recorded_paths)
-    table = Table("cable", "pull differs by [mm]", "tension differs by [N]", title=str(log))
-    for name, pull, tension in zip(result.cables, result.pull, result.tension, strict=True):
-        table.add_row(name, f"{1e3 * pull:.3g}", f"{tension:.3g}")
+    table = Table("actuator", "position differs by", "effort differs by", title=str(log))
+    for i, (name, kind) in enumerate(
+        zip(result.actuators.names, result.actuators.kinds, strict=True)
+    ):
+        table.add_row(name, kind.position.text(result.pull[i]), kind.effort.text(result.tension[i]))
     console = Console()
     console.print(table)
     verdict = "the same" if result.same else "different"

@@ -11,17 +11,21 @@ from tauten.service.wire import HEALTH, JOINTS, POINT, TEXT, TICK, Keys
 
 
 def description(setup: Setup) -> dict[str, Any]:
-    """All that a client needs; lengths in m, forces in N."""
+    """All that a client needs, in SI units; `tension` and `pull` of an actuator are in its units of both."""
     robot, keys = setup.robot, Keys(setup.robot.name)
     limits = robot.limits
-    cables = [
+    actuators = [
         {
             "name": name,
+            "kind": kind.value,
+            "units": {"tension": kind.effort.unit, "pull": kind.position.unit},
             "tension": [float(limits.tension_min[i]), float(limits.tension_max[i])],
             "pull": [float(limits.pull_min[i]), float(limits.pull_max[i])],
             "rate": float(limits.rate[i]),
         }
-        for i, name in enumerate(robot.cable_names)
+        for i, (name, kind) in enumerate(
+            zip(robot.actuators.names, robot.actuators.kinds, strict=True)
+        )
     ]
     rest = robot.effector(robot.rest())  # (p, 3)
     measured = keys.measurements(robot.effector_names)
@@ -43,7 +47,7 @@ def description(setup: Setup) -> dict[str, Any]:
         "rate": robot.integration.rate,
         "target_timeout": setup.service.target_timeout,
         "size": robot.size,
-        "cables": cables,
+        "actuators": actuators,
         "effectors": effectors,
         "keys": {
             "command": {"key": keys.command, "type": TEXT},

@@ -35,7 +35,7 @@ class ActuationLimiter:
         self._h = h
         self._step = limits.rate * h  # (n_a,) m
         self._rounding_pull = ROUNDING * (limits.pull_max - limits.pull_min)
-        self._rounding_tension = ROUNDING * limits.tension_max
+        self._rounding_tension = ROUNDING * limits.largest_tension
         zero = np.zeros(len(self._step))
         self.rest_pull: Array = np.clip(zero, limits.pull_min, limits.pull_max)
         self.rest_tension: Array = np.clip(zero, limits.tension_min, limits.tension_max)

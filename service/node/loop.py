@@ -161,5 +161,6 @@ class ControlLoop:
     def _start_of_release(self) -> Actuation:
         last = self.controller.actuation
         return Actuation(
-            last.pull, last.tension, self.controller.effector, Status.OK, NO_CERTIFICATE
-        )
+            last.pull, last.tension, self.controller.effector, self.controller.effector_values,
+            Status.OK, NO_CERTIFICATE,
+        )  # fmt: skip

@@ -75,7 +75,7 @@ class Node:
         self._inputs = NodeInputs(session, robot, setup.service, closed_loop, recorder)
         self._outputs = NodeOutputs(session, robot, recorder)
         self._answers = QuestionAnswers(session, robot.name, description_json(setup))
-        self._statistics = LoopStatistics(robot.cable_names)
+        self._statistics = LoopStatistics(robot.actuators)
         self._facts = {
             "factorisation": robot.linear_solver,
             "model": setup.order,

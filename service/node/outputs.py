@@ -60,7 +60,7 @@ class NodeOutputs:
         """
         robot, actuation = self._robot, action.actuation
         joints = Joints(
-            stamp, robot.frame, robot.cable_names,
+            stamp, robot.frame, robot.actuators.names,
             tuple(actuation.pull.tolist()), tuple(actuation.tension.tolist()),
         )  # fmt: skip
         self._send(self._actuation, encode_joints(joints), stamp, tick)

@@ -6,6 +6,7 @@ from bisect import bisect_left
 from collections import Counter
 from math import isnan
 
+from tauten.model import Actuators
 from tauten.service.log import LogRecorder
 from tauten.service.node.clock import Clock
 from tauten.service.node.limiter import ROUNDING
@@ -57,14 +58,14 @@ class LoopStatistics:
         times: histograms of "latency", target to actuation, and "jitter", how late ticks begin.
     """
 
-    def __init__(self, cables: tuple[str, ...]) -> None:
+    def __init__(self, actuators: Actuators) -> None:
         """Start without ticks.
 
         Args:
-            cables: names of the robot's cables.
+            actuators: of the robot.
         """
         self.times = {"latency": Histogram(), "jitter": Histogram()}
-        self._cables = cables
+        self._actuators = actuators
         self._ticks = 0
         self._modes: Counter[str] = Counter()
         self._statuses: Counter[str] = Counter()
@@ -151,16 +152,21 @@ class LoopStatistics:
         return Diagnostic("decisions", level, f"{mode}, {bad} not OK", values)
 
     def _tensions(self) -> Diagnostic:
-        """Tensions of the last tick that left, and those of the model where the limiter has changed them."""
+        """Efforts of the last tick that left, and those of the model where the limiter has changed them."""
         action = self._action
         if action is None:
             return Diagnostic("tensions", Level.OK, "", {})
         left, model = action.actuation.tension.tolist(), action.wanted.tension.tolist()
         values, changed = {}, []
-        for name, sent, wanted in zip(self._cables, left, model, strict=True):
-            values[f"{name}_n"], values[f"{name}_model_n"] = f"{sent:.4g}", f"{wanted:.4g}"
+        names, kinds = self._actuators.names, self._actuators.kinds
+        for name, kind, sent, wanted in zip(names, kinds, left, model, strict=True):
+            unit = kind.effort.unit
+            values[f"{name}_{unit.lower()}"] = f"{sent:.4g}"
+            values[f"{name}_model_{unit.lower()}"] = f"{wanted:.4g}"
             if abs(wanted - sent) > ROUNDING * max(abs(sent), abs(wanted), 1.0):
-                changed.append(f"{name}: {sent:.3g} N have left, the model has {wanted:.3g} N")
+                changed.append(
+                    f"{name}: {sent:.3g} {unit} have left, the model has {wanted:.3g} {unit}"
+                )
         level = Level.WARN if changed else Level.OK
         return Diagnostic("tensions", level, "; ".join(changed) or "as in the model", values)
 

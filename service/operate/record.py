@@ -6,7 +6,6 @@ network loses some. Replay such a log; a log of this recorder is for observation
 
 from __future__ import annotations
 
-import json
 import logging
 import time
 from pathlib import Path
@@ -22,14 +21,13 @@ from tauten.service.wire import (
     FLOAT,
     HEALTH,
     JOINTS,
-    JSON,
     POINT,
     TEXT,
     TICK,
     Keys,
     Network,
-    NetworkError,
     Rejection,
+    ask_description,
     payload_format,
     payload_of,
 )
@@ -72,7 +70,7 @@ def record_robot(robot: str, path: Path, network: Network, stop: StopFlag) -> in
     keys, count = Keys(robot), 0
     with node_of(robot, network) as session:
         source = session.declare_subscriber(keys.all, zenoh.handlers.RingChannel(_RING))
-        facts = _description(session, keys)
+        facts = ask_description(session, keys)
         kinds = message_kinds(keys, tuple(item["name"] for item in facts["effectors"]))
         recorder = LogRecorder(path, _metadata(facts))
         log.info("recording %s to %s", robot, path)
@@ -107,14 +105,6 @@ def _drain(
         recorder.write(Entry(key, kind, payload, form != CDR, seen, seen, 0))
         count += 1
     return count
-
-
-def _description(session: zenoh.Session, keys: Keys) -> dict[str, Any]:
-    for reply in session.get(keys.description, timeout=2.0):
-        if reply.ok is not None and str(reply.ok.encoding) == JSON:
-            found: dict[str, Any] = json.loads(bytes(reply.ok.payload))
-            return found
-    raise NetworkError(f"the node of {keys.robot!r} does not describe itself")
 
 
 def _metadata(facts: dict[str, Any]) -> dict[str, str]:

@@ -9,9 +9,18 @@ from tauten.service.plant.demo import (
     run_demo,
     save_path,
 )
-from tauten.service.plant.paths import SHAPES, PathError, PathSettings, Plane, directions, make_path
+from tauten.service.plant.paths import (
+    SHAPES,
+    PathError,
+    PathSettings,
+    Plane,
+    bending_command,
+    directions,
+    make_path,
+)
 from tauten.service.plant.plant import PlantSettings, simulate
 from tauten.service.plant.processes import Child, DemoError, child, free_ports
+from tauten.service.plant.receiver import Receiver, find_receiver, receiver_path
 from tauten.service.plant.streaming import StreamSettings, stream
 
 __all__ = [
@@ -25,13 +34,17 @@ __all__ = [
     "Plane",
     "PlantSettings",
     "REPORT",
+    "Receiver",
     "SHAPES",
     "StreamSettings",
     "TARGETS",
+    "bending_command",
     "child",
     "directions",
+    "find_receiver",
     "free_ports",
     "make_path",
+    "receiver_path",
     "run_demo",
     "save_path",
     "simulate",

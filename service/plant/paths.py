@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from tauten.model import Robot, Simulator
+from tauten.model import Command, Robot, Simulator, command_range
 from tauten.model.numerics import Array
 
 log = logging.getLogger(__name__)
@@ -96,10 +96,25 @@ def make_path(name: str, robot: Robot, settings: PathSettings) -> TargetPath:
     """
     if name == "reach":
         return reach_path(robot, settings.effector, settings.fraction, settings.period)
+    start = robot.effector(robot.rest())[settings.effector]
+    return path_from(name, start, robot.size, settings)
+
+
+def path_from(name: str, start: Array, robot_size: float, settings: PathSettings) -> TargetPath:
+    """A path by name that needs no model: a shape, or a CSV file.
+
+    Args:
+        name: of the shape or the CSV file.
+        start: (3,) where the effector rests [m].
+        robot_size: of the robot [m].
+        settings: of the path.
+
+    Raises:
+        PathError: no such path, or one that cannot be made.
+    """
     for shape in SHAPES:
         if name == shape:
-            start = robot.effector(robot.rest())[settings.effector]
-            size = 0.1 * robot.size if settings.size is None else settings.size
+            size = 0.1 * robot_size if settings.size is None else settings.size
             return shape_path(shape, start, size, settings.period, settings.plane)
     if not name.endswith(".csv"):
         allowed = ", ".join([*SHAPES, "reach"])
@@ -141,31 +156,28 @@ def reach_path(robot: Robot, effector: int, fraction: float, period: float) -> T
     """Where an effector gets when the cables are pulled: a path that the robot can follow.
 
     One cable is pulled and let go once; several are pulled one after another, in turns that grow
-    and fade, in the order of the directions they pull the effector to. Cables that may be let out work
-    against each other: they get tensions and not pulled lengths. A smooth curve through some
-    equilibria of the full-order model with pointwise contact. Where there is no equilibrium under a load, the
-    path goes through the last one on the way to it.
+    and fade, in the order of the directions they pull the effector to, and other actuators alike. What is
+    commanded of each, and how far, says `command_range`. A smooth curve through some equilibria of the
+    full-order model with pointwise contact. Where there is no equilibrium under a load, the path goes through
+    the last one on the way to it.
 
     Args:
         robot: the robot.
         effector: its number.
-        fraction: of each cable's largest pull, or tension, up to which it is pulled.
+        fraction: of the range of each actuator that is used.
         period: seconds of one pass.
 
     Raises:
         PathError: the model finds no equilibrium but that at rest.
     """
-    slack = bool((robot.limits.pull_min < 0.0).any())
-    largest = robot.limits.tension_max if slack else robot.limits.pull_max
-    commands = fraction * largest * reach_shares(directions(robot, effector))  # (m, n_a)
+    reach, shares = command_range(robot), fraction * reach_shares(directions(robot, effector))
     simulator, shortened = Simulator(robot, contact="full"), 0
     found: dict[bytes, Array] = {}  # one cable passes each equilibrium twice
-    for command in commands:
-        if command.tobytes() not in found:
-            held = (None, command) if slack else (command, None)  # pull, tension
-            shortened += not _settled_or_shortened(simulator, held)
-            found[command.tobytes()] = simulator.effector[effector]
-    points = np.array([found[command.tobytes()] for command in commands])
+    for share in shares:
+        if share.tobytes() not in found:
+            shortened += not _settled_or_shortened(simulator, reach.command(share))
+            found[share.tobytes()] = simulator.effector[effector]
+    points = np.array([found[share.tobytes()] for share in shares])
     if shortened > 0 and np.ptp(points, axis=0).max() < _NEARLY_SETTLED:
         raise PathError(f"reach: {robot.name} finds no equilibrium but that at rest")
     if shortened > 0:
@@ -179,14 +191,28 @@ def reach_path(robot: Robot, effector: int, fraction: float, period: float) -> T
     return TargetPath(times, curve(times), True, shortened)
 
 
-def _settled_or_shortened(simulator: Simulator, held: tuple[Array | None, Array | None]) -> bool:
-    """Settle under pulled lengths or tensions; whether that is nearly the whole load."""
+def _settled_or_shortened(simulator: Simulator, command: Command) -> bool:
+    """Settle under a command; whether that is nearly the whole load."""
     before = simulator.state, simulator.forces
-    report = simulator.settle(held[0], held[1], _SETTLED, _MAX_STEPS, load_steps=False)
+    held = command.pull, command.tension
+    report = simulator.settle(*held, _SETTLED, _MAX_STEPS, load_steps=False)
     if report.movement < _NEARLY_SETTLED:
         return True
     simulator.start_from(*before)
-    return simulator.settle(held[0], held[1], _SETTLED, _MAX_STEPS).converged
+    return simulator.settle(*held, _SETTLED, _MAX_STEPS).converged
+
+
+def bending_command(robot: Robot, effector: int = 0) -> Command:
+    """The command that bends a robot as far as its first actuator can.
+
+    Each actuator gets as much of its range as it moves the effector into the direction of the first one;
+    cables on the other side get nothing.
+
+    Args:
+        robot: the robot.
+        effector: number of the effector.
+    """
+    return command_range(robot).command(np.cos(directions(robot, effector)))
 
 
 def directions(robot: Robot, effector: int) -> Array:
@@ -206,10 +232,10 @@ def directions(robot: Robot, effector: int) -> Array:
 
 
 def reach_shares(angles: Array) -> Array:
-    """Shares of the largest pull on the way of `reach`, all zero at both ends: (m, n_a).
+    """Shares −1 to 1 of the ranges of the actuators on the way of `reach`, zero at both ends: (m, n_a).
 
     Args:
-        angles: (n_a,) into which direction each cable pulls [rad].
+        angles: (n_a,) into which direction each moves the effector [rad].
     """
     turns = 1 if len(angles) == 1 else _REACH_TURNS
     half = np.linspace(0.0, np.pi, turns * _REACH_SAMPLES + 1)
@@ -218,7 +244,7 @@ def reach_shares(angles: Array) -> Array:
     if len(angles) == 1:
         return swell[:, None]
     phase = np.linspace(0.0, 2.0 * np.pi * turns, len(swell))
-    shares: Array = swell[:, None] * np.maximum(np.cos(phase[:, None] - angles), 0.0)
+    shares: Array = swell[:, None] * np.cos(phase[:, None] - angles)
     return shares
 
 

@@ -90,8 +90,10 @@ class Plant:
         self._effectors = [[Publisher(session, key, POINT) for key in group] for group in groups]
         self._gap = Publisher(session, keys.plant_gap, FLOAT)
         self._health = Publisher(session, keys.plant_health, HEALTH, urgent=False)
-        self._drive = settings.drive
-        self._command: Array = np.zeros(robot.n_a)
+        # what leads each actuator: efforts of those that a hold keeps by their effort
+        self._by_force = robot.actuators.held_by_force | (settings.drive == "tension")
+        self._pull: Array = np.where(self._by_force, np.nan, 0.0)
+        self._tension: Array = np.where(self._by_force, 0.0, np.nan)
         self._counts = MessageCounts()
         self._step = Window()
         self._unconverged = 0
@@ -115,7 +117,7 @@ class Plant:
         sample = self._source.try_recv()
         if sample is None:
             return
-        payload, names = payload_of(sample), self._robot.cable_names
+        payload, names = payload_of(sample), self._robot.actuators.names
         if isinstance(payload, Rejection):
             self._counts.refuse(payload)
             return
@@ -124,15 +126,14 @@ class Plant:
             self._counts.refuse(joints)
             return
         self._counts.accepted += 1
-        found = joints.pull if self._drive == "pull" else joints.tension
-        self._command = np.array(found)  # (n_a,)
+        pull, tension = np.array(joints.pull), np.array(joints.tension)  # (n_a,)
+        self._pull = np.where(self._by_force, np.nan, pull)
+        self._tension = np.where(self._by_force, tension, np.nan)
 
     def _advance(self) -> None:
         """One step; a simulation that blows up starts again at rest."""
         try:
-            simulator, command = self._simulator, self._command
-            pulled = self._drive == "pull"
-            report = simulator.step(pull=command) if pulled else simulator.step(tension=command)
+            report = self._simulator.step(pull=self._pull, tension=self._tension)
             self._unconverged += not report.converged
         except FactorisationError as error:
             log.error("the simulation has blown up and starts again at rest: %s", error)
@@ -146,7 +147,7 @@ class Plant:
             for publisher, point in zip(publishers, points, strict=True):
                 publisher.put(encode_point(point))
         pull, tension = tuple(simulator.pull.tolist()), tuple(simulator.tension.tolist())
-        joints = Joints(stamp, robot.frame, robot.cable_names, pull, tension)
+        joints = Joints(stamp, robot.frame, robot.actuators.names, pull, tension)
         self._state.put(encode_joints(joints))
         self._gap.put(encode_float(float(simulator.gaps.min(initial=np.inf))))
 

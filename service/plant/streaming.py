@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 import zenoh
 
-from tauten.model import Robot
 from tauten.service.node import Clock
 from tauten.service.plant.paths import TargetPath
+from tauten.service.plant.receiver import Receiver
 from tauten.service.process import StopFlag
 from tauten.service.wire import (
     CDR,
@@ -21,14 +21,12 @@ from tauten.service.wire import (
     Point,
     Role,
     encode_point,
-    is_alive,
     open_session,
     point_json,
+    wait_for,
 )
 
 log = logging.getLogger(__name__)
-
-_RETRY = 0.2  # s
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,12 +49,12 @@ class StreamSettings:
 
 
 def stream(
-    robot: Robot, path: TargetPath, settings: StreamSettings, network: Network, stop: StopFlag
+    receiver: Receiver, path: TargetPath, settings: StreamSettings, network: Network, stop: StopFlag
 ) -> int:
     """Send targets, once the robot's node is alive; returns how many.
 
     Args:
-        robot: that is served.
+        receiver: the robot that is served.
         path: of the targets.
         settings: of the stream.
         network: ports or configuration.
@@ -65,16 +63,16 @@ def stream(
     Raises:
         NetworkError: no session.
     """
-    keys = Keys(robot.name)
-    key = keys.targets(robot.effector_names)[settings.effector]
-    session = open_session(network, Role.OTHER, robot.name)
+    keys = Keys(receiver.name)
+    key = keys.targets(receiver.effectors)[settings.effector]
+    session = open_session(network, Role.OTHER, receiver.name)
     try:
         tokens = [keys.token, *([keys.plant_token] if settings.await_plant else [])]
         if not all(wait_for(session, token, stop) for token in tokens):
             return 0
         encoding = f"{JSON if settings.json else CDR};{POINT}"
         publisher = session.declare_publisher(key, encoding=encoding, express=True)
-        return _send(publisher, robot.frame, path, settings, stop)
+        return _send(publisher, receiver.frame, path, settings, stop)
     finally:
         session.close()  # type: ignore[no-untyped-call]
 
@@ -98,22 +96,3 @@ def _send(
         elapsed = clock.wait().index * clock.period
     log.info("%d targets sent", count)
     return count
-
-
-def wait_for(session: zenoh.Session, token: str, stop: StopFlag) -> bool:
-    """Wait until a liveliness token is declared; False after a request to stop.
-
-    Args:
-        session: open Zenoh session.
-        token: its key.
-        stop: ends the wait.
-    """
-    waiting = False
-    while not stop.requested:
-        if is_alive(session, token):
-            return True
-        if not waiting:
-            log.info("waiting for %s", token)
-        waiting = True
-        time.sleep(_RETRY)
-    return False

@@ -8,6 +8,7 @@ from tauten.service.plots.contact_modes import draw_modes
 from tauten.service.plots.error_curve import draw_curve
 from tauten.service.plots.mesh_error import draw_mesh_error
 from tauten.service.plots.posture_errors import draw_posture_errors
+from tauten.service.plots.regions import draw_regions
 from tauten.service.plots.replay import draw_replay
 from tauten.service.plots.run import draw_run
 
@@ -20,6 +21,7 @@ __all__ = [
     "draw_mesh_error",
     "draw_modes",
     "draw_posture_errors",
+    "draw_regions",
     "draw_replay",
     "draw_run",
 ]

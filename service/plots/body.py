@@ -35,7 +35,14 @@ class Side:
         return 3 - self.right - self.up
 
 
-def draw_body(axes: Axes, points: Array, triangles: Ints, side: Side, alpha: float = 1.0) -> None:
+def draw_body(
+    axes: Axes,
+    points: Array,
+    triangles: Ints,
+    side: Side,
+    alpha: float = 1.0,
+    colour: Array = _SILICONE,
+) -> None:
     """Surface triangles from the farthest to the nearest, shaded by their normals.
 
     Args:
@@ -44,6 +51,7 @@ def draw_body(axes: Axes, points: Array, triangles: Ints, side: Side, alpha: flo
         triangles: (t, 3).
         side: from which it is seen.
         alpha: opacity.
+        colour: (3,) red, green and blue.
     """
     corners = points[triangles]  # (t, 3, 3)
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -52,7 +60,7 @@ def draw_body(axes: Axes, points: Array, triangles: Ints, side: Side, alpha: flo
     light = 0.55 + 0.45 * np.clip(normal @ (_LIGHT / np.linalg.norm(_LIGHT)), 0.0, 1.0)
     order = np.argsort(side.towards * corners[:, :, side.depth].mean(axis=1))
     order = order[to_eye[order] > 0.0]
-    colours = np.clip(light[order, None] * _SILICONE, 0.0, 1.0)
+    colours = np.clip(light[order, None] * colour, 0.0, 1.0)
     faces = _MM * corners[order][:, :, [side.right, side.up]]
     axes.add_collection(
         PolyCollection(

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from tauten.model import Actuators, Quantity
 from tauten.model.numerics import Array
-from tauten.service.replay import RecordedRun, distance_to_goal
+from tauten.service.replay import RecordedRun, Series, distance_to_goal
 
 _TARGET, _MODEL, _PLANT, _LIMIT = "#222222", "#0072b2", "#d55e00", "#999999"
 CABLE_COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
@@ -17,20 +19,57 @@ _MM = 1e3
 _LEAD = 0.5  # s shown before the first goal
 
 
-def draw_run(run: RecordedRun, cables: tuple[str, ...], path: Path) -> None:
+@dataclass(frozen=True, slots=True)
+class Shown:
+    """How positions or efforts of actuators are shown on one axis.
+
+    Attributes:
+        names: of the actuators, with units where these differ.
+        label: of the axis.
+        unit: in brackets; "" where units differ.
+        scale: (n_a,) from SI units to those shown.
+    """
+
+    names: tuple[str, ...]
+    label: str
+    unit: str
+    scale: Array
+
+
+def shown_positions(actuators: Actuators) -> Shown:
+    """How the positions of actuators are shown."""
+    return _shown(actuators.names, [kind.position for kind in actuators.kinds], "position")
+
+
+def shown_efforts(actuators: Actuators) -> Shown:
+    """How the efforts of actuators are shown."""
+    return _shown(actuators.names, [kind.effort for kind in actuators.kinds], "effort")
+
+
+def _shown(names: tuple[str, ...], quantities: list[Quantity], common: str) -> Shown:
+    scale = np.array([quantity.scale for quantity in quantities])
+    first = quantities[0]
+    if all(quantity == first for quantity in quantities):
+        return Shown(names, first.label, f"[{first.shown_unit}]", scale)
+    pairs = zip(names, quantities, strict=True)
+    return Shown(tuple(f"{name} [{item.shown_unit}]" for name, item in pairs), common, "", scale)
+
+
+def draw_run(run: RecordedRun, actuators: Actuators, path: Path) -> None:
     """Draw a run.
 
     Args:
         run: the run.
-        cables: names of the cables.
+        actuators: of the robot.
         path: of the figure; its suffix decides the format.
     """
     figure = Figure(figsize=(13.0, 8.0), layout="constrained")
     paths_box, time_box = figure.subfigures(1, 2, width_ratios=(1.0, 1.25), squeeze=False)[0]
     draw_paths(run, paths_box.subplots())
     axes = time_box.subplots(4, 1, sharex=True)
-    draw_pull(run, cables, axes[0])
-    draw_tension(run, cables, axes[1])
+    draw_actuators(run.pull, shown_positions(actuators), axes[0])
+    draw_actuators(run.tension, shown_efforts(actuators), axes[1])
+    axes[0].legend(loc="upper right", ncols=4, fontsize="small")
     draw_error(run, axes[2])
     draw_step_time(run, axes[3])
     axes[-1].set_xlabel("time [s]")
@@ -73,33 +112,18 @@ def widest_plane(points: Array) -> tuple[int, int]:
     return first, second
 
 
-def draw_pull(run: RecordedRun, cables: tuple[str, ...], axes: Axes) -> None:
-    """Draw the commanded pulled lengths.
+def draw_actuators(course: Series, shown: Shown, axes: Axes) -> None:
+    """Draw commanded positions or efforts of all actuators.
 
     Args:
-        run: the run.
-        cables: names of the cables.
+        course: their values over time.
+        shown: names, units and label.
         axes: to draw into.
     """
-    for index, name in enumerate(cables):
+    for index, name in enumerate(shown.names):
         color = CABLE_COLOURS[index % len(CABLE_COLOURS)]
-        axes.plot(run.pull.time, _MM * run.pull.value[:, index], color=color, label=name)
-    axes.set_ylabel("pull [mm]")
-    axes.legend(loc="upper right", ncols=4, fontsize="small")
-
-
-def draw_tension(run: RecordedRun, cables: tuple[str, ...], axes: Axes) -> None:
-    """Draw the commanded tensions.
-
-    Args:
-        run: the run.
-        cables: names of the cables.
-        axes: to draw into.
-    """
-    for index in range(len(cables)):
-        color = CABLE_COLOURS[index % len(CABLE_COLOURS)]
-        axes.plot(run.tension.time, run.tension.value[:, index], color=color)
-    axes.set_ylabel("tension [N]")
+        axes.plot(course.time, shown.scale[index] * course.value[:, index], color=color, label=name)
+    axes.set_ylabel(shown.label)
 
 
 def draw_error(run: RecordedRun, axes: Axes) -> None:

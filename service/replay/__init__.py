@@ -11,12 +11,13 @@ from tauten.service.replay.report import (
     spread,
     table_rows,
 )
-from tauten.service.replay.run import RecordedRun, read_run
+from tauten.service.replay.run import RecordedRun, Series, read_run
 
 __all__ = [
     "RecordedRun",
     "Replay",
     "RunReport",
+    "Series",
     "Spread",
     "TICKS",
     "VERDICT",

@@ -33,9 +33,17 @@ def write_report(replay: Replay, log: str, folder: Path) -> None:
         "worst_tick": replay.worst_tick,
         "statuses": replay.statuses,
         "speed": replay.speed,
-        "cables": {
-            name: {"pull_m": float(pull), "tension_n": float(tension)}
-            for name, pull, tension in zip(replay.cables, replay.pull, replay.tension, strict=True)
+        "actuators": {
+            name: {
+                "kind": kind.value,
+                "pull": float(replay.pull[i]),
+                "pull_unit": kind.position.unit,
+                "tension": float(replay.tension[i]),
+                "tension_unit": kind.effort.unit,
+            }
+            for i, (name, kind) in enumerate(
+                zip(replay.actuators.names, replay.actuators.kinds, strict=True)
+            )
         },
         "notes": list(replay.notes),
     }
@@ -44,20 +52,20 @@ def write_report(replay: Replay, log: str, folder: Path) -> None:
 
 
 def tick_table(replay: Replay) -> str:
-    """Every tick as a line of CSV: recorded and replayed pull [m], tension [N] and status."""
+    """Every tick as a line of CSV: recorded and replayed position, effort and status, in SI units."""
     courses, text = replay.courses, io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     columns = [
         f"{kind} {name} {when}"
-        for name in replay.cables
+        for name in replay.actuators.names
         for kind in ("pull", "tension")
         for when in ("recorded", "replayed")
     ]
     writer.writerow(["tick", "time", *columns, "status recorded", "status replayed"])
     for tick, (time, status) in enumerate(zip(courses.time, courses.status, strict=True)):
         values = []
-        for cable in range(len(replay.cables)):
-            values += courses.pull[:, tick, cable].tolist()
-            values += courses.tension[:, tick, cable].tolist()
+        for place in range(len(replay.actuators)):
+            values += courses.pull[:, tick, place].tolist()
+            values += courses.tension[:, tick, place].tolist()
         writer.writerow([tick, f"{time:.6f}", *(f"{value:.9g}" for value in values), *status])
     return text.getvalue()

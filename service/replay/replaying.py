@@ -15,6 +15,7 @@ from time import perf_counter
 import numpy as np
 
 from tauten.controller.qpcc import write_qpcc
+from tauten.model import Actuators
 from tauten.model.numerics import Array
 from tauten.service.log import LogError, LogReader
 from tauten.service.node import Action, ControlLoop
@@ -30,8 +31,8 @@ class Courses:
 
     Attributes:
         time: (m,) of the ticks, from the first one [s].
-        pull: (2, m, n_a) pulled lengths, recorded and replayed [m].
-        tension: (2, m, n_a) tensions, recorded and replayed [N].
+        pull: (2, m, n_a) positions, recorded and replayed [m, m³].
+        tension: (2, m, n_a) efforts, recorded and replayed [N, Pa].
         status: of the decisions, recorded and replayed, "" where nothing was decided.
     """
 
@@ -46,19 +47,19 @@ class Replay:
     """The difference between a replay and its log.
 
     Attributes:
-        cables: names.
+        actuators: of the robot.
         courses: every tick.
         seconds: duration of the replay.
-        pull: (n_a,) largest difference of pulled lengths [m].
-        tension: (n_a,) largest difference of tensions [N].
-        fraction: largest difference as a fraction of the cable's range.
+        pull: (n_a,) largest difference of positions [m, m³].
+        tension: (n_a,) largest difference of efforts [N, Pa].
+        fraction: largest difference as a fraction of the actuator's range.
         worst_tick: tick of that difference.
         statuses: ticks whose decision ended with another status.
         tolerance: fraction that is accepted.
         notes: other changes since the log was made.
     """
 
-    cables: tuple[str, ...]
+    actuators: Actuators
     courses: Courses
     seconds: float
     pull: Array
@@ -168,7 +169,7 @@ def recorded_ticks(reader: LogReader, setup: Setup, robot: str) -> Iterator[tupl
     actuation: Joints | None = None
     for message in reader.messages():
         if message.key == keys.actuation:
-            joints = decode_joints(message.payload, CDR, setup.robot.cable_names)
+            joints = decode_joints(message.payload, CDR, setup.robot.actuators.names)
             if isinstance(joints, Rejection):
                 raise LogError(f"{reader.path}: does not fit the robot: {joints.detail}")
             actuation = joints
@@ -229,10 +230,10 @@ def _compare(reader: LogReader, setup: Setup, robot: str, tolerance: float) -> R
     off_pull = np.abs(courses.pull[1] - courses.pull[0])  # (m, n_a)
     off_tension = np.abs(courses.tension[1] - courses.tension[0])  # (m, n_a)
     shares = np.maximum(
-        off_pull / (limits.pull_max - limits.pull_min), off_tension / limits.tension_max
+        off_pull / (limits.pull_max - limits.pull_min), off_tension / limits.largest_tension
     ).max(axis=1)  # (m,)
     return Replay(
-        cables=setup.robot.cable_names,
+        actuators=setup.robot.actuators,
         courses=courses,
         seconds=seconds,
         pull=off_pull.max(axis=0),

@@ -56,6 +56,7 @@ from tauten.service.wire.position_subscriber import (
     reach_of,
 )
 from tauten.service.wire.publisher import Publisher
+from tauten.service.wire.questions import ask_description, wait_for
 from tauten.service.wire.tick import Positions, Tick, decode_tick, encode_tick
 
 __all__ = [
@@ -93,6 +94,7 @@ __all__ = [
     "TICK",
     "Tick",
     "Window",
+    "ask_description",
     "decode_health",
     "decode_joints",
     "decode_point",
@@ -115,4 +117,5 @@ __all__ = [
     "reach_of",
     "read_config",
     "typestore",
+    "wait_for",
 ]

@@ -56,8 +56,8 @@ def test_rows_are_pulls_and_gaps() -> None:
 def test_the_tighter_limit_gives_its_name() -> None:
     assert problem_of().row_names == (
         ("rate of cable 0", "rate of cable 0"),
-        ("rate of cable 1", "pull_max of cable 1"),
-        ("pull_min of cable 2", "rate of cable 2"),
+        ("rate of cable 1", "largest pull of cable 1"),
+        ("least pull of cable 2", "rate of cable 2"),
     )
     assert problem_of().bound_names[2] == "tension of cable 2"
 

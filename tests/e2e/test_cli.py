@@ -6,14 +6,19 @@ import re
 from pathlib import Path
 
 import pytest
-from support.processes import ROBOT, run_main, tauten, write_robot
+from support.nodes import wait_mode
+from support.processes import ROBOT, Served, run_main, start, tauten, write_robot
+
+from tauten.service.plant import PathError, PathSettings, find_receiver, receiver_path
+from tauten.service.process import StopFlag
+from tauten.service.wire import Mode, Network
 
 
 def test_help_names_every_command() -> None:
     result = tauten("--help")
     assert result.returncode == 0
     commands = "serve plant stream demo replay command record metrics alive doctor"
-    commands += " reduce inspect compare check bench"
+    commands += " reduce inspect compare check new bench"
     for command in commands.split():
         assert re.search(rf"\b{command}\b", result.stdout)
 
@@ -61,3 +66,21 @@ def test_a_log_that_cannot_be_made_is_a_sentence(
     said = capsys.readouterr().err
     assert said.startswith("tauten: ")
     assert len(said.strip().splitlines()) == 1
+
+
+def test_targets_of_a_served_robot_need_no_robot_file(served: Served, tmp_path: Path) -> None:
+    arguments = ("--robot", "beam", "--port", served.port, "--duration", 2.0)
+    stream = start(tmp_path / "stream.txt", "stream", "line", "--size", 0.004, *arguments)
+    wait_mode(served, Mode.RUN)
+    assert stream.process.wait(30.0) == 0, stream.output.read_text()
+    assert "targets sent" in stream.output.read_text()
+    assert run_main("stream", "line", "--effector", "toe", *arguments) == 2
+
+
+def test_reach_needs_the_file(served: Served) -> None:
+    receiver = find_receiver("beam", Network(served.port), StopFlag())
+    assert receiver is not None
+    assert receiver.effectors == ("tip", "middle")
+    assert receiver.robot is None
+    with pytest.raises(PathError, match="reach is computed with the model of beam: give its file"):
+        receiver_path("reach", receiver, PathSettings())

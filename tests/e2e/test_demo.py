@@ -28,7 +28,7 @@ def folder(beam_file: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     done = run_demo(settings, StopFlag(), said.append)
     assert any("4 s" in text for text in said)
     assert done.report.following > 20
-    assert done.cables == ("lower", "upper")
+    assert done.actuators.names == ("lower", "upper")
     return out
 
 

@@ -132,8 +132,8 @@ def test_the_description_answers(shared: Served, beam: Robot) -> None:
     found = json.loads(bytes(sample.payload))
     assert found["robot"] == "beam"
     assert found["frame"] == "beam_base"
-    assert [cable["name"] for cable in found["cables"]] == ["lower", "upper"]
-    assert found["cables"][0]["pull"] == [0.0, 0.02]
+    assert [cable["name"] for cable in found["actuators"]] == ["lower", "upper"]
+    assert found["actuators"][0]["pull"] == [0.0, 0.02]
     assert [e["target"] for e in found["effectors"]] == [
         "tauten/beam/target",
         "tauten/beam/target/middle",

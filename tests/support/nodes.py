@@ -138,7 +138,7 @@ def wait_slack(served: Served, beam: Robot) -> None:
     """Wait until no cable is pulled."""
 
     def slack(payload: bytes) -> bool:
-        joints = decode_joints(payload, CDR, beam.cable_names)
+        joints = decode_joints(payload, CDR, beam.actuators.names)
         assert isinstance(joints, Joints)
         return not any(joints.pull)
 
@@ -152,7 +152,7 @@ def recorded(log: Path, beam: Robot) -> tuple[list[Tick], list[Joints], list[Poi
         if message.key.endswith("/tick"):
             ticks.append(decode_tick(message.payload))
         elif message.key.endswith("/actuation"):
-            joints.append(decode_joints(message.payload, CDR, beam.cable_names))
+            joints.append(decode_joints(message.payload, CDR, beam.actuators.names))
         elif message.key == "tauten/beam/effector":
             tips.append(decode_point(message.payload, CDR))
     assert all(isinstance(tick, Tick) for tick in ticks)

@@ -188,9 +188,14 @@ def load_variant(name: str, variant: ElementVariant) -> TetRobot:
     """A robot file with another element and another law for its material outside of `materials`."""
     path = robot_path(name)
     config = validated(RobotConfig, model_tables(read_toml(path)), path)
+    if config.material is None:
+        raise ValueError(f"{path}: material: the comparison of elements needs one for all bodies")
     material = config.material.model_copy(update={"law": variant.law})
     mesh = Variant(variant.element, variant.refinements)
-    return variant_robot(config.model_copy(update={"material": material}), path, mesh)
+    robot = variant_robot(config.model_copy(update={"material": material}), path, mesh)
+    if not isinstance(robot, TetRobot):
+        raise ValueError(f"{path}: robots with drives or attachments are not compared")
+    return robot
 
 
 def measure_elements(

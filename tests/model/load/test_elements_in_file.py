@@ -233,7 +233,7 @@ BAD = {
     r"material: c10 100000, c20 -100000, c30 0 Pa: .* softens without limit": (
         "", GOOD + 'law = "yeoh"\nc10 = 1e5\nc20 = -1e5', "",
     ),
-    r"materials\.0\.region: no element has its centre in \(1\.0, 1\.0, 1\.0\) to": ("", GOOD, REGION),
+    r"materials\.0\.region: no tetrahedron has its centre in \(1\.0, 1\.0, 1\.0\) to": ("", GOOD, REGION),
 }  # fmt: skip
 
 

@@ -13,7 +13,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from tauten.controller import Controller, advance, decide, hold, prepare
-from tauten.model import Robot, Simulator, load_robot
+from tauten.model import Command, Robot, Simulator, load_robot
 from tauten.model.numerics import Array
 from tauten.reduction import ContactBasis, Provenance, factorise
 from tauten.service.bench.qpcc import Recorded, save_recorded
@@ -118,7 +118,7 @@ def record(
         if decision.status.usable:
             pull = decision.predicted.delta[robot.n_e :][: robot.n_a]
         else:
-            decision = hold(robot, prepared, pull, settings.enrichment)
+            decision = hold(robot, prepared, Command.of(pull, None), settings.enrichment)
         state = advance(robot, decision.predicted)
         forces = decision.predicted.step.split(decision.predicted.lam, contact.k)
     kept = sorted(rng.choice(len(found), size=min(KEPT, len(found)), replace=False))

@@ -52,7 +52,7 @@ def write(
     robot, keys = setup.robot, Keys(setup.robot.name)
     stamp = START + round(index * 1e9 * robot.h)
     pull, tension = tuple(action.actuation.pull.tolist()), tuple(action.actuation.tension.tolist())
-    joints = Joints(stamp, robot.frame, robot.cable_names, pull, tension)
+    joints = Joints(stamp, robot.frame, robot.actuators.names, pull, tension)
     decided = action.decided
     certificate = action.actuation.certificate
     tick = Tick(

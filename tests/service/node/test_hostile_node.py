@@ -144,7 +144,7 @@ def test_everything_that_leaves_is_within_the_limits(
     actuation = rig.seen.take(KEYS.actuation)
     assert len(actuation) == len(wanted)
     for payload in actuation:
-        joints = decode_joints(payload, CDR, robot.cable_names)
+        joints = decode_joints(payload, CDR, robot.actuators.names)
         assert isinstance(joints, Joints), joints
         assert joints.frame == robot.frame
         pull, tension = np.array(joints.pull), np.array(joints.tension)

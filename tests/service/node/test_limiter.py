@@ -20,7 +20,12 @@ LIMITS = Limits(
 )
 LIMITER = ActuationLimiter(LIMITS, H)
 REST = Actuation(
-    LIMITER.rest_pull, LIMITER.rest_tension, np.zeros((1, 3)), Status.OK, NO_CERTIFICATE
+    LIMITER.rest_pull,
+    LIMITER.rest_tension,
+    np.zeros((1, 3)),
+    np.zeros(3),
+    Status.OK,
+    NO_CERTIFICATE,
 )
 anything = st.lists(st.floats() | st.floats(-0.05, 0.05), min_size=2, max_size=2).map(np.array)
 hostile = st.tuples(anything, anything) | st.just((np.zeros(3), np.zeros(2)))

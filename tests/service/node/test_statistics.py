@@ -9,6 +9,7 @@ import pytest
 from support.bodies import beam_robot, box_mesh
 
 from tauten.controller import Actuation, Controller
+from tauten.model import cable_actuators
 from tauten.service.node import Action, Clock, ControlLoop, LoopStatistics, Signals
 from tauten.service.wire import (
     Cause,
@@ -43,7 +44,7 @@ def tick_of(action: Action) -> Tick:
 
 
 def tensions(action: Action) -> Diagnostic:
-    statistics = LoopStatistics(NAMES)
+    statistics = LoopStatistics(cable_actuators(NAMES))
     statistics.add(tick_of(action), action)
     found = statistics.diagnostics(Clock(0.02), [], None, {})
     return next(item for item in found if item.name == "tensions")

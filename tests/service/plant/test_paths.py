@@ -6,8 +6,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tauten.model import Robot, TetRobot
-from tauten.service.plant import SHAPES, PathError, PathSettings, Plane, make_path, save_path
+from tauten.model import Robot, Simulator, TetRobot, command_range
+from tauten.service.plant import (
+    SHAPES,
+    PathError,
+    PathSettings,
+    Plane,
+    bending_command,
+    make_path,
+    save_path,
+)
 
 SETTINGS = PathSettings(size=0.01, period=4.0)
 
@@ -97,3 +105,31 @@ def test_reach_goes_on_where_there_is_no_equilibrium(finger: TetRobot) -> None:
     assert path.shortened > 0
     assert np.isfinite(path.points).all()
     assert np.ptp(path.points, axis=0).max() > 0.05  # m
+
+
+def test_cables_on_the_other_side_do_not_pull(beam: TetRobot) -> None:
+    """The load of `tauten compare`: one of two antagonistic cables."""
+    command = bending_command(beam)
+    assert command.pull == pytest.approx([0.02, 0.0])
+    assert Simulator(beam).settle(pull=command.pull).converged
+
+
+def test_cables_that_may_be_let_out_get_tensions_within_their_range(beam: TetRobot) -> None:
+    """Antagonists with winches so strong that their largest tension crushes the robot."""
+    pulls, strong = beam.limits.pull_max, np.full(2, 1e5)
+    limits = replace(beam.limits, pull_min=-pulls, tension_max=strong)
+    found = command_range(replace(beam, limits=limits))
+    assert found.by_force.all()
+    assert (found.least == 0.0).all()
+    simulator = Simulator(beam)
+    for cable in range(2):
+        tension = found.command(np.eye(2)[cable]).tension
+        assert simulator.settle(tension=tension).converged
+        assert simulator.pull[cable] == pytest.approx(pulls[cable], rel=1e-3)
+
+
+def test_winches_that_do_not_pay_out_are_commanded_by_pull(beam: TetRobot) -> None:
+    found = command_range(beam)
+    command = found.command(np.array([0.5, -1.0]))
+    assert np.isnan(command.tension).all()
+    assert command.pull == pytest.approx([0.01, 0.0])

@@ -75,7 +75,7 @@ def write_run(setup: Setup, path: Path) -> None:
         joints = Joints(
             stamp,
             robot.frame,
-            robot.cable_names,
+            robot.actuators.names,
             tuple(action.actuation.pull),
             tuple(action.actuation.tension),
         )
@@ -210,10 +210,10 @@ def test_the_report_is_saved_and_shown(log: Path, tmp_path: Path) -> None:
 
 
 def test_the_figure_is_drawn(log: Path, beam: Robot, tmp_path: Path) -> None:
-    draw_run(read_run(log), beam.cable_names, tmp_path / "figure.png")
+    draw_run(read_run(log), beam.actuators, tmp_path / "figure.png")
     data = (tmp_path / "figure.png").read_bytes()
     assert data.startswith(b"\x89PNG")
-    draw_run(read_run(log), beam.cable_names, tmp_path / "figure.svg")
+    draw_run(read_run(log), beam.actuators, tmp_path / "figure.svg")
     text = (tmp_path / "figure.svg").read_text()
     assert "<svg" in text
 
@@ -232,7 +232,7 @@ def test_a_run_without_plant_is_reported_too(log: Path, beam: Robot, tmp_path: P
     report = make_report(run)
     assert report.plant_error.rms_mm is None
     assert report.plant_penetration_mm is None
-    draw_run(run, beam.cable_names, tmp_path / "figure.png")
+    draw_run(run, beam.actuators, tmp_path / "figure.png")
 
 
 def test_the_robot_file_is_in_the_log(log: Path, beam_file: Path, tmp_path: Path) -> None:
@@ -248,7 +248,7 @@ def test_a_report_shows_every_tick_and_the_difference(log: Path, tmp_path: Path)
     write_report(result, "log.mcap", tmp_path / "out")
     verdict = json.loads((tmp_path / "out" / VERDICT).read_text())
     assert verdict["same"] is False
-    assert verdict["cables"]["upper"]["tension_n"] == pytest.approx(result.tension[1])
+    assert verdict["actuators"]["upper"]["tension"] == pytest.approx(result.tension[1])
     assert verdict["notes"] == list(result.notes)
     rows = list(csv.DictReader((tmp_path / "out" / TABLE).read_text().splitlines()))
     assert len(rows) == result.ticks

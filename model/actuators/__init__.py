@@ -1,0 +1,34 @@
+"""Actuators of robots: rows (H, δ) with the conjugate effort λ, and the curvature that efforts add."""
+
+from tauten.model.actuators.actuator_set import ActuatorParts, ActuatorSet, place_actuators
+from tauten.model.actuators.beam_actuators import BeamActuators
+from tauten.model.actuators.chamber import ChamberSet, make_chambers, volumes
+from tauten.model.actuators.coupling import Coupling, coupling_of
+from tauten.model.actuators.enclosure import (
+    ChamberError,
+    cavity_around,
+    cavity_nearest,
+    chamber_surface,
+    enclosed_volume,
+)
+from tauten.model.actuators.force import ForceSet, PointForce, make_forces
+
+__all__ = [
+    "ActuatorParts",
+    "ActuatorSet",
+    "BeamActuators",
+    "ChamberError",
+    "ChamberSet",
+    "Coupling",
+    "ForceSet",
+    "PointForce",
+    "cavity_around",
+    "cavity_nearest",
+    "chamber_surface",
+    "coupling_of",
+    "enclosed_volume",
+    "make_chambers",
+    "make_forces",
+    "place_actuators",
+    "volumes",
+]

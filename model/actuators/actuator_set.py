@@ -1,0 +1,152 @@
+"""The actuators of a robot made of tetrahedra: cables, chambers, forces, and their couplings."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tauten.model.actuators.chamber import ChamberSet, add_chamber_stiffness, make_chambers
+from tauten.model.actuators.coupling import Coupling
+from tauten.model.actuators.force import ForceSet, PointForce, make_forces
+from tauten.model.numerics import Array, Ints
+from tauten.model.points import CableSet, add_cable_stiffness
+from tauten.model.rows import Rows, stack
+from tauten.model.system import Pattern
+
+
+@dataclass(frozen=True, slots=True)
+class ActuatorParts:
+    """The actuators of a body, before their places in the sparsity pattern are known.
+
+    Attributes:
+        cables: in the order of the robot file.
+        chambers: closed surface (t, 3) of each, normals out of the chamber.
+        forces: in the order of the robot file.
+        coupling: of these; None: there is none.
+    """
+
+    cables: CableSet
+    chambers: list[Ints]
+    forces: list[PointForce]
+    coupling: Coupling | None = None
+
+    @property
+    def groups(self) -> list[Ints]:
+        """Groups of nodes (g, s) that the actuators couple."""
+        return [self.cables.nodes, *self.chambers]
+
+
+@dataclass(frozen=True, slots=True)
+class ActuatorSet:
+    """The actuators of a robot made of tetrahedra.
+
+    Attributes:
+        cables: tendons.
+        chambers: cavities under pressure.
+        forces: of fixed direction.
+        coupling: of all of these; None: each is driven alone.
+        cable_slot: places of the cables' curvature in the pattern.
+        chamber_slot: places of the chambers' curvature in the pattern.
+    """
+
+    cables: CableSet
+    chambers: ChamberSet
+    forces: ForceSet
+    coupling: Coupling | None
+    cable_slot: tuple[Ints, Ints]
+    chamber_slot: tuple[Ints, Ints]
+
+    @property
+    def n_a(self) -> int:
+        """Number of motors, the length of λ_a."""
+        return self.n_members if self.coupling is None else self.coupling.n_a
+
+    @property
+    def n_members(self) -> int:
+        """Number of single actuators."""
+        return self.cables.n_a + len(self.chambers) + len(self.forces)
+
+    def rows(self, x: Array, dof: Ints, n: int) -> Rows:
+        """Positions δ_a and H_a: Rows of (n_a, n).
+
+        Args:
+            x: (n_nodes, 3) node positions [m].
+            dof: (n_nodes,) first degree of freedom of a node, −1 where it is fixed.
+            n: number of degrees of freedom.
+        """
+        members = self.member_rows(x, dof, n)
+        return members if self.coupling is None else self.coupling.rows(members)
+
+    def member_rows(self, x: Array, dof: Ints, n: int) -> Rows:
+        """Rows of the single actuators; arguments as for `rows`.
+
+        Args:
+            x: (n_nodes, 3) node positions [m].
+            dof: (n_nodes,) first degree of freedom of a node, −1 where it is fixed.
+            n: number of degrees of freedom.
+        """
+        cables = self.cables.rows(x, dof, n)
+        if self.n_members == len(cables):
+            return cables
+        parts = [cables]
+        if len(self.chambers) > 0:
+            parts.append(self.chambers.rows(x, dof, n))
+        if len(self.forces) > 0:
+            parts.append(self.forces.rows(x[dof >= 0].ravel()))
+        return stack(parts)
+
+    def preload(self, x: Array, dof: Ints, n: int) -> tuple[Array, float] | None:
+        """Force (n,) [N] of the offsets of couplings, and its work since rest [J]; None without any.
+
+        Args:
+            x: (n_nodes, 3) node positions [m].
+            dof: (n_nodes,) first degree of freedom of a node, −1 where it is fixed.
+            n: number of degrees of freedom.
+        """
+        if self.coupling is None or not self.coupling.is_preloaded:
+            return None
+        members, offsets = self.member_rows(x, dof, n), self.coupling.offsets
+        return members.H.T @ offsets, float(offsets @ members.delta)
+
+    def add_stiffness(self, x: Array, lam: Array | None, exact: bool, K: Array) -> None:
+        """Add the curvature of the actuators to a tangent.
+
+        Args:
+            x: (n_nodes, 3) node positions [m].
+            lam: (n_a,) efforts; None: of the offsets of couplings only.
+            exact: whether terms that are not positive semidefinite are added, those of chambers.
+            K: (nnz,) CSC values of −∂force, added to.
+        """
+        if self.coupling is not None:
+            lam = self.coupling.efforts(np.zeros(self.n_a) if lam is None else lam)
+        if lam is None:
+            return
+        c, n_cables = self.cables, self.cables.n_a
+        add_cable_stiffness(
+            x, c.owner, c.nodes, c.weights, c.offset, lam[:n_cables], self.cable_slot, K
+        )
+        if exact and len(self.chambers) > 0:
+            pressure = lam[n_cables : n_cables + len(self.chambers)]
+            add_chamber_stiffness(
+                x, self.chambers.owner, self.chambers.triangles, pressure, self.chamber_slot, K
+            )
+
+
+def place_actuators(parts: ActuatorParts, x0: Array, pattern: Pattern) -> ActuatorSet:
+    """The actuators in a sparsity pattern.
+
+    Args:
+        parts: the actuators.
+        x0: (n_nodes, 3) node positions at rest [m].
+        pattern: in which their `groups` are coupled.
+    """
+    chambers = make_chambers(parts.chambers, x0)
+    return ActuatorSet(
+        cables=parts.cables,
+        chambers=chambers,
+        forces=make_forces(parts.forces, x0, pattern.dof, pattern.n),
+        coupling=parts.coupling,
+        cable_slot=pattern.blocks(parts.cables.nodes),
+        chamber_slot=pattern.blocks(chambers.triangles),
+    )

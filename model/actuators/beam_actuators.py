@@ -1,0 +1,74 @@
+"""The actuators of a robot made of beams: cables and their couplings."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tauten.model.actuators.coupling import Coupling
+from tauten.model.numerics import Array, Ints
+from tauten.model.points import BeamCables, add_beam_cable_stiffness
+from tauten.model.rows import Rows
+
+
+@dataclass(frozen=True, slots=True)
+class BeamActuators:
+    """The actuators of a robot made of beams.
+
+    Attributes:
+        cables: tendons.
+        coupling: of these; None: each is driven alone.
+        cable_slot: places of the cables' curvature in the pattern.
+    """
+
+    cables: BeamCables
+    coupling: Coupling | None
+    cable_slot: tuple[Ints, Ints]
+
+    def rows(self, x: Array, Q: Array, dof: Ints, n: int) -> Rows:
+        """Positions δ_a and H_a: Rows of (n_a, n) [m].
+
+        Args:
+            x: (n_nodes, 3) node positions [m].
+            Q: (n_nodes, 4) node rotations.
+            dof: (n_nodes,) first degree of freedom of a node, −1 where it is fixed.
+            n: number of degrees of freedom.
+        """
+        members = self.cables.rows(x, Q, dof, n)
+        return members if self.coupling is None else self.coupling.rows(members)
+
+    def preload(self, x: Array, Q: Array, dof: Ints, n: int) -> Array | None:
+        """Force (n,) [N, N m] of the offsets of couplings; None without any.
+
+        Args:
+            x: (n_nodes, 3) node positions [m].
+            Q: (n_nodes, 4) node rotations.
+            dof: (n_nodes,) first degree of freedom of a node, −1 where it is fixed.
+            n: number of degrees of freedom.
+        """
+        if self.coupling is None or not self.coupling.is_preloaded:
+            return None
+        force: Array = self.cables.rows(x, Q, dof, n).H.T @ self.coupling.offsets
+        return force
+
+    def add_stiffness(self, x: Array, Q: Array, lam: Array | None, exact: bool, K: Array) -> None:
+        """Add the curvature of the cables to a tangent.
+
+        Args:
+            x: (n_nodes, 3) node positions [m].
+            Q: (n_nodes, 4) node rotations.
+            lam: (n_a,) efforts [N]; None: of the offsets of couplings only.
+            exact: with the rotation of lever arms, which may make the tangent indefinite.
+            K: (nnz,) CSC values of −∂force, added to.
+        """
+        cables = self.cables
+        if self.coupling is not None:
+            motors = np.zeros(self.coupling.n_a) if lam is None else lam
+            lam = self.coupling.efforts(motors)
+        if lam is None:
+            return
+        points, arms = cables.stations.place(x, Q)
+        add_beam_cable_stiffness(
+            points, arms, cables.first, cables.owner, lam, exact, self.cable_slot, K
+        )

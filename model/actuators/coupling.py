@@ -1,0 +1,67 @@
+"""Couplings: motors that drive several actuators.
+
+With the gains C, member actuators i and motors m,
+
+    δ_m = Σ_i C_mi δ_i,   λ_i = offset_i + Σ_m C_mi λ_m                                      (A2)
+
+so that the work of a motor is that on its members, apart from that of the constant offsets. An actuator
+without a coupling is a motor of its own with the gain one.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+
+from tauten.model.numerics import Array
+from tauten.model.rows import Rows
+from tauten.model.schema import CouplingSettings, RobotSettings
+
+
+@dataclass(frozen=True, slots=True)
+class Coupling:
+    """Gains and offsets of the motors of a robot.
+
+    Attributes:
+        gains: C (n_a, members).
+        offsets: (members,) efforts on the members where the motors have none [N, Pa].
+    """
+
+    gains: sp.csr_array
+    offsets: Array
+
+    @property
+    def n_a(self) -> int:
+        """Number of motors."""
+        return int(self.gains.shape[0])
+
+    @property
+    def is_preloaded(self) -> bool:
+        """Whether there is an effort on a member where the motors have none."""
+        return bool(self.offsets.any())
+
+    def rows(self, members: Rows) -> Rows:
+        """Rows of the motors (n_a, n) from those of the members."""
+        return Rows(sp.csr_array(self.gains @ members.H), self.gains @ members.delta)
+
+    def efforts(self, lam: Array) -> Array:
+        """Efforts on the members (members,) under efforts of the motors lam (n_a,)."""
+        efforts: Array = self.offsets + self.gains.T @ lam
+        return efforts
+
+
+def coupling_of(config: RobotSettings) -> Coupling | None:
+    """The couplings of a robot file; None where there are none."""
+    if not config.couplings:
+        return None
+    number = {item.name: place for place, item in enumerate(config.single_actuators)}
+    gains, offsets = np.zeros((len(config.actuators), len(number))), np.zeros(len(number))
+    for motor, item in enumerate(config.actuators):
+        if isinstance(item, CouplingSettings):
+            places = [number[name] for name in item.members]
+            gains[motor, places], offsets[places] = item.gains, item.offsets
+        else:
+            gains[motor, number[item.name]] = 1.0
+    return Coupling(sp.csr_array(gains), offsets)

@@ -1,0 +1,26 @@
+"""Rigid regions, drives and attachments by elimination: robots in the coordinates that these leave."""
+
+from tauten.model.constraints.coordinates import (
+    Congruence,
+    CoordinateMap,
+    GluedNodes,
+    ProductPattern,
+    make_coordinates,
+    make_product_pattern,
+)
+from tauten.model.constraints.frames import DriveRegion, Frames, RigidRegion, make_frames
+from tauten.model.constraints.robot import ConstrainedRobot
+
+__all__ = [
+    "Congruence",
+    "ConstrainedRobot",
+    "CoordinateMap",
+    "DriveRegion",
+    "Frames",
+    "GluedNodes",
+    "ProductPattern",
+    "RigidRegion",
+    "make_coordinates",
+    "make_frames",
+    "make_product_pattern",
+]

@@ -1,0 +1,320 @@
+"""The map from a robot's coordinates to its nodes, x = T(q), and the products with its derivative.
+
+Nodes are free, move with a frame (`Frames`), or are glued: the weighted mean of four other nodes. The
+velocities of the nodes that are not fixed are T v with a sparse T = ∂x/∂q whose pattern never changes and
+whose entries are numbers or components of levers. Forces on nodes become Tᵀ f, tangents Tᵀ K T, rows H T.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+
+from tauten.model.constraints.frames import Frames
+from tauten.model.numerics import Array, Ints, kernel
+from tauten.model.system import Pattern
+
+# Entries (row, column, component of the lever, sign) of ∂(ω x a)/∂ω.
+CROSS = (
+    (0, 1, 2, 1.0),
+    (0, 2, 1, -1.0),
+    (1, 2, 0, 1.0),
+    (1, 0, 2, -1.0),
+    (2, 0, 1, 1.0),
+    (2, 1, 0, -1.0),
+)
+
+
+@dataclass(frozen=True, slots=True)
+class GluedNodes:
+    """Nodes that are weighted means of others.
+
+    Attributes:
+        nodes: (g,) the nodes that are glued.
+        masters: (g, 4) the nodes they follow, none of them glued.
+        weights: (g, 4) rows sum to one.
+    """
+
+    nodes: Ints
+    masters: Ints
+    weights: Array
+
+
+@dataclass(frozen=True, slots=True)
+class CoordinateMap:
+    """T as arrays; made by `make_coordinates`.
+
+    Attributes:
+        n: coordinates' velocities, columns of T: three for each free node, six for each rigid region, one for
+            each drive.
+        n_nodes: nodes that are not fixed; T has three rows for each.
+        free: (f,) free nodes, numbered among those that are not fixed.
+        indptr: (3 n_nodes + 1,) CSR row pointers of T.
+        indices: (nnz,) its columns.
+        factor: (nnz,) and
+        source: (nnz,) its values: factor times one (source 0) or times component source − 1 of the levers.
+        gather: (3 k, 3 n_nodes) forces on frame nodes and on what is glued to them, from forces on nodes.
+        glue: (3 n_nodes, 3 n_nodes) positions of all nodes from those of nodes that are not glued.
+        offset: (3 n_nodes,) what fixed nodes contribute to the positions of glued ones [m].
+    """
+
+    n: int
+    n_nodes: int
+    free: Ints
+    indptr: Ints
+    indices: Ints
+    factor: Array
+    source: Ints
+    gather: sp.csr_array
+    glue: sp.csr_array
+    offset: Array
+
+    def followed(self, x: Array) -> Array:
+        """Positions of all nodes (3 n_nodes,) where glued nodes follow the others in x (3 n_nodes,) [m]."""
+        if self.glue.nnz == len(x):
+            return x
+        positions: Array = self.glue @ x + self.offset
+        return positions
+
+    def values(self, levers: Array) -> Array:
+        """Values of T (nnz,) for levers (k, 3) [m]."""
+        values: Array = self.factor * np.concatenate([[1.0], levers.ravel()])[self.source]
+        return values
+
+    def matrix(self, values: Array) -> sp.csr_array:
+        """T (3 n_nodes, n) with these values (nnz,)."""
+        return sp.csr_array((values, self.indices, self.indptr), shape=(3 * self.n_nodes, self.n))
+
+
+def make_coordinates(frames: Frames, glued: GluedNodes, number: Ints, x0: Array) -> CoordinateMap:
+    """The map of a robot.
+
+    Args:
+        frames: regions that move with a frame.
+        glued: glued nodes.
+        number: (n_nodes,) number of each node among those that are not fixed, −1 where it is fixed.
+        x0: (n_nodes, 3) positions at rest [m].
+    """
+    m = int(number.max(initial=-1)) + 1
+    slaves = number[glued.nodes]
+    is_free = np.ones(m, dtype=bool)
+    is_free[frames.nodes] = is_free[slaves] = False
+    free = np.flatnonzero(is_free)
+    n = 3 * len(free) + frames.n_velocities
+    direct = frame_entries(frames, free)
+    masters = number[glued.masters]
+    follow = glue_matrix(slaves, masters, glued.weights, m)
+    offset = np.zeros((m, 3))
+    held = np.where(masters < 0, glued.weights, 0.0)
+    offset[slaves] = np.einsum("ga,gai->gi", held, x0[glued.masters])
+    rows, columns, factors, sources = direct
+    # a glued row has the entries of its masters, times their weights
+    by_node = sp.csr_array(
+        (np.arange(1, len(rows) + 1), (rows, np.arange(len(rows)))), shape=(3 * m, len(rows))
+    )
+    product = sp.coo_array(follow @ (by_node > 0).astype(float))
+    entry = product.col
+    order = np.lexsort((columns[entry], product.row))
+    row = product.row[order]
+    entry, weight = entry[order], product.data[order]
+    indptr = np.concatenate([[0], np.cumsum(np.bincount(row, minlength=3 * m))])
+    picked = (3 * frames.nodes[:, None] + np.arange(3)).ravel()
+    return CoordinateMap(
+        n=n,
+        n_nodes=m,
+        free=free,
+        indptr=indptr.astype(np.int64),
+        indices=columns[entry].astype(np.int64),
+        factor=weight * factors[entry],
+        source=sources[entry].astype(np.int64),
+        gather=sp.csr_array(sp.csr_array(follow.T)[picked]),
+        glue=follow,
+        offset=offset.ravel(),
+    )
+
+
+def frame_entries(frames: Frames, free: Ints) -> tuple[Ints, Ints, Array, Ints]:
+    """Rows, columns, factors and sources of T without glued nodes: four arrays (e,).
+
+    Args:
+        frames: regions that move with a frame.
+        free: (f,) free nodes.
+    """
+    c, f = np.arange(3), len(free)
+    rows = [(3 * free[:, None] + c).ravel()]
+    columns, factors, sources = [np.arange(3 * f)], [np.ones(3 * f)], [np.zeros(3 * f, np.int64)]
+    for place, (node, owner) in enumerate(zip(frames.nodes, frames.owner, strict=True)):
+        if owner < frames.n_rigid:
+            first = 3 * f + 6 * owner
+            i, j, component, sign = (np.array(part) for part in zip(*CROSS, strict=True))
+            rows += [3 * node + c, 3 * node + i]
+            columns += [first + c, first + 3 + j]
+            factors += [np.ones(3), sign]
+            sources += [np.zeros(3, np.int64), 1 + 3 * place + component]
+        else:
+            first = 3 * f + 5 * frames.n_rigid + owner
+            rows.append(3 * node + c)
+            columns.append(np.full(3, first))
+            factors.append(np.ones(3))
+            sources.append(1 + 3 * place + c)
+    parts = (rows, columns, factors, sources)
+    rows_, columns_, factors_, sources_ = (np.concatenate(part) for part in parts)
+    return rows_, columns_, factors_, sources_
+
+
+def glue_matrix(slaves: Ints, masters: Ints, weights: Array, m: int) -> sp.csr_array:
+    """Positions of all nodes that are not fixed from those that are not glued, (3 m, 3 m).
+
+    Args:
+        slaves: (g,) glued nodes.
+        masters: (g, 4) what they follow, −1 where that is fixed.
+        weights: (g, 4) their weights.
+        m: nodes that are not fixed.
+    """
+    others = np.setdiff1d(np.arange(m), slaves)
+    rows = np.concatenate([others, np.repeat(slaves, 4)])
+    columns = np.concatenate([others, masters.ravel()])
+    values = np.concatenate([np.ones(len(others)), weights.ravel()])
+    known = (columns >= 0) & (values != 0.0)
+    by_node = sp.csr_array((values[known], (rows[known], columns[known])), shape=(m, m))
+    return sp.csr_array(sp.kron(by_node, np.eye(3), format="csr"))
+
+
+@dataclass(frozen=True, slots=True)
+class Congruence:
+    """Where the entries of a sparse K go in Tᵀ K T; made by `make_congruences`.
+
+    Attributes:
+        copied: (c, 2) places of entries between free nodes, in K and in the product.
+        products: (p, 4) place in K, in the values of T for the row and for the column, and in the product.
+    """
+
+    copied: Ints
+    products: Ints
+
+    def apply(self, K: Array, T: Array, size: int) -> Array:
+        """Values (size,) of Tᵀ K T.
+
+        Args:
+            K: (nnz,) values of K.
+            T: values of T.
+            size: entries in the pattern of the product.
+        """
+        result = np.zeros(size)
+        add_congruence(K, T, self.copied, self.products, result)
+        return result
+
+
+@kernel
+def add_congruence(K: Array, T: Array, copied: Ints, products: Ints, result: Array) -> None:
+    """Add Tᵀ K T to `result`; arguments as in `Congruence`.
+
+    Args:
+        K: (nnz,) values of K.
+        T: values of T.
+        copied: (c, 2) places.
+        products: (p, 4) places.
+        result: (size,) values of the product, accumulated.
+    """
+    for k in range(copied.shape[0]):
+        result[copied[k, 1]] += K[copied[k, 0]]
+    for p in range(products.shape[0]):
+        value = T[products[p, 1]] * K[products[p, 0]] * T[products[p, 2]]
+        result[products[p, 3]] += value
+
+
+@dataclass(frozen=True, slots=True)
+class ProductPattern:
+    """The pattern of a constrained robot and how the matrices of its nodes enter it.
+
+    Attributes:
+        pattern: of Tᵀ K T; its `dof` is that of no node and empty.
+        tangent: how a tangent of the nodes enters.
+        inertia: how lumped masses of the nodes' degrees of freedom enter.
+        rigid_places: (n_rigid, 3, 3) places of the blocks of rotations.
+        drive_places: (n_drives,) places of the diagonal of drives.
+    """
+
+    pattern: Pattern
+    tangent: Congruence
+    inertia: Congruence
+    rigid_places: Ints
+    drive_places: Ints
+
+
+def make_product_pattern(
+    coordinates: CoordinateMap, raw: Pattern, frames: Frames
+) -> ProductPattern:
+    """The pattern of Tᵀ K T for K in the pattern of the nodes.
+
+    Args:
+        coordinates: T.
+        raw: pattern over the degrees of freedom of all nodes that are not fixed.
+        frames: regions that move with a frame.
+    """
+    n, first = coordinates.n, 3 * len(coordinates.free)
+    columns = np.repeat(np.arange(raw.n), np.diff(raw.indptr))
+    diagonal = np.arange(raw.n)
+    tangent, inertia = (
+        expanded(coordinates, i, j) for i, j in ((raw.indices, columns), (diagonal, diagonal))
+    )
+    six = np.arange(6)
+    blocks = first + 6 * np.arange(frames.n_rigid)[:, None, None] + np.zeros((1, 6, 6), np.int64)
+    rigid = ((blocks + six) * n + blocks + six[:, None]).ravel()  # column times n plus row
+    keys = [one[3] for one in (tangent, inertia)]
+    pattern = np.unique(np.concatenate([*keys, np.arange(n) * (n + 1), rigid]))
+    column = pattern // n
+    indptr = np.concatenate([[0], np.cumsum(np.bincount(column, minlength=n))])
+
+    def placed(parts: tuple[Ints, Ints, Ints, Ints]) -> Congruence:
+        source, left, right, key = parts
+        place = np.searchsorted(pattern, key)
+        alone = np.diff(coordinates.indptr)
+        owner = np.repeat(np.arange(len(alone)), alone)  # row of each entry of T
+        plain = (coordinates.source == 0) & (coordinates.factor == 1.0) & (alone[owner] == 1)
+        direct = plain[left] & plain[right]
+        others = np.stack([source, left, right, place], axis=1)[~direct]
+        return Congruence(
+            np.stack([source[direct], place[direct]], axis=1),
+            others[np.argsort(others[:, 3], kind="stable")],
+        )
+
+    rotations = first + 6 * np.arange(frames.n_rigid)[:, None, None] + 3
+    three = np.arange(3)
+    drives = first + 6 * frames.n_rigid + np.arange(frames.n_drives)
+    return ProductPattern(
+        Pattern(
+            dof=np.zeros(0, dtype=np.int64),
+            indptr=indptr.astype(np.int64),
+            indices=(pattern % n).astype(np.int64),
+            diagonal=np.searchsorted(pattern, np.arange(n) * (n + 1)),
+        ),
+        placed(tangent),
+        placed(inertia),
+        np.searchsorted(pattern, (rotations + three) * n + rotations + three[:, None]),
+        np.searchsorted(pattern, drives * (n + 1)),
+    )
+
+
+def expanded(coordinates: CoordinateMap, i: Ints, j: Ints) -> tuple[Ints, Ints, Ints, Ints]:
+    """Every product that entries (i, j) of K have in Tᵀ K T, four arrays (p,).
+
+    Args:
+        coordinates: T.
+        i: (nnz,) rows of K.
+        j: (nnz,) columns of K.
+
+    Returns:
+        Place in K, places in T of the row's and of the column's entry, and column · n + row in the product.
+    """
+    count = np.diff(coordinates.indptr)
+    many = count[i] * count[j]
+    source = np.repeat(np.arange(len(i)), many)
+    local = np.arange(len(source)) - np.repeat(np.cumsum(many) - many, many)
+    width = count[j][source]
+    left = coordinates.indptr[i][source] + local // np.maximum(width, 1)
+    right = coordinates.indptr[j][source] + local % np.maximum(width, 1)
+    key = coordinates.indices[right] * coordinates.n + coordinates.indices[left]
+    return source, left, right, key

@@ -1,0 +1,328 @@
+"""Effectors by kind: their goal values, the rows that a step has of them, and the way between the two.
+
+| kind | goal values | rows | unit of a row |
+|---|---|---|---|
+| point, centre | position, 3 | 3 | m |
+| frame | position, quaternion (w, x, y, z), 7 | 6: position, rotation about the frame's axes | m, rad |
+| distance, length | 1 | 1 | m |
+| volume | 1 | 1 | m³ |
+
+Rotations need no chart that has a singular angle: the rows of a frame are those at its present rotation R,
+where the rotation that is wanted has the value r, exp(r) = R⁻¹ R_goal. The value at present is zero.
+
+Errors of different units are compared in metres: a radian counts like the size of the robot, and a
+volume like the displacement that changes it over a surface of V^(2/3), V the volume at rest. The weights of
+a robot file are unitless factors of these.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+
+from tauten.model.numerics import Array, Bools, Ints, rotated_by, rotation_between
+from tauten.model.schema import COMPONENTS, EffectorKind, EffectorSettings
+
+ROWS = COMPONENTS
+VALUES: dict[EffectorKind, int] = COMPONENTS | {"frame": 7}
+COMPONENT_NAMES = ("x", "y", "z", "rotation about x", "rotation about y", "rotation about z")
+MISSED = 1e-3  # of the largest error; smaller ones are those of rows that reach their target
+UNIT_LENGTH = 1e-3  # what the length of a quaternion may differ from one by
+# Angle from which on a rotation pulls less [rad]. Half a turn can be made both ways round: there the pull is
+# zero, so that it does not change its direction at once where a target passes that angle.
+FARTHEST_PULL = 0.75 * np.pi
+
+
+@dataclass(frozen=True, slots=True)
+class Pose:
+    """Goal of a frame.
+
+    Attributes:
+        position: (3,) [m].
+        quaternion: (4,) unit quaternion (w, x, y, z); its negative is the same rotation.
+    """
+
+    position: tuple[float, float, float]
+    quaternion: tuple[float, float, float, float]
+
+
+Goal: TypeAlias = "Pose | float | Sequence[float] | Array"  # of one effector, by its kind
+# Of all effectors; an array (p, 3) where all are points or centres; of one effector alone its goal.
+Target: TypeAlias = "Goal | Sequence[Goal]"
+
+
+@dataclass(frozen=True, slots=True)
+class EffectorLayout:
+    """Kinds of a robot's effectors, and where each has its rows and values.
+
+    Attributes:
+        names: of the effectors, in row order.
+        kinds: of the effectors.
+        weights: (n_e,) of the rows in the objective, unitless; 0: this component is left free.
+        units: (n_e,) metres that one unit of a row counts as [m, m/rad, 1/m²].
+        scale: (n_e,) weights times units: what makes a row a term of the objective, in metres.
+        exact: (n_e,) whether a row is to meet its target exactly.
+        positions_only: whether all effectors are points or centres, so that values are rows.
+        unweighted: whether the scale is one everywhere.
+        row_starts: (p + 1,) first row of each effector.
+        value_starts: (p + 1,) first value of each effector.
+    """
+
+    names: tuple[str, ...]
+    kinds: tuple[EffectorKind, ...]
+    weights: Array
+    units: Array
+    scale: Array
+    exact: Bools
+    positions_only: bool
+    unweighted: bool
+    row_starts: Ints
+    value_starts: Ints
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+    @property
+    def n_rows(self) -> int:
+        """Rows of all effectors, n_e."""
+        return int(self.row_starts[-1])
+
+    @property
+    def n_values(self) -> int:
+        """Goal values of all effectors, n_v."""
+        return int(self.value_starts[-1])
+
+    def rows_of(self, effector: int) -> slice:
+        """Rows of an effector."""
+        return slice(int(self.row_starts[effector]), int(self.row_starts[effector + 1]))
+
+    def values_of(self, effector: int) -> slice:
+        """Goal values of an effector."""
+        return slice(int(self.value_starts[effector]), int(self.value_starts[effector + 1]))
+
+    def row_name(self, row: int) -> str:
+        """What a row is called in messages."""
+        effector = int(np.searchsorted(self.row_starts, row, side="right")) - 1
+        kind, number = self.kinds[effector], row - int(self.row_starts[effector])
+        component = COMPONENT_NAMES[number] if ROWS[kind] > 1 else kind
+        return f"{component} of effector {self.names[effector]}"
+
+    def missed_rows(self, errors: Array) -> tuple[str, ...]:
+        """Names of the exact rows that share in errors (n_e,), by a thousandth of the largest at least."""
+        sizes = np.where(self.exact, np.abs(self.scale * errors), 0.0)
+        found = np.flatnonzero(sizes > MISSED * sizes.max(initial=0.0))
+        return tuple(self.row_name(row) for row in found.tolist())
+
+    def parts(self) -> list[slice]:
+        """Rows that are one vector or number each: positions, rotations, scalars."""
+        found = []
+        for i, kind in enumerate(self.kinds):
+            first = int(self.row_starts[i])
+            found.append(slice(first, first + min(ROWS[kind], 3)))
+            if kind == "frame":
+                found.append(slice(first + 3, first + 6))
+        return found
+
+    def lengths(self, rows: Array) -> Array:
+        """Length of each part (`parts`) of row values (n_e,), in metres by `units`."""
+        metres = self.units * rows
+        return np.array([float(np.linalg.norm(metres[part])) for part in self.parts()])
+
+    def in_metres(self, rows: Array) -> Array:
+        """Rows (n_e, m) in metres by `units`: (3 q, m), three for each part (`parts`), zeros for scalars."""
+        metres, parts = self.units[:, None] * rows, self.parts()
+        found = np.zeros((3 * len(parts), rows.shape[1]))
+        for i, part in enumerate(parts):
+            found[3 * i : 3 * i + part.stop - part.start] = metres[part]
+        return found
+
+    def goal_values(self, target: Target) -> Array | None:
+        """A target as goal values (n_v,); None: not one goal for each effector, or not finite.
+
+        Args:
+            target: (n_v,) values; (p, 3) positions where all effectors are points or centres; or one goal
+                for each effector, by its kind a position (3,), a `Pose` or a number. Of a single effector
+                its goal alone.
+        """
+        if isinstance(target, Pose | float | int):
+            target = [target]
+        try:
+            values = np.asarray(target, dtype=float)
+        except (TypeError, ValueError, OverflowError):
+            return self._joined(target) if isinstance(target, Sequence) else None
+        if values.shape == (len(self), 3) and self.positions_only:
+            values = values.ravel()
+        return self.checked(values)
+
+    def _joined(self, target: Sequence[Goal] | Sequence[float]) -> Array | None:
+        try:
+            parts = [_flat(goal) for goal in target]
+        except (TypeError, ValueError, OverflowError):
+            return None
+        sizes = [VALUES[kind] for kind in self.kinds]
+        if [len(part) for part in parts] != sizes:
+            return None
+        return self.checked(np.concatenate(parts))
+
+    def checked(self, values: Array) -> Array | None:
+        """Values (n_v,) with quaternions of length one; None where they are no goal of these effectors."""
+        if values.shape != (self.n_values,) or not np.isfinite(values).all():
+            return None
+        if self.positions_only:
+            return values
+        values = values.copy()
+        for q in self._quaternions(values):
+            size = float(np.linalg.norm(q))
+            if abs(size - 1.0) > UNIT_LENGTH:
+                return None
+            q /= size
+        return values
+
+    def row_targets(self, now: Array, goal: Array) -> Array:
+        """Values (n_e,) that the rows of a step are to reach.
+
+        Args:
+            now: (n_v,) values at the start of the step.
+            goal: (n_v,) values that are wanted.
+        """
+        if self.positions_only:
+            return goal
+        target = self._rows(goal)
+        for rows, values in self._rotations():
+            r = rotation_between(now[values], goal[values])
+            angle = float(np.linalg.norm(r))
+            if angle > FARTHEST_PULL:
+                r *= (np.pi - angle) / (np.pi - FARTHEST_PULL)
+            target[rows] = r
+        return target
+
+    def values_at(self, now: Array, delta: Array) -> Array:
+        """Goal values (n_v,) where the rows of a step have some values.
+
+        Args:
+            now: (n_v,) values at the start of the step.
+            delta: (n_e,) values of the rows.
+        """
+        if self.positions_only:
+            return delta
+        return self._moved(now, delta, np.zeros(self.n_values))
+
+    def moved(self, values: Array, change: Array) -> Array:
+        """Values (n_v,) changed by some amount of each row (n_e,); rotations about their own axes."""
+        if self.positions_only:
+            return values + change
+        return self._moved(values, change, values)
+
+    def difference(self, end: Array, start: Array) -> Array:
+        """The change (n_e,) of the rows from values `start` to `end`, each (n_v,): moved(start, …) = end."""
+        if self.positions_only:
+            return end - start
+        change = self._rows(end) - self._rows(start)
+        for rows, values in self._rotations():
+            change[rows] = rotation_between(start[values], end[values])
+        return change
+
+    def positions_at(self, positions: Array, values: Array) -> Array:
+        """Positions (p, 3) [m] of the effectors where they have some values.
+
+        Args:
+            positions: (p, 3) of those that have no position among their values [m].
+            values: (n_v,).
+        """
+        if self.positions_only:
+            return values.reshape(-1, 3)
+        found = positions.copy()
+        for i, kind in enumerate(self.kinds):
+            if VALUES[kind] >= 3:
+                first = int(self.value_starts[i])
+                found[i] = values[first : first + 3]
+        return found
+
+    def _moved(self, values: Array, change: Array, base: Array) -> Array:
+        """`base` (n_v,) plus the change of rows; quaternions are those of `values` turned by it."""
+        result = np.empty(self.n_values)
+        for i, kind in enumerate(self.kinds):
+            row, value, size = (
+                int(self.row_starts[i]),
+                int(self.value_starts[i]),
+                min(ROWS[kind], 3),
+            )
+            result[value : value + size] = base[value : value + size] + change[row : row + size]
+            if kind == "frame":
+                turn = np.ascontiguousarray(change[row + 3 : row + 6])
+                result[value + 3 : value + 7] = rotated_by(values[value + 3 : value + 7], turn)
+        return result
+
+    def _rows(self, values: Array) -> Array:
+        """Values (n_v,) without their quaternions, zero in the rows of rotations: (n_e,)."""
+        found = np.zeros(self.n_rows)
+        for i, kind in enumerate(self.kinds):
+            row, value, size = (
+                int(self.row_starts[i]),
+                int(self.value_starts[i]),
+                min(ROWS[kind], 3),
+            )
+            found[row : row + size] = values[value : value + size]
+        return found
+
+    def _rotations(self) -> list[tuple[slice, slice]]:
+        """Rows and values of every rotation."""
+        return [
+            (slice(int(row) + 3, int(row) + 6), slice(int(value) + 3, int(value) + 7))
+            for kind, row, value in zip(
+                self.kinds, self.row_starts, self.value_starts, strict=False
+            )
+            if kind == "frame"
+        ]
+
+    def _quaternions(self, values: Array) -> list[Array]:
+        """Views of the quaternions among values (n_v,)."""
+        return [values[part] for _, part in self._rotations()]
+
+
+def _flat(goal: Goal) -> Array:
+    """A goal of one effector as its values."""
+    if isinstance(goal, Pose):
+        return np.concatenate(
+            [np.asarray(goal.position, float), np.asarray(goal.quaternion, float)]
+        )
+    return np.atleast_1d(np.asarray(goal, dtype=float)).ravel()
+
+
+def effector_layout(
+    effectors: Sequence[EffectorSettings], size: float, volumes: dict[str, float] | None = None
+) -> EffectorLayout:
+    """The layout of the effectors of a robot file.
+
+    Args:
+        effectors: of the file.
+        size: of the robot [m].
+        volumes: of cavities at rest, by the name of their effector [m³].
+    """
+    units, weights, exact = [], [], []
+    for item in effectors:
+        rows = ROWS[item.kind]
+        unit = np.ones(rows)
+        if item.kind == "frame":
+            unit[3:] = size
+        if item.kind == "volume":
+            unit[:] = abs((volumes or {})[item.name]) ** (-2.0 / 3.0)
+        units.append(unit)
+        weights.append(np.broadcast_to(np.asarray(item.weight, dtype=float), (rows,)))
+        exact.append((weights[-1] > 0.0) & item.exact)
+    weight, unit = np.concatenate(weights), np.concatenate(units)
+    return EffectorLayout(
+        names=tuple(item.name for item in effectors),
+        kinds=tuple(item.kind for item in effectors),
+        weights=weight,
+        units=unit,
+        scale=weight * unit,
+        exact=np.concatenate(exact),
+        positions_only=all(item.kind in ("point", "centre") for item in effectors),
+        unweighted=bool(np.all(weight * unit == 1.0)),
+        row_starts=np.cumsum([0, *(ROWS[item.kind] for item in effectors)]),
+        value_starts=np.cumsum([0, *(VALUES[item.kind] for item in effectors)]),
+    )

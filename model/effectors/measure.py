@@ -1,0 +1,137 @@
+"""Effectors as functions of a few points: values, and how they change when the points move.
+
+A point here is any linear combination of nodes, of beams any combination of points attached to nodes: the
+points of a frame are a mean and moments (`tauten.model.effectors.frame`). So one implementation serves
+full, reduced and beam robots, which differ in how points follow from the configuration.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from tauten.model.actuators import volumes
+from tauten.model.numerics import Array, Ints
+from tauten.model.points import CableSet, cable_gradients
+
+
+@dataclass(frozen=True, slots=True)
+class Measurement:
+    """An effector at some positions of its points.
+
+    Attributes:
+        values: (v,) goal values.
+        delta: (m,) values of its rows.
+        position: (3,) where it is drawn [m].
+        gradient: (m, P, 3) change of the rows when the points move.
+    """
+
+    values: Array
+    delta: Array
+    position: Array
+    gradient: Array
+
+
+class Measure(Protocol):
+    """One effector as a function of its points."""
+
+    @property
+    def carrier(self) -> Array:
+        """Weights (P,) of its points in the place where outer forces act on it."""
+
+    def at(self, y: Array) -> Measurement:
+        """The effector for positions y (P, 3) of its points."""
+
+
+@dataclass(frozen=True, slots=True)
+class PositionMeasure:
+    """The mean of its points: an effector of kind point or centre.
+
+    Attributes:
+        count: number of points, P.
+    """
+
+    count: int = 1
+
+    @property
+    def carrier(self) -> Array:
+        """Weights (P,) of its points in the place where outer forces act on it."""
+        return np.full(self.count, 1.0 / self.count)
+
+    def at(self, y: Array) -> Measurement:
+        """The effector for positions y (P, 3) of its points."""
+        mean = y.mean(axis=0)
+        gradient = np.broadcast_to(np.eye(3)[:, None, :] / self.count, (3, self.count, 3))
+        return Measurement(mean, mean, mean, gradient)
+
+
+@dataclass(frozen=True, slots=True)
+class DistanceMeasure:
+    """The distance between two points; where they coincide its derivative is taken as zero."""
+
+    @property
+    def carrier(self) -> Array:
+        """Weights (2,) of its points in the place where outer forces act on it."""
+        return np.full(2, 0.5)
+
+    def at(self, y: Array) -> Measurement:
+        """The effector for positions y (2, 3) of its points."""
+        d = y[1] - y[0]
+        length = float(np.linalg.norm(d))
+        e = d / length if length > 0.0 else np.zeros(3)
+        value = np.array([length])
+        return Measurement(value, value, y.mean(axis=0), np.stack([-e, e])[None])
+
+
+@dataclass(frozen=True, slots=True)
+class LengthMeasure:
+    """The length of a passive cable through its points.
+
+    Attributes:
+        cable: its segments between the points, as of a `CableSet` of one cable over them.
+        count: number of points, P.
+    """
+
+    cable: CableSet
+    count: int
+
+    @property
+    def carrier(self) -> Array:
+        """Weights (P,) of its points in the place where outer forces act on it."""
+        return np.full(self.count, 1.0 / self.count)
+
+    def at(self, y: Array) -> Measurement:
+        """The effector for positions y (P, 3) of its points."""
+        c = self.cable
+        length, by_segment = cable_gradients(y, c.owner, c.nodes, c.weights, c.offset, 1)
+        gradient = np.zeros((1, self.count, 3))
+        np.add.at(gradient[0], c.nodes, by_segment)
+        return Measurement(length, length, y.mean(axis=0), gradient)
+
+
+@dataclass(frozen=True, slots=True)
+class VolumeMeasure:
+    """The volume of a cavity.
+
+    Attributes:
+        triangles: (t, 3) its wall by number of the point, normals out of the cavity.
+        count: number of points, P.
+    """
+
+    triangles: Ints
+    count: int
+
+    @property
+    def carrier(self) -> Array:
+        """Weights (P,) of its points in the place where outer forces act on it."""
+        return np.full(self.count, 1.0 / self.count)
+
+    def at(self, y: Array) -> Measurement:
+        """The effector for positions y (P, 3) of its points."""
+        mean = y.mean(axis=0)
+        one = np.zeros(len(self.triangles), dtype=np.int64)
+        # relative to the mean, which changes no closed volume: products of large coordinates cancel
+        found, gradient = volumes(y - mean, one, self.triangles, self.triangles, self.count)
+        return Measurement(found[:1], found[:1], mean, gradient[None])

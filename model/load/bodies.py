@@ -1,0 +1,165 @@
+"""Bodies of a robot file: read, placed, made of their materials and joined into one mesh."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from tauten.model.mesh import (
+    BodyRange,
+    QuadraticMesh,
+    Selector,
+    TetMesh,
+    join_meshes,
+    make_selector,
+    quadratic_mesh,
+    read_mesh,
+    read_quadratic_mesh,
+)
+from tauten.model.numerics import Array, Bools
+from tauten.model.schema import BodySettings, Region, RobotConfig, RobotFileError
+from tauten.model.tetra import BodyParts, body_parts, join_bodies
+
+AnyMesh = TetMesh | QuadraticMesh
+
+
+@dataclass(frozen=True, slots=True)
+class Bodies:
+    """All bodies of a robot as one.
+
+    Attributes:
+        parts: mesh, elements and masses.
+        selector: of regions.
+        fixed: (n_nodes,) which nodes the regions of `fixed` hold.
+        rigid: nodes of each rigid body, as (n_nodes,) bool, by its name.
+    """
+
+    parts: BodyParts
+    selector: Selector
+    fixed: Bools
+    rigid: dict[str, Bools]
+
+
+def read_bodies(config: RobotConfig, path: Path, refinements: int = 0) -> list[AnyMesh]:
+    """The meshes of the bodies as they are in their files [m], a file used twice read once.
+
+    Args:
+        config: the robot file.
+        path: of the file.
+        refinements: how often every tetrahedron is cut into eight.
+
+    Raises:
+        MeshError: a mesh cannot be used.
+    """
+    read: dict[str, AnyMesh] = {}
+    for body in config.all_bodies:
+        settings = body.mesh
+        key = settings.model_dump_json()
+        if key not in read:
+            reader = read_quadratic_mesh if settings.element == "quadratic" else read_mesh
+            read[key] = reader(path.parent / settings.file, settings.length_unit)
+            for _ in range(refinements):
+                read[key] = read[key].refine()
+    return [read[body.mesh.model_dump_json()] for body in config.all_bodies]
+
+
+def build_bodies(config: RobotConfig, meshes: Sequence[AnyMesh], source: str) -> Bodies:
+    """The bodies of a robot file, each in its place and with the laws of its regions.
+
+    Args:
+        config: the robot file.
+        meshes: of its bodies, as `read_bodies` gives them.
+        source: the robot file's path, for errors.
+
+    Raises:
+        RobotFileError: a region that selects nothing, or elements that do not fit a mesh.
+    """
+    named, parts, ranges = config.named_regions(), [], {}
+    held: list[Bools] = []
+    counts = np.zeros(3, dtype=np.int64)  # nodes, tetrahedra, boundary triangles before the body
+    for index, (body, mesh) in enumerate(zip(config.all_bodies, meshes, strict=True)):
+        prefix = f"bodies.{index}." if config.bodies else ""
+        own = scaled_mesh(mesh, body)
+        there = replace_nodes(own, placed(own.nodes, body))
+        part = build_body(body, own, there, named, source, prefix)
+        unmoved = own.split() if isinstance(own, QuadraticMesh) else own
+        selector = make_selector(unmoved, named, source, body=body.name)
+        chosen = np.zeros(len(unmoved.nodes), dtype=bool)
+        for i, region in enumerate(body.fixed):
+            chosen |= selector.select_nodes(region, f"{prefix}fixed.{i}")
+        parts.append(part)
+        held.append(chosen)
+        sizes = np.array([len(chosen), len(unmoved.tets), len(selector.boundary)])
+        ranges[body.name] = BodyRange(selector, *counts.tolist())
+        counts = counts + sizes
+    joined = join_bodies(parts, join_meshes([part.mesh for part in parts]))
+    whole = make_selector(joined.mesh, named, source, ranges=ranges)
+    fixed = np.concatenate(held)
+    for i, region in enumerate(config.fixed):
+        fixed |= whole.select_nodes(region, f"fixed.{i}")
+    rigid = {body.name: whole.nodes_of(body.name) for body in config.all_bodies if body.rigid}
+    return Bodies(joined, whole, fixed, rigid)
+
+
+def scaled_mesh(mesh: AnyMesh, body: BodySettings) -> AnyMesh:
+    """A mesh in a body's own coordinates, with midpoints where its elements have them."""
+    if body.mesh.element == "quadratic" and isinstance(mesh, TetMesh):
+        mesh = quadratic_mesh(mesh)
+    return mesh if body.scale == 1.0 else replace_nodes(mesh, body.scale * mesh.nodes)
+
+
+def placed(nodes: Array, body: BodySettings) -> Array:
+    """A body's own coordinates (n_nodes, 3) in the robot's frame: (n_nodes, 3) [m]."""
+    if body.rotation is not None:
+        w, x, y, z = body.rotation.unit_quaternion
+        nodes = Rotation.from_quat([x, y, z, w]).apply(nodes)
+    there: Array = nodes + np.array(body.position)
+    return there
+
+
+def replace_nodes(mesh: AnyMesh, nodes: Array) -> AnyMesh:
+    """The mesh with its nodes at other positions (n_nodes, 3) [m]."""
+    return replace(mesh, nodes=nodes)
+
+
+def build_body(
+    body: BodySettings,
+    own: AnyMesh,
+    mesh: AnyMesh,
+    named: Mapping[str, Region],
+    source: str,
+    prefix: str,
+) -> BodyParts:
+    """The domains of one body, each with the law of its region, and its masses.
+
+    Args:
+        body: its table.
+        own: its mesh in its own coordinates, in which regions are given.
+        mesh: the same where it stands.
+        named: regions by name.
+        source: the robot file's path, for errors.
+        prefix: of the table's fields, for errors.
+
+    Raises:
+        RobotFileError: a region of `materials` without elements, or elements that do not fit the mesh.
+    """
+    assert body.material is not None
+    laws = [item.elastic_law() for item in (body.material, *body.materials)]
+    law = np.zeros(len(mesh.tets), dtype=np.int64)
+    density = np.full(len(mesh.tets), body.material.density)
+    if body.materials:
+        corners = own.corners if isinstance(own, QuadraticMesh) else own
+        selector = make_selector(corners, named, source, body=body.name)
+        for index, item in enumerate(body.materials):
+            chosen = selector.select_tets(item.region, f"{prefix}materials.{index}.region")
+            law[chosen], density[chosen] = index + 1, item.density
+    try:
+        parts = body_parts(mesh, body.mesh.element, laws, law, density)
+    except ValueError as error:
+        raise RobotFileError(f"{source}: {prefix}mesh: {error}") from error
+    total = body.material.total_mass
+    return parts if total is None else replace(parts, mass=parts.mass * (total / parts.mass.sum()))

@@ -1,0 +1,227 @@
+"""Effectors of a robot file on a mesh or on beams."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import scipy.sparse as sp
+
+from tauten.model.actuators import ChamberError, cavity_around, chamber_surface
+from tauten.model.effector_layout import effector_layout
+from tauten.model.effectors import (
+    BeamEffectors,
+    DistanceMeasure,
+    EffectorSet,
+    FrameMeasure,
+    LengthMeasure,
+    Measure,
+    NodalEffectors,
+    PositionMeasure,
+    VolumeMeasure,
+    frame_coefficients,
+    nodal_effectors,
+)
+from tauten.model.mesh import Selector
+from tauten.model.numerics import Array, Ints
+from tauten.model.points import (
+    AttachedPoints,
+    Cable,
+    MaterialPoints,
+    attach_to_nodes,
+    join_attached_points,
+    make_cables,
+)
+from tauten.model.schema import EffectorSettings, RobotFileError
+
+Positions = list[tuple[float, float, float]]
+PlacePoints = Callable[[Positions, str, float], MaterialPoints]
+AttachPoints = Callable[[Positions, str, float], AttachedPoints]
+
+
+def build_nodal_effectors(
+    effectors: list[EffectorSettings],
+    selector: Selector,
+    place: PlacePoints,
+    dof: Ints,
+    n: int,
+) -> NodalEffectors:
+    """Effectors of a body whose configuration is the positions of nodes.
+
+    Args:
+        effectors: of the robot file.
+        selector: of regions of the mesh.
+        place: attaches points at rest [m] to the mesh; with the field they come from, for errors, and
+            how far outside they may lie [m].
+        dof: (n_nodes,) first degree of freedom of a node, −1 where it is fixed.
+        n: number of degrees of freedom.
+
+    Raises:
+        RobotFileError: a point outside of the mesh, an empty region, one that has no frame or no volume.
+    """
+    nodes, measures, coefficients = selector.nodes, [], []
+    for index, item in enumerate(effectors):
+        measure, weights = _on_nodes(item, f"effectors.{index}", selector, place)
+        measures.append(measure)
+        coefficients.append(weights)
+    joined = sp.csr_array(sp.vstack(coefficients, format="csr"))
+    kinds = _effector_set(effectors, measures, np.asarray(joined @ nodes), selector)
+    return nodal_effectors(kinds, joined, dof, n)
+
+
+def _on_nodes(
+    item: EffectorSettings, field: str, selector: Selector, place: PlacePoints
+) -> tuple[Measure, sp.csr_array]:
+    """An effector, and the coefficients (P, n_nodes) of its points."""
+    nodes, source = selector.nodes, selector.source
+
+    def attached(points: Positions, name: str) -> sp.csr_array:
+        found = place(points, f"{source}: {field}.{name}", item.max_outside)
+        row = np.repeat(np.arange(len(found)), found.nodes.shape[1])
+        return sp.csr_array(
+            (found.weights.ravel(), (row, found.nodes.ravel())), shape=(len(found), len(nodes))
+        )
+
+    def spread(ids: Ints, weights: Array) -> sp.csr_array:
+        place = (np.repeat(np.arange(len(weights)), len(ids)), np.tile(ids, len(weights)))
+        found = sp.csr_array((weights.ravel(), place), shape=(len(weights), len(nodes)))
+        found.eliminate_zeros()
+        return found
+
+    if item.kind == "point":
+        assert item.point is not None
+        return PositionMeasure(), attached([item.point], "point")
+    if item.kind == "distance":
+        assert item.point is not None and item.other is not None
+        ends = [attached([item.point], "point"), attached([item.other], "other")]
+        return DistanceMeasure(), sp.csr_array(sp.vstack(ends))
+    if item.kind == "length":
+        assert item.points is not None
+        return length_measure(item.points, item.pull_point), attached(item.points, "points")
+    if item.kind == "volume":
+        measure, ids = _cavity(item, selector, field)
+        return measure, spread(ids, np.eye(len(ids)))
+    if item.region is None:
+        raise RobotFileError(f"{source}: {field}.region: needed by a frame of a body of tetrahedra")
+    what = f"{field}.region"
+    ids = np.flatnonzero(selector.select_nodes(item.region, what))
+    if item.kind == "centre":
+        return PositionMeasure(), spread(ids, np.full((1, len(ids)), 1.0 / len(ids)))
+    try:
+        weights = frame_coefficients(nodes[ids])
+    except ValueError as error:
+        raise RobotFileError(f"{source}: {what}: {error}") from error
+    mean = nodes[ids].mean(axis=0)
+    origin = np.zeros(3) if item.point is None else np.array(item.point) - mean
+    return FrameMeasure(origin), spread(ids, weights)
+
+
+def _cavity(item: EffectorSettings, selector: Selector, what: str) -> tuple[VolumeMeasure, Ints]:
+    """The volume of a cavity over the nodes (P,) of its wall."""
+    nodes, boundary = selector.nodes, selector.boundary
+    try:
+        if item.inside is not None:
+            wall = cavity_around(nodes, boundary, np.array(item.inside))
+        else:
+            assert item.region is not None
+            wall = boundary[selector.select_triangles(item.region, f"{what}.region")]
+        ids, corners = np.unique(chamber_surface(nodes, wall), return_inverse=True)
+    except ChamberError as error:
+        raise RobotFileError(f"{selector.source}: {what}: {error}") from error
+    return VolumeMeasure(corners.reshape(-1, 3), len(ids)), ids
+
+
+def length_measure(
+    points: Positions, pull_point: tuple[float, float, float] | None
+) -> LengthMeasure:
+    """The length of a cable over its own points, which are no combinations of others."""
+    count = len(points)
+    own = MaterialPoints(
+        np.repeat(np.arange(count)[:, None], 4, axis=1), np.tile([1.0, 0.0, 0.0, 0.0], (count, 1))
+    )
+    start = None if pull_point is None else np.array(pull_point)
+    return LengthMeasure(make_cables([Cable("", own, start)], np.array(points, dtype=float)), count)
+
+
+def build_beam_effectors(
+    effectors: list[EffectorSettings], selector: Selector, attach: AttachPoints
+) -> BeamEffectors:
+    """Effectors of a robot made of beams.
+
+    Args:
+        effectors: of the robot file.
+        selector: of regions of the nodes.
+        attach: attaches points at rest [m] to nodes; arguments as of `build_nodal_effectors`.
+
+    Raises:
+        RobotFileError: a point outside of its vertebra, an empty region, a kind that beams do not have.
+    """
+    source, nodes = selector.source, selector.nodes
+    measures: list[Measure] = []
+    parts: list[AttachedPoints] = []
+    for index, item in enumerate(effectors):
+        field = f"effectors.{index}"
+
+        def attached(points: Positions | None) -> AttachedPoints:
+            assert points is not None
+            return attach(points, f"{source}: {field}", item.max_outside)  # noqa: B023  called at once
+
+        if item.kind == "volume":
+            raise RobotFileError(f"{source}: {field}.kind: beams have no cavity, found 'volume'")
+        if item.kind == "centre":
+            assert item.region is not None
+            ids = np.flatnonzero(selector.select_nodes(item.region, f"{field}.region"))
+            measures.append(PositionMeasure(len(ids)))
+            parts.append(attach_to_nodes(nodes, ids, nodes[ids]))
+        elif item.kind == "length":
+            assert item.points is not None
+            measures.append(length_measure(item.points, item.pull_point))
+            parts.append(attached(item.points))
+        elif item.kind == "distance":
+            assert item.point is not None and item.other is not None
+            measures.append(DistanceMeasure())
+            parts.append(attached([item.point, item.other]))
+        elif item.point is None:
+            raise RobotFileError(
+                f"{source}: {field}.point: needed by a frame of beams, that of the vertebra there"
+            )
+        elif item.kind == "point":
+            measures.append(PositionMeasure())
+            parts.append(attached([item.point]))
+        else:
+            measures.append(FrameMeasure(np.zeros(3)))
+            parts.append(_node_frame(attached([item.point])))
+    joined = join_attached_points(parts)
+    rest = np.tile([1.0, 0.0, 0.0, 0.0], (len(nodes), 1))
+    kinds = _effector_set(effectors, measures, joined.place(nodes, rest)[0], selector)
+    return BeamEffectors(kinds, joined)
+
+
+def _node_frame(origin: AttachedPoints) -> AttachedPoints:
+    """The points of the frame of one node: its origin, and the node's axes as differences of two points."""
+    node = origin.nodes[0, 0]
+    axes = AttachedPoints(
+        np.full((3, 2), node),
+        np.tile([1.0, -1.0], (3, 1)),
+        np.stack([np.eye(3), np.zeros((3, 3))], axis=1),
+    )
+    return join_attached_points([origin, axes])
+
+
+def _effector_set(
+    effectors: list[EffectorSettings], measures: list[Measure], y: Array, selector: Selector
+) -> EffectorSet:
+    """Effectors over points at rest y (P, 3)."""
+    source, size = selector.source, float(np.linalg.norm(np.ptp(selector.nodes, axis=0)))
+    starts = np.cumsum([0, *(len(measure.carrier) for measure in measures)])
+    at_rest = [
+        measure.at(y[first:end]).values
+        for measure, first, end in zip(measures, starts[:-1], starts[1:], strict=True)
+    ]
+    volumes = {}
+    for index, (item, values) in enumerate(zip(effectors, at_rest, strict=True)):
+        if item.kind == "distance" and not values[0] > 0.0:
+            raise RobotFileError(f"{source}: effectors.{index}.other: coincides with point")
+        if item.kind == "volume":
+            volumes[item.name] = float(values[0])
+    return EffectorSet(effector_layout(effectors, size, volumes), tuple(measures), starts)

@@ -1,0 +1,11 @@
+"""Pieces of robot files."""
+
+from __future__ import annotations
+
+from tauten.model.numerics import Array
+
+
+def point_list(places: Array) -> str:
+    """Points (m, 3) [m] as lines of a TOML array, to a hundredth of a millimetre."""
+    rows = (", ".join(f"{value + 0.0:.5f}" for value in place.round(5)) for place in places)
+    return "\n".join(f"  [{row}]," for row in rows)

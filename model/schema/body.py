@@ -1,0 +1,105 @@
+"""Bodies of a robot file: a mesh, where it stands, what it is made of and what holds it."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from tauten.model.schema.material import RegionMaterialSettings, SolidMaterialSettings
+from tauten.model.schema.region import Selection
+from tauten.model.schema.section import Direction, Name, Point, Section, in_range
+
+ElementName = Literal["linear", "quadratic", "smoothed"]
+UNIT_NORM = 1e-3  # by which the norm of a quaternion may differ from 1; it is then made exact
+
+
+class MeshSettings(Section):
+    """The body's mesh; `length_unit` applies to the mesh file only, the robot file is in SI units."""
+
+    file: str = Field(description="Mesh of the body, in any format that meshio reads.")
+    length_unit: Literal["m", "cm", "mm"] = Field(
+        default="m", description="Unit of the mesh file, by default m."
+    )
+    element: ElementName = Field(
+        default="linear",
+        description="Element of the body: linear tetrahedra (default); quadratic ones, with midpoints "
+        "added to a linear mesh; smoothed: linear ones with strain smoothed around edges and change of "
+        "volume smoothed around nodes.",
+    )
+
+
+class RotationSettings(Section):
+    """A rotation, as an axis with an angle or as a unit quaternion."""
+
+    axis: Direction | None = Field(default=None, description="Axis of the rotation.")
+    angle_deg: Annotated[float, in_range(-360.0, 360.0, "deg")] | None = Field(
+        default=None, description="Angle about the axis, right-handed [deg]."
+    )
+    quaternion: tuple[float, float, float, float] | None = Field(
+        default=None, description="Unit quaternion w, x, y, z, instead of axis and angle."
+    )
+
+    @model_validator(mode="after")
+    def _is_rotation(self) -> RotationSettings:
+        by_axis = self.axis is not None and self.angle_deg is not None
+        partly = self.axis is not None or self.angle_deg is not None
+        if (self.quaternion is None) != by_axis or (self.quaternion is not None and partly):
+            raise ValueError("a rotation has an axis and angle_deg, or a quaternion")
+        if self.quaternion is not None:
+            norm = math.hypot(*self.quaternion)
+            if abs(norm - 1.0) > UNIT_NORM:
+                raise ValueError(
+                    f"the quaternion has the norm {norm:.6g}, a rotation has the norm 1"
+                )
+        return self
+
+    @property
+    def unit_quaternion(self) -> tuple[float, float, float, float]:
+        """The rotation as w, x, y, z of norm 1."""
+        if self.quaternion is not None:
+            norm = math.hypot(*self.quaternion)
+            w, x, y, z = (part / norm for part in self.quaternion)
+            return w, x, y, z
+        assert self.axis is not None and self.angle_deg is not None
+        half = 0.5 * math.radians(self.angle_deg)
+        x, y, z = (math.sin(half) * part / math.hypot(*self.axis) for part in self.axis)
+        return math.cos(half), x, y, z
+
+
+class BodySettings(Section):
+    """A body of a robot with several. Its own coordinates are those of its mesh, in metres and scaled."""
+
+    name: Name = Field(description="Name of the body, used once.")
+    mesh: MeshSettings = Field(
+        description="Mesh of the body; several bodies may have the same file."
+    )
+    scale: Annotated[float, in_range(1e-6, 1e6, "")] = Field(
+        default=1.0, description="Factor of all coordinates of the mesh, unitless, by default 1."
+    )
+    rotation: RotationSettings | None = Field(
+        default=None, description="Rotation about the mesh's origin; by default none."
+    )
+    position: Point = Field(
+        default=(0.0, 0.0, 0.0),
+        description="Where the mesh's origin stands in the robot's frame [m], by default its origin.",
+    )
+    rigid: bool = Field(
+        default=False, description="Whether the body is rigid; by default it deforms."
+    )
+    free: bool = Field(
+        default=False,
+        description="Whether nothing needs to hold the body, which then moves by its inertia alone.",
+    )
+    material: SolidMaterialSettings | None = Field(
+        default=None, description="Material of the body; by default the robot's `material`."
+    )
+    materials: tuple[RegionMaterialSettings, ...] = Field(
+        default=(),
+        description="Other materials in parts of the body, in its own coordinates; by default none.",
+    )
+    fixed: tuple[Selection, ...] = Field(
+        default=(),
+        description="Regions of the body, in its own coordinates, whose nodes do not move; by default none.",
+    )

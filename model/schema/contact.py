@@ -1,0 +1,95 @@
+"""Surfaces and contacts of a robot file."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Annotated
+
+from pydantic import Field, model_validator
+
+from tauten.model.schema.region import Box, Facing, Intersection, Region
+from tauten.model.schema.section import Direction, Distance, Name, Section
+
+ITSELF = "itself"  # instead of the name of a surface: the surface of the candidates
+ALARM_DISTANCE = 2e-3  # m, by default between surfaces with names
+
+
+class SurfaceSettings(Section):
+    """Boundary triangles whose centre lies in the box and whose normal points along `normal`."""
+
+    name: Name = Field(description="Name of the surface, used once.")
+    box: Box = Field(description="Box in which the centres of the triangles lie [m].")
+    normal: Direction | None = Field(
+        default=None,
+        description="Direction near which the outward normals of the triangles are; by default any.",
+    )
+    max_angle_deg: Annotated[float, Field(gt=0.0, le=180.0)] = Field(
+        default=45.0,
+        description="Largest angle between `normal` and the normal of a triangle [deg], by default 45.",
+    )
+
+    def region(self) -> Region:
+        """The same as a region."""
+        if self.normal is None:
+            return self.box
+        facing = Facing(kind="normal", direction=self.normal, max_angle_deg=self.max_angle_deg)
+        return Intersection(kind="intersection", of=[self.box, facing])
+
+
+class ContactSettings(Section):
+    """Candidate points spread over one surface against the triangles of another, or of the same one."""
+
+    candidates: Name | None = Field(
+        default=None,
+        description='Surface or region that the candidates are spread over; where `against` is "itself" it '
+        "may be left out, which means the whole surface of the robot.",
+    )
+    against: Name = Field(
+        description='Surface or region that they may touch; "itself" means the one of the candidates, '
+        "without the neighbourhood of each candidate."
+    )
+    points: Annotated[int, Field(ge=1, le=100_000)] | None = Field(
+        default=None,
+        description="Number of candidates; by default one for each square of a mean edge of the surface.",
+    )
+    neighbour_distance: Distance | None = Field(
+        default=None,
+        description='With `against = "itself"`: way along the surface at rest within which parts of it are '
+        "never compared [m]; by default two mean edges of the surface, and no less than two alarm distances.",
+    )
+
+    @model_validator(mode="after")
+    def _consistent(self) -> ContactSettings:
+        if self.against != ITSELF and self.candidates is None:
+            raise ValueError('candidates are missing; only against = "itself" goes without them')
+        if self.against != ITSELF and self.neighbour_distance is not None:
+            raise ValueError('neighbour_distance is used with against = "itself" only')
+        return self
+
+
+class ContactRange(Section):
+    """Distances of contact handling [m]."""
+
+    alarm_distance: Distance | None = Field(
+        default=None,
+        description="Distance up to which candidates and surfaces are compared [m], less than the thickness "
+        "of the thinnest wall between two surfaces with names; by default 2e-3, and where a surface may "
+        "touch itself half its mean edge.",
+    )
+    tolerance: Distance = Field(
+        default=5e-5,
+        description="Overlap beyond which a decision adds a contact column [m], by default 5e-5.",
+    )
+
+
+def check_surfaces(contacts: Sequence[ContactSettings], known: set[str]) -> None:
+    """Raise a ValueError when a contact names a surface that is not known, or a surface is named itself."""
+    if ITSELF in known:
+        raise ValueError(f"no surface or region may have the name {ITSELF!r}")
+    for index, contact in enumerate(contacts):
+        for name in (contact.candidates, contact.against):
+            if name is not None and name != ITSELF and name not in known:
+                raise ValueError(
+                    f"contacts.{index}: surface {name!r} is not defined, "
+                    f"known are {', '.join(sorted(known)) or 'none'}"
+                )

@@ -1,0 +1,85 @@
+"""`tauten new`: a robot file from a part of CAD."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+from rich.console import Console
+from rich.progress import Progress
+
+
+def new(
+    name: Annotated[str, typer.Argument(help="Name of the robot, its folder and its files.")],
+    mesh: Annotated[
+        Path,
+        typer.Option(help="The part: STL, OBJ, PLY, STEP, BREP, or a file with tetrahedra."),
+    ],
+    unit: Annotated[
+        Literal["m", "cm", "mm"], typer.Option(help="Unit of the part's coordinates.")
+    ] = "mm",
+    size: Annotated[
+        float | None,
+        typer.Option(
+            min=1e-3, help="Size of the elements [mm]; default: chosen by the error of the mesh."
+        ),
+    ] = None,
+    accuracy: Annotated[
+        float,
+        typer.Option(
+            min=0.01, max=1.0, help="Error of tension and tip that the mesh may have, relative."
+        ),
+    ] = 0.1,
+    young: Annotated[
+        float, typer.Option(min=1e2, max=1e9, help="Young's modulus of the material [Pa].")
+    ] = 0.3e6,
+    repair: Annotated[
+        bool, typer.Option("--repair", help="Close holes and crossings of the surface (fTetWild).")
+    ] = False,
+    yes: Annotated[
+        bool, typer.Option("--yes", help="Make large meshes without a question.")
+    ] = False,
+    folder: Annotated[
+        Path | None, typer.Option(help="Folder to make; default: NAME in this folder.")
+    ] = None,
+) -> None:
+    """Make a robot file from a part of CAD, to edit. Ctrl-C chooses among the meshes done."""
+    from tauten.service.new import LARGE, NewRobot, elements_needed, make_new_robot
+    from tauten.service.process import one_blas_thread, stop_on_signals
+    from tauten.service.tables import trial_table
+
+    wanted = NewRobot(
+        name, mesh, unit, None if size is None else 1e-3 * size, accuracy, young, repair
+    )
+    count = elements_needed(wanted)
+    if count > LARGE and not yes:
+        text = f"--size {size:g}: makes about {count} tetrahedra"
+        if not sys.stdin.isatty():
+            raise typer.BadParameter(f"{text}; choose a larger size, or add --yes")
+        typer.confirm(f"{text}, go on?", abort=True, err=True)
+    console = Console(stderr=True)
+    with stop_on_signals() as stop, Progress(console=console, transient=True) as bar:
+        task = bar.add_task("mesh", total=1.0)
+        with one_blas_thread():
+            made = make_new_robot(
+                wanted,
+                folder or Path(name),
+                stop,
+                lambda done, what: bar.update(task, advance=done, description=what or "mesh"),
+            )
+    Console(width=120).print(trial_table(made.trials, made.chosen).rich())
+    if made.note:
+        console.print(f"{mesh}: the surface {made.note}", highlight=False)
+    worst = made.trials[made.chosen].error
+    if worst > accuracy:
+        console.print(
+            f"The finest mesh still has an error of about {100.0 * worst:.0f} %: give a smaller --size.",
+            highlight=False,
+        )
+    console.print(
+        f"Written: {made.file}. Look at the lines with GUESS, then: tauten check {made.file}",
+        highlight=False,
+        soft_wrap=True,
+    )

@@ -1,0 +1,54 @@
+"""The JSON Schema of a robot file, over the tables of all layers.
+
+Editors complete and check TOML files with it: `tauten schema > tauten.schema.json`, and as first line of a
+robot file `#:schema tauten.schema.json`.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pydantic import ConfigDict, Field, TypeAdapter
+
+from tauten.controller import ControllerSettings
+from tauten.model.schema import BeamConfig, ControlPeriod, RobotConfig
+from tauten.service.settings import ModelSettings, ServiceSettings
+
+DIALECT = "https://json-schema.org/draft/2020-12/schema"
+
+
+class ControllerTable(ControllerSettings, ControlPeriod):
+    """The table `controller`, which model and controller read."""
+
+    model_config = ConfigDict(extra="forbid")
+
+
+class RobotFile(RobotConfig):
+    """The file of a robot made of tetrahedra."""
+
+    controller: ControllerTable = Field(
+        default=ControllerTable(), description="Control rate and inverse control."
+    )
+    model: ModelSettings = Field(default=ModelSettings(), description="The model that decides.")
+    service: ServiceSettings = Field(
+        default=ServiceSettings(), description="Time-outs and feedback of the node."
+    )
+
+
+class BeamRobotFile(BeamConfig):
+    """The file of a robot made of beams."""
+
+    controller: ControllerTable = Field(
+        default=ControllerTable(), description="Control rate and inverse control."
+    )
+    model: ModelSettings = Field(default=ModelSettings(), description="The model that decides.")
+    service: ServiceSettings = Field(
+        default=ServiceSettings(), description="Time-outs and feedback of the node."
+    )
+
+
+def robot_file_schema() -> dict[str, Any]:
+    """The JSON Schema of all robot files, with a description of each field."""
+    kinds: TypeAdapter[RobotFile | BeamRobotFile] = TypeAdapter(RobotFile | BeamRobotFile)
+    made = kinds.json_schema()
+    return {"$schema": DIALECT, "title": "tauten robot file", **made}

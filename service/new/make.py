@@ -1,0 +1,254 @@
+"""`tauten new`: mesh a part at several sizes, choose one by its error, write robot file and mesh."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import meshio
+import numpy as np
+
+from tauten.model import Robot, Simulator, load_robot
+from tauten.model.mesh import TetMesh
+from tauten.service.new.guesses import Guess, guess_fields
+from tauten.service.new.meshing import LARGE, Part, mesh_part, read_part
+from tauten.service.new.part import PartError
+from tauten.service.new.template import Values, robot_text
+from tauten.service.process import StopFlag
+
+NODES = (300, 700, 1500, 3000)  # of the meshes that are compared
+PULL_SHARE = 0.5  # of the largest pull, where meshes are compared
+LEAST_SHARE = (
+    1.0 / 16.0
+)  # of the guessed pull; a robot that cannot be pulled so far needs a look first
+RATE = 50.0  # Hz
+Progress = Callable[[float, str], None]
+
+
+@dataclass(frozen=True, slots=True)
+class NewRobot:
+    """What to make.
+
+    Attributes:
+        name: of the robot, its files and its folder.
+        part: STL, OBJ, PLY, STEP, BREP, or a file with tetrahedra.
+        unit: of the part's coordinates: "m", "cm" or "mm".
+        size: of the elements [m]; None: chosen by the error of the mesh.
+        accuracy: largest difference of tension and tip to the finest mesh that is accepted.
+        young: Young's modulus [Pa].
+        repair: whether the mesher closes holes of a surface.
+    """
+
+    name: str
+    part: Path
+    unit: str = "mm"
+    size: float | None = None
+    accuracy: float = 0.1
+    young: float = 0.3e6
+    repair: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Trial:
+    """One mesh of the part, pulled half way.
+
+    Attributes:
+        size: of its elements [m].
+        nodes: of the mesh.
+        tension: [N].
+        tip: (3,) [m].
+        share: of the guessed pull that has an equilibrium.
+        error: difference of tension or tip to the finest mesh, the larger of both, relative to the tension
+            and to the movement of the tip.
+    """
+
+    size: float
+    nodes: int
+    tension: float
+    tip: np.ndarray[tuple[int], np.dtype[np.float64]]
+    share: float
+    error: float = np.nan
+
+
+@dataclass(frozen=True, slots=True)
+class Made:
+    """What was made.
+
+    Attributes:
+        file: the robot file.
+        trials: the meshes that were compared, coarse to fine.
+        chosen: index of the one that was taken.
+        note: what was changed in the surface; "" for nothing.
+    """
+
+    file: Path
+    trials: tuple[Trial, ...]
+    chosen: int
+    note: str
+
+
+@dataclass(frozen=True, slots=True)
+class _Draft:
+    mesh: TetMesh
+    text: str
+    trial: Trial
+
+
+def elements_needed(new: NewRobot) -> int:
+    """About how many elements the part needs at the size that is asked for; 0 where none is.
+
+    Raises:
+        PartError, MeshError: the part cannot be used.
+    """
+    return 0 if new.size is None else read_part(new.part, new.unit, new.repair).tetrahedra(new.size)
+
+
+def make_new_robot(new: NewRobot, folder: Path, stop: StopFlag, progress: Progress) -> Made:
+    """Make the robot; nothing is written before everything is known.
+
+    Args:
+        new: what to make.
+        folder: folder to write to, which must not exist.
+        stop: read before each mesh; the meshes done are compared.
+        progress: called with the share of the work just done, and what comes next.
+
+    Raises:
+        PartError: the part cannot be meshed, the folder exists, or the robot has no equilibrium.
+        MeshError: the mesh cannot be used.
+    """
+    if folder.exists():
+        raise PartError(f"{folder}: exists already; choose another name, or delete it")
+    part = read_part(new.part, new.unit, new.repair)
+    drafts: list[_Draft] = []
+    sizes = [part.size_for(nodes) for nodes in NODES] if new.size is None else [new.size]
+    if part.kind == "tetrahedra":
+        sizes = [part.size_for(len(mesh_part(part, 1.0).nodes))]
+    for index, size in enumerate(sizes):
+        if stop.requested and drafts:
+            break
+        progress(0.0, f"elements of {1e3 * size:.3g} mm")
+        try:
+            drafts.append(_draft(new, part, size))
+        except PartError:
+            if not drafts and index == len(sizes) - 1:
+                raise
+        progress(1.0 / len(sizes), "")
+    trials = compared([draft.trial for draft in drafts])
+    good = [i for i, trial in enumerate(trials) if trial.error <= new.accuracy]
+    chosen = good[0] if good else len(trials) - 1
+    file = write(folder, new.name, drafts[chosen])
+    return Made(file, trials, chosen, part.surface.note if part.surface else "")
+
+
+def compared(trials: list[Trial]) -> tuple[Trial, ...]:
+    """The trials with their errors against the last, which has an error of its own only as an estimate.
+
+    Halving the elements reduces the error of smoothed elements to about a third, so that the finest has
+    about half of the last difference.
+
+    Args:
+        trials: coarse to fine.
+    """
+    finest = trials[-1]
+    moved = max(float(np.linalg.norm(finest.tip)), 1e-9)
+    errors = [
+        max(
+            abs(trial.tension / finest.tension - 1.0),
+            float(np.linalg.norm(trial.tip - finest.tip)) / moved,
+        )
+        for trial in trials
+    ]
+    if len(trials) > 1:
+        errors[-1] = 0.5 * errors[-2]
+    else:
+        errors[-1] = np.nan
+    return tuple(
+        Trial(trial.size, trial.nodes, trial.tension, trial.tip, trial.share, error)
+        for trial, error in zip(trials, errors, strict=True)
+    )
+
+
+def _draft(new: NewRobot, part: Part, size: float) -> _Draft:
+    """Mesh, try and describe one size."""
+    if part.tetrahedra(size) > 10 * LARGE:
+        raise PartError(
+            f"{new.part}: elements of {1e3 * size:.3g} mm make about {part.tetrahedra(size)} tetrahedra; "
+            f"choose a --size above {1e3 * part.size_for(50_000):.3g} mm"
+        )
+    mesh = mesh_part(part, size)
+    guess = guess_fields(mesh)
+    first = Values(new.name, new.part.name, len(mesh.nodes), size, new.young, 1e3, RATE)
+    robot = _robot(robot_text(first, guess, guess.max_pull), mesh, new.name)
+    share, tension, tip = _pulled(robot, guess)
+    if share < LEAST_SHARE:
+        raise PartError(
+            f"{new.part}: the guessed cable finds no equilibrium at "
+            f"{1e3 * LEAST_SHARE * guess.max_pull:.2g} mm of pull; turn the part so that its longest side "
+            "runs from where it is held to its tip"
+        )
+    values = Values(new.name, new.part.name, len(mesh.nodes), size, new.young, 4.0 * tension, RATE)
+    text = robot_text(values, guess, share * guess.max_pull)
+    return _Draft(mesh, text, Trial(size, len(mesh.nodes), tension, tip, share))
+
+
+def _robot(text: str, mesh: TetMesh, name: str) -> Robot:
+    """The robot of a text that has not been written yet."""
+    with tempfile.TemporaryDirectory(prefix="tauten-") as folder:
+        return load_robot(write_files(Path(folder), name, text, mesh))
+
+
+def _pulled(
+    robot: Robot, guess: Guess
+) -> tuple[float, float, np.ndarray[tuple[int], np.dtype[np.float64]]]:
+    """Share of the guessed pull that has an equilibrium, tension and movement of the tip half way there."""
+    share = 1.0
+    while share >= LEAST_SHARE:
+        sim = Simulator(robot, contact="none")
+        rest = sim.settle(pull=[0.0])
+        start = sim.effector[0]
+        half = sim.settle(pull=[PULL_SHARE * share * guess.max_pull])
+        tension, tip = float(sim.tension[0]), sim.effector[0] - start
+        whole = sim.settle(pull=[share * guess.max_pull])
+        if rest.converged and half.converged and whole.converged:
+            return share, tension, tip
+        share *= 0.5
+    return 0.0, np.nan, np.full(3, np.nan)
+
+
+def write(folder: Path, name: str, draft: _Draft) -> Path:
+    """Write robot file and mesh; both or none.
+
+    Args:
+        folder: to make.
+        name: of the files.
+        draft: their contents.
+    """
+    partial = folder.with_name(f".{folder.name}.partial")
+    partial.mkdir(parents=True)
+    try:
+        write_files(partial, name, draft.text, draft.mesh)
+        partial.rename(folder)
+    finally:
+        if partial.exists():
+            for left in partial.iterdir():
+                left.unlink()
+            partial.rmdir()
+    return folder / f"{name}.toml"
+
+
+def write_files(folder: Path, name: str, text: str, mesh: TetMesh) -> Path:
+    """Write a robot file and its mesh into a folder that exists: the path of the robot file.
+
+    Args:
+        folder: where.
+        name: of both files.
+        text: of the robot file.
+        mesh: the body [m].
+    """
+    cells = [("tetra", mesh.tets)]
+    meshio.Mesh(mesh.nodes, cells).write(folder / f"{name}.vtu", compression="zlib")
+    file = folder / f"{name}.toml"
+    file.write_text(text, encoding="utf-8")
+    return file

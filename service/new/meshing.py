@@ -1,0 +1,170 @@
+"""Tetrahedra for a part: netgen in a process of its own, or those that the file already holds.
+
+A mesher that does not like its input may crash or never end; in a process of its own that costs nothing but
+a message.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import subprocess
+import sys
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import meshio
+import numpy as np
+
+from tauten.model.mesh import UNITS, TetMesh, checked, mean_ratios, oriented, read_mesh
+from tauten.service.new.part import Kind, PartError, Surface, kind_of, read_surface
+
+TIME_LIMIT = 600.0  # s
+LEAST_QUALITY = 0.1  # mean ratio of the worst element that is accepted
+LARGE = 200_000  # tetrahedra; more are asked about first
+PER_CUBE = 8.5  # tetrahedra in a cube of the element size, as netgen makes them
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """A part that has been read and checked.
+
+    Attributes:
+        path: its file.
+        kind: what the file holds.
+        unit: of its coordinates.
+        volume: [m³].
+        length: longest side of its bounding box [m].
+        surface: where the file holds one.
+        repair: whether the mesher that closes holes is used.
+    """
+
+    path: Path
+    kind: Kind
+    unit: str
+    volume: float
+    length: float
+    surface: Surface | None = None
+    repair: bool = False
+
+    def tetrahedra(self, size: float) -> int:
+        """About how many elements of this size [m] the part needs."""
+        return int(PER_CUBE * self.volume / size**3)
+
+    def size_for(self, nodes: int) -> float:
+        """Element size [m] that gives about this number of nodes."""
+        return float((PER_CUBE * self.volume / (4.0 * nodes)) ** (1.0 / 3.0))
+
+
+def read_part(path: Path, unit: str, repair: bool) -> Part:
+    """Read a part and refuse what cannot be meshed.
+
+    Args:
+        path: STL, OBJ, PLY, STEP, BREP, or a file with tetrahedra.
+        unit: of its coordinates.
+        repair: whether holes and crossings of a surface are left to the mesher.
+
+    Raises:
+        PartError: no such file, a surface that is not closed, an assembly, a missing extra.
+        MeshError: the tetrahedra of the file cannot be used.
+    """
+    if not path.is_file():
+        raise PartError(f"{path}: no such file")
+    kind, scale = kind_of(path), UNITS[unit]
+    if kind == "tetrahedra":
+        mesh = read_mesh(path, unit)
+        return Part(path, kind, unit, float(mesh.volumes.sum()), _length(mesh.nodes))
+    if repair and kind != "surface":
+        raise PartError(f"{path}: --repair is for surfaces (STL, OBJ, PLY)")
+    _require("wildmeshing" if repair else "netgen", "repair" if repair else "mesh")
+    if kind == "surface":
+        surface = read_surface(path, repair)
+        volume = abs(surface.volume) * scale**3
+        part = Part(path, kind, unit, volume, _length(surface.vertices) * scale, surface, repair)
+    else:
+        volume, length = _solid_facts(path)
+        part = Part(path, kind, unit, volume * scale**3, length * scale)
+    if not part.volume > 0.0:
+        raise PartError(f"{path}: encloses no volume")
+    return part
+
+
+def _length(points: np.ndarray[tuple[int, int], np.dtype[np.float64]]) -> float:
+    return float(np.ptp(points, axis=0).max())
+
+
+def _require(module: str, extra: str) -> None:
+    if importlib.util.find_spec(module) is None:
+        raise PartError(f"{module} is not installed; run pip install 'tauten[{extra}]'")
+
+
+def mesh_part(part: Part, size: float) -> TetMesh:
+    """Tetrahedra of about one size.
+
+    Args:
+        part: what to mesh.
+        size: longest edge of an element [m].
+
+    Raises:
+        PartError: the mesher fails, or its worst element is below `LEAST_QUALITY`.
+        MeshError: its mesh cannot be used.
+    """
+    if part.kind == "tetrahedra":
+        return read_mesh(part.path, part.unit)
+    scale = UNITS[part.unit]
+    with tempfile.TemporaryDirectory(prefix="tauten-") as folder:
+        source = part.path
+        if part.surface is not None:
+            source = Path(folder) / "surface.stl"
+            cells = [("triangle", part.surface.triangles)]
+            meshio.write(source, meshio.Mesh(part.surface.vertices, cells), binary=True)
+        made = Path(folder) / "mesh.npz"
+        which = "repair" if part.repair else part.kind
+        _run([which, str(source.resolve()), str(size / scale), str(made)], part.path)
+        arrays = np.load(made)
+        nodes, tets = arrays["nodes"] * scale, arrays["tets"].astype(np.int64)
+    mesh = checked(nodes, oriented(nodes, tets), str(part.path))
+    worst = float(mean_ratios(mesh).min())
+    if worst < LEAST_QUALITY:
+        raise PartError(
+            f"{part.path}: the worst of {len(tets)} elements has a mean ratio of {worst:.2f}, allowed is "
+            f"{LEAST_QUALITY:g}; choose another --size than {1e3 * size:.3g} mm, or remove small "
+            "details in CAD"
+        )
+    return mesh
+
+
+def _solid_facts(path: Path) -> tuple[float, float]:
+    """Volume and longest side of the one solid in a file, in the unit of the file."""
+    with tempfile.TemporaryDirectory(prefix="tauten-") as folder:
+        made = Path(folder) / "facts.npz"
+        _run(["facts", str(path.resolve()), "1", str(made)], path)
+        facts = np.load(made)
+        solids = int(facts["solids"])
+        if solids != 1:
+            raise PartError(
+                f"{path}: holds {solids} solids, one is needed; unite the parts of the assembly in CAD, or "
+                "export one part"
+            )
+        return float(facts["volume"]), float(facts["length"])
+
+
+def _run(arguments: list[str], path: Path) -> None:
+    """Run the mesher's process; its last line of output is the reason where it fails."""
+    command = [sys.executable, "-m", "tauten.service.new.mesher", *arguments]
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, timeout=TIME_LIMIT)
+    except subprocess.TimeoutExpired as error:
+        raise PartError(
+            f"{path}: meshing took more than {TIME_LIMIT:g} s; choose a larger --size"
+        ) from error
+    if done.returncode != 0 or not Path(arguments[-1]).is_file():
+        lines = (done.stderr.strip() or done.stdout.strip()).splitlines()
+        reason = lines[-1] if lines else f"it ended with code {done.returncode}"
+        advice = "choose another --size, or mend the part in CAD"
+        if arguments[0] == "surface":
+            advice += ", or use --repair"
+        raise PartError(f"{path}: the mesher fails ({reason}); {advice}")
+
+
+__all__ = ["LARGE", "Part", "mesh_part", "read_part"]

@@ -1,0 +1,134 @@
+"""The text of a new robot file: guessed values, and comments that say what to look at."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from tauten.model.numerics import Array
+from tauten.service.new.guesses import Guess
+
+TEXT = """\
+# Robot made by `tauten new {name}` from {part}. All lengths in metres, forces in newtons.
+# Lines with GUESS have values that the mesh does not contain. Correct them, then look at the robot:
+#     tauten check {name}.toml
+#     tauten demo {name}.toml
+# Every field of a robot file: docs/reference/robot-file.md, or `tauten schema`.
+name = "{name}"
+frame = "{name}_base"
+gravity = [0.0, 0.0, -9.81]       # GUESS: the direction of gravity in the coordinates of the mesh [m/s²]
+
+[mesh]
+file = "{name}.vtu"               # {nodes} nodes, elements of {size_mm:.3g} mm; already in metres
+element = "smoothed"              # linear tetrahedra without locking; docs/elements.md compares elements
+
+[material]                        # GUESS: a soft casting silicone; or silicone = "ecoflex-00-50"
+young_modulus = {young:.3g}           # [Pa]
+poisson_ratio = {poisson:g}
+density = {density:g}                  # [kg/m³]
+
+[[fixed]]                         # GUESS: nodes in this box are held; here the larger end of the longest side
+lower = {lower}
+upper = {upper}
+
+[[cables]]                        # GUESS: one cable along the side that is farthest from the axis
+name = "cable"
+pull_point = {pull_point}    # where it leaves the robot, fixed in space
+points = [                        # holes that it passes, fixed in the body; the last is where it ends
+{points}]
+max_pull = {max_pull:.4g}                  # GUESS: a tenth of the length, or what has an equilibrium [m]
+max_tension = {max_tension:.3g}               # GUESS: twice what it took to pull so far [N]
+max_rate = {max_rate:.4g}                  # GUESS: how fast the winch turns [m/s]
+max_outside = {outside:.2g}             # how far outside of the mesh its points may lie [m]
+
+[[effectors]]                     # GUESS: the middle of the free end is to reach targets
+name = "tip"
+point = {effector}
+max_outside = {outside:.2g}
+
+[integration]
+rayleigh_stiffness = 0.02         # GUESS: damping of the material [s]
+
+[controller]
+rate = {rate:g}                       # decisions per second [Hz]
+
+{contact}"""
+
+CONTACT = """\
+# Where two faces of the body may touch, name both and uncomment; docs/contact.md explains contact.
+# [[surfaces]]
+# name = "above"
+# box = {{ lower = {lower}, upper = {upper} }}
+# normal = [0.0, 0.0, -1.0]
+# [[surfaces]]
+# name = "below"
+# box = {{ lower = {lower}, upper = {upper} }}
+# normal = [0.0, 0.0, 1.0]
+# [[contacts]]
+# candidates = "below"
+# against = "above"
+# points = 100
+"""
+
+
+@dataclass(frozen=True, slots=True)
+class Values:
+    """What the text contains beside the guesses.
+
+    Attributes:
+        name: of the robot.
+        part: file that it was made from.
+        nodes: of its mesh.
+        size: of its elements [m].
+        young: Young's modulus [Pa].
+        max_tension: [N].
+        rate: control rate [Hz].
+    """
+
+    name: str
+    part: str
+    nodes: int
+    size: float
+    young: float
+    max_tension: float
+    rate: float
+
+
+POISSON, DENSITY = 0.45, 1070.0  # of a usual silicone; density [kg/m³]
+MOVE_TIME = 2.0  # s, from rest to the largest pull
+
+
+def robot_text(values: Values, guess: Guess, max_pull: float) -> str:
+    """The text of a robot file.
+
+    Args:
+        values: of the mesh and the material.
+        guess: the guessed fields.
+        max_pull: largest pulled length [m].
+    """
+    lower, upper = guess.held
+    middle = (guess.cable[0] + guess.cable[-1]) / 2.0
+    return TEXT.format(
+        name=values.name,
+        part=values.part,
+        nodes=values.nodes,
+        size_mm=1e3 * values.size,
+        young=values.young,
+        poisson=POISSON,
+        density=DENSITY,
+        lower=numbers(lower),
+        upper=numbers(upper),
+        pull_point=numbers(guess.pull_point),
+        points="".join(f"  {numbers(point)},\n" for point in guess.cable),
+        max_pull=max_pull,
+        max_tension=values.max_tension,
+        max_rate=max_pull / MOVE_TIME,
+        outside=guess.outside,
+        effector=numbers(guess.effector),
+        rate=values.rate,
+        contact=CONTACT.format(lower=numbers(middle - guess.outside), upper=numbers(middle)),
+    )
+
+
+def numbers(values: Array) -> str:
+    """A TOML array of coordinates (c,) [m], to a hundredth of a millimetre."""
+    return "[" + ", ".join(f"{value:.5f}" for value in values.tolist()) + "]"

@@ -1,0 +1,121 @@
+"""What a stream of targets needs to know of a robot, from its file or from the node that serves it."""
+
+from __future__ import annotations
+
+import logging
+import re
+from dataclasses import dataclass
+
+import numpy as np
+
+from tauten.model import Robot, RobotFileError, load_robot
+from tauten.model.load import robot_path
+from tauten.model.numerics import Array
+from tauten.service.plant.paths import PathError, PathSettings, TargetPath, make_path, path_from
+from tauten.service.process import StopFlag
+from tauten.service.wire import Keys, Network, Role, ask_description, open_session, wait_for
+
+log = logging.getLogger(__name__)
+
+_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")  # of a robot
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Receiver:
+    """A robot that targets are sent to.
+
+    Attributes:
+        name: of the robot.
+        frame: of positions.
+        size: of the robot [m].
+        effectors: names.
+        rest: (p, 3) effectors at rest [m].
+        robot: its model; None where only the description of its node is known.
+    """
+
+    name: str
+    frame: str
+    size: float
+    effectors: tuple[str, ...]
+    rest: Array
+    robot: Robot | None = None
+
+    def number(self, effector: str) -> int:
+        """Number of an effector.
+
+        Raises:
+            PathError: there is no effector of this name.
+        """
+        if effector not in self.effectors:
+            has = ", ".join(self.effectors)
+            raise PathError(f"{self.name} has no effector {effector!r}, it has {has}")
+        return self.effectors.index(effector)
+
+
+def find_receiver(name: str, network: Network, stop: StopFlag) -> Receiver | None:
+    """The robot of a file or of a shipped name, else the one that a node serves by this name.
+
+    Args:
+        name: name or path of the robot.
+        network: of the node.
+        stop: ends the wait for the node; the result is None then.
+
+    Raises:
+        RobotFileError: a robot file that cannot be used, or no name of a robot.
+        NetworkError: no session, or a node that does not describe its robot.
+    """
+    try:
+        robot_path(name)
+    except RobotFileError:
+        if not _NAME.fullmatch(name):
+            raise
+        log.info("no robot file %r here: its node is asked for its description", name)
+        return described_receiver(name, network, stop)
+    robot = load_robot(name)
+    rest = robot.effector(robot.rest())
+    return Receiver(robot.name, robot.frame, robot.size, robot.effector_names, rest, robot)
+
+
+def described_receiver(name: str, network: Network, stop: StopFlag) -> Receiver | None:
+    """The robot that a node serves, from its description, once the node is alive.
+
+    Args:
+        name: of the robot.
+        network: of the node.
+        stop: ends the wait; the result is None then.
+
+    Raises:
+        NetworkError: no session, or no description.
+    """
+    keys = Keys(name)
+    session = open_session(network, Role.OTHER, name)
+    try:
+        if not wait_for(session, keys.token, stop):
+            return None
+        facts = ask_description(session, keys)
+    finally:
+        session.close()  # type: ignore[no-untyped-call]
+    effectors = facts["effectors"]
+    rest = np.array([item["rest"] for item in effectors], dtype=float)
+    names = tuple(item["name"] for item in effectors)
+    return Receiver(facts["robot"], facts["frame"], facts["size"], names, rest)
+
+
+def receiver_path(name: str, receiver: Receiver, settings: PathSettings) -> TargetPath:
+    """A path for a robot; "reach" needs its model.
+
+    Args:
+        name: of the shape, "reach", or the CSV file.
+        receiver: the robot.
+        settings: of the path.
+
+    Raises:
+        PathError: no such path, or one that cannot be made.
+    """
+    if receiver.robot is not None:
+        return make_path(name, receiver.robot, settings)
+    if name == "reach":
+        raise PathError(
+            f"reach is computed with the model of {receiver.name}: give its file, --robot FILE"
+        )
+    return path_from(name, receiver.rest[settings.effector], receiver.size, settings)

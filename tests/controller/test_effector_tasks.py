@@ -1,0 +1,251 @@
+"""Inverse tasks for effectors of every kind: reached, weighed, or said to be out of reach."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from support.bodies import beam_robot, box_mesh
+from support.effectors import hollow_mesh
+
+from tauten.controller import Controller, ControllerSettings, Status
+from tauten.model import Pose, Robot, Simulator
+from tauten.model.numerics import Array
+
+SIZE = (0.2, 0.02, 0.02)
+END = {"lower": [0.195, -1.0, -1.0], "upper": [1.0, 1.0, 1.0]}
+TOOL = {"name": "tool", "kind": "frame", "region": END}
+PRECISE = ControllerSettings(qp_solver="daqp", regularisation=1e-6, basis=None, max_pivots=100)
+SIDES = {"left": (0.0, 0.01), "right": (0.02, 0.01), "top": (0.01, 0.02), "bottom": (0.01, 0.0)}
+
+
+def trunk(*effectors: dict[str, Any], **changes: object) -> Robot:
+    """A beam with cables along all four sides, to its middle and to its end."""
+    cables = [
+        {
+            "name": f"{side}_{name}",
+            "points": [[0.0, y, z], [0.5 * reach, y, z], [reach, y, z]],
+            "max_tension": 50.0,
+            "min_pull": -0.1,
+            "max_pull": 0.1,
+            "max_rate": 10.0,
+        }
+        for side, (y, z) in SIDES.items()
+        for name, reach in (("near", 0.1), ("far", 0.2))
+    ]
+    scheme = {"scheme": "quasi-static"}
+    settings = {"cables": cables, "effectors": list(effectors), "integration": scheme} | changes
+    return beam_robot(box_mesh(SIZE, (10, 2, 2)), SIZE, **settings)
+
+
+def values_under(robot: Robot, tension: Array) -> Array:
+    """Goal values at the equilibrium under some tensions."""
+    simulator = Simulator(robot, contact="none")
+    assert simulator.settle(tension=tension).converged
+    return simulator.effector_values
+
+
+def tensions(robot: Robot, seed: int) -> Array:
+    return np.random.default_rng(seed).uniform(0.0, 6.0, robot.n_a)
+
+
+def errors(robot: Robot, goal: Array, steps: int = 40) -> tuple[Array, Controller]:
+    """Errors (n_e,) after some steps towards a goal, and the controller."""
+    controller = Controller(robot, settings=PRECISE)
+    for _ in range(steps):
+        assert controller.step(goal).status.usable
+    return robot.effector_layout.difference(controller.effector_values, goal), controller
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_position_and_pointing_are_reached_with_free_roll(seed: int) -> None:
+    """The robot cannot roll; with the roll about its own axis x left free a target that does is reached."""
+    robot = trunk({**TOOL, "weight": [1.0, 1.0, 1.0, 0.0, 1.0, 1.0]})
+    goal = values_under(robot, tensions(robot, seed))
+    layout = robot.effector_layout
+    assert np.linalg.norm(layout.difference(goal, robot.effector_values(robot.rest()))[4:]) > 0.05
+    found, _ = errors(robot, goal)
+    assert np.linalg.norm(found[:3]) < 2e-5
+    assert np.linalg.norm(found[3:]) < 2e-3
+    rolled = layout.moved(goal, np.array([0.0, 0.0, 0.0, 0.7, 0.0, 0.0]))
+    found, _ = errors(robot, rolled)
+    assert np.linalg.norm(found[:3]) < 2e-5
+    assert np.linalg.norm(found[4:]) < 2e-3
+    assert abs(found[3]) > 0.6
+
+
+def test_orientation_alone_is_reached() -> None:
+    robot = trunk({**TOOL, "weight": [0.0, 0.0, 0.0, 0.0, 1.0, 1.0]})
+    goal = values_under(robot, tensions(robot, 3))
+    found, _ = errors(robot, goal)
+    assert np.linalg.norm(found[4:]) < 1e-3
+    assert np.linalg.norm(found[:3]) > 1e-4
+
+
+def test_a_quaternion_and_its_negative_decide_the_same() -> None:
+    robot = trunk(TOOL)
+    goal = values_under(robot, tensions(robot, 1))
+    position = (float(goal[0]), float(goal[1]), float(goal[2]))
+    decided = []
+    for sign in (1.0, -1.0):
+        w, x, y, z = (sign * goal[3:]).tolist()
+        controller = Controller(robot, settings=PRECISE)
+        decided.append(controller.step(Pose(position, (w, x, y, z))).tension)
+    np.testing.assert_array_equal(decided[0], decided[1])
+
+
+def test_targets_that_pass_half_a_turn_are_followed_without_a_jump() -> None:
+    """From one state, decisions for neighbouring targets around half a turn away are nearly the same."""
+    robot = trunk(TOOL)
+    rest = robot.effector_values(robot.rest())
+    angles = np.pi + np.array([-0.02, -0.01, -1e-9, 0.0, 1e-9, 0.01, 0.02])
+    decided = []
+    for angle in angles:
+        controller = Controller(robot, settings=PRECISE)
+        goal = np.concatenate([rest[:3], [np.cos(angle / 2), 0.0, 0.0, np.sin(angle / 2)]])
+        actuation = controller.step(goal)
+        assert actuation.status is Status.OK
+        decided.append(actuation.pull)
+    changes = np.abs(np.diff(decided, axis=0)).max(axis=1)
+    assert changes.max() < 5e-3  # of the 0.1 m that a winch may pull
+    assert changes[2:4].max() < 1e-6
+
+
+def test_a_distance_and_a_length_are_reached() -> None:
+    robot = trunk(
+        {"name": "span", "kind": "distance", "point": [0.0, 0.0, 0.0], "other": [0.2, 0.02, 0.02]},
+        {
+            "name": "sensor",
+            "kind": "length",
+            "points": [[0.0, 0.02, 0.01], [0.1, 0.02, 0.01], [0.2, 0.02, 0.01]],
+        },
+    )
+    goal = values_under(robot, tensions(robot, 4))
+    assert np.abs(goal - robot.effector_values(robot.rest())).min() > 5e-4
+    found, _ = errors(robot, goal)
+    assert np.abs(found).max() < 1e-6
+
+
+def test_the_volume_of_a_cavity_is_reached() -> None:
+    size = (0.1, 0.02, 0.02)
+    room = {"name": "room", "kind": "volume", "inside": [0.05, 0.01, 0.01]}
+    robot = beam_robot(
+        hollow_mesh(), size, effectors=[room], integration={"scheme": "quasi-static"}
+    )
+    rest = robot.effector_values(robot.rest())
+    goal = values_under(robot, np.array([5.0]))
+    assert rest[0] == pytest.approx(6e-6)
+    assert abs(goal[0] / rest[0] - 1.0) > 1e-3
+    found, _ = errors(robot, goal)
+    assert abs(found[0]) < 1e-5 * rest[0]
+
+
+def test_a_weight_moves_the_error_to_the_other_effector() -> None:
+    """Two points that cannot both be reached: the one with more weight comes nearer."""
+    tip = {"name": "tip", "point": [0.2, 0.01, 0.01]}
+    middle = {"name": "middle", "point": [0.1, 0.01, 0.01]}
+    shifted = np.array([[0.2, 0.03, 0.01], [0.1, -0.01, 0.01]])
+    distances = []
+    for weight in (0.1, 1.0, 10.0):
+        robot = trunk({**tip, "weight": weight}, middle)
+        controller = Controller(robot, settings=PRECISE)
+        for _ in range(20):
+            controller.step(shifted)
+        distances.append(np.linalg.norm(controller.effector - shifted, axis=1))
+    tips, middles = np.array(distances).T
+    assert tips[0] > 2.0 * tips[1] > 4.0 * tips[2]
+    assert middles[0] < middles[1] < middles[2]
+
+
+def test_weights_and_units_have_no_scale() -> None:
+    """A robot twice as large, a target twice as far: the same pull relative to the size."""
+    relative = []
+    for factor in (1.0, 2.0):
+        size = tuple(factor * side for side in SIZE)
+        cable = {
+            "name": "tendon",
+            "points": [[0.0, size[1] / 2, 0.0], [size[0], size[1] / 2, 0.0]],
+            "max_tension": 1e4,
+            "max_pull": size[0],
+            "max_rate": 1e3,
+        }
+        frame = {
+            "name": "tool",
+            "kind": "frame",
+            "region": {"lower": [0.99 * size[0], -1.0, -1.0], "upper": [1.0, 1.0, 1.0]},
+        }
+        robot = beam_robot(
+            box_mesh(size, (10, 2, 2)), size, cables=[cable], effectors=[frame],
+            integration={"scheme": "quasi-static"},
+        )  # fmt: skip
+        goal = robot.effector_layout.moved(
+            robot.effector_values(robot.rest()),
+            np.array([0.0, 0.0, -0.02 * factor, 0.0, 0.3, 0.0]),
+        )
+        controller = Controller(robot, settings=PRECISE)
+        for _ in range(10):
+            controller.step(goal)
+        relative.append(controller.pull / size[0])
+    np.testing.assert_allclose(relative[0], relative[1], rtol=1e-6)
+
+
+def test_exact_reaches_what_the_energy_would_hold_back() -> None:
+    goals, found = {}, {}
+    settings = ControllerSettings(qp_solver="daqp", regularisation=0.1, basis=None, max_pivots=100)
+    for exact in (False, True):
+        robot = trunk({"name": "tip", "point": [0.2, 0.01, 0.01], "exact": exact})
+        goals[exact] = values_under(robot, tensions(robot, 5))
+        controller = Controller(robot, settings=settings)
+        statuses = [controller.step(goals[exact]).status for _ in range(30)]
+        found[exact] = float(np.linalg.norm(controller.effector_values - goals[exact]))
+        assert statuses[-1] is Status.OK
+    assert found[True] < 1e-7
+    assert found[False] > 1e-4
+
+
+def test_an_exact_target_out_of_reach_is_named_and_approached() -> None:
+    robot = trunk({"name": "tip", "point": [0.2, 0.01, 0.01], "exact": True})
+    rest = robot.effector_values(robot.rest())
+    target = rest + np.array([0.1, 0.0, 0.0])
+    controller = Controller(robot, settings=PRECISE)
+    actuation = controller.step(target)
+    assert actuation.status is Status.NOT_EXACT
+    assert actuation.status.usable
+    assert not actuation.status.ok
+    assert "x of effector tip" in actuation.conflict
+    assert "nearest" in actuation.status.value
+    nearest = Controller(trunk({"name": "tip", "point": [0.2, 0.01, 0.01]}), settings=PRECISE).step(
+        target
+    )
+    np.testing.assert_allclose(actuation.tension, nearest.tension, atol=1e-9)
+    assert controller.step(rest).status is Status.OK
+
+
+def test_an_exact_orientation_names_its_component() -> None:
+    robot = trunk({**TOOL, "weight": [0.0, 0.0, 0.0, 1.0, 1.0, 1.0], "exact": True})
+    rest = robot.effector_values(robot.rest())
+    rolled = robot.effector_layout.moved(rest, np.array([0.0, 0.0, 0.0, 0.5, 0.0, 0.0]))
+    actuation = Controller(robot, settings=PRECISE).step(rolled)
+    assert actuation.status is Status.NOT_EXACT
+    assert "rotation about x of effector tool" in actuation.conflict
+
+
+def test_a_wrong_goal_holds() -> None:
+    robot = trunk(TOOL)
+    controller = Controller(robot, settings=PRECISE)
+    for target in ([0.2, 0.0, 0.0], [np.nan] * 7, [0.2, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0]):
+        actuation = controller.step(target)
+        assert actuation.status is Status.NOT_FINITE
+        np.testing.assert_array_equal(actuation.pull, np.zeros(robot.n_a))
+
+
+def test_predicted_values_are_those_of_the_next_state(tmp_path: Path) -> None:
+    robot = trunk(TOOL, {"name": "tip", "point": [0.2, 0.01, 0.01]})
+    goal = values_under(robot, 0.2 * tensions(robot, 1))
+    controller = Controller(robot, settings=PRECISE)
+    for _ in range(10):
+        actuation = controller.step(goal)
+    np.testing.assert_allclose(actuation.effector_values, controller.effector_values, atol=1e-7)
+    np.testing.assert_allclose(actuation.effector, controller.effector, atol=1e-7)

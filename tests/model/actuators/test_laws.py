@@ -1,0 +1,122 @@
+"""Couplings, springs and mixed commands: laws of equilibria."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from support.chambers import CABLE, CHAMBER, hollow_beam, pneumatic_robot
+
+from tauten.model import Simulator
+from tauten.model.schema import RobotFileError
+
+UPPER = {**CABLE, "name": "upper", "points": [[0.01, 0.01, 0.018], [0.1, 0.01, 0.018]]}
+DRUM: dict[str, object] = {
+    "name": "drum", "members": ["tendon", "upper"], "gains": [1.0, -1.0], "pretensions": [2.0, 2.0],
+    "max_position": 0.02, "max_effort": 5.0, "max_rate": 0.1,
+}  # fmt: skip
+
+
+def antagonists(**changes: object) -> Simulator:
+    robot = pneumatic_robot(cables=[CABLE, UPPER], chambers=[], couplings=[{**DRUM, **changes}])
+    return Simulator(robot, "none")
+
+
+def test_an_antagonistic_pair_is_one_motor() -> None:
+    motor = antagonists()
+    pair = Simulator(pneumatic_robot(cables=[CABLE, UPPER], chambers=[]), "none")
+    assert motor.robot.actuators.names == ("drum",)
+    assert motor.settle(tension=[1.5]).converged
+    assert pair.settle(tension=[3.5, 0.5]).converged
+    np.testing.assert_allclose(motor.effector, pair.effector, atol=1e-6)
+    assert motor.pull[0] == pytest.approx(pair.pull[0] - pair.pull[1], abs=1e-6)
+
+
+def test_a_motor_turned_both_ways_bends_both_ways() -> None:
+    motor, heights, efforts = antagonists(), [], []
+    for position in (-0.002, 0.0, 0.002):
+        assert motor.settle(pull=[position]).converged
+        assert motor.pull[0] == pytest.approx(position, abs=1e-7)
+        heights.append(motor.effector[0, 2])
+        efforts.append(motor.tension[0])
+    assert heights[0] > heights[1] > heights[2]
+    assert efforts[0] < efforts[1] < efforts[2]
+
+
+def test_the_limits_of_members_bound_the_motor() -> None:
+    limits = antagonists().robot.limits
+    assert (limits.tension_min[0], limits.tension_max[0]) == (-2.0, 2.0)  # no cable pushes
+
+
+def test_pretensions_that_exclude_rest_are_refused() -> None:
+    with pytest.raises(RobotFileError, match=r"couplings\.drum: the limits of its members allow"):
+        antagonists(pretensions=[2.0, -1.0])
+
+
+def test_two_chambers_on_one_supply_share_its_pressure() -> None:
+    """Volumes add, the pressure is the same: the same as one chamber of both surfaces."""
+    robot = pneumatic_robot()
+    supply = {**DRUM, "name": "supply", "members": ["bellows"], "gains": [1.0], "pretensions": None,
+              "max_position": 8e-6, "max_effort": 4e4, "held": "force"}  # fmt: skip
+    coupled = pneumatic_robot(chambers=[CHAMBER], couplings=[supply])
+    alone, through = Simulator(robot, "none"), Simulator(coupled, "none")
+    assert alone.settle(tension=[2e4]).converged
+    assert through.settle(tension=[2e4]).converged
+    np.testing.assert_allclose(alone.effector, through.effector, atol=1e-9)
+    assert coupled.limits.tension_min[0] == -5e3
+
+
+def test_a_spring_lengthens_by_its_tension() -> None:
+    """The winch travels by the pull of the cable and the stretch of the spring."""
+    stiffness, pretension = 300.0, 0.5
+    spring = {"stiffness": stiffness, "pretension": pretension}
+    rigid = Simulator(pneumatic_robot(cables=[CABLE], chambers=[]), "none")
+    soft = Simulator(pneumatic_robot(cables=[{**CABLE, "spring": spring}], chambers=[]), "none")
+    assert soft.settle(pull=[0.01]).converged
+    tension = soft.tension
+    assert rigid.settle(tension=tension).converged
+    np.testing.assert_allclose(rigid.effector, soft.effector, atol=1e-6)
+    stretch = (tension[0] - pretension) / stiffness
+    assert rigid.pull[0] + stretch == pytest.approx(0.01, abs=1e-7)
+    assert soft.pull[0] == pytest.approx(0.01, abs=1e-7)
+    assert soft.settle(pull=[0.0]).converged
+    assert 0.0 < soft.tension[0] < pretension  # the robot yields a little
+    assert soft.settle(pull=[-0.005]).converged
+    assert soft.tension[0] == 0.0  # more than the pretension has stretched
+
+
+@pytest.mark.parametrize(
+    ("pull", "tension", "text"),
+    [
+        ([0.0, np.nan], [np.nan, np.nan], "each actuator needs a number in one of them"),
+        ([0.0, 0.0], [np.nan, 1.0], "each actuator needs a number in one of them"),
+        ([np.nan, 0.0], None, "pull: found"),
+        (None, [-1.0, 0.0], "tension: found"),
+        (None, [1.0, np.inf], "tension: found"),
+        (None, None, "give either pull"),
+    ],
+)
+def test_bad_commands_are_one_sentence(pull: list[float], tension: list[float], text: str) -> None:
+    simulator = Simulator(pneumatic_robot(cables=[CABLE]), "none")
+    with pytest.raises(ValueError, match=text):
+        simulator.step(pull=pull, tension=tension)
+
+
+def test_two_forces_at_one_point_cannot_go_two_ways() -> None:
+    push = {"name": "one", "point": [0.1, 0.01, 0.01], "direction": [0.0, 0.0, 1.0],
+            "max_force": 10.0, "max_travel": 0.05, "max_rate": 1.0}  # fmt: skip
+    robot = pneumatic_robot(chambers=[], forces=[push, {**push, "name": "two"}])
+    simulator = Simulator(robot, "none")
+    assert not simulator.step(pull=[0.001, 0.002]).converged
+    simulator.reset()
+    assert simulator.settle(pull=[0.001, 0.001]).converged
+    np.testing.assert_allclose(simulator.pull, 0.001, atol=1e-8)
+    assert simulator.tension[0] == pytest.approx(simulator.tension[1])  # shared evenly
+
+
+def test_a_cavity_that_no_actuator_uses_changes_nothing() -> None:
+    mesh = hollow_beam()
+    cable = Simulator(pneumatic_robot(mesh, cables=[CABLE], chambers=[]), "none")
+    both = Simulator(pneumatic_robot(mesh, cables=[CABLE]), "none")
+    assert cable.settle(pull=[0.004]).converged
+    assert both.settle(pull=[0.004, np.nan], tension=[np.nan, 0.0]).converged
+    np.testing.assert_allclose(cable.effector, both.effector, atol=1e-9)

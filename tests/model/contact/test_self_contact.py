@@ -1,0 +1,118 @@
+"""Contact of a surface with itself: pairs are found, what material joins is left out."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import meshio
+import numpy as np
+import pytest
+from support.bodies import box_mesh
+from support.processes import ROBOT
+
+from tauten.model import Robot, RobotFileError, Simulator, TetRobot, load_robot
+from tauten.model.numerics import Array, Ints
+
+LENGTH, SLIT = 0.06, 0.001  # m
+
+HAIRPIN = """\
+name = "hairpin"
+gravity = [0.0, 0.0, 0.0]
+mesh = { file = "hairpin.vtu" }
+material = { young_modulus = 1e6, poisson_ratio = 0.3, density = 1000.0 }
+fixed = [{ lower = [0.0, 0.0, 0.0], upper = [1.0, 1.0, 0.0] }]
+
+[[contacts]]
+against = "itself"
+
+[[cables]]
+name = "closing"
+pull_point = [0.055, 0.004, -0.01]
+points = [[0.055, 0.004, 0.0], [0.055, 0.004, 0.0085]]
+max_tension = 30.0
+max_pull = 0.02
+max_rate = 0.05
+
+[[effectors]]
+name = "tip"
+point = [0.06, 0.004, 0.01]
+"""
+
+
+def hairpin() -> tuple[Array, Ints]:
+    """Two leaves of 4.5 mm on each other, joined at x = 0 to 12 mm, with a slit of 1 mm between them."""
+    mesh = box_mesh((LENGTH, 0.008, 0.010), (20, 2, 5))
+    centre = mesh.nodes[mesh.tets].mean(axis=1)
+    kept = (centre[:, 0] < 0.012) | (np.abs(centre[:, 2] - 0.005) > 0.001)
+    z = np.interp(mesh.nodes[:, 2], [0.0, 0.004, 0.006, 0.01], [0.0, 0.0045, 0.0055, 0.01])
+    mesh.nodes[:, 2] = z
+    used, tets = np.unique(mesh.tets[kept], return_inverse=True)
+    return mesh.nodes[used], tets.reshape(-1, 4)
+
+
+@pytest.fixture(scope="module")
+def robot(tmp_path_factory: pytest.TempPathFactory) -> Robot:
+    folder = tmp_path_factory.mktemp("hairpin")
+    nodes, tets = hairpin()
+    meshio.Mesh(nodes, {"tetra": tets}).write(folder / "hairpin.vtu")
+    (folder / "hairpin.toml").write_text(HAIRPIN)
+    return load_robot(folder / "hairpin.toml")
+
+
+def test_defaults_come_from_the_mesh(robot: TetRobot) -> None:
+    (pair,) = robot.contacts.pairs
+    assert pair.name == "skin on itself"
+    edges = robot.mesh.nodes[pair.triangles][:, [1, 2, 0]] - robot.mesh.nodes[pair.triangles]
+    edge = np.linalg.norm(edges, axis=2).mean()
+    assert robot.contacts.alarm_distance == pytest.approx(0.5 * edge, rel=0.05)
+    area = 0.5 * np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1).sum()
+    assert robot.n_c == pytest.approx(area / edge**2, rel=0.1)
+
+
+def test_at_rest_only_the_slit_is_in_range(robot: TetRobot) -> None:
+    """Not the other side of a leaf, 4 mm away through material, nor what is beside a candidate."""
+    found = robot.contacts.detect(robot.mesh.nodes)
+    points = robot.contacts.positions(robot.mesh.nodes)[found.slots]
+    # on the flat sides of the leaves a few points beside the slit see the edge of the other leaf
+    beside = np.abs(points[:, 2] - 0.005) - 0.5 * SLIT  # from the slit into the leaves
+    np.testing.assert_allclose(found.gap, SLIT + beside, atol=1e-9)
+    assert (beside < 1e-9).mean() > 0.9
+    assert points[:, 0].max() > 0.95 * LENGTH  # up to the mouth
+    assert 0.012 < points[:, 0].min() < 0.025  # and not the root, where the leaves are joined
+    assert len(found) > 20
+
+
+def test_bent_it_neither_pushes_itself_nor_passes_through_itself(robot: TetRobot) -> None:
+    """Closing the slit: without contact the leaves overlap, with contact they do not."""
+    pull = np.array([0.002])
+    through, beside = Simulator(robot, contact="none"), Simulator(robot, contact="full")
+    assert through.settle(pull=pull).converged
+    assert beside.settle(pull=pull).converged
+    assert through.gaps.min() < -5e-4
+    assert beside.gaps.min() > -1e-6
+    assert beside.smooth_contact_forces().sum() > 0.1
+    # in a bend without touching nothing pushes
+    assert beside.settle(pull=np.array([0.0005])).converged
+    assert beside.smooth_contact_forces().max() == 0.0
+
+
+@pytest.mark.parametrize(
+    ("table", "message"),
+    [
+        ('candidates = "notch"\nagainst = "itself"', "contacts.0: surface 'notch' is not defined"),
+        ('against = "skin_of_it"', 'contacts.0: candidates are missing; only against = "itself"'),
+        (
+            'candidates = "a"\nagainst = "b"\nneighbour_distance = 1e-3',
+            'contacts.0: neighbour_distance is used with against = "itself" only',
+        ),
+        (
+            'against = "itself"\n[[regions]]\nname = "itself"\nkind = "skin"',
+            "no surface or region may have the name 'itself'",
+        ),
+    ],
+)
+def test_bad_tables_are_a_sentence(beam_file: Path, table: str, message: str) -> None:
+    file = beam_file.parent / "bad.toml"
+    file.write_text(f"{ROBOT}\n[[contacts]]\n{table}\n")
+    with pytest.raises(RobotFileError, match=message):
+        load_robot(file)

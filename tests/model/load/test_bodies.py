@@ -1,0 +1,196 @@
+"""Several bodies in a robot file: the same mesh in several places, materials and masses of each."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import meshio
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+from support.bodies import beam_config, box_mesh
+
+from tauten.model import Simulator, TetRobot
+from tauten.model.load import build_robot, make_robot
+from tauten.model.mesh import MeshError
+from tauten.model.numerics import Array
+from tauten.model.schema import Changes, RobotConfig, RobotFileError, validated
+from tauten.model.tetra import Elements, Solid
+
+SIZE = (0.1, 0.02, 0.02)
+MESH = box_mesh(SIZE, (8, 2, 2))
+RUBBER = {"young_modulus": 1e6, "poisson_ratio": 0.3, "density": 1000.0}
+ROOT = {"lower": [0.0, 0.0, 0.0], "upper": [0.0, 0.02, 0.02]}
+ANGLES = (0.0, 120.0, 240.0)
+TENDON = np.array([[0.01, 0.01, 0.002], [0.1, 0.01, 0.002]])
+TIP = np.array([0.1, 0.01, 0.01])
+
+
+def pose(angle: float) -> tuple[Rotation, Array]:
+    """Fingers on a circle that hang down: x of the mesh along −z, its lower side inwards."""
+    down = Rotation.from_euler("y", 90.0, degrees=True)
+    around = Rotation.from_euler("z", angle, degrees=True)
+    return around * down, around.apply([0.05, 0.0, 0.0])
+
+
+def finger_table(angle: float, **changes: object) -> dict[str, object]:
+    turn, place = pose(angle)
+    x, y, z, w = turn.as_quat()
+    return {
+        "name": f"finger{angle:.0f}",
+        "mesh": {"file": "beam.vtu"},
+        "rotation": {"quaternion": [w, x, y, z]},
+        "position": place.tolist(),
+        "fixed": [ROOT],
+        **changes,
+    }
+
+
+def gripper_settings(**changes: object) -> dict[str, object]:
+    cables, effectors = [], []
+    for angle in ANGLES:
+        turn, place = pose(angle)
+        points = (turn.apply(TENDON) + place).tolist()
+        name = f"tendon{angle:.0f}"
+        limits = {"max_tension": 50.0, "max_pull": 0.03, "max_rate": 0.1, "max_outside": 1e-6}
+        cables.append({"name": name, "points": points, **limits})
+        tip = (turn.apply(TIP) + place).tolist()
+        effectors.append({"name": f"tip{angle:.0f}", "point": tip, "max_outside": 1e-6})
+    settings = beam_config(SIZE, cables=cables, effectors=effectors, fixed=[], material=RUBBER)
+    del settings["mesh"]
+    return settings | {"bodies": [finger_table(angle) for angle in ANGLES]} | changes
+
+
+def built(settings: dict[str, object], count: int = 3) -> TetRobot:
+    config = validated(RobotConfig, settings, "gripper.toml")
+    return build_robot(config, [MESH] * count, "gripper.toml")
+
+
+def settled(robot: TetRobot, pull: list[float]) -> Simulator:
+    simulator = Simulator(robot, contact="none")
+    assert simulator.settle(pull=pull, tolerance=1e-10).converged
+    return simulator
+
+
+@pytest.mark.parametrize("element", ["linear", "quadratic"])
+def test_three_fingers_of_one_mesh_move_like_one(element: str) -> None:
+    """Without gravity each finger does what it does alone, turned by its pose."""
+    mesh = {"file": "beam.vtu", "element": element}
+    alone = beam_config(SIZE, material=RUBBER, mesh=mesh)
+    alone["cables"] = [{**alone["cables"][0], "points": TENDON.tolist()}]  # type: ignore[index]
+    config = validated(RobotConfig, alone, "one.toml")
+    one = settled(build_robot(config, MESH, "one.toml"), [0.01])
+    bodies = [finger_table(angle, mesh=mesh) for angle in ANGLES]
+    three = settled(built(gripper_settings(bodies=bodies)), [0.01] * 3)
+    assert three.tension == pytest.approx(one.tension[0], rel=1e-6)
+    nodes = three.robot.nodes(three.state).reshape(3, -1, 3)  # type: ignore[attr-defined]
+    for angle, found in zip(ANGLES, nodes, strict=True):
+        turn, place = pose(angle)
+        expected = turn.apply(one.robot.nodes(one.state)) + place  # type: ignore[attr-defined]
+        assert np.allclose(found, expected, atol=1e-8)
+    assert isinstance(three.robot.elements, Elements) == (element == "linear")  # type: ignore[attr-defined]
+
+
+def test_bodies_do_not_couple_without_attachments() -> None:
+    simulator = settled(built(gripper_settings()), [0.01, 0.0, 0.0])
+    moved = simulator.robot.nodes(simulator.state) - simulator.robot.mesh.nodes  # type: ignore[attr-defined]
+    moved = np.linalg.norm(moved.reshape(3, -1, 3), axis=2).max(axis=1)
+    assert moved[0] > 5e-3
+    assert moved[1:].max() < 1e-9
+
+
+def test_scale_and_materials_of_each_body() -> None:
+    stiff = {**RUBBER, "young_modulus": 4e6, "density": 2000.0}
+    half = {"lower": [0.0, 0.0, 0.0], "upper": [0.1, 0.04, 0.04]}
+    bodies = [
+        {"name": "small", "mesh": {"file": "beam.vtu"}, "fixed": [ROOT]},
+        {
+            "name": "large",
+            "mesh": {"file": "beam.vtu"},
+            "scale": 2.0,
+            "position": [0.0, 0.1, 0.0],
+            "fixed": ["root"],
+            "materials": [{**stiff, "region": half}],
+        },
+    ]
+    region = {"name": "root", "body": "large", "lower": [0, 0, 0], "upper": [0, 0.04, 0.04]}
+    settings = beam_config(SIZE, bodies=bodies, regions=[region], material=RUBBER, fixed=[])
+    del settings["mesh"]
+    robot = built(settings, 2)
+    assert isinstance(robot.elements, Solid)
+    volume = np.prod(SIZE)
+    assert robot.mesh.volumes.sum() == pytest.approx(9.0 * volume)
+    assert np.ptp(robot.mesh.nodes[:, 0]) == pytest.approx(0.2)
+    assert (robot.pattern.dof < 0).sum() == 18
+    (domains,) = robot.elements.domains
+    share = domains.volumes[domains.law == 1].sum()
+    assert share == pytest.approx(4.0 * volume)
+
+
+def test_the_total_mass_replaces_densities() -> None:
+    material = {"young_modulus": 1e6, "poisson_ratio": 0.3, "total_mass": 0.25}
+    tables = [finger_table(angle) for angle in ANGLES]
+    heavy = [finger_table(ANGLES[0], material=material), *tables[1:]]
+    mass = built(gripper_settings(bodies=heavy)).mass.reshape(3, -1)
+    reference = built(gripper_settings(bodies=tables)).mass.reshape(3, -1)
+    assert mass[0] == pytest.approx(reference[0] * 0.25 / (1000.0 * np.prod(SIZE)))
+    assert np.array_equal(mass[1:], reference[1:])
+
+
+def test_a_file_with_bodies_loads_refined_and_stiffer(tmp_path: Path) -> None:
+    meshio.write(tmp_path / "beam.vtu", meshio.Mesh(MESH.nodes, [("tetra", MESH.tets)]))
+    contents = gripper_settings()
+    robot = make_robot(contents, tmp_path / "gripper.toml", Changes())
+    finer = make_robot(contents, tmp_path / "gripper.toml", Changes(refinements=1))
+    stiffer = make_robot(contents, tmp_path / "gripper.toml", Changes(young_scale=2.0))
+    assert finer.n_elements == 8 * robot.n_elements == 8 * 3 * len(MESH.tets)
+    tensions = [settled(one, [0.005] * 3).tension[1] for one in (robot, stiffer)]  # type: ignore[arg-type]
+    assert tensions[1] == pytest.approx(2.0 * tensions[0], rel=1e-6)
+    with pytest.raises(MeshError, match=r"none.vtu: no such mesh file"):
+        table = finger_table(0.0, mesh={"file": "none.vtu"})
+        make_robot(gripper_settings(bodies=[table]), tmp_path / "gripper.toml", Changes())
+
+
+@pytest.mark.parametrize(
+    ("changes", "sentence"),
+    [
+        ({"mesh": {"file": "a.vtu"}}, "mesh: a robot has a mesh or bodies, this one has both"),
+        ({"bodies": []}, "mesh: a robot has a mesh or bodies, this one has neither"),
+        ({"bodies": [finger_table(0.0), finger_table(0.0)]}, "bodies: name 'finger0' is used twice"),
+        ({"material": None}, "bodies.0.material: Field required, or material for all"),
+        (
+            {"bodies": [finger_table(0.0, rotation={"quaternion": [1.0, 1.0, 0.0, 0.0]})]},
+            "bodies.0.rotation: the quaternion has the norm 1.41421, a rotation has the norm 1",
+        ),
+        (
+            {"bodies": [finger_table(0.0, rotation={"axis": [1.0, 0.0, 0.0]})]},
+            "bodies.0.rotation: a rotation has an axis and angle_deg, or a quaternion",
+        ),
+        (
+            {"bodies": [finger_table(0.0, fixed=[{"kind": "all", "body": "other"}])]},
+            "bodies.0.fixed.0: body 'other' is not one of the bodies here: finger0",
+        ),
+        (
+            {"bodies": [finger_table(0.0), finger_table(120.0, fixed=[])]},
+            "fixed: needs three nodes not on a line to hold the body 'finger120'",
+        ),
+        (
+            {"materials": [{**RUBBER, "region": ROOT}]},
+            "materials: with bodies they stand in the table of each body",
+        ),
+    ],
+)  # fmt: skip
+def test_bad_bodies_are_one_sentence(changes: dict[str, object], sentence: str) -> None:
+    settings = gripper_settings(**changes)
+    with pytest.raises(RobotFileError, match=sentence):
+        built(settings, len(settings["bodies"]))  # type: ignore[arg-type]
+
+
+def test_axis_and_angle_are_the_quaternion() -> None:
+    by_axis = finger_table(0.0, rotation={"axis": [0.0, 2.0, 0.0], "angle_deg": 90.0})
+    rest = [finger_table(angle) for angle in ANGLES[1:]]
+    nodes = [
+        built(gripper_settings(bodies=[table, *rest])).mesh.nodes
+        for table in (by_axis, finger_table(0.0))
+    ]
+    assert np.allclose(*nodes, atol=1e-15)

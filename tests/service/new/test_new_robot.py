@@ -1,0 +1,154 @@
+"""`tauten new`: parts of CAD become robots that load and move; bad parts are refused in one sentence."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import meshio
+import numpy as np
+import pytest
+
+from tauten.model import Simulator, load_robot
+from tauten.service.new import NewRobot, PartError, elements_needed, make_new_robot
+from tauten.service.process import StopFlag
+
+BOX = np.array([[x, y, z] for x in (0, 12) for y in (0, 12) for z in (0, 60)], dtype=float)  # mm
+SIDES = np.array(
+    [[0, 2, 6, 4], [1, 5, 7, 3], [0, 4, 5, 1], [2, 3, 7, 6], [0, 1, 3, 2], [4, 6, 7, 5]]
+)
+
+
+def box(offset: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices and triangles of a closed box, seen from outside counter-clockwise."""
+    triangles = np.vstack([SIDES[:, [0, 1, 2]], SIDES[:, [0, 2, 3]]])
+    corners = BOX[triangles]
+    volume = np.einsum("ti,ti->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2]))
+    return BOX + np.array(offset), triangles if volume > 0.0 else triangles[:, ::-1]
+
+
+def write_stl(path: Path, vertices: np.ndarray, triangles: np.ndarray) -> Path:
+    meshio.write(path, meshio.Mesh(vertices, [("triangle", triangles)]), binary=True)
+    return path
+
+
+def make(new: NewRobot, folder: Path) -> object:
+    return make_new_robot(new, folder, StopFlag(), lambda done, what: None)
+
+
+def test_a_box_becomes_a_robot_that_bends(tmp_path: Path) -> None:
+    part = write_stl(tmp_path / "bar.stl", *box())
+    made = make_new_robot(
+        NewRobot("bar", part, size=4e-3), tmp_path / "bar", StopFlag(), lambda done, what: None
+    )
+    robot = load_robot(made.file)
+    assert len(made.trials) == 1 and np.isnan(made.trials[0].error)
+    sim = Simulator(robot, contact="none")
+    sim.settle(pull=[0.0])
+    start = sim.effector[0]
+    report = sim.settle(pull=[float(robot.limits.pull_max[0])])
+    assert report.converged
+    assert np.linalg.norm(sim.effector[0] - start) > 5e-3
+    assert sim.tension[0] < robot.limits.tension_max[0]
+
+
+def test_the_size_is_chosen_by_the_error_of_the_mesh(tmp_path: Path) -> None:
+    part = write_stl(tmp_path / "bar.stl", *box())
+    made = make_new_robot(
+        NewRobot("a", part, accuracy=0.2), tmp_path / "a", StopFlag(), lambda done, what: None
+    )
+    assert made.chosen < len(made.trials) - 1
+    assert made.trials[made.chosen].error <= 0.2
+
+
+def test_a_surface_that_is_inside_out_is_turned(tmp_path: Path) -> None:
+    vertices, triangles = box()
+    part = write_stl(tmp_path / "bar.stl", vertices, triangles[:, ::-1])
+    made = make_new_robot(
+        NewRobot("bar", part, size=6e-3), tmp_path / "bar", StopFlag(), lambda done, what: None
+    )
+    assert "inside out" in made.note
+
+
+def test_holes_are_refused_and_repaired(tmp_path: Path) -> None:
+    vertices, triangles = box()
+    part = write_stl(tmp_path / "open.stl", vertices, triangles[1:])
+    new = NewRobot("bar", part, size=6e-3)
+    with pytest.raises(PartError, match=r"open.stl: the surface has holes, 3 edges .*--repair"):
+        make(new, tmp_path / "bar")
+    assert not (tmp_path / "bar").exists()
+    made = make_new_robot(
+        replace(new, repair=True), tmp_path / "bar", StopFlag(), lambda done, what: None
+    )
+    assert load_robot(made.file).n_elements > 100
+
+
+def test_triangles_that_cross_are_refused(tmp_path: Path) -> None:
+    first, second = box(), box((6.0, 5.0, 7.0))
+    vertices = np.vstack([first[0], second[0]])
+    part = write_stl(tmp_path / "two.stl", vertices, np.vstack([first[1], second[1] + 8]))
+    with pytest.raises(PartError, match="cross each other near"):
+        make(NewRobot("two", part, size=6e-3), tmp_path / "two")
+
+
+def test_a_triangle_that_is_turned_is_refused(tmp_path: Path) -> None:
+    vertices, triangles = box()
+    triangles = triangles.copy()
+    triangles[0] = triangles[0, ::-1]
+    part = write_stl(tmp_path / "turned.stl", vertices, triangles)
+    with pytest.raises(PartError, match="inside out beside others"):
+        make(NewRobot("turned", part, size=6e-3), tmp_path / "turned")
+
+
+def test_an_assembly_is_refused_and_a_solid_is_meshed(tmp_path: Path) -> None:
+    occ = pytest.importorskip("netgen.occ", reason="tauten[mesh] is not installed")
+    solid = occ.Box((0, 0, 0), (12, 12, 60))
+    solid.WriteStep(str(tmp_path / "one.step"))
+    occ.Compound([solid, occ.Box((30, 0, 0), (42, 12, 60))]).WriteStep(str(tmp_path / "two.step"))
+    with pytest.raises(PartError, match=r"two.step: holds 2 solids, one is needed"):
+        make(NewRobot("two", tmp_path / "two.step", size=6e-3), tmp_path / "two")
+    made = make_new_robot(
+        NewRobot("one", tmp_path / "one.step", size=6e-3),
+        tmp_path / "one",
+        StopFlag(),
+        lambda done, what: None,
+    )
+    volume = load_robot(made.file).mesh.volumes.sum()
+    assert volume == pytest.approx(12e-3 * 12e-3 * 60e-3, rel=1e-6)
+
+
+def test_tetrahedra_of_a_file_are_taken_as_they_are(tmp_path: Path) -> None:
+    part = write_stl(tmp_path / "bar.stl", *box())
+    first = make_new_robot(
+        NewRobot("bar", part, size=6e-3), tmp_path / "bar", StopFlag(), lambda done, what: None
+    )
+    again = make_new_robot(
+        NewRobot("same", tmp_path / "bar" / "bar.vtu", unit="m"),
+        tmp_path / "same",
+        StopFlag(),
+        lambda done, what: None,
+    )
+    assert load_robot(again.file).n_nodes == load_robot(first.file).n_nodes
+
+
+def test_a_tiny_size_is_counted_before_it_is_meshed(tmp_path: Path) -> None:
+    part = write_stl(tmp_path / "bar.stl", *box())
+    assert elements_needed(NewRobot("bar", part, size=1e-4)) > 1_000_000
+    with pytest.raises(PartError, match="choose a --size above"):
+        make(NewRobot("bar", part, size=1e-4), tmp_path / "bar")
+
+
+def test_a_folder_that_exists_is_not_touched(tmp_path: Path) -> None:
+    part = write_stl(tmp_path / "bar.stl", *box())
+    (tmp_path / "bar").mkdir()
+    with pytest.raises(PartError, match="exists already"):
+        make(NewRobot("bar", part), tmp_path / "bar")
+
+
+@pytest.mark.parametrize("contents", [b"", b"solid x\nendsolid x\n", b"\x00" * 84, b"not a mesh"])
+def test_files_that_hold_no_surface(tmp_path: Path, contents: bytes) -> None:
+    part = tmp_path / "bad.stl"
+    part.write_bytes(contents)
+    with pytest.raises(ValueError, match=r"bad.stl"):
+        make(NewRobot("bad", part), tmp_path / "bad")
+    assert not (tmp_path / "bad").exists()
