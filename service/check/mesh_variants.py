@@ -5,13 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
 from tauten.model import Simulator, TetRobot
+from tauten.model.beams import BeamRobot
 from tauten.model.constraints import ConstrainedRobot
 from tauten.model.load import build_robot, read_bodies
 from tauten.model.schema import ElementName, RobotConfig
+
+AnyElement = ElementName | Literal["beam"]
+AnyRobot = TetRobot | ConstrainedRobot | BeamRobot
 
 TOLERANCE = 1e-6  # m; movement of the last step of an equilibrium
 
@@ -22,10 +27,10 @@ class Variant:
 
     Attributes:
         element: what it is made of.
-        refinements: how often every tetrahedron of the file is cut into eight.
+        refinements: how often every tetrahedron of the file is cut into eight, or every beam into two.
     """
 
-    element: ElementName
+    element: AnyElement
     refinements: int
 
     @property
@@ -47,7 +52,9 @@ class Variant:
 
     @property
     def relative_cost(self) -> int:
-        """Number of nodes relative to the linear mesh of the file, roughly."""
+        """Number of nodes relative to the mesh of the file, linear or of beams, roughly."""
+        if self.element == "beam":
+            return int(2**self.refinements)
         return int(8 ** (self.refinements + (self.element == "quadratic")))
 
 
@@ -100,7 +107,7 @@ class VariantStates:
     states: tuple[LoadedState, ...]
 
 
-def make_loads(robot: TetRobot | ConstrainedRobot, shares: tuple[float, ...]) -> tuple[Load, ...]:
+def make_loads(robot: AnyRobot, shares: tuple[float, ...]) -> tuple[Load, ...]:
     """Every cable alone at shares of its largest pull, in ascending order."""
     return tuple(
         Load(cable, name, share, share * float(robot.limits.pull_max[cable]))
@@ -135,12 +142,13 @@ def variant_robot(config: RobotConfig, path: Path, variant: Variant) -> TetRobot
     Raises:
         RobotFileError, MeshError: it cannot be built.
     """
+    assert variant.element != "beam"
     changed = config.with_element(variant.element)
     return build_robot(changed, read_bodies(changed, path, variant.refinements), str(path))
 
 
 def equilibria(
-    robot: TetRobot | ConstrainedRobot, loads: tuple[Load, ...], stopped: Callable[[], bool]
+    robot: AnyRobot, loads: tuple[Load, ...], stopped: Callable[[], bool]
 ) -> Iterator[LoadedState]:
     """The robot at rest under each load, until `stopped`.
 
