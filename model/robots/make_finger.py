@@ -104,7 +104,7 @@ def make_finger(shape: FingerShape) -> tuple[Array, Ints]:
     _, first, inverse = np.unique(
         np.round(points, 9), axis=0, return_index=True, return_inverse=True
     )
-    merged = points[first]
+    merged = points[first] + 0.0  # no negative zeros
     return merged, oriented(merged, inverse.ravel()[np.concatenate(cells)])
 
 
