@@ -8,6 +8,7 @@ from tauten.controller.inverse import (
     inverse_problem,
     weighted_rows,
 )
+from tauten.controller.locks import LockError
 from tauten.controller.qpcc.solution import Certificate, Status
 from tauten.controller.settings import (
     ControllerSettings,
@@ -32,6 +33,7 @@ __all__ = [
     "ControllerSettings",
     "DecideSettings",
     "Decision",
+    "LockError",
     "NO_CERTIFICATE",
     "Prepared",
     "Status",

@@ -7,6 +7,7 @@ from typing import Literal
 
 import numpy as np
 
+from tauten.controller.locks import held_with_locks, locked, no_locks, unlocked, within_rate
 from tauten.controller.qpcc import Certificate, QpccSettings, Status
 from tauten.controller.settings import ControllerSettings
 from tauten.controller.step import (
@@ -127,8 +128,9 @@ class Controller:
         self.reset()
 
     def reset(self) -> None:
-        """Return to rest, without forces."""
+        """Return to rest, without forces and locks."""
         robot = self.robot
+        self._locks = no_locks(robot.n_a)
         self._start(robot.rest(), no_forces(robot.n_a, self.space.k), np.zeros(robot.n_a))
 
     def start_from(self, state: State, forces: Forces, pull: Array) -> None:
@@ -160,7 +162,7 @@ class Controller:
             state: its state in this one's coordinates.
         """
         self.start_from(state, other._forces, other.pull)
-        self._left, self.status = other.actuation, other.status
+        self._left, self.status, self._locks = other.actuation, other.status, other.locks
 
     @property
     def state(self) -> State:
@@ -245,22 +247,68 @@ class Controller:
             return self._hold(Status.NOT_FINITE)
         if self._prepared is None:
             return self._repeat()
-        decision = decide(self.robot, self._prepared, goal, self._left.pull, self.settings)
+        locks = self._step_locks()
+        if locks is not None and (locks.by_position | locks.by_force).all():
+            return self._hold(None)
+        decision = decide(self.robot, self._prepared, goal, self._left.pull, self.settings, locks)
         self._last_decision = decision
         if not decision.status.usable:
             return self._hold(decision.status, decision.conflict)
-        return self._take(decision, None, decision.status, decision.conflict)
+        return self._take(decision, locks, decision.status, decision.conflict)
 
     def rehearse(self, target: Target) -> None:
         """Decide for a target without effect: code that ran just before runs faster."""
         goal = self.robot.effector_layout.goal_values(target)
-        if goal is not None and self._prepared is not None and self._decision is None:
-            decide(self.robot, self._prepared, goal, self._left.pull, self.settings)
+        free = not (self._locks.by_position | self._locks.by_force).all()
+        if goal is not None and self._prepared is not None and self._decision is None and free:
+            locks = self._step_locks()
+            decide(self.robot, self._prepared, goal, self._left.pull, self.settings, locks)
 
     def hold(self) -> Actuation:
         """Keep position or effort of each actuator, as the robot file says; the model moves so."""
         self.prepare()
         return self._hold(None)
+
+    @property
+    def locks(self) -> Command:
+        """Positions and efforts at which actuators are locked; NaN in both where one is not."""
+        return Command(self._locks.pull.copy(), self._locks.tension.copy())
+
+    def lock(
+        self, actuator: str, position: float | None = None, force: float | None = None
+    ) -> None:
+        """Lock an actuator; the others are decided. It gets there no faster than its rate allows.
+
+        A lock lasts until it is unlocked or `reset`.
+
+        Args:
+            actuator: name.
+            position: where it is locked [m, m³].
+            force: effort at which it is locked [N, Pa]; one of the two is given.
+
+        Raises:
+            LockError: no such actuator, not one of position and force, or a value beyond the limits.
+        """
+        self._locks = locked(self.robot, self._locks, actuator, position, force)
+
+    def unlock(self, actuator: str) -> None:
+        """Decide a locked actuator again.
+
+        Raises:
+            LockError: no such actuator, or one that is not locked.
+        """
+        self._locks = unlocked(self.robot, self._locks, actuator)
+
+    def _step_locks(self) -> Command | None:
+        """What locked actuators keep in the prepared step; None: none is locked."""
+        locks, step = self._locks, self._prepared
+        if step is None or not (locks.by_position | locks.by_force).any():
+            return None
+        rows = slice(step.step.n_e, step.step.n_e + step.step.n_a)
+        return within_rate(
+            locks, self._left.pull, self._left.tension, step.step.compliance.W[rows, rows],
+            self.robot.h * self.robot.limits.rate,
+        )  # fmt: skip
 
     def limit(self, actuation: Actuation) -> None:
         """Replace this step's actuation by the one that left, which a limiter may have changed."""
@@ -284,6 +332,9 @@ class Controller:
         if self._prepared is None:
             return self._repeat()
         command = self.robot.actuators.held(self._left.pull, self._left.tension)
+        locks = self._step_locks()
+        if locks is not None:
+            command = held_with_locks(command, locks)
         decision = hold(self.robot, self._prepared, command, self.settings.enrichment)
         if not np.isfinite(decision.predicted.dv).all():
             return self._repeat()

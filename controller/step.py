@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tauten.controller.inverse import energy_scale, exact_problem, inverse_problem, weighted_rows
+from tauten.controller.locks import LockedStep
 from tauten.controller.qpcc import (
     NO_PIECE,
     Certificate,
@@ -27,6 +28,7 @@ from tauten.controller.qpcc import (
 from tauten.model import (
     Actuators,
     Command,
+    Compliance,
     CondensedStep,
     ContactSpace,
     Enrichment,
@@ -122,7 +124,12 @@ def prepare(
 
 
 def decide(
-    robot: Robot, prepared: Prepared, goal: Array, pull: Array, settings: DecideSettings
+    robot: Robot,
+    prepared: Prepared,
+    goal: Array,
+    pull: Array,
+    settings: DecideSettings,
+    locks: Command | None = None,
 ) -> Decision:
     """Find the tensions that bring the effectors to a goal within one step.
 
@@ -137,15 +144,16 @@ def decide(
         goal: (n_v,) values of the effectors, see `EffectorLayout`.
         pull: (n_a,) positions of the actuators commanded last [m].
         settings: weights and tolerances.
+        locks: what locked actuators keep in this step; None: all are decided.
     """
     layout = robot.effector_layout
     target = layout.row_targets(prepared.step.rows.effectors.values, goal)  # (n_e,)
     if not layout.exact.any():
-        return _decide(robot, prepared, target, pull, settings)
-    decision = _decide(robot, prepared, target, pull, settings, exact=True)
+        return _decide(robot, prepared, target, pull, settings, locks)
+    decision = _decide(robot, prepared, target, pull, settings, locks, exact=True)
     if decision.status.usable:
         return decision
-    nearest = _decide(robot, prepared, target, pull, settings)
+    nearest = _decide(robot, prepared, target, pull, settings, locks)
     if not nearest.status.usable:
         return nearest
     missed = layout.missed_rows(target - nearest.predicted.delta[: layout.n_rows])
@@ -159,6 +167,7 @@ def _decide(
     target: Array,
     pull: Array,
     settings: DecideSettings,
+    locks: Command | None,
     exact: bool = False,
 ) -> Decision:
     """`decide` for row targets (n_e,), with or without equations for the rows of exact effectors."""
@@ -167,16 +176,32 @@ def _decide(
     weight = settings.epsilon * prepared.scale
     loop = EnrichmentLoop(prepared.step, settings.enrichment)
     while loop.prediction is None:
-        compliance = loop.step.compliance
-        W, delta_free = weighted_rows(compliance.W, compliance.delta_free, layout)
+        reduced = None if locks is None else LockedStep(loop.step, locks)
+        if reduced is None:
+            rows: LockedStep | Compliance = loop.step.compliance
+            limits, actuators, travelled = robot.limits, robot.actuators, pull
+            start = Start(prepared.forces.tension, loop.step.pushing(prepared.forces))
+        else:
+            rows, free = reduced, reduced.free
+            limits, actuators, travelled = (
+                robot.limits.at(free),
+                robot.actuators.at(free),
+                pull[free],
+            )
+            start = reduced.start(loop.step, prepared.forces)
+        W, delta_free = weighted_rows(rows.W, rows.delta_free, layout)
         problem = inverse_problem(
-            W, delta_free, target, pull, robot.limits, robot.h, weight, robot.actuators
+            W, delta_free, target, travelled, limits, robot.h, weight, actuators
         )
+        if reduced is not None:
+            problem = reduced.bounded(problem, robot.limits, robot.actuators)
         if exact:
             problem = exact_problem(problem, W, delta_free, target, layout, EXACTLY * robot.size)
-        start = Start(prepared.forces.tension, loop.step.pushing(prepared.forces))
         solution = solve_qpcc(problem, start, settings.qpcc)
-        lam = np.concatenate([np.zeros(robot.n_e), solution.lam_a, solution.beta])
+        if reduced is not None:
+            lam = reduced.forces(solution)
+        else:
+            lam = np.concatenate([np.zeros(robot.n_e), solution.lam_a, solution.beta])
         loop.check(lam, solution.status.usable)
     residuals = solution.certificate
     certificate = Certificate(

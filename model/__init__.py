@@ -16,7 +16,7 @@ from tauten.model.enrichment import (
     worst_rows,
 )
 from tauten.model.equilibrium import Ending
-from tauten.model.forward_step import ForwardStep, forward_step
+from tauten.model.forward_step import ForwardStep, eliminate_rows, forward_step
 from tauten.model.limits import Limits
 from tauten.model.load.robot import load_robot
 from tauten.model.mesh.tet_mesh import MeshError
@@ -68,6 +68,7 @@ __all__ = [
     "condense_step",
     "contact_model",
     "default_enrichment",
+    "eliminate_rows",
     "forward_step",
     "load_robot",
     "make_pattern",

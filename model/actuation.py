@@ -136,6 +136,15 @@ class Actuators:
     def __len__(self) -> int:
         return len(self.names)
 
+    def at(self, chosen: Ints) -> Actuators:
+        """Names and laws of some of them, by their numbers (c,), without springs."""
+        return Actuators(
+            tuple(self.names[i] for i in chosen.tolist()),
+            tuple(self.kinds[i] for i in chosen.tolist()),
+            self.bilateral[chosen],
+            self.held_by_force[chosen],
+        )
+
     @cached_property
     def groups(self) -> Ints:
         """Number of the kind of each actuator: (n_a,) int; efforts of one group have one unit."""

@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from tauten.model.numerics import Array
+from tauten.model.numerics import Array, Ints
 from tauten.model.schema import CouplingSettings, Range, RobotFileError, RobotSettings
 
 
@@ -34,7 +34,7 @@ class Limits:
         """Larger magnitude of both limits of the effort: (n_a,)."""
         return np.maximum(np.abs(self.tension_min), np.abs(self.tension_max))
 
-    def at(self, chosen: Array) -> Limits:
+    def at(self, chosen: Ints) -> Limits:
         """The limits of some actuators, by their numbers (c,)."""
         return Limits(
             self.tension_min[chosen], self.tension_max[chosen],

@@ -56,7 +56,8 @@ class CoordinateMap:
         factor: (nnz,) and
         source: (nnz,) its values: factor times one (source 0) or times component source − 1 of the levers.
         gather: (3 k, 3 n_nodes) forces on frame nodes and on what is glued to them, from forces on nodes.
-        glue: (3 n_nodes, 3 n_nodes) positions of all nodes from those of nodes that are not glued.
+        glue: (3 n_nodes, 3 n_nodes) positions of all nodes from those of nodes that are not glued;
+            None: none is glued.
         offset: (3 n_nodes,) what fixed nodes contribute to the positions of glued ones [m].
     """
 
@@ -68,12 +69,12 @@ class CoordinateMap:
     factor: Array
     source: Ints
     gather: sp.csr_array
-    glue: sp.csr_array
+    glue: sp.csr_array | None
     offset: Array
 
     def followed(self, x: Array) -> Array:
         """Positions of all nodes (3 n_nodes,) where glued nodes follow the others in x (3 n_nodes,) [m]."""
-        if self.glue.nnz == len(x):
+        if self.glue is None:
             return x
         positions: Array = self.glue @ x + self.offset
         return positions
@@ -130,7 +131,7 @@ def make_coordinates(frames: Frames, glued: GluedNodes, number: Ints, x0: Array)
         factor=weight * factors[entry],
         source=sources[entry].astype(np.int64),
         gather=sp.csr_array(sp.csr_array(follow.T)[picked]),
-        glue=follow,
+        glue=follow if len(slaves) else None,
         offset=offset.ravel(),
     )
 

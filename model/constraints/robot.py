@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
+from functools import partial
 from typing import TypeVar
 
 import numpy as np
@@ -206,15 +207,22 @@ class ConstrainedRobot(SparseRobot):
         mass, inertia = self.mass_values(T), np.zeros(self.n)
         if not scheme.static and len(self.frames.nodes):
             inertia = self.inertia_force(levers, T, state.v)
-        for exact in (True, False):
-            force, K = self.forces(state, tension, exact)
+        make = partial(make_system, self.pattern, self.factorisation, scheme)
+        force, K = self.forces(state, tension, True)
+        try:
+            return make(K.copy(), mass, force + inertia, state.v)
+        except FactorisationError:
+            semidefinite = self.forces(state, tension)[1]
+        # past the largest torque a drive holds the robot against its own tangent: stiffness on the diagonal
+        # of a drive that is held changes no step towards equilibrium, the semidefinite tangent does
+        drives = self.product.drive_places[self.driven]
+        K[drives] += semidefinite[drives] + 2.0 * np.abs(K[drives]) + mass[drives] / scheme.h**2
+        for tangent in [K, semidefinite] if len(drives) else [semidefinite]:
             try:
-                system = make_system(
-                    self.pattern, self.factorisation, scheme, K, mass, force + inertia, state.v
-                )
-                return system if exact else dataclasses.replace(system, exact=False)
+                system = make(tangent, mass, force + inertia, state.v)
+                return dataclasses.replace(system, exact=False)
             except FactorisationError:
-                if not exact:
+                if tangent is semidefinite:
                     raise
         raise AssertionError("unreachable")
 

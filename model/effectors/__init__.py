@@ -10,7 +10,7 @@ from tauten.model.effectors.measure import (
     PositionMeasure,
     VolumeMeasure,
 )
-from tauten.model.effectors.nodal_effectors import NodalEffectors, nodal_effectors
+from tauten.model.effectors.nodal import NodalEffectors, nodal_effectors
 
 __all__ = [
     "BeamEffectors",

@@ -117,8 +117,7 @@ def placed(nodes: Array, body: BodySettings) -> Array:
     if body.rotation is not None:
         w, x, y, z = body.rotation.unit_quaternion
         nodes = Rotation.from_quat([x, y, z, w]).apply(nodes)
-    there: Array = nodes + np.array(body.position)
-    return there
+    return nodes + np.array(body.position) if any(body.position) else nodes
 
 
 def replace_nodes(mesh: AnyMesh, nodes: Array) -> AnyMesh:

@@ -82,7 +82,7 @@ def _column(
     simulator.load(run.gravity[:, i], run.effector_force[:, i])
     before = simulator.state, simulator.forces
     try:
-        pull = run.pull[:, i] if run.tension is None else None
+        pull = run.pull[:, i]
         tension = None if run.tension is None else run.tension[:, i]
         report = simulator.settle(pull, tension, TOLERANCE, MAX_ITERATIONS)
         lam_c = simulator.smooth_contact_forces()

@@ -15,8 +15,13 @@ from scipy.linalg import null_space
 from scipy.spatial.transform import Rotation
 from scipy.stats.qmc import LatinHypercube
 
-from tauten.model import Robot
+from tauten.model import CommandRange, Robot, command_range
 from tauten.model.numerics import Array
+
+RAMP_STEPS = 800  # of one actuator whose position is commanded, as in the paper
+EFFORT_STEPS = 200  # of one actuator whose effort is commanded
+RUN_STEPS = 20  # of a run of several actuators
+LEAST_RUNS, RUNS_EACH = 8, 2  # number of such runs, and more for each actuator
 
 
 class DesignError(ValueError):
@@ -28,10 +33,10 @@ class Run:
     """Equilibria that follow one another, from rest.
 
     Attributes:
-        pull: (n_a, s) pulled lengths [m]; NaN where tensions are prescribed.
+        pull: (n_a, s) positions [m]; NaN where efforts are prescribed.
         gravity: (3, s) acceleration of gravity [m/s²].
         effector_force: (3 p, s) outer forces on the effectors [N].
-        tension: (n_a, s) tensions prescribed instead of pulled lengths [N].
+        tension: (n_a, s) efforts prescribed instead of positions [N]; NaN where positions are.
     """
 
     pull: Array
@@ -104,6 +109,46 @@ class Ranges:
                 f"ranges are pull {self.pull},{held} tilt {self.tilt} rad, force {self.force} N: "
                 "pull must be two shares of 0 to 1 in this order, tension too, the others not negative"
             )
+
+
+def exploring(robot: Robot, seed: int = 0) -> Design:
+    """The design for a robot about which nothing else is known.
+
+    One actuator goes through its range in small steps, as in the paper. Several go from rest to commands of a
+    Latin hypercube over their ranges, in as many runs as their number needs.
+
+    Args:
+        robot: its limits and gravity are used.
+        seed: of the random commands.
+    """
+    found = command_range(robot)
+    if robot.n_a == 1 and not found.by_force[0] and found.least[0] == 0.0:
+        return ramp(robot, float(found.most[0]) / RAMP_STEPS)
+    if robot.n_a == 1:
+        ends = np.array([[1.0], *([[-1.0]] if found.least[0] < 0.0 else [])])
+        steps = EFFORT_STEPS
+    else:
+        count = LEAST_RUNS + RUNS_EACH * robot.n_a
+        both = found.least < 0.0
+        levels = latin_hypercube_levels(count, robot.n_a, seed)
+        ends, steps = np.where(both, 2.0 * levels - 1.0, levels), RUN_STEPS
+    runs = tuple(_to_command(robot, found, end, steps) for end in ends)
+    return Design(
+        f"exploring: {len(runs)} runs of {steps} steps within the range of each actuator, seed {seed}",
+        runs,
+    )
+
+
+def _to_command(robot: Robot, found: CommandRange, shares: Array, steps: int) -> Run:
+    """A run from rest to a command given by shares (n_a,) of the ranges."""
+    rise = np.arange(1, steps + 1) / steps
+    commands = [found.command(share * shares) for share in rise]
+    return Run(
+        pull=np.stack([command.pull for command in commands], axis=1),
+        gravity=np.tile(robot.gravity[:, None], steps),
+        effector_force=np.zeros((3 * len(robot.effector_names), steps)),
+        tension=np.stack([command.tension for command in commands], axis=1),
+    )
 
 
 def ramp(robot: Robot, step: float = 5e-5) -> Design:

@@ -7,10 +7,9 @@ from typing import Literal
 
 import numpy as np
 
-from tauten.model import Enrichment, Robot, Simulator
+from tauten.model import ContactSpace, Enrichment, Robot, Simulator
 from tauten.model.numerics import Array, Bools
 from tauten.reduction.campaign import MAX_ITERATIONS, TOLERANCE, Snapshots
-from tauten.reduction.contact.basis import ContactBasis
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -31,7 +30,7 @@ class TipErrors:
 def tip_errors(
     robot: Robot,
     snapshots: Snapshots,
-    basis: ContactBasis,
+    basis: ContactSpace,
     enrichment: Enrichment | None = None,
     held: Literal["pull", "tension"] = "pull",
     max_iterations: int = MAX_ITERATIONS,

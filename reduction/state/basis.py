@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from tauten.model import Robot
+from tauten.model.constraints import ConstrainedRobot
 from tauten.model.numerics import Array, Ints
 from tauten.model.tetra import TetRobot
 from tauten.reduction.state.points import integration_points
@@ -246,6 +247,11 @@ def reducible_robot(robot: Robot) -> TetRobot:
     Raises:
         StateBasisError: it is not made of tetrahedra.
     """
+    if isinstance(robot, ConstrainedRobot):
+        raise StateBasisError(
+            f"robot {robot.name}: robots with drives, rigid regions or attachments have no state bases; "
+            "use the full model"
+        )
     if not isinstance(robot, TetRobot):
         raise StateBasisError(
             f"robot {robot.name}: only robots made of tetrahedra have state bases"

@@ -9,11 +9,11 @@ from typing import Literal
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from tauten.model import Robot, default_enrichment
+from tauten.model import ContactSpace, Robot, default_enrichment
 from tauten.model.numerics import Array, Bools
 from tauten.model.tetra import TetRobot
 from tauten.reduction.campaign import Snapshots
-from tauten.reduction.contact import ContactBasis, TipErrors, tip_errors
+from tauten.reduction.contact import TipErrors, tip_errors
 from tauten.reduction.provenance import package_versions
 from tauten.reduction.state.basis import (
     StateBasis,
@@ -60,7 +60,7 @@ class StateSettings:
 
 
 def reduce_states(
-    robot: Robot, snapshots: Snapshots, basis: ContactBasis, settings: StateSettings
+    robot: Robot, snapshots: Snapshots, basis: ContactSpace, settings: StateSettings
 ) -> StateBasis:
     """A state basis, its sample of elements, and its tip errors on equilibria that were held out.
 
@@ -97,7 +97,7 @@ def n_elements(robot: Robot) -> int:
 
 
 def _reduced(
-    robot: TetRobot, snapshots: Snapshots, basis: ContactBasis, settings: StateSettings
+    robot: TetRobot, snapshots: Snapshots, basis: ContactSpace, settings: StateSettings
 ) -> StateBasis:
     """As `reduce_states`, arguments checked."""
     held_out = held_out_snapshots(snapshots)
@@ -180,7 +180,7 @@ def chosen_modes(found: Pod, settings: StateSettings) -> Pod:
 
 
 def check_errors(
-    robot: TetRobot, states: StateBasis, basis: ContactBasis, held_out: Snapshots
+    robot: TetRobot, states: StateBasis, basis: ContactSpace, held_out: Snapshots
 ) -> TipErrors:
     """Tip errors of the reduced model, with the enrichment of a controller, at full-order equilibria.
 
@@ -196,7 +196,7 @@ def check_errors(
 
 
 def checked_on_held_out(
-    robot: TetRobot, states: StateBasis, basis: ContactBasis, held_out: Snapshots
+    robot: TetRobot, states: StateBasis, basis: ContactSpace, held_out: Snapshots
 ) -> StateBasis:
     """The basis with its tip errors on held-out equilibria.
 

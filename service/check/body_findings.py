@@ -6,8 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from tauten.model import Simulator, TetRobot
-from tauten.model.actuation import ActuatorKind
+from tauten.model import ActuatorKind, Simulator, TetRobot
 from tauten.model.beams import BeamRobot
 from tauten.model.body import natural_frequencies
 from tauten.model.constraints import ConstrainedRobot

@@ -18,7 +18,7 @@ from tauten.service.cli.check import check
 from tauten.service.cli.closed_loop import closed_loop
 from tauten.service.cli.compare import compare
 from tauten.service.cli.new import new
-from tauten.service.cli.operate import alive, command, doctor, metrics, record
+from tauten.service.cli.operate import alive, command, doctor, lock, metrics, record, unlock
 from tauten.service.cli.options import (
     AcceptError,
     Basis,
@@ -178,7 +178,7 @@ def stream(
 
 _COMMANDS = (
     *(serve, plant, stream, demo, replay, solve),
-    *(command, record, metrics, alive, doctor),
+    *(command, lock, unlock, record, metrics, alive, doctor),
     *(reduce, inspect, compare, check, new, schema),
 )
 for _command in _COMMANDS:
@@ -215,6 +215,7 @@ def _setup_errors() -> tuple[type[Exception], ...]:
     from tauten.service.bench import CompareError
     from tauten.service.log import LogError
     from tauten.service.new import PartError
+    from tauten.service.operate import OrderError
     from tauten.service.plant import DemoError, PathError
     from tauten.service.process import RealtimeError
     from tauten.service.rate_check import RateError
@@ -230,6 +231,7 @@ def _setup_errors() -> tuple[type[Exception], ...]:
         DemoError,
         LogError,
         NetworkError,
+        OrderError,
         PageError,
         PartError,
         PathError,

@@ -1,15 +1,18 @@
-"""`tauten command`, `metrics`, `record`, `alive` and `doctor`: for the operator of a node."""
+"""`tauten command`, `lock`, `unlock`, `metrics`, `record`, `alive`, `doctor`: for the operator of a node."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 from rich.console import Console
 from rich.table import Table
 
 from tauten.service.cli.options import Port, ZenohConfig
+
+if TYPE_CHECKING:
+    from tauten.service.wire import LockOrder
 
 ServedName = Annotated[str, typer.Argument(help="Name of the robot that is served.")]
 
@@ -29,6 +32,48 @@ def command(
     tick = send_command(robot, Network(port, zenoh_config), OperatorCommand(word))
     why = f" ({tick.cause})" if tick.cause else ""
     typer.echo(f"{robot}: {tick.mode}{why}")
+
+
+Actuator = Annotated[str, typer.Argument(help="Name of the actuator.")]
+
+
+def lock(
+    robot: ServedName,
+    actuator: Actuator,
+    position: Annotated[
+        float | None,
+        typer.Option(help="Where it is locked, in its SI unit: pull [m], volume change [m³], ..."),
+    ] = None,
+    force: Annotated[
+        float | None,
+        typer.Option(help="Effort at which it is locked: tension [N], pressure [Pa], ..."),
+    ] = None,
+    port: Port = None,
+    zenoh_config: ZenohConfig = None,
+) -> None:
+    """Lock an actuator while the node runs; the others are decided. It gets there within its rate."""
+    from tauten.service.wire import LockOrder
+
+    if (position is None) == (force is None):
+        raise typer.BadParameter("give either --position or --force")
+    _order(robot, LockOrder(actuator, position, force), port, zenoh_config)
+
+
+def unlock(
+    robot: ServedName, actuator: Actuator, port: Port = None, zenoh_config: ZenohConfig = None
+) -> None:
+    """Decide an actuator again that is locked."""
+    from tauten.service.wire import LockOrder
+
+    _order(robot, LockOrder(actuator), port, zenoh_config)
+
+
+def _order(robot: str, order: LockOrder, port: int | None, zenoh_config: Path | None) -> None:
+    from tauten.service.operate import send_lock
+    from tauten.service.wire import Network
+
+    tick = send_lock(robot, Network(port, zenoh_config), order)
+    typer.echo(f"{robot}: {order}, {tick.mode}")
 
 
 def metrics(

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 import os
-from contextlib import AbstractContextManager
+from collections.abc import Iterator
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal, cast
 
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
     from concurrent.futures import Executor
 
     from tauten.model import Robot
-    from tauten.reduction.campaign import Design, Ranges
+    from tauten.reduction.campaign import Design, Ranges, Snapshots
     from tauten.reduction.contact import BasisMethod, ReduceSettings, Reduction, Weighting
 
 
@@ -34,8 +35,12 @@ def reduce(
     robot: Annotated[str, typer.Argument(help="A shipped robot's name, or a robot file.")],
     out: Annotated[Path | None, typer.Option(help="Default: ROBOT.basis here.")] = None,
     design: Annotated[
-        str, typer.Option(help="ramp, plackett-burman, latin-hypercube, or a CSV of loads.")
-    ] = "ramp",
+        str,
+        typer.Option(
+            help="exploring (what the robot's actuators need), ramp, plackett-burman, latin-hypercube, or a "
+            "CSV of loads."
+        ),
+    ] = "exploring",
     step: Annotated[float, typer.Option(help="Step of the ramp [m].")] = 5e-5,
     steps: Annotated[int, typer.Option(min=1, help="Steps of a run, in the other designs.")] = 100,
     runs: Annotated[int, typer.Option(help="Runs of the Latin hypercube.")] = 20,
@@ -80,17 +85,18 @@ def reduce(
     ] = None,
     states: States = False,
     state_modes: StateModes = "auto",
-    responses: Responses = 10,
+    responses: Responses = None,
     sample: SampleResidual = 1e-2,
     accept_error: KeepInaccurate = False,
 ) -> None:
     """Apply loads to a robot and compute a contact basis from the contact forces.
 
-    With --states also a state basis from the configurations, and a sample of elements.
+    With --states also a state basis from the configurations, and a sample of elements. A robot without
+    contacts gets a state basis only.
 
     Finished parts are kept in the folder of snapshots: the same command continues after Ctrl-C.
     """
-    from tauten.model import load_robot
+    from tauten.model import EmptySpace, load_robot
     from tauten.reduction.campaign import Ranges
     from tauten.reduction.contact import ReduceSettings
     from tauten.service.plots import draw_curve
@@ -104,14 +110,19 @@ def reduce(
         seed=seed,
         curve=curve is not None,
     )
-    chosen = state_settings(state_modes, responses, sample, seed)
     loaded = load_robot(robot)
+    chosen = state_settings(loaded, state_modes, responses, sample, seed)
     allowed = None if accept_error else load_model_settings(robot).max_tip_error
     target = _basis_path(out or Path(f"{loaded.name}.basis"))
     ranges = Ranges(pull=pull, tilt=math.radians(tilt), force=force, tension=tension)
     plan = _design(design, loaded, step, ranges, runs, steps, seed)
     folder = snapshots or Path(f"{loaded.name}-snapshots")
     with _executor(scheduler, workers, len(plan.runs)) as executor:
+        if loaded.n_c == 0:
+            found = _campaign(loaded, plan, folder, executor)
+            path = target.with_suffix(".states")
+            save_states(loaded, found, EmptySpace(0), chosen, path, allowed)
+            return
         made = _reduced(loaded, plan, folder, settings, executor)
     saved = made.basis.save(target)
     if curve is not None and made.curve is not None:
@@ -189,12 +200,15 @@ def _design(
 ) -> Design:
     from tauten.reduction.campaign import (
         DesignError,
+        exploring,
         from_csv,
         latin_hypercube,
         plackett_burman,
         ramp,
     )
 
+    if name == "exploring":
+        return exploring(robot, seed)
     if name == "ramp":
         return ramp(robot, step)
     if name == "plackett-burman":
@@ -203,7 +217,7 @@ def _design(
         return latin_hypercube(robot, ranges, runs, seed, steps)
     if not name.endswith(".csv"):
         raise DesignError(
-            f"no design {name!r}: allowed are ramp, plackett-burman, latin-hypercube and files "
+            f"no design {name!r}: allowed are exploring, ramp, plackett-burman, latin-hypercube and files "
             "that end in .csv"
         )
     return from_csv(robot, name)
@@ -220,14 +234,30 @@ def _executor(
     return processes(min(workers or os.cpu_count() or 1, runs))
 
 
+def _campaign(robot: Robot, design: Design, folder: Path, executor: Executor) -> Snapshots:
+    """The equilibria of a campaign that converged."""
+    from tauten.reduction.campaign import run_campaign
+
+    with _resumable(folder):
+        found = run_campaign(robot, design, folder, executor)
+    return found.select(found.converged)
+
+
 def _reduced(
     robot: Robot, design: Design, folder: Path, settings: ReduceSettings, executor: Executor
 ) -> Reduction:
-    """The reduction; after Ctrl-C a message names the folder, and the exit code is that of a shell."""
+    """The contact basis of a campaign."""
     from tauten.reduction.contact import reduce_robot
 
-    try:
+    with _resumable(folder):
         return reduce_robot(robot, design, folder, settings, executor)
+
+
+@contextmanager
+def _resumable(folder: Path) -> Iterator[None]:
+    """After Ctrl-C a message names the folder, and the exit code is that of a shell."""
+    try:
+        yield
     except KeyboardInterrupt:
         typer.echo(
             f"stopped: {folder} keeps the finished part, the same command continues from there",

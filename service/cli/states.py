@@ -11,19 +11,22 @@ from rich.console import Console
 from rich.table import Table
 
 if TYPE_CHECKING:
-    from tauten.model import Robot
-    from tauten.reduction import ContactBasis
+    from tauten.model import ContactSpace, Robot
     from tauten.reduction.campaign import Snapshots
     from tauten.reduction.state import StateSettings
+
+LEAST_RESPONSES = 10
 
 States = Annotated[
     bool, typer.Option("--states", help="Compute also a state basis, beside the contact basis.")
 ]
 StateModes = Annotated[str, typer.Option(help='Number of state modes, or "auto".')]
 Responses = Annotated[
-    int,
+    int | None,
     typer.Option(
-        min=0, help="Number of static responses to cables, contacts and effectors beside them."
+        min=0,
+        help="Number of static responses to actuators, contacts and effectors beside them; default: 10, or "
+        "one for each actuator and component of the effectors where these are more.",
     ),
 ]
 SampleResidual = Annotated[
@@ -35,12 +38,15 @@ KeepInaccurate = Annotated[
 ]
 
 
-def state_settings(modes: str, responses: int, sample: float, seed: int) -> StateSettings:
+def state_settings(
+    robot: Robot, modes: str, responses: int | None, sample: float, seed: int
+) -> StateSettings:
     """Settings from the command line.
 
     Args:
+        robot: the robot.
         modes: number of state modes, or "auto".
-        responses: number of static responses.
+        responses: number of static responses; None for as many as the robot needs.
         sample: relative residual of the sampled forces.
         seed: of random numbers.
 
@@ -52,13 +58,15 @@ def state_settings(modes: str, responses: int, sample: float, seed: int) -> Stat
     if modes != "auto" and not modes.isdecimal():
         raise StateBasisError(f"state modes are {modes!r}: allowed are 1 and more, and auto")
     r: int | Literal["auto"] = "auto" if modes == "auto" else int(modes)
+    if responses is None:
+        responses = max(LEAST_RESPONSES, robot.n_a + robot.n_e)
     return StateSettings(r=r, responses=responses, sample=sample, seed=seed)
 
 
 def save_states(
     robot: Robot,
     snapshots: Snapshots,
-    basis: ContactBasis,
+    basis: ContactSpace,
     settings: StateSettings,
     path: Path,
     max_tip_error: float | None,
@@ -68,7 +76,7 @@ def save_states(
     Args:
         robot: the full robot.
         snapshots: of its campaign.
-        basis: its contact basis.
+        basis: its contact basis; empty where nothing touches.
         settings: of the state basis.
         path: of the new file.
         max_tip_error: error of the tip that is allowed [m]; None: any.

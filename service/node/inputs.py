@@ -34,6 +34,7 @@ from tauten.service.wire import (
     Keys,
     Level,
     OperatorCommand,
+    OperatorOrder,
     PositionSubscriber,
     Received,
     Rejection,
@@ -142,26 +143,25 @@ class NodeInputs:
         correction = None if self._loop is None else self._loop.feedback.correction
         return Goal(positions, correction, self._targets.stamp)
 
-    def read_commands(self, tick: int) -> list[OperatorCommand]:
+    def read_commands(self, tick: int) -> list[OperatorOrder]:
         """Read the operator's commands, oldest first; `count` each when it has been carried out."""
         found = self._commands.read()
         for item in found:
             self._write(self._command_key, TEXT, item.payload, item.json, 0, tick)
         return [item.command for item in found]
 
-    def count(self, command: OperatorCommand, possible: bool) -> None:
-        """Count a command that was carried out, or that was not possible.
+    def count(self, command: OperatorOrder, refused: Rejection | None) -> None:
+        """Count a command that was carried out, or that was refused.
 
         Args:
             command: of the operator.
-            possible: whether the node was able to carry it out.
+            refused: why the node did not carry it out; None where it did.
         """
-        if not possible:
-            detail = f"{command} is not possible now"
-            self._commands.counts.refuse(Rejection(RejectionReason.NOT_NOW, detail))
+        if refused is not None:
+            self._commands.counts.refuse(refused)
             return
         self._commands.counts.accepted += 1
-        if self._loop is not None:
+        if self._loop is not None and isinstance(command, OperatorCommand):
             self._loop.after_command(command)
 
     def read_measurements(self, effectors: Array, following: bool, tick: int) -> Cause:

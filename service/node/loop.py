@@ -9,13 +9,23 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
-from tauten.controller import NO_CERTIFICATE, Actuation, Controller
+from tauten.controller import NO_CERTIFICATE, Actuation, Controller, LockError
 from tauten.controller.qpcc import Status
 from tauten.model.numerics import Array
 from tauten.service.node.limiter import ActuationLimiter
 from tauten.service.node.state_machine import NodeState, Signals, commanded, judged, transition
 from tauten.service.settings import ServiceSettings
-from tauten.service.wire import Cause, Mode, OperatorCommand
+from tauten.service.wire import (
+    Cause,
+    Diagnostic,
+    Level,
+    LockOrder,
+    Mode,
+    OperatorCommand,
+    OperatorOrder,
+    Rejection,
+    RejectionReason,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,6 +96,27 @@ class ControlLoop:
         """Whether a stop has slackened the cables."""
         return self._ramp is not None and self._limiter.at_rest(self.controller.actuation)
 
+    def obey(self, order: OperatorOrder) -> Rejection | None:
+        """Carry out an operator's order; what is not possible is refused with the reason."""
+        if isinstance(order, LockOrder):
+            return self._obey_lock(order)
+        if self.command(order):
+            return None
+        return Rejection(RejectionReason.NOT_NOW, f"{order} is not possible now")
+
+    def _obey_lock(self, order: LockOrder) -> Rejection | None:
+        """Lock or unlock an actuator; a stop releases all of them, and none is locked in it."""
+        if self._state.mode is Mode.STOP:
+            return Rejection(RejectionReason.NOT_NOW, f"{order} is not possible in a stop")
+        try:
+            if order.position is None and order.force is None:
+                self.controller.unlock(order.actuator)
+            else:
+                self.controller.lock(order.actuator, order.position, order.force)
+        except LockError as error:
+            return Rejection(RejectionReason.LOCK_REFUSED, str(error))
+        return None
+
     def command(self, command: OperatorCommand) -> bool:
         """Obey an operator's command; False where it is not possible now."""
         found = commanded(self._state, command, self.released)
@@ -95,6 +126,19 @@ class ControlLoop:
             self.rest()
         self._state = found
         return True
+
+    @property
+    def locks(self) -> Diagnostic:
+        """Which actuators are locked, and where, for health."""
+        locks, actuators = self.controller.locks, self.controller.robot.actuators
+        values = {}
+        for i, (name, kind) in enumerate(zip(actuators.names, actuators.kinds, strict=True)):
+            if locks.by_position[i]:
+                values[name] = f"{kind.position.name} {locks.pull[i]:g} {kind.position.unit}"
+            elif locks.by_force[i]:
+                values[name] = f"{kind.effort.name} {locks.tension[i]:g} {kind.effort.unit}"
+        text = "; ".join(f"{name} at {what}" for name, what in values.items())
+        return Diagnostic("locks", Level.OK, text or "none", values)
 
     def set_mode(self, mode: Mode, cause: Cause) -> None:
         """Set the state that a recorded tick was in, for a replay.

@@ -123,7 +123,7 @@ class Node:
         inputs, loop, index = self._inputs, self._loop, self._index
         inputs.read_targets(index)
         for command in inputs.read_commands(index):
-            inputs.count(command, loop.command(command))
+            inputs.count(command, loop.obey(command))
         effectors = loop.controller.effector
         measurement = inputs.read_measurements(effectors, loop.state.mode is not Mode.STOP, index)
         goal, fresh = inputs.goal(effectors), inputs.take_fresh()
@@ -251,7 +251,7 @@ class Node:
         return prometheus_text(self._robot.name, diagnostics, times)
 
     def _diagnostics(self, clock: Clock) -> list[Diagnostic]:
-        arrived = self._inputs.diagnostics()
+        arrived = [self._loop.locks, *self._inputs.diagnostics()]
         if self._fall_back is not None:
             arrived.append(self._fall_back.watch.diagnostic())
         return self._statistics.diagnostics(clock, arrived, self._recorder, self._facts)

@@ -17,7 +17,7 @@ from tauten.service.wire import (
     Keys,
     Network,
     NetworkError,
-    OperatorCommand,
+    OperatorOrder,
     Rejection,
     Role,
     Tick,
@@ -74,7 +74,7 @@ def node_of(robot: str, network: Network) -> Iterator[zenoh.Session]:
         session.close()  # type: ignore[no-untyped-call]
 
 
-def send_command(robot: str, network: Network, command: OperatorCommand) -> Tick:
+def send_command(robot: str, network: Network, command: OperatorOrder) -> Tick:
     """Send an operator's command; returns a tick of the node after it.
 
     Args:

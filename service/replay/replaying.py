@@ -22,7 +22,22 @@ from tauten.service.node import Action, ControlLoop
 from tauten.service.process import one_blas_thread
 from tauten.service.replay.recorded_setup import recorded_setup
 from tauten.service.setup import Order, Setup, load_setup, warm_controller
-from tauten.service.wire import CDR, Joints, Keys, Mode, Rejection, Tick, decode_joints, decode_tick
+from tauten.service.wire import (
+    CDR,
+    JSON,
+    Cause,
+    Joints,
+    Keys,
+    LockOrder,
+    Mode,
+    OperatorCommand,
+    OperatorOrder,
+    Rejection,
+    Tick,
+    decode_command,
+    decode_joints,
+    decode_tick,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,7 +169,22 @@ def write_problem(path: Path, index: int, file: Path, recorded_paths: bool = Fal
     raise LogError(f"{path}: tick {index} is not in the log, or no decision was made in it")
 
 
-def recorded_ticks(reader: LogReader, setup: Setup, robot: str) -> Iterator[tuple[Tick, Joints]]:
+@dataclass(frozen=True, slots=True)
+class RecordedTick:
+    """A tick of a log.
+
+    Attributes:
+        tick: as it was published.
+        actuation: that left in it.
+        orders: of the operator that were read in it, oldest first, possible or not.
+    """
+
+    tick: Tick
+    actuation: Joints
+    orders: tuple[OperatorOrder, ...] = ()
+
+
+def recorded_ticks(reader: LogReader, setup: Setup, robot: str) -> Iterator[RecordedTick]:
     """Ticks of a log, each with its actuation.
 
     Args:
@@ -167,12 +197,17 @@ def recorded_ticks(reader: LogReader, setup: Setup, robot: str) -> Iterator[tupl
     """
     keys, count = Keys(robot), 0
     actuation: Joints | None = None
+    orders: list[tuple[int, OperatorOrder]] = []
     for message in reader.messages():
         if message.key == keys.actuation:
             joints = decode_joints(message.payload, CDR, setup.robot.actuators.names)
             if isinstance(joints, Rejection):
                 raise LogError(f"{reader.path}: does not fit the robot: {joints.detail}")
             actuation = joints
+        elif message.key == keys.command:
+            order = decode_command(message.payload, JSON if message.encoding == "json" else CDR)
+            if not isinstance(order, Rejection):
+                orders.append((message.sequence, order))
         elif message.key == keys.tick and actuation is not None:
             tick = decode_tick(message.payload)
             if isinstance(tick, Rejection):
@@ -181,7 +216,9 @@ def recorded_ticks(reader: LogReader, setup: Setup, robot: str) -> Iterator[tupl
             if tick.index != count:
                 raise LogError(f"{reader.path}: ticks {count} to {tick.index - 1} are missing")
             count += 1
-            yield tick, actuation
+            read = tuple(order for when, order in orders if when <= tick.index)
+            orders = [item for item in orders if item[0] > tick.index]
+            yield RecordedTick(tick, actuation, read)
 
 
 def _check_positions(tick: Tick, effectors: int, path: Path) -> None:
@@ -203,12 +240,18 @@ def replay_loop(setup: Setup) -> ControlLoop:
 
 
 def actions(
-    ticks: Iterator[tuple[Tick, Joints]], loop: ControlLoop
+    ticks: Iterator[RecordedTick], loop: ControlLoop
 ) -> Iterator[tuple[Tick, Joints, Action]]:
     """Actions of a loop at the recorded ticks."""
-    for tick, actuation in ticks:
-        if loop.state.mode is Mode.STOP and tick.mode is not Mode.STOP:
-            loop.rest()  # the operator's reset
+    for recorded in ticks:
+        tick, actuation = recorded.tick, recorded.actuation
+        for order in recorded.orders:
+            if order is OperatorCommand.RESET and tick.mode is not Mode.STOP:
+                _rest_after_stop(loop)
+            elif isinstance(order, LockOrder):
+                loop.obey(order)  # refused as it was in the run
+        if tick.mode is not Mode.STOP:
+            _rest_after_stop(loop)
         # also where the decision could not be used
         mode = Mode.RUN if tick.goal else tick.mode
         loop.set_mode(mode, tick.cause)
@@ -218,6 +261,13 @@ def actions(
         action = loop.act(goal)
         loop.prepare()
         yield tick, actuation, action
+
+
+def _rest_after_stop(loop: ControlLoop) -> None:
+    """Do what an operator's reset does to a loop that has stopped."""
+    if loop.state.mode is Mode.STOP:
+        loop.rest()
+        loop.set_mode(Mode.IDLE, Cause.NO_TARGET)
 
 
 def _compare(reader: LogReader, setup: Setup, robot: str, tolerance: float) -> Replay:
@@ -246,7 +296,7 @@ def _compare(reader: LogReader, setup: Setup, robot: str, tolerance: float) -> R
     )
 
 
-def _courses(recorded: Iterator[tuple[Tick, Joints]], setup: Setup) -> Courses:
+def _courses(recorded: Iterator[RecordedTick], setup: Setup) -> Courses:
     stamps, status = [], []
     pull: list[tuple[Array, Array]] = []
     tension: list[tuple[Array, Array]] = []

@@ -1,6 +1,11 @@
 """The network: keys, messages, sessions, modes, rejection reasons."""
 
-from tauten.service.wire.commands import COMMAND_RING, CommandSubscriber, encode_command
+from tauten.service.wire.commands import (
+    COMMAND_RING,
+    CommandSubscriber,
+    decode_command,
+    encode_command,
+)
 from tauten.service.wire.health import (
     Diagnostic,
     Level,
@@ -36,7 +41,7 @@ from tauten.service.wire.messages import (
     point_json,
     typestore,
 )
-from tauten.service.wire.modes import Cause, Mode, OperatorCommand
+from tauten.service.wire.modes import Cause, LockOrder, Mode, OperatorCommand, OperatorOrder
 from tauten.service.wire.network import (
     Network,
     NetworkError,
@@ -73,12 +78,14 @@ __all__ = [
     "Joints",
     "Keys",
     "Level",
+    "LockOrder",
     "MAX_PAYLOAD",
     "MessageCounts",
     "Mode",
     "Network",
     "NetworkError",
     "OperatorCommand",
+    "OperatorOrder",
     "POINT",
     "POSITION_RING",
     "Point",
@@ -95,6 +102,7 @@ __all__ = [
     "Tick",
     "Window",
     "ask_description",
+    "decode_command",
     "decode_health",
     "decode_joints",
     "decode_point",

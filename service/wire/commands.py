@@ -1,8 +1,13 @@
-"""Commands of an operator: one word in each message, in CDR or JSON."""
+"""Commands of an operator: one sentence of words in each message, in CDR or JSON.
+
+`enable`, `hold`, `stop`, `reset`, `lock ACTUATOR position VALUE`, `lock ACTUATOR force VALUE`,
+`unlock ACTUATOR`, with values in SI units.
+"""
 
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import dataclass
 
 from tauten.service.wire.health import MessageCounts
@@ -16,7 +21,7 @@ from tauten.service.wire.messages import (
     payload_format,
     to_cdr,
 )
-from tauten.service.wire.modes import OperatorCommand
+from tauten.service.wire.modes import LockOrder, OperatorCommand, OperatorOrder
 from tauten.service.wire.position_subscriber import Source, payload_of
 
 COMMAND_RING = 16
@@ -32,7 +37,7 @@ class ReceivedCommand:
         json: whether the message is JSON rather than CDR.
     """
 
-    command: OperatorCommand
+    command: OperatorOrder
     payload: bytes
     json: bool
 
@@ -68,12 +73,12 @@ class CommandSubscriber:
         return found
 
 
-def encode_command(command: OperatorCommand) -> bytes:
+def encode_command(command: OperatorOrder) -> bytes:
     """A command in CDR."""
-    return to_cdr(TEXT, new(TEXT, data=command.value))
+    return to_cdr(TEXT, new(TEXT, data=str(command)))
 
 
-def decode_command(payload: bytes, encoding: str) -> OperatorCommand | Rejection:
+def decode_command(payload: bytes, encoding: str) -> OperatorOrder | Rejection:
     """A command from CDR or JSON, whichever the encoding names."""
     found = payload_format(payload, encoding, TEXT)
     if isinstance(found, Rejection):
@@ -81,12 +86,27 @@ def decode_command(payload: bytes, encoding: str) -> OperatorCommand | Rejection
     text = _json_text(payload) if found == JSON else _cdr_text(payload)
     if isinstance(text, Rejection):
         return text
-    if text not in set(OperatorCommand):
-        allowed = ", ".join(OperatorCommand)
-        return Rejection(
-            RejectionReason.UNKNOWN, f"found command {text[:20]!r}, allowed are {allowed}"
-        )
-    return OperatorCommand(text)
+    if text in set(OperatorCommand):
+        return OperatorCommand(text)
+    words = text.split(" ")
+    if len(words) == 2 and words[0] == "unlock":
+        return LockOrder(words[1])
+    if len(words) == 4 and words[0] == "lock" and words[2] in ("position", "force"):
+        return _lock_order(words[1], words[2], words[3])
+    allowed = ", ".join((*OperatorCommand, "lock ACTUATOR position|force VALUE", "unlock ACTUATOR"))
+    return Rejection(RejectionReason.UNKNOWN, f"found command {text[:40]!r}, allowed are {allowed}")
+
+
+def _lock_order(actuator: str, quantity: str, number: str) -> LockOrder | Rejection:
+    try:
+        value = float(number)
+    except ValueError:
+        return Rejection(RejectionReason.MALFORMED, f"{number[:20]!r} is not a number")
+    if not math.isfinite(value):
+        return Rejection(RejectionReason.NOT_FINITE, f"{quantity} {value} is not finite")
+    if quantity == "position":
+        return LockOrder(actuator, position=value)
+    return LockOrder(actuator, force=value)
 
 
 def _cdr_text(payload: bytes) -> str | Rejection:

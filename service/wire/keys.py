@@ -45,7 +45,7 @@ class Keys:
 
     @property
     def command(self) -> str:
-        """Published by an operator, std_msgs/String: enable, hold, stop or reset."""
+        """Published by an operator, std_msgs/String, see `tauten.service.wire.commands`."""
         return self._key("command")
 
     @property

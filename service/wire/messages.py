@@ -6,7 +6,7 @@
 | sensor_msgs/JointState | actuation, plant/state | position = pull [m], effort = tension [N] |
 | diagnostic_msgs/DiagnosticArray | health, plant/health | see `tauten.service.wire.health` |
 | std_msgs/Float64 | plant/gap | smallest gap [m] |
-| std_msgs/String | command | enable, hold, stop or reset |
+| std_msgs/String | command | see `tauten.service.wire.commands` |
 | tauten_msgs/Tick | tick | see `tauten.service.wire.tick` |
 
 Whatever arrives is checked: decoding returns the message or a `Rejection` and raises nothing.
@@ -81,6 +81,7 @@ class RejectionReason(Enum):
     NOT_PLAUSIBLE = "not_plausible"
     UNKNOWN = "unknown_command"
     NOT_NOW = "not_possible_now"
+    LOCK_REFUSED = "lock_refused"
 
 
 @dataclass(frozen=True, slots=True)

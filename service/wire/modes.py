@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from enum import StrEnum
 
 
@@ -34,3 +35,28 @@ class OperatorCommand(StrEnum):
     HOLD = "hold"  # do not move the winches until enabled
     STOP = "stop"  # release the cables
     RESET = "reset"  # from a finished stop back to idle
+
+
+@dataclass(frozen=True, slots=True)
+class LockOrder:
+    """An operator's order to lock an actuator, or to unlock it.
+
+    Attributes:
+        actuator: name.
+        position: where it is locked [m, m³, rad]; None: its effort is, or it is unlocked.
+        force: effort at which it is locked [N, Pa, N m]; None where `position` is given or it is unlocked.
+    """
+
+    actuator: str
+    position: float | None = None
+    force: float | None = None
+
+    def __str__(self) -> str:
+        if self.position is not None:
+            return f"lock {self.actuator} position {self.position!r}"
+        if self.force is not None:
+            return f"lock {self.actuator} force {self.force!r}"
+        return f"unlock {self.actuator}"
+
+
+OperatorOrder = OperatorCommand | LockOrder

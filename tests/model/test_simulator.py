@@ -21,8 +21,8 @@ def beam() -> Robot:
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
     [
-        ({}, "give either pull"),
-        ({"pull": [0.0], "tension": [0.0]}, "give either pull"),
+        ({}, "each actuator needs a number in one of them"),
+        ({"pull": [0.0], "tension": [0.0]}, "each actuator needs a number in one of them"),
         ({"tension": [-1.0]}, r"tension: found \[-1.0\], expected 1 values from 0 to 1e\+06"),
         ({"tension": [np.nan]}, r"tension: found \[nan\]"),
         ({"tension": [1e300]}, r"tension: found \[1e\+300\]"),

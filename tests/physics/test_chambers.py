@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.chambers import CABLE, hollow_sphere, pneumatic_robot
+from support.bodies import CABLE, hollow_sphere, pneumatic_robot
 from support.sofa_robots import pneumatic_finger
 
 from tauten.model import Robot, Simulator

@@ -1,4 +1,4 @@
-"""Boxes of tetrahedra and robots made of them, for tests that need a body of their own."""
+"""Boxes and spheres, some with cavities, and robots made of them, for tests that need a body of their own."""
 
 from __future__ import annotations
 
@@ -10,6 +10,24 @@ from tauten.model.numerics import Array, Ints
 from tauten.model.robots.make_finger import split_cells
 from tauten.model.schema import RobotConfig
 from tauten.model.tetra import TetRobot
+
+HOLLOW_SIZE = (0.1, 0.02, 0.02)
+HOLLOW_CELLS = (10, 4, 4)
+CHAMBER: dict[str, object] = {
+    "name": "bellows",
+    "inside": [0.05, 0.01, 0.0125],
+    "min_pressure": -5e3,
+    "max_pressure": 4e4,
+    "max_volume_change": 8e-6,
+    "max_rate": 2e-5,
+}
+CABLE: dict[str, object] = {
+    "name": "tendon",
+    "points": [[0.01, 0.01, 0.002], [0.1, 0.01, 0.002]],
+    "max_tension": 20.0,
+    "max_pull": 0.02,
+    "max_rate": 0.1,
+}
 
 
 def box_mesh(size: tuple[float, float, float], cells: tuple[int, int, int]) -> TetMesh:
@@ -52,3 +70,88 @@ def beam_robot(mesh: TetMesh, size: tuple[float, float, float], **changes: objec
     """A robot made of a beam."""
     config = RobotConfig.model_validate(beam_config(size, **changes))
     return build_robot(config, mesh, "beam")
+
+
+def without(mesh: TetMesh, cavities: list[tuple[Array, Array]]) -> TetMesh:
+    """A mesh without the tetrahedra whose centre lies in one of the boxes (lower, upper)."""
+    centres = mesh.nodes[mesh.tets].mean(axis=1)
+    inside = np.zeros(len(centres), dtype=bool)
+    for lower, upper in cavities:
+        inside |= ((centres > lower) & (centres < upper)).all(axis=1)
+    tets = mesh.tets[~inside]
+    used, tets = np.unique(tets, return_inverse=True)
+    return TetMesh(mesh.nodes[used], tets.reshape(-1, 4))
+
+
+def hollow_beam(cells: tuple[int, int, int] = HOLLOW_CELLS) -> TetMesh:
+    """A beam along x with a cavity in its upper part, one cell thick at the top and two at the bottom."""
+    lower, upper = np.array([0.01, 0.005, 0.01]), np.array([0.09, 0.015, 0.015])
+    return without(box_mesh(HOLLOW_SIZE, cells), [(lower, upper)])
+
+
+def pneumatic_config(**changes: object) -> dict[str, object]:
+    """Settings of a hollow beam held at x = 0, driven by its chamber."""
+    settings: dict[str, object] = {
+        "name": "balloon",
+        "mesh": {"file": "balloon.vtu"},
+        "material": {"young_modulus": 5e5, "poisson_ratio": 0.3, "density": 1000.0},
+        "fixed": [{"lower": [0.0, 0.0, 0.0], "upper": [0.0, 0.02, 0.02]}],
+        "gravity": [0.0, 0.0, 0.0],
+        "chambers": [CHAMBER],
+        "effectors": [{"name": "tip", "point": [0.1, 0.01, 0.01]}],
+        "controller": {"rate": 50.0},
+    }
+    settings.update(changes)
+    return settings
+
+
+def pneumatic_robot(body: TetMesh | None = None, **changes: object) -> TetRobot:
+    """A robot made of a hollow beam."""
+    config = RobotConfig.model_validate(pneumatic_config(**changes))
+    return build_robot(config, hollow_beam() if body is None else body, "balloon")
+
+
+def sphere_surface(subdivisions: int) -> tuple[Array, Ints]:
+    """Points (p, 3) on the unit sphere and triangles (t, 3) of a subdivided icosahedron."""
+    g = 0.5 * (1.0 + np.sqrt(5.0))
+    points = [[-1, g, 0], [1, g, 0], [-1, -g, 0], [1, -g, 0], [0, -1, g], [0, 1, g],
+              [0, -1, -g], [0, 1, -g], [g, 0, -1], [g, 0, 1], [-g, 0, -1], [-g, 0, 1]]  # fmt: skip
+    faces = [[0, 11, 5], [0, 5, 1], [0, 1, 7], [0, 7, 10], [0, 10, 11], [1, 5, 9], [5, 11, 4],
+             [11, 10, 2], [10, 7, 6], [7, 1, 8], [3, 9, 4], [3, 4, 2], [3, 2, 6], [3, 6, 8],
+             [3, 8, 9], [4, 9, 5], [2, 4, 11], [6, 2, 10], [8, 6, 7], [9, 8, 1]]  # fmt: skip
+    x, triangles = np.array(points, dtype=float), np.array(faces)
+    for _ in range(subdivisions):
+        edges = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+        unique, inverse = np.unique(edges, axis=0, return_inverse=True)
+        middle = len(x) + inverse.reshape(-1, 3)
+        x = np.vstack([x, x[unique].mean(axis=1)])
+        a, b, c = triangles.T
+        ab, bc, ca = middle.T
+        triangles = np.concatenate(
+            [
+                np.stack(part, axis=1)
+                for part in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))
+            ]
+        )
+    return x / np.linalg.norm(x, axis=1, keepdims=True), triangles
+
+
+def hollow_sphere(inner: float, outer: float, subdivisions: int, layers: int) -> TetMesh:
+    """A thick-walled sphere around the origin, prisms between scaled copies of a surface cut into three.
+
+    Args:
+        inner: radius [m].
+        outer: radius [m].
+        subdivisions: of the icosahedron.
+        layers: of prisms.
+    """
+    points, triangles = sphere_surface(subdivisions)
+    radii, p = np.linspace(inner, outer, layers + 1), len(points)
+    nodes = np.concatenate([radius * points for radius in radii])
+    corners = np.sort(triangles, axis=1)  # the diagonals of neighbours agree
+    tets = []
+    for layer in range(layers):
+        a, b, c = (corners + layer * p).T
+        d, e, f = (corners + (layer + 1) * p).T
+        tets += [np.stack(tet, axis=1) for tet in ((a, b, c, f), (a, b, e, f), (a, d, e, f))]
+    return TetMesh(nodes, oriented(nodes, np.concatenate(tets)))

@@ -8,11 +8,11 @@ from typing import Any
 import meshio
 import numpy as np
 import pytest
-from support.bodies import box_mesh
-from support.chambers import (
+from support.bodies import (
     CABLE,
     CHAMBER,
-    SIZE,
+    HOLLOW_SIZE,
+    box_mesh,
     hollow_beam,
     pneumatic_config,
     pneumatic_robot,
@@ -74,7 +74,8 @@ def test_of_two_cavities_the_one_around_the_point_is_taken() -> None:
     sides = [np.array([0.0, 0.005, 0.01]), np.array([0.0, 0.015, 0.015])]
     shifts = [np.array([[0.01, 0, 0], [0.04, 0, 0]]), np.array([[0.05, 0, 0], [0.09, 0, 0]])]
     mesh = without(
-        box_mesh(SIZE, (10, 4, 4)), [(sides[0] + low, sides[1] + high) for low, high in shifts]
+        box_mesh(HOLLOW_SIZE, (10, 4, 4)),
+        [(sides[0] + low, sides[1] + high) for low, high in shifts],
     )
     robot = pneumatic_robot(mesh, chambers=[{**PLACE, "inside": [0.07, 0.01, 0.0125]}])
     assert robot.actuator_set.chambers.rest_volume == pytest.approx([0.04 * 0.01 * 0.005])
@@ -84,7 +85,7 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
     ({"chambers": [PLACE]}, "found none of surface, stl and inside"),
     ({"chambers": [{**CHAMBER, "surface": "wall"}]}, "found surface and inside of surface"),
     ({"chambers": [{**CHAMBER, "inside": [0.05, 0.01, 0.002]}]}, "lies in none of the 1 cavities"),
-    ({"chambers": [{**PLACE, "surface": "wall"}]}, "surface 'wall' is not defined, known are none"),
+    ({"chambers": [{**PLACE, "surface": "wall"}]}, "region 'wall' is not defined, known are none"),
     ({"chambers": [{**PLACE, "stl": "none.stl"}]}, "no such mesh file"),
     ({"chambers": [{**CHAMBER, "min_pressure": 10.0}]}, "must have zero, the value at rest"),
     ({"chambers": [{**CHAMBER, "max_volume_change": -1.0}]}, "greater than 0"),
@@ -125,7 +126,7 @@ def test_a_surface_with_a_hole_is_refused() -> None:
 
 
 def test_the_outside_of_the_body_is_no_chamber() -> None:
-    solid = box_mesh(SIZE, (5, 2, 2))
+    solid = box_mesh(HOLLOW_SIZE, (5, 2, 2))
     everything = {"name": "skin", "box": {"lower": [-1.0] * 3, "upper": [1.0] * 3}}
     with pytest.raises(RobotFileError, match="encloses the body from outside"):
         pneumatic_robot(solid, surfaces=[everything], chambers=[{**PLACE, "surface": "skin"}])
@@ -133,7 +134,7 @@ def test_the_outside_of_the_body_is_no_chamber() -> None:
 
 def test_a_mesh_without_a_cavity_says_so(tmp_path: Path) -> None:
     with pytest.raises(RobotFileError, match="lies in none of the 0 cavities of the mesh"):
-        pneumatic_robot(box_mesh(SIZE, (5, 2, 2)))
+        pneumatic_robot(box_mesh(HOLLOW_SIZE, (5, 2, 2)))
 
 
 def test_an_stl_in_another_unit_is_refused(tmp_path: Path) -> None:

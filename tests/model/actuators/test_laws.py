@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support.chambers import CABLE, CHAMBER, hollow_beam, pneumatic_robot
+from support.bodies import CABLE, CHAMBER, hollow_beam, pneumatic_robot
 
 from tauten.model import Simulator
 from tauten.model.schema import RobotFileError

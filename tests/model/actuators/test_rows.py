@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import scipy.sparse as sp
-from support.bodies import beam_robot, box_mesh
-from support.chambers import CABLE, CHAMBER, pneumatic_robot
+from support.bodies import CABLE, CHAMBER, beam_robot, box_mesh, pneumatic_robot
 
 from tauten.model import State
 from tauten.model.numerics import Array

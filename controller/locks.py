@@ -1,0 +1,227 @@
+"""Locked actuators: a position or an effort is set from outside while the others are decided.
+
+A lock moves towards its value no faster than the actuator's rate allows. In a decision the locked rows are
+eliminated, so that the inverse problem keeps its form:
+
+- an effort that is locked is a constant, which moves all rows;
+- a position of a bilateral actuator is an equation, (T4) of `tauten.model.forward_step`;
+- a cable locked at a length obeys 0 ≤ δ_a − pull ⟂ λ_a ≥ 0 as a contact does, and joins the contacts.
+
+Limits of what is locked stay limits of the problem: the efforts of locked positions, the positions of locked
+efforts.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from tauten.controller.qpcc import Qpcc, Solution, Start
+from tauten.model import (
+    Actuators,
+    Command,
+    CondensedStep,
+    Forces,
+    Limits,
+    Robot,
+    eliminate_rows,
+)
+from tauten.model.numerics import Array
+
+
+class LockError(ValueError):
+    """A lock that is not possible; the text says what is allowed."""
+
+
+def number_of(robot: Robot, actuator: str) -> int:
+    """Number of an actuator by its name.
+
+    Raises:
+        LockError: the robot has no such actuator.
+    """
+    names = robot.actuators.names
+    if actuator not in names:
+        raise LockError(
+            f"{robot.name} has no actuator {actuator[:40]!r}, its actuators are {', '.join(names)}"
+        )
+    return names.index(actuator)
+
+
+def no_locks(n_a: int) -> Command:
+    """All of n_a actuators are decided."""
+    return Command(np.full(n_a, np.nan), np.full(n_a, np.nan))
+
+
+def locked(
+    robot: Robot, locks: Command, actuator: str, position: float | None, force: float | None
+) -> Command:
+    """The locks with one more, or with another value of one.
+
+    Args:
+        robot: its limits bound what may be locked.
+        locks: before.
+        actuator: name.
+        position: where it is locked [m, m³]; None: its effort is.
+        force: effort at which it is locked [N, Pa]; None: its position is.
+
+    Raises:
+        LockError: no such actuator, not one of position and force, or a value beyond the limits.
+    """
+    i, limits = number_of(robot, actuator), robot.limits
+    kind, label = robot.actuators.kinds[i], robot.actuators.labels[i]
+    if (position is None) == (force is None):
+        raise LockError(f"lock of {label}: give either a position or a force")
+    pull, tension = locks.pull.copy(), locks.tension.copy()
+    if position is not None:
+        least, most, quantity = limits.pull_min[i], limits.pull_max[i], kind.position
+        pull[i], tension[i], value = position, np.nan, position
+    else:
+        assert force is not None
+        least, most, quantity = limits.tension_min[i], limits.tension_max[i], kind.effort
+        pull[i], tension[i], value = np.nan, force, force
+    if not least <= value <= most:
+        raise LockError(
+            f"lock of {label} at a {quantity.name} of {value:g} {quantity.unit}: allowed are {least:g} to "
+            f"{most:g} {quantity.unit}"
+        )
+    return Command(pull, tension)
+
+
+def unlocked(robot: Robot, locks: Command, actuator: str) -> Command:
+    """The locks without one.
+
+    Args:
+        robot: of which they are.
+        locks: before.
+        actuator: name.
+
+    Raises:
+        LockError: no such actuator, or one that is not locked.
+    """
+    i = number_of(robot, actuator)
+    if not (locks.by_position[i] or locks.by_force[i]):
+        raise LockError(f"{robot.actuators.labels[i]} is not locked")
+    pull, tension = locks.pull.copy(), locks.tension.copy()
+    pull[i] = tension[i] = np.nan
+    return Command(pull, tension)
+
+
+def within_rate(locks: Command, pull: Array, tension: Array, W: Array, step: Array) -> Command:
+    """What the locks ask of one step: their values, approached no faster than the rates allow.
+
+    An effort changes by no more than moves its own actuator as far as its rate allows.
+
+    Args:
+        locks: positions and efforts.
+        pull: (n_a,) positions that left last.
+        tension: (n_a,) efforts that left last.
+        W: (n_a, n_a) compliance between the actuators.
+        step: (n_a,) largest change of a position in a step.
+    """
+    diagonal = np.diag(W)
+    reach = np.divide(step, diagonal, out=np.full_like(step, np.inf), where=diagonal > 0.0)
+    return Command(
+        np.clip(locks.pull, pull - step, pull + step),
+        np.clip(locks.tension, tension - reach, tension + reach),
+    )
+
+
+def held_with_locks(held: Command, locks: Command) -> Command:
+    """What a hold keeps, with the values of locked actuators."""
+    by_force, by_position = locks.by_force, locks.by_position
+    return Command(
+        np.where(by_position, locks.pull, np.where(by_force, np.nan, held.pull)),
+        np.where(by_force, locks.tension, np.where(by_position, np.nan, held.tension)),
+    )
+
+
+class LockedStep:
+    """A condensed step without the rows of its locked actuators.
+
+    Its rows are effectors, free actuators, and as contacts the locked cables, reduced contacts and unit
+    columns.
+
+    Attributes:
+        W: compliance of these rows.
+        delta_free: their values without forces.
+        free: (f,) numbers of the actuators that are decided.
+    """
+
+    def __init__(self, step: CondensedStep, locks: Command) -> None:
+        """Eliminate the locked rows.
+
+        Args:
+            step: system, rows and compliance.
+            locks: what each locked actuator keeps in this step.
+        """
+        a, n_a = step.n_e, step.n_a
+        by_force, by_position = locks.by_force, locks.by_position
+        self.free = np.flatnonzero(~by_force & ~by_position)
+        self._forced = a + np.flatnonzero(by_force)
+        self._zero = a + np.flatnonzero(by_position & step.bilateral)
+        self._cables = a + np.flatnonzero(by_position & ~step.bilateral)
+        self._n_e, self._locks = a, locks
+        W, delta = step.compliance.W, step.compliance.delta_free.copy()
+        self._effort = locks.tension[by_force]
+        delta[a : a + n_a] -= np.where(by_position, locks.pull, 0.0)
+        delta += W[:, self._forced] @ self._effort
+        contacts = np.arange(a + n_a, len(delta))
+        self._kept = np.concatenate([np.arange(a), a + self.free, self._cables, contacts])
+        self._all_W, self._all_delta = W, delta
+        self._rest = eliminate_rows(W, delta, self._kept, self._zero)
+        self.W, self.delta_free = self._rest.W, self._rest.delta
+
+    def bounded(self, problem: Qpcc, limits: Limits, actuators: Actuators) -> Qpcc:
+        """An inverse problem of these rows with the limits of what is locked.
+
+        Args:
+            problem: of `W` and `delta_free`.
+            limits: of all actuators.
+            actuators: what the limits are called.
+        """
+        a, n_e = self._n_e, self._n_e
+        zero, forced = self._zero - a, self._forced - a
+        # positions of locked efforts, efforts of locked positions, tensions of locked cables
+        cross = self._all_W[np.ix_(self._forced, self._zero)]
+        moved = self._all_W[np.ix_(self._forced, self._kept)] + cross @ self._rest.gain
+        at = self._all_delta[self._forced] + cross @ self._rest.offset
+        taut = np.zeros((len(self._cables), len(self._kept)))
+        first = n_e + len(self.free)
+        taut[np.arange(len(taut)), first + np.arange(len(taut))] = 1.0
+        cables = self._cables - a
+        none = np.full(len(cables), -np.inf)
+        low = [limits.pull_min[forced] - at, limits.tension_min[zero] - self._rest.offset, none]
+        high = [
+            limits.pull_max[forced] - at,
+            limits.tension_max[zero] - self._rest.offset,
+            limits.tension_max[cables],
+        ]
+        position, effort = actuators.position_name, actuators.effort_names
+        names = [(position(i, False, False), position(i, True, False)) for i in forced.tolist()]
+        names += [(effort[i], effort[i]) for i in [*zero.tolist(), *cables.tolist()]]
+        return replace(
+            problem,
+            G=np.concatenate([problem.G, moved[:, n_e:], self._rest.gain[:, n_e:], taut[:, n_e:]]),
+            g_lo=np.concatenate([problem.g_lo, *low]),
+            g_hi=np.concatenate([problem.g_hi, *high]),
+            row_names=(*problem.row_names, *names),
+        )
+
+    def start(self, step: CondensedStep, forces: Forces) -> Start:
+        """Where the solver starts.
+
+        Args:
+            step: with all rows.
+            forces: of the last step.
+        """
+        taut = forces.tension[self._cables - self._n_e] > 0.0
+        return Start(forces.tension[self.free], np.concatenate([taut, step.pushing(forces)]))
+
+    def forces(self, solution: Solution) -> Array:
+        """Forces on all rows of the step (m,), from those of the problem."""
+        kept = np.concatenate([np.zeros(self._n_e), solution.lam_a, solution.beta])
+        lam = np.zeros(len(self._all_delta))
+        lam[self._kept], lam[self._forced] = kept, self._effort
+        lam[self._zero] = self._rest.gain @ kept + self._rest.offset
+        return lam

@@ -1,0 +1,158 @@
+"""Locked actuators: the others are decided, limits hold, and what is not possible is one sentence."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from support.bodies import CABLE, CHAMBER, beam_robot, box_mesh, pneumatic_robot
+
+from tauten.controller import Controller, LockError, Status
+from tauten.model import Simulator
+from tauten.model.numerics import Array
+
+SIZE = (0.1, 0.02, 0.02)
+UPPER = {**CABLE, "name": "upper", "points": [[0.01, 0.01, 0.018], [0.1, 0.01, 0.018]]}
+
+
+def controller(**changes: object) -> Controller:
+    return Controller(pneumatic_robot(cables=[CABLE], **changes))
+
+
+def follow(follower: Controller, goal: Array, steps: int = 100) -> None:
+    for _ in range(steps):
+        actuation = follower.step(goal)
+        assert actuation.status.usable, actuation
+
+
+def test_a_sealed_chamber_keeps_its_volume_while_the_cable_follows() -> None:
+    follower = controller()
+    goal = follower.effector[0] + np.array([0.0, 0.0, -0.005])
+    follower.lock("bellows", position=4e-7)
+    follow(follower, goal)
+    assert follower.pull[1] == pytest.approx(4e-7, abs=1e-15)
+    assert abs(follower.effector[0, 2] - goal[2]) < 1e-3
+    settled = Simulator(follower.robot, "none")
+    assert settled.settle(pull=follower.pull).converged
+    np.testing.assert_allclose(settled.tension, follower.tension, rtol=1e-3)
+
+
+def test_a_supply_that_keeps_its_pressure_is_no_longer_decided() -> None:
+    follower = controller()
+    goal = follower.effector[0] + np.array([0.0, 0.0, -0.005])
+    follower.lock("bellows", force=2e4)
+    follow(follower, goal)
+    assert follower.tension[1] == pytest.approx(2e4)
+    assert abs(follower.effector[0, 2] - goal[2]) < 1e-3
+    follower.unlock("bellows")
+    follow(follower, goal + np.array([0.0, 0.0, 0.003]))
+    assert follower.tension[1] != pytest.approx(2e4, rel=1e-3)
+
+
+def test_a_jammed_winch_may_go_slack() -> None:
+    """The law of a cable holds for one that is locked too: it never pushes."""
+    follower = Controller(pneumatic_robot(cables=[CABLE, UPPER], chambers=[]))
+    rest = follower.effector[0]
+    follower.lock("tendon", position=1e-3)
+    follow(follower, rest + np.array([0.0, 0.0, -0.004]), 40)
+    taut = follower.tension[0]
+    assert taut > 0.0
+    follow(follower, rest + np.array([0.0, 0.0, -0.012]), 60)
+    assert follower.pull[0] == pytest.approx(1e-3)
+    follow(follower, rest + np.array([0.0, 0.0, 0.02]), 60)
+    assert follower.tension[0] >= 0.0
+    assert (follower.tension <= follower.robot.limits.tension_max).all()
+
+
+def test_a_lock_is_approached_at_the_rate_of_the_actuator() -> None:
+    follower, step = controller(), CABLE["max_rate"] * 0.02  # type: ignore[operator]
+    follower.lock("tendon", position=0.005)
+    goal, pulls = follower.effector[0], [0.0]
+    for _ in range(6):
+        pulls.append(float(follower.step(goal).pull[0]))
+    np.testing.assert_allclose(pulls, np.minimum(step * np.arange(7), 0.005), atol=1e-12)
+    follower.lock("bellows", force=4e4)
+    before = follower.pull[1]
+    for _ in range(4):
+        after = follower.step(goal).pull[1]
+        assert abs(after - before) <= 1.2 * CHAMBER["max_rate"] * 0.02  # type: ignore[operator]
+        before = after
+
+
+def test_a_hold_keeps_the_locks() -> None:
+    follower = controller()
+    follower.lock("tendon", position=0.003)
+    for _ in range(20):
+        held = follower.hold()
+        follower.advance()
+    assert held.status is Status.OK
+    assert held.pull[0] == 0.003
+    assert held.tension[0] > 0.0
+    assert held.tension[1] == 0.0  # the supply keeps the pressure it had
+
+
+def test_with_all_locked_there_is_nothing_to_decide() -> None:
+    follower = controller()
+    follower.lock("tendon", position=0.002)
+    follower.lock("bellows", force=5e3)
+    follow(follower, follower.effector[0] + np.array([0.0, 0.0, -0.01]), 20)
+    follower.rehearse(follower.effector)
+    np.testing.assert_allclose([follower.pull[0], follower.tension[1]], [0.002, 5e3])
+
+
+def test_a_locked_pressure_beyond_its_limit_stops_the_others() -> None:
+    """A sealed chamber that the cable squeezes: no decision lets its pressure leave the limits."""
+    tight = {**CHAMBER, "max_pressure": 800.0}
+    follower = Controller(pneumatic_robot(cables=[CABLE], chambers=[tight]))
+    follower.lock("bellows", position=0.0)
+    goal = follower.effector[0] + np.array([0.0, 0.0, -0.02])
+    for _ in range(60):
+        actuation = follower.step(goal)
+        assert actuation.status.usable
+        assert -5e3 <= actuation.tension[1] <= 800.0 * (1.0 + 1e-6)
+    assert actuation.tension[1] == pytest.approx(800.0, rel=1e-3)
+
+
+def test_reset_unlocks() -> None:
+    follower = controller()
+    follower.lock("bellows", force=1e3)
+    assert follower.locks.by_force.tolist() == [False, True]
+    follower.reset()
+    assert not (follower.locks.by_force | follower.locks.by_position).any()
+
+
+@pytest.mark.parametrize(
+    ("name", "position", "force", "text"),
+    [
+        ("bellows", None, None, "lock of chamber bellows: give either a position or a force"),
+        ("bellows", 0.0, 0.0, "lock of chamber bellows: give either a position or a force"),
+        (
+            "gripper",
+            0.0,
+            None,
+            "balloon has no actuator 'gripper', its actuators are tendon, bellows",
+        ),
+        ("bellows", None, 1e9, "pressure of 1e.09 Pa: allowed are -5000 to 40000 Pa"),
+        ("bellows", 1.0, None, "volume change of 1 m³: allowed are -8e-06 to 8e-06 m³"),
+        ("tendon", float("nan"), None, "pull of nan m: allowed are 0 to 0.02 m"),
+        ("tendon", None, float("inf"), "tension of inf N: allowed are 0 to 20 N"),
+    ],
+)
+def test_what_cannot_be_locked_is_one_sentence(
+    name: str, position: float | None, force: float | None, text: str
+) -> None:
+    follower = controller()
+    with pytest.raises(LockError, match=text):
+        follower.lock(name, position, force)
+    with pytest.raises(LockError, match=r"cable tendon is not locked"):
+        follower.unlock("tendon")
+
+
+def test_without_a_lock_nothing_is_solved_differently() -> None:
+    """The same decisions bit for bit before a lock and after it was taken away."""
+    robot = beam_robot(box_mesh(SIZE, (5, 2, 2)), SIZE)
+    plain, other = Controller(robot), Controller(robot)
+    goal = plain.effector[0] + np.array([0.0, 0.0, -0.01])
+    other.lock("tendon", position=0.01)
+    other.unlock("tendon")
+    for _ in range(10):
+        np.testing.assert_array_equal(plain.step(goal).tension, other.step(goal).tension)

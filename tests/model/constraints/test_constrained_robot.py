@@ -1,0 +1,274 @@
+"""Constraints by elimination: derivatives by finite differences, and files that make no sense."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+from support.bodies import box_mesh
+from support.small_bodies import END, MESH, MIDDLE, ROOT, RUBBER, SLIDE, TURN, constrained, moved
+
+from tauten.model import State
+from tauten.model.constraints import ConstrainedRobot
+from tauten.model.numerics import Array
+from tauten.model.schema import RobotFileError
+from tauten.reduction.state import StateBasisError, n_elements
+
+SECOND = {"name": "second", "mesh": {"file": "b.vtu"}, "position": [0.1, 0.0, 0.0]}
+FIRST = {"name": "first", "mesh": {"file": "a.vtu"}, "fixed": [ROOT]}
+FACE = {"body": "second", "lower": [0.0, 0.0, 0.0], "upper": [0.0, 0.02, 0.02]}
+LAST = {"kind": "half_space", "point": [0.1874, 0.0, 0.0], "normal": [1.0, 0.0, 0.0]}
+GLUE = {"kind": "glue", "region": FACE, "to": {"kind": "all", "body": "first"}}
+TOUCH = {
+    "surfaces": [
+        {"name": side, "box": {"lower": [-1, -1, -1], "upper": [1, 1, 1]}, "normal": [0, 0, z]}
+        for side, z in (("top", 1.0), ("bottom", -1.0))
+    ],
+    "contacts": [{"candidates": "top", "against": "bottom", "points": 20}],
+    "contact": {"alarm_distance": 0.1},
+}  # fmt: skip
+
+
+def pair(**changes: object) -> ConstrainedRobot:
+    """Two boxes one after the other."""
+    given = {"bodies": [FIRST, SECOND], "mesh": None, "fixed": [], "material": RUBBER, **changes}
+    return constrained([MESH, MESH], **given)
+
+
+def with_everything() -> ConstrainedRobot:
+    """Glue, whose masters are partly in a rigid region; a servo, a slider and a hinge on the frame."""
+    return pair(
+        gravity=[0.0, 0.0, -9.81],
+        attachments=[
+            GLUE,
+            {
+                "kind": "hinge",
+                "region": {"body": "second", "lower": [0.024, 0, 0], "upper": [0.026, 0.02, 0.02]},
+                "axis": [1.0, 1.0, 0.0],
+                "through": [0.125, 0.01, 0.01],
+            },
+        ],
+        rigid=[{"name": "plate", "region": {**END, "body": "first"}}],
+        drives=[
+            {**TURN, "region": MIDDLE},
+            {**SLIDE, "region": LAST},
+        ],
+        couplings=[
+            {
+                "name": "winch", "members": ["tendon"], "gains": [-0.5], "pretensions": [2.0],
+                "max_position": 1.0, "max_effort": 10.0, "max_rate": 1.0,
+            }
+        ],
+        **TOUCH,
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def robot() -> ConstrainedRobot:
+    return with_everything()
+
+
+@pytest.fixture(scope="module")
+def state(robot: ConstrainedRobot) -> State:
+    """Far from rest: frames turned by a fifth of a turn and more, nodes scattered."""
+    rng = np.random.default_rng(1)
+    frames = np.arange(robot.n) >= robot.n - robot.frames.n_velocities
+    bent = moved(robot, robot.rest(), 2e-3 * rng.standard_normal(robot.n) * ~frames)
+    return moved(robot, bent, np.where(frames, 0.02, 0.0) * rng.standard_normal(robot.n))
+
+
+def derivative(robot: ConstrainedRobot, state: State, value: object, d: Array) -> Array:
+    step = 1e-6
+    ahead, behind = (value(moved(robot, state, sign * step * d)) for sign in (1.0, -1.0))  # type: ignore[operator]
+    return np.asarray((ahead - behind) / (2.0 * step))
+
+
+@pytest.fixture(scope="module")
+def direction(robot: ConstrainedRobot) -> Array:
+    return np.random.default_rng(2).standard_normal(robot.n)
+
+
+def test_velocities_of_nodes(robot: ConstrainedRobot, state: State, direction: Array) -> None:
+    found = derivative(robot, state, lambda at: robot.placed(at)[0].q, direction)
+    T = robot.coordinates.matrix(robot.coordinates.values(robot.placed(state)[1]))
+    assert np.abs(T @ direction - found).max() < 1e-8 * np.abs(found).max()
+
+
+@pytest.mark.parametrize("kind", ["effectors", "actuators", "contacts"])
+def test_rows(robot: ConstrainedRobot, state: State, direction: Array, kind: str) -> None:
+    rows = getattr(robot.rows(state), kind)
+    found = derivative(
+        robot,
+        state,
+        lambda at: (
+            getattr(getattr(robot.rows(at), kind), "rows", getattr(robot.rows(at), kind)).delta
+        ),
+        direction,
+    )
+    H = getattr(rows, "rows", rows).H
+    assert len(found) > 0
+    assert np.abs(H @ direction - found).max() < 1e-6 * np.abs(found).max()
+
+
+def test_forces_are_the_derivative_of_the_potential(
+    robot: ConstrainedRobot, state: State, direction: Array
+) -> None:
+    slope = derivative(robot, state, robot.potential, direction)
+    force, _ = robot.forces(state)
+    assert -force @ direction == pytest.approx(float(slope), rel=1e-6)
+
+
+def test_the_tangent_is_the_derivative_of_the_forces(
+    robot: ConstrainedRobot, state: State, direction: Array
+) -> None:
+    """Of rigid rotations the symmetric part of it: without moment of forces on them it is all."""
+    tension = np.zeros(robot.n_a)
+    _, values = robot.forces(state, tension, exact=True)
+    K = sp.csc_array((values, robot.pattern.indices, robot.pattern.indptr), shape=(robot.n,) * 2)
+    found = -derivative(robot, state, lambda at: robot.forces(at)[0], direction)
+    first = 3 * len(robot.coordinates.free)
+    turning = np.arange(first + 3, first + 6)
+    difference = K @ direction - found
+    # the antisymmetric part of the derivative is half of the cross product with the moment
+    moment = robot.forces(state)[0][turning]
+    difference[turning] += 0.5 * np.cross(moment, direction[turning])
+    assert np.abs(difference).max() < 1e-6 * np.abs(found).max()
+
+
+def test_the_semidefinite_tangent_is_that_of_the_nodes(
+    robot: ConstrainedRobot, state: State
+) -> None:
+    raw_state, levers = robot.placed(state)
+    T = robot.coordinates.matrix(robot.coordinates.values(levers)).toarray()
+    raw, n = robot.raw.pattern, robot.raw.n
+    _, raw_values = robot.raw.forces(raw_state, robot.efforts(None))
+    nodes = sp.csc_array((raw_values, raw.indices, raw.indptr), shape=(n, n)).toarray()
+    _, values = robot.forces(state)
+    pattern = robot.pattern
+    found = sp.csc_array((values, pattern.indices, pattern.indptr), shape=(robot.n,) * 2).toarray()
+    expected = T.T @ nodes @ T
+    assert np.abs(found - expected).max() < 1e-12 * np.abs(expected).max()
+    mass = T.T @ (robot.raw.mass[:, None] * T)
+    assert np.abs(robot.mass_matrix(state).toarray() - mass).max() < 1e-12 * mass.max()
+
+
+def test_centripetal_accelerations(robot: ConstrainedRobot, state: State, direction: Array) -> None:
+    """The second derivative of the nodes along a motion with constant velocities of the coordinates."""
+    step = 1e-4
+    q = [robot.placed(moved(robot, state, s * step * direction))[0].q for s in (-1.0, 0.0, 1.0)]
+    second = (q[0] - 2.0 * q[1] + q[2]) / step**2
+    _, levers = robot.placed(state)
+    rate = robot.frames.centripetal(levers, direction[3 * len(robot.coordinates.free) :])
+    found = robot.coordinates.gather.T @ rate.ravel()
+    assert np.abs(found - second).max() < 1e-5 * np.abs(second).max()
+
+
+def test_a_fork_and_a_load_keep_the_constraints(robot: ConstrainedRobot, state: State) -> None:
+    other = robot.fork().loaded(np.array([0.0, 9.81, 0.0]), np.zeros(3))
+    assert np.array_equal(other.nodes(state), robot.nodes(state))
+    T = robot.coordinates.matrix(robot.coordinates.values(robot.placed(state)[1]))
+    weight = T.T @ (robot.raw.mass * np.tile([0.0, 9.81, 9.81], robot.raw.n // 3))
+    assert other.forces(state)[0] - robot.forces(state)[0] == pytest.approx(weight)
+
+
+def test_drives_have_no_state_basis(robot: ConstrainedRobot) -> None:
+    with pytest.raises(StateBasisError, match="robots with drives, rigid regions or attachments"):
+        n_elements(robot)
+
+
+def servo(**changes: object) -> dict[str, object]:
+    return {"drives": [{**TURN, "region": MIDDLE, **changes}]}
+
+
+@pytest.mark.parametrize(
+    ("changes", "sentence"),
+    [
+        (servo(region=ROOT), "drives.servo: 9 of its 9 nodes are fixed; take them out of fixed"),
+        (
+            {**servo(), "rigid": [{"name": "plate", "region": MIDDLE}]},
+            "drives.servo: 18 of its 18 nodes move with rigid.plate too, a node moves with one",
+        ),
+        (servo(through=None), "drives.0: a rotation needs a point `through`"),
+        (servo(max_torque=None), "drives.0: a rotation needs max_torque"),
+        (servo(max_travel=1.0), "drives.0: max_travel is given, but the motion is a rotation"),
+        (servo(min_angle=0.1), "drives.0: min_angle 0.1 and max_angle 3 must have zero"),
+        (servo(name="tendon"), "actuators: name 'tendon' is used twice"),
+        (servo(region="wrist"), "drives.0.region: region 'wrist' is not defined"),
+        (servo(axis=[0.0, 0.0, 0.0]), "drives.0.axis: a direction needs a component"),
+        (
+            {"attachments": [{"kind": "glue", "region": MIDDLE}]},
+            "attachments.0: to is needed by glue",
+        ),
+        (
+            {"attachments": [{"kind": "glue", "region": MIDDLE, "to": END, "radius": 0.1}]},
+            "attachments.0: radius is not used by this glue",
+        ),
+        (
+            {"attachments": [{"kind": "glue", "region": END, "to": {"kind": "all"}}]},
+            "attachments.0: 18 nodes of region belong to tetrahedra of to; make the two apart",
+        ),
+    ],
+)  # fmt: skip
+def test_bad_drives_and_attachments_are_one_sentence(
+    changes: dict[str, object], sentence: str
+) -> None:
+    with pytest.raises(RobotFileError, match=sentence):
+        constrained(**changes)
+
+
+SHORT = {"body": "second", "lower": [0.0, 0.0, 0.0], "upper": [0.0, 0.02, 0.0]}
+BACK = {
+    "kind": "glue",
+    "region": {"body": "first", "lower": [0.1, 0.0, 0.0], "upper": [0.1, 0.02, 0.02]},
+    "to": {"kind": "all", "body": "second"},
+}
+
+
+@pytest.mark.parametrize(
+    ("changes", "sentence"),
+    [
+        ({"attachments": []}, "fixed: needs three nodes not on a line to hold the body 'second'"),
+        (
+            {"attachments": [GLUE, {**GLUE, "region": SHORT}]},
+            "attachments.1.region: 3 of its 3 nodes are glued already; make the regions",
+        ),
+        (
+            {"attachments": [GLUE, BACK]},
+            "attachments.0: it is glued to nodes that attachments.1 glues; overlapping glue is not possible",
+        ),
+        (
+            {"attachments": [GLUE], "bodies": [FIRST, {**SECOND, "fixed": [ROOT]}]},
+            "attachments.0.region: 9 of its 9 nodes are fixed",
+        ),
+        (
+            {"attachments": [GLUE], "bodies": [FIRST, {**SECOND, "rigid": True}]},
+            "attachments.0.region: 9 of its 9 nodes move with a rigid region or a drive; exchange",
+        ),
+        (
+            {"attachments": [GLUE], "bodies": [FIRST, {**SECOND, "position": [0.11, 0.0, 0.0]}]},
+            "lies at least 0.01 m outside the mesh, allowed is 1e-06 m: .* max_distance",
+        ),
+    ],
+)  # fmt: skip
+def test_bad_pairs_are_one_sentence(changes: dict[str, object], sentence: str) -> None:
+    with pytest.raises(RobotFileError, match=sentence):
+        pair(**{"attachments": [GLUE], **changes})
+
+
+def test_glue_does_not_need_matching_nodes() -> None:
+    fine = box_mesh((0.1, 0.02, 0.02), (8, 3, 3))
+    given = {"bodies": [FIRST, SECOND], "mesh": None, "fixed": [], "material": RUBBER}
+    robot = constrained([MESH, fine], attachments=[GLUE], **given)
+    rng = np.random.default_rng(0)
+    x = robot.nodes(moved(robot, robot.rest(), 1e-3 * rng.standard_normal(robot.n)))
+    glued = np.flatnonzero(np.isclose(robot.mesh.nodes[:, 0], 0.1))[9:]
+    assert len(glued) == 16
+    # the corners of both faces are nodes of both bodies
+    corners = robot.mesh.nodes[:, 1:].reshape(-1, 2)
+    for y in (0.0, 0.02):
+        for z in (0.0, 0.02):
+            same = np.flatnonzero(
+                np.isclose(robot.mesh.nodes[:, 0], 0.1) & np.isclose(corners, [y, z]).all(axis=1)
+            )
+            assert len(same) == 2
+            assert np.allclose(x[same[0]], x[same[1]], atol=1e-15)

@@ -1,0 +1,234 @@
+"""Rigid bodies, drives, hinges and glue against rigid-body mechanics, beam theory and one mesh."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.spatial.transform import Rotation
+from support.bodies import beam_robot, box_mesh
+from support.small_bodies import ROOT, RUBBER, SIZE, constrained, moved, rigid_box
+
+from tauten.model import Simulator, State
+from tauten.model.constraints import ConstrainedRobot
+from tauten.model.mesh import TetMesh
+from tauten.model.numerics import Array
+
+G = 9.81
+STILL = {"max_angle": 7.0, "max_torque": 100.0, "max_rate": 100.0}
+
+
+def inertia(robot: ConstrainedRobot) -> tuple[Array, Array]:
+    """Mass of each node (n,) [kg] and the tensor of inertia about the centre of mass (3, 3) at rest."""
+    mass, x = robot.raw.mass[::3], robot.mesh.nodes[robot.raw.pattern.dof >= 0]
+    r = x - np.average(x, axis=0, weights=mass)
+    tensor = np.einsum("n,nij->ij", mass, np.eye(3) * (r**2).sum(1)[:, None, None])
+    return mass, tensor - np.einsum("n,ni,nj->ij", mass, r, r)
+
+
+def spinning(robot: ConstrainedRobot, omega: Array) -> State:
+    """At rest in place, turning with omega (3,) [rad/s]."""
+    rest = robot.rest()
+    return State(rest.q, np.concatenate([np.zeros(3), omega]))
+
+
+def stepped(robot: ConstrainedRobot, state: State, steps: int) -> list[State]:
+    """States of steps without actuators."""
+    states = [state]
+    for _ in range(steps):
+        system = robot.linearise(states[-1])
+        states.append(robot.advance(states[-1], system, system.v_free - states[-1].v))
+    return states
+
+
+def test_a_rigid_body_falls_freely() -> None:
+    robot = rigid_box(gravity=[0.0, 0.0, -G], controller={"rate": 100.0})
+    assert robot.n == 6
+    states = stepped(robot, robot.rest(), 50)
+    h, t = 0.01, 0.5
+    fallen = robot.nodes(states[-1]) - robot.mesh.nodes
+    assert fallen[:, :2] == pytest.approx(0.0, abs=1e-12)
+    assert fallen[:, 2] == pytest.approx(-0.5 * G * t * (t + h))  # implicit Euler's sum
+
+
+def test_a_rigid_body_turns_uniformly_about_a_principal_axis() -> None:
+    robot = rigid_box(controller={"rate": 100.0})
+    _, axes = np.linalg.eigh(inertia(robot)[1])
+    for axis in axes.T:
+        omega = 3.0 * axis
+        last = stepped(robot, spinning(robot, omega), 100)[-1]
+        assert last.v == pytest.approx(np.concatenate([np.zeros(3), omega]), abs=1e-9)
+        centre = np.average(robot.mesh.nodes, axis=0, weights=inertia(robot)[0])
+        turned = Rotation.from_rotvec(omega).apply(robot.mesh.nodes - centre) + centre
+        assert np.abs(robot.nodes(last) - turned).max() < 1e-9
+
+
+def test_a_tumbling_body_follows_eulers_equations() -> None:
+    """Torque-free, about the unstable axis: Euler's equations by a Runge-Kutta method."""
+    robot = rigid_box(controller={"rate": 4000.0})
+    _, tensor = inertia(robot)
+    values, axes = np.linalg.eigh(tensor)
+    omega = axes @ np.array([0.1, 4.0, 0.2])
+
+    def rate(_: float, w: Array) -> Array:
+        return -np.cross(w, values * w) / values
+
+    path = solve_ivp(rate, (0.0, 1.0), axes.T @ omega, rtol=1e-10, atol=1e-12)
+    states = stepped(robot, spinning(robot, omega), 4000)
+    last = states[-1]
+    T = robot.mass_matrix(last).toarray()
+    start = robot.mass_matrix(states[0]).toarray()
+    energy = [0.5 * v @ M @ v for v, M in ((states[0].v, start), (last.v, T))]
+    assert energy[1] == pytest.approx(energy[0], rel=2e-3)
+    momentum = [(M @ v)[3:] for v, M in ((states[0].v, start), (last.v, T))]
+    assert momentum[1] == pytest.approx(momentum[0], rel=2e-3, abs=2e-3 * abs(momentum[0]).max())
+    turn = Rotation.from_quat(last.q[[4, 5, 6, 3]])
+    own = axes.T @ turn.inv().apply(last.v[3:])
+    assert own == pytest.approx(path.y[:, -1], abs=2e-2)
+
+
+def pendulum(**changes: object) -> ConstrainedRobot:
+    """A rigid bar that a servo or a hinge at one end holds."""
+    stiff = {**RUBBER, "young_modulus": 1e9}
+    return constrained(material=stiff, fixed=[], gravity=[0.0, 0.0, -G], **changes)
+
+
+def test_a_servo_bears_the_weight_of_a_lever() -> None:
+    """The holding torque is the mass times gravity times the horizontal distance of its centre."""
+    turn = {"name": "servo", "region": {"kind": "all"}, "axis": [0.0, 1.0, 0.0], **STILL}
+    robot = pendulum(drives=[{**turn, "through": [0.0, 0.01, 0.01]}])
+    simulator = Simulator(robot, contact="none")
+    mass = 1000.0 * np.prod(SIZE)
+    for angle in (0.0, 0.5, np.pi / 2, 4.0, -2.0):
+        tension = [0.0, np.nan]
+        assert simulator.settle(pull=[np.nan, angle], tension=tension).converged
+        lever = 0.05 * np.cos(angle)
+        assert simulator.tension[1] == pytest.approx(-mass * G * lever, rel=1e-6, abs=1e-12)
+
+
+def test_a_hinge_on_the_frame_swings_with_the_period_of_a_compound_pendulum() -> None:
+    hinge = {
+        "kind": "hinge", "region": {"kind": "all"},
+        "axis": [0.0, 1.0, 0.0], "through": [0.05, 0.01, 0.02],
+    }  # fmt: skip
+    robot = pendulum(attachments=[hinge], controller={"rate": 4000.0})
+    mass, x = robot.raw.mass[::3], robot.mesh.nodes
+    r = x - np.array([0.05, 0.01, 0.02])
+    about_axis = float(mass @ (r[:, 0] ** 2 + r[:, 2] ** 2))
+    period = 2.0 * np.pi * np.sqrt(about_axis / (mass.sum() * G * 0.01))
+    states = stepped(robot, moved(robot, robot.rest(), np.array([0.02])), 4500)
+    angle = np.array([state.q[-1] for state in states])
+    crossings = np.flatnonzero((angle[:-1] > 0.0) & (angle[1:] <= 0.0)) / 4000.0
+    assert len(crossings) >= 2
+    assert np.diff(crossings)[0] == pytest.approx(period, rel=2e-3)
+
+
+def test_a_servo_at_the_end_of_a_beam_feels_four_e_i_over_l() -> None:
+    """A clamped beam whose other end turns about its middle by a small angle: M = 4 E I θ / L."""
+    size = (0.3, 0.02, 0.02)
+    face = {"lower": [0.3, 0.0, 0.0], "upper": [0.3, 0.02, 0.02]}
+    turn = {"name": "servo", "region": face, "axis": [0.0, 1.0, 0.0], **STILL}
+    robot = constrained(
+        box_mesh(size, (15, 1, 1)), size,
+        mesh={"file": "beam.vtu", "element": "quadratic"},
+        material={**RUBBER, "poisson_ratio": 0.0},
+        drives=[{**turn, "through": [0.3, 0.01, 0.01]}],
+    )  # fmt: skip
+    simulator = Simulator(robot, contact="none")
+    angle = 1e-3
+    assert simulator.settle(pull=[np.nan, angle], tension=[0.0, np.nan]).converged
+    stiffness = 1e6 * 0.02**4 / 12.0
+    length, area = 0.3, 0.02**2
+    shear = 12.0 * stiffness / (1e6 / 2.0 * 5.0 / 6.0 * area * length**2)  # Timoshenko
+    expected = (4.0 + shear) / (1.0 + shear) * stiffness / length * angle
+    assert simulator.tension[1] == pytest.approx(expected, rel=1e-2)
+
+
+def test_a_slider_stretches_a_bar() -> None:
+    face = {"lower": [0.1, 0.0, 0.0], "upper": [0.1, 0.02, 0.02]}
+    slider = {
+        "name": "slider", "motion": "translation", "region": face, "axis": [1.0, 0.0, 0.0],
+        "max_travel": 0.01, "max_force": 100.0, "max_rate": 1.0,
+    }  # fmt: skip
+    robot = constrained(drives=[slider], material={**RUBBER, "poisson_ratio": 0.0})
+    simulator = Simulator(robot, contact="none")
+    assert simulator.settle(pull=[np.nan, 0.001], tension=[0.0, np.nan]).converged
+    assert simulator.tension[1] == pytest.approx(1e6 * 0.02**2 * 0.001 / 0.1, rel=1e-6)
+
+
+def halves() -> tuple[TetMesh, list[TetMesh]]:
+    """A beam of one mesh, and the same tetrahedra as two meshes that meet at x = 0.05."""
+    left = box_mesh((0.05, 0.02, 0.02), (4, 2, 2))
+    right = TetMesh(left.nodes + np.array([0.05, 0.0, 0.0]), left.tets)
+    nodes, inverse = np.unique(
+        np.concatenate([left.nodes, right.nodes]).round(12), axis=0, return_inverse=True
+    )
+    inverse = inverse.ravel()
+    tets = np.concatenate([inverse[left.tets], inverse[len(left.nodes) + right.tets]])
+    return TetMesh(nodes, tets), [left, right]
+
+
+def test_a_glued_pair_is_one_mesh() -> None:
+    """Static and dynamic, under gravity and a cable through both halves: the same to rounding."""
+    whole, parts = halves()
+    tables = [
+        {"name": "left", "mesh": {"file": "a"}, "fixed": [ROOT]},
+        {"name": "right", "mesh": {"file": "b"}},
+    ]
+    face = {"body": "right", "lower": [0.05, 0.0, 0.0], "upper": [0.05, 0.02, 0.02]}
+    glue = {"kind": "glue", "region": face, "to": {"kind": "all", "body": "left"}}
+    common = {"gravity": [0.0, 0.0, -G], "material": RUBBER}
+    pair = constrained(parts, mesh=None, fixed=[], bodies=tables, attachments=[glue], **common)
+    one = beam_robot(whole, SIZE, **common)
+    order = np.array(
+        [int(np.linalg.norm(whole.nodes - x, axis=1).argmin()) for x in pair.mesh.nodes]
+    )
+    first, second = Simulator(pair, contact="none"), Simulator(one, contact="none")
+    for simulator in (first, second):
+        assert simulator.settle(pull=[0.004], tolerance=1e-11).converged
+    assert first.tension == pytest.approx(second.tension, rel=1e-9)
+    assert np.abs(pair.nodes(first.state) - one.nodes(second.state)[order]).max() < 1e-10
+    for simulator in (first, second):
+        simulator.reset()
+        for _ in range(10):
+            simulator.step(tension=[0.5])
+    assert np.abs(pair.nodes(first.state) - one.nodes(second.state)[order]).max() < 1e-10
+
+
+def test_two_bodies_hinged_along_an_edge_turn_freely_about_it() -> None:
+    """A rigid plate hangs from a soft one: glued along a line it hangs straight down."""
+    plate = {
+        "name": "plate", "mesh": {"file": "b"}, "position": [0.1, 0.0, 0.0],
+        "material": {**RUBBER, "young_modulus": 1e9},
+    }  # fmt: skip
+    soft = {"name": "soft", "mesh": {"file": "a"}, "fixed": [ROOT, {"kind": "all"}]}
+    soft["fixed"] = [{"lower": [0.0, 0.0, 0.0], "upper": [0.09, 0.02, 0.02]}]
+    hinge = {
+        "kind": "hinge", "region": {"kind": "all", "body": "plate"}, "to": {"kind": "all", "body": "soft"},
+        "axis": [0.0, 1.0, 0.0], "through": [0.1, 0.0, 0.02], "radius": 1e-6,
+    }  # fmt: skip
+    mesh = box_mesh(SIZE, (10, 2, 2))
+    robot = constrained(
+        [mesh, mesh], mesh=None, fixed=[], bodies=[soft, plate], attachments=[hinge],
+        gravity=[0.0, 0.0, -G], material={**RUBBER, "young_modulus": 1e9},
+        integration={"rayleigh_mass": 20.0},
+    )  # fmt: skip
+    simulator = Simulator(robot, contact="none")
+    for _ in range(400):
+        simulator.step(tension=[0.0])
+    x = robot.nodes(simulator.state)[len(mesh.nodes) :]
+    centre = x.mean(axis=0)
+    assert abs(centre[0] - 0.1) < 2e-3
+    assert centre[2] == pytest.approx(0.02 - np.hypot(0.05, 0.01), abs=1e-3)
+
+
+def test_a_rigid_region_keeps_its_shape_while_the_rest_bends() -> None:
+    end = {"kind": "half_space", "point": [0.0749, 0.0, 0.0], "normal": [1.0, 0.0, 0.0]}
+    robot = constrained(rigid=[{"name": "tip", "region": end}])
+    simulator = Simulator(robot, contact="none")
+    assert simulator.settle(pull=[0.006]).converged
+    x, x0 = robot.nodes(simulator.state), robot.mesh.nodes
+    kept = x0[:, 0] > 0.0749
+    between = np.linalg.norm(x[kept][:, None] - x[kept], axis=2)
+    assert np.allclose(between, np.linalg.norm(x0[kept][:, None] - x0[kept], axis=2), atol=1e-12)
+    assert np.linalg.norm(x[kept] - x0[kept], axis=1).max() > 5e-3
