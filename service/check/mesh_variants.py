@@ -60,12 +60,12 @@ class Variant:
 
 @dataclass(frozen=True, slots=True)
 class Load:
-    """One cable pulled; the others keep their length at rest, or are slack.
+    """One cable pulled; the others keep their length at rest, those of beams are slack.
 
     Attributes:
         cable: its number.
         name: its name.
-        share: of its largest pull.
+        share: of its largest pull, or tension.
         pull: pulled length [m].
     """
 
@@ -108,12 +108,40 @@ class VariantStates:
 
 
 def make_loads(robot: AnyRobot, shares: tuple[float, ...]) -> tuple[Load, ...]:
-    """Every cable alone at shares of its largest pull, in ascending order."""
+    """Every cable alone at shares of its largest pull, in ascending order.
+
+    Arms made of beams have antagonists, against which the largest pull of a cable is far beyond its tension:
+    they are pulled to where shares of the largest tension take them while the other cables are slack.
+    """
+    ranges = enumerate(robot.actuators.names)
+    if isinstance(robot, BeamRobot):
+        return tuple(
+            Load(cable, name, share, pull)
+            for cable, name in ranges
+            for share, pull in tensioned(robot, cable, sorted(shares))
+        )
     return tuple(
         Load(cable, name, share, share * float(robot.limits.pull_max[cable]))
-        for cable, name in enumerate(robot.actuators.names)
+        for cable, name in ranges
         for share in sorted(shares)
     )
+
+
+def tensioned(robot: BeamRobot, cable: int, shares: list[float]) -> Iterator[tuple[float, float]]:
+    """Shares of a cable's largest tension with the pulled lengths they lead to, as far as they are found.
+
+    Args:
+        robot: on its own mesh.
+        cable: its number.
+        shares: in ascending order.
+    """
+    simulator = Simulator(robot, contact="full")
+    for share in shares:
+        tension = np.zeros(robot.n_a)
+        tension[cable] = share * robot.limits.tension_max[cable]
+        if not simulator.settle(tension=tension, tolerance=TOLERANCE).converged:
+            return
+        yield share, float(simulator.pull[cable])
 
 
 def chosen_variants(element: ElementName, refinements: int) -> tuple[Variant, ...]:
@@ -164,7 +192,8 @@ def equilibria(
         if load.cable != cable:
             simulator.reset()
             cable = load.cable
-        pull = np.zeros(robot.n_a)
+        slack = isinstance(robot, BeamRobot)
+        pull = robot.limits.pull_min.copy() if slack else np.zeros(robot.n_a)
         pull[cable] = load.pull
         converged = simulator.settle(pull=pull, tolerance=TOLERANCE).converged
         yield LoadedState(

@@ -58,6 +58,7 @@ class RobotCheck:
             built.
         refused: why the robot cannot be built; "" where it can.
         complete: whether everything was looked at.
+        digest: SHA-256 of the robot's model; "" where it cannot be built.
     """
 
     robot: str
@@ -65,6 +66,7 @@ class RobotCheck:
     estimate: MeshErrorEstimate | None = None
     refused: str = ""
     complete: bool = True
+    digest: str = ""
 
     @property
     def level(self) -> Level:
@@ -107,12 +109,16 @@ def check_robot(settings: CheckSettings, stop: StopFlag, progress: Progress) -> 
         findings += tuple(body_findings(robot, 3, robot.contacts.alarm_distance))
         progress(0.08, own.name)
         if not settings.shares:
-            return RobotCheck(config.name, findings)
+            return RobotCheck(config.name, findings, digest=robot.digest)
         variants = chosen_variants(element, settings.refinements)
         make = partial(variant_robot, config, path)
         estimate = compare_meshes(settings, robot, variants, make, stop, progress)
     return RobotCheck(
-        config.name, (*findings, estimate.finding), estimate, complete=estimate.complete
+        config.name,
+        (*findings, estimate.finding),
+        estimate,
+        complete=estimate.complete,
+        digest=robot.digest,
     )
 
 
@@ -160,7 +166,7 @@ def check_beams(
     progress(0.1, "beams")
     findings = tuple(body_findings(robot, 6, 0.0))
     if not settings.shares:
-        return RobotCheck(robot.name, findings)
+        return RobotCheck(robot.name, findings, digest=robot.digest)
     variants = tuple(Variant("beam", count) for count in range(settings.refinements + 1))
 
     def refined(variant: Variant) -> BeamRobot:
@@ -170,7 +176,11 @@ def check_beams(
 
     estimate = compare_meshes(settings, robot, variants, refined, stop, progress)
     return RobotCheck(
-        robot.name, (*findings, estimate.finding), estimate, complete=estimate.complete
+        robot.name,
+        (*findings, estimate.finding),
+        estimate,
+        complete=estimate.complete,
+        digest=robot.digest,
     )
 
 
