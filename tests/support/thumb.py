@@ -37,20 +37,28 @@ def thumb_mesh() -> TetMesh:
     )
 
 
+def coarse_finger_mesh() -> TetMesh:
+    """The shape of the shipped finger with few, large tetrahedra."""
+    return TetMesh(
+        *make_finger(
+            FingerShape(
+                below=(0.0, 0.6, 1.0),
+                above=(0.010, 0.0125, 0.015),
+                across=2,
+                along=(0.0, 0.5, 1.0),
+                first=(0.0, 0.5, 1.0),
+                last=(0.0, 0.5, 1.0),
+                end=1,
+            )
+        )
+    )
+
+
 def coarse_finger() -> TetRobot:
     """The shipped finger on a coarse mesh of linear elements: too stiff, otherwise the same."""
     path = robot_path("finger")
     config = validated(RobotConfig, model_tables(read_toml(path)), path).with_element("linear")
-    shape = FingerShape(
-        below=(0.0, 0.6, 1.0),
-        above=(0.010, 0.0125, 0.015),
-        across=2,
-        along=(0.0, 0.5, 1.0),
-        first=(0.0, 0.5, 1.0),
-        last=(0.0, 0.5, 1.0),
-        end=1,
-    )
-    robot = build_robot(config, TetMesh(*make_finger(shape)), str(path))
+    robot = build_robot(config, coarse_finger_mesh(), str(path))
     assert isinstance(robot, TetRobot)
     return robot
 
