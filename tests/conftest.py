@@ -16,7 +16,7 @@ matplotlib.use("Agg")
 import pytest
 from hypothesis import settings
 from support.processes import write_robot
-from support.thumb import coarse_finger
+from support.robots.thumb import coarse_finger
 
 from tauten.model import Robot, load_robot
 from tauten.model.tetra import TetRobot

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.processes import run_main
-from support.thumb import write_thumb
+from support.robots.thumb import write_thumb
 
 from tauten.model import Robot
 from tauten.service.bench import compare_equilibria, equilibrium
