@@ -35,7 +35,7 @@ from tauten.service.cli.options import (
 from tauten.service.cli.reduction import inspect, reduce
 from tauten.service.cli.runs import demo, replay
 from tauten.service.cli.solve import solve
-from tauten.service.cli.view import ExtraError, view
+from tauten.service.cli.view import ExtraError, bench_view, view
 from tauten.service.process import set_up_logging
 
 if TYPE_CHECKING:
@@ -190,6 +190,7 @@ bench.command("elements")(elements)
 bench.command("energy")(energy)
 bench.command("equilibria")(equilibria)
 bench.command("node")(node)
+bench.command("view")(bench_view)
 app.add_typer(bench, name="bench")
 
 

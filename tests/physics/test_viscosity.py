@@ -14,7 +14,7 @@ from tauten.model.numerics import Array
 from tauten.model.schema import RobotConfig
 from tauten.model.tetra import TetRobot
 from tauten.reduction.state import StateBasisError
-from tauten.reduction.state.basis import reducible_robot
+from tauten.reduction.state.bodies import reducible
 
 SIDE = 0.02  # m
 E = 1e5  # Pa, without lateral contraction, so that a block under tension is one bar
@@ -194,4 +194,4 @@ def test_viscosities_that_are_none_are_refused(viscosity: dict[str, object], mes
 
 def test_state_reduction_refuses_viscous_materials() -> None:
     with pytest.raises(StateBasisError, match=r"leave out material\.viscosity"):
-        reducible_robot(block(MIXED, 100.0))
+        reducible(block(MIXED, 100.0))
