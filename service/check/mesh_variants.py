@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from tauten.model import Simulator, TetRobot
-from tauten.model.actuation import Quantity
 from tauten.model.constraints import ConstrainedRobot
+from tauten.model.interface import Quantity
 from tauten.model.load import build_robot, read_bodies
 from tauten.model.schema import ElementName, RobotConfig
 
