@@ -56,12 +56,17 @@ def compare(
         bending = bending_command(loaded)
         chosen = bending.pull, bending.tension
     passing = equilibrium(loaded, "none", *chosen)
-    touching = equilibrium(loaded, "full", *chosen)
+    touching = passing if loaded.n_c == 0 else equilibrium(loaded, "full", *chosen)
     found = compare_equilibria(loaded, touching, passing)
     side = Side("xyz".index(axes[0]), "xyz".index(axes[1]))
     draw_comparison(loaded, touching, passing, side, figure)
     if json_file is not None:
         write_text(json_file, json.dumps(asdict(found), indent=2) + "\n")
+    if loaded.n_c == 0:
+        Console().print(
+            f"{loaded.name} has no contacts: at rest and under the command in {figure}."
+        )
+        return
     for share, what in zip(found.share, ("with", "without"), strict=True):
         if share < 1.0:
             Console().print(
