@@ -35,6 +35,8 @@ ORDER = (
     "reduction",
     "reduction.campaign",
     "reduction.contact",
+    "reduction.state.tetra",
+    "reduction.state.beams",
     "reduction.state",
     "controller.qpcc",
     "controller",

@@ -12,6 +12,7 @@ from tauten.model.beams.body import BeamBody
 from tauten.model.beams.elements import assemble_beams
 from tauten.model.beams.surfaces import BeamSurfaces
 from tauten.model.body import SparseRobot
+from tauten.model.contact import Detection
 from tauten.model.effectors import BeamEffectors
 from tauten.model.numerics import Array, Ints, turned
 from tauten.model.points import Entries
@@ -163,10 +164,7 @@ class BeamRobot(SparseRobot):
         """Gaps and H_c of the candidates in range at node positions and rotations."""
         points, arms = self.surfaces.contact_points.place(x, Q)
         found = self.contacts.detect(points)
-        vectors = found.coefficients[:, :, None] * found.normal[:, None, :]  # (m, 6, 3)
-        starts = np.arange(0, 6 * len(found) + 1, 6)
-        entries = Entries(starts, found.vertices.ravel(), vectors.reshape(-1, 3))
-        H = self.surfaces.contact_points.rows(arms, self.dof, self.n, entries)
+        H = self.surfaces.contact_points.rows(arms, self.dof, self.n, gap_entries(found))
         return ContactRows(Rows(H, found.gap), found.slots, found.pair, self.n_c)
 
     def advance(self, state: State, system: System, dv: Array) -> State:
@@ -182,3 +180,10 @@ class BeamRobot(SparseRobot):
         q = state.q.reshape(-1, 7)
         moved = np.hstack([q[:, :3] + step[:, :3], turned(q[:, 3:].copy(), step[:, 3:].copy())])
         return State(moved.ravel(), v)
+
+
+def gap_entries(found: Detection) -> Entries:
+    """Gaps of detected contacts as rows over the points of the surfaces (T2)."""
+    vectors = found.coefficients[:, :, None] * found.normal[:, None, :]  # (m, 6, 3)
+    starts = np.arange(0, 6 * len(found) + 1, 6)
+    return Entries(starts, found.vertices.ravel(), vectors.reshape(-1, 3))

@@ -19,6 +19,7 @@ from tauten.model.numerics.nnls import coordinates, distances
 from tauten.model.numerics.polar import LANES, mirrored_rotation, polar_rotations
 from tauten.model.numerics.quaternions import (
     conjugate,
+    from_rotation_vector,
     matrix_quaternion,
     normalised,
     product,
@@ -73,6 +74,7 @@ __all__ = [
     "dot",
     "eliminate",
     "forward_substitute",
+    "from_rotation_vector",
     "installed_backends",
     "kernel",
     "length",

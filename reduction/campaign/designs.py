@@ -9,18 +9,20 @@ from __future__ import annotations
 
 import hashlib
 from dataclasses import dataclass
+from time import perf_counter
 
 import numpy as np
 from scipy.linalg import null_space
 from scipy.spatial.transform import Rotation
 from scipy.stats.qmc import LatinHypercube
 
-from tauten.model import Robot
+from tauten.model import Robot, Simulator
 from tauten.model.numerics import Array
 from tauten.reduction.campaign.command_range import CommandRange, command_range
 
+CAMPAIGN_TOLERANCE = 1e-6  # m
 RAMP_STEPS = 800  # of one actuator whose position is commanded, as in the paper
-EFFORT_STEPS = 200  # of one actuator whose effort is commanded
+EFFORT_STEPS = 60  # of one actuator whose effort is commanded
 RUN_STEPS = 20  # of a run of several actuators
 LEAST_RUNS, RUNS_EACH = 8, 2  # number of such runs, and more for each actuator
 
@@ -138,6 +140,23 @@ def exploring(robot: Robot, seed: int = 0) -> Design:
         f"exploring: {len(runs)} runs of {steps} steps within the range of each actuator, seed {seed}",
         runs,
     )
+
+
+def equilibrium_seconds(robot: Robot, design: Design, count: int) -> float:
+    """Mean time of the first equilibria of a design [s].
+
+    Args:
+        robot: the robot.
+        design: of a campaign.
+        count: number of equilibria.
+    """
+    run = design.runs[0].piece(0, count)
+    simulator = Simulator(robot, contact="full")
+    start = perf_counter()
+    for i in range(len(run)):
+        tension = None if run.tension is None else run.tension[:, i]
+        simulator.settle(run.pull[:, i], tension, CAMPAIGN_TOLERANCE)
+    return (perf_counter() - start) / len(run)
 
 
 def _to_command(robot: Robot, found: CommandRange, shares: Array, steps: int) -> Run:

@@ -26,6 +26,7 @@ from tauten.service.bench.contact_basis_results import (
     HeldOutError,
     TrainingError,
 )
+from tauten.service.bench.gallery import GalleryBench, GalleryRow, bench_gallery
 from tauten.service.bench.manipulator import ArmBench, ArmBenchSettings, bench_manipulator, parse_ks
 from tauten.service.bench.node import (
     Deadlines,
@@ -46,6 +47,9 @@ from tauten.service.bench.stages import STAGES, WHOLE, StepTimes
 from tauten.service.bench.steps import ControlBench, StepBench, bench_control, bench_steps
 
 __all__ = [
+    "GalleryBench",
+    "GalleryRow",
+    "bench_gallery",
     "ArmBench",
     "ArmBenchSettings",
     "CASES",

@@ -34,7 +34,7 @@ from tauten.service.cli.options import (
 from tauten.service.cli.reduction import inspect, reduce
 from tauten.service.cli.runs import demo, replay
 from tauten.service.cli.solve import solve
-from tauten.service.cli.view import ExtraError, view
+from tauten.service.cli.view import ExtraError, bench_view, view
 from tauten.service.process import set_up_logging
 
 if TYPE_CHECKING:
@@ -186,6 +186,7 @@ for _command in _COMMANDS:
 bench.command("closed-loop")(closed_loop)
 bench.command("elements")(elements)
 bench.command("node")(node)
+bench.command("view")(bench_view)
 app.add_typer(bench, name="bench")
 
 

@@ -111,6 +111,29 @@ def manipulator(
 
 
 @bench.command()
+def gallery(
+    robots: Annotated[
+        list[str] | None, typer.Argument(help="Robots to measure; default: all of the gallery.")
+    ] = None,
+    count: Annotated[int, typer.Option("--steps", min=20, help="Inverse steps of each.")] = 300,
+    json_file: Json = None,
+) -> None:
+    """Sizes, inverse steps of full and reduced model, errors and campaigns of the gallery's robots."""
+    from tauten.model.robots.gallery import ROBOTS
+    from tauten.service.bench import bench_gallery
+    from tauten.service.tables import gallery_table
+
+    names = tuple(robots or ROBOTS)
+    with Progress(console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("gallery", total=1.0)
+        result = bench_gallery(
+            names, count, lambda share, what: bar.update(task, advance=share, description=what)
+        )
+    Console(width=200).print(gallery_table(result).rich())
+    _write(result, json_file)
+
+
+@bench.command()
 def steps(
     robot: Annotated[str, typer.Argument(help="A robot file.")],
     refinements: Annotated[int, typer.Option(min=0, max=3, help="Uniform refinements.")] = 0,

@@ -99,7 +99,7 @@ def reduce(
     from tauten.model import EmptySpace, load_robot
     from tauten.reduction.campaign import Ranges
     from tauten.reduction.contact import ReduceSettings
-    from tauten.reduction.state import reducible_robot
+    from tauten.reduction.state import reducible
     from tauten.service.plots import draw_curve
     from tauten.service.settings import load_model_settings
 
@@ -113,7 +113,7 @@ def reduce(
     )
     loaded = load_robot(robot)
     if states or loaded.n_c == 0:
-        reducible_robot(loaded)  # before hours of a campaign
+        reducible(loaded)  # before hours of a campaign
     chosen = state_settings(loaded, state_modes, responses, sample, seed)
     allowed = None if accept_error else load_model_settings(robot).max_tip_error
     target = _basis_path(out or Path(f"{loaded.name}.basis"))

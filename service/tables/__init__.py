@@ -14,13 +14,20 @@ from tauten.service.tables.contact_basis import (
     write_contact_basis_tables,
 )
 from tauten.service.tables.elements import element_tables, write_element_tables
+from tauten.service.tables.gallery import gallery_table
 from tauten.service.tables.new_robot import trial_table
 from tauten.service.tables.node import NODE_BEGIN, NODE_END, node_table, write_node_tables
 from tauten.service.tables.numbers import Numbers, PageError, milliseconds
 from tauten.service.tables.qpcc import qpcc_tables, write_qpcc_tables
 from tauten.service.tables.reduced import reduced_tables, write_reduced_tables
+from tauten.service.tables.view import VIEW_BEGIN, VIEW_END, view_table, write_view_table
 
 __all__ = [
+    "gallery_table",
+    "VIEW_BEGIN",
+    "VIEW_END",
+    "view_table",
+    "write_view_table",
     "trial_table",
     "ARM_BEGIN",
     "ARM_END",

@@ -3,7 +3,9 @@
 from collections.abc import Callable
 from pathlib import Path
 
+from tauten.model.robots.gallery.accordion import make_accordion
 from tauten.model.robots.gallery.diamond import make_diamond
+from tauten.model.robots.gallery.gripper import make_gripper
 from tauten.model.robots.gallery.pneumatic_finger import make_pneumatic_finger
 from tauten.model.robots.gallery.tripod import make_tripod
 from tauten.model.robots.gallery.trunk import make_trunk
@@ -14,6 +16,8 @@ ROBOTS: dict[str, Callable[[Path], list[str]]] = {
     "diamond": make_diamond,
     "tripod": make_tripod,
     "pneumatic_finger": make_pneumatic_finger,
+    "accordion": make_accordion,
+    "gripper": make_gripper,
 }
 
 __all__ = ["ROBOTS"]

@@ -38,6 +38,7 @@ upper = [0.0, 1.0, 1.0]
 [[chambers]]
 name = "air"
 inside = [{inside}]
+min_pressure = {vacuum:g}         # vacuum closes the folds
 max_pressure = {pressure:g}
 max_volume_change = {volume:g}
 max_rate = {rate:g}
@@ -62,6 +63,10 @@ rayleigh_stiffness = 0.02
 
 [controller]
 rate = 50.0
+basis = "pneumatic_finger"
+
+[model]
+order = "reduced"
 
 [service]
 target_timeout = 0.5
@@ -85,9 +90,9 @@ class BellowsShape:
 
     bellows: int = 6
     cap: float = 0.004
-    wall: float = 0.0018
-    room: float = 0.0050
-    gap: float = 0.0018
+    wall: float = 0.0012
+    room: float = 0.0064
+    gap: float = 0.0008
     y: tuple[float, ...] = (-0.009, -0.0072, -0.0024, 0.0024, 0.0072, 0.009)
     z: tuple[float, ...] = (0.0, 0.0015, 0.003, 0.0055, 0.0072, 0.0102, 0.0132, 0.0152)
 
@@ -138,7 +143,8 @@ def make_text(shape: BellowsShape) -> str:
             )
     first = shape.cap + shape.wall + 0.5 * shape.room
     return HEAD.format(
-        stiff=shape.z[1], folds="\n".join(folds), pressure=40e3, volume=3e-5, rate=6e-5,
+        vacuum=-12e3, pressure=25e3, volume=6e-6, rate=8e-6,
+        stiff=shape.z[1], folds="\n".join(folds),
         inside=f"{first:g}, 0.0, {0.5 * (shape.z[4] + shape.z[5]):g}",
         tip=f"{ends[-1]:.5f}, 0.0, {shape.z[2]:g}",
     )  # fmt: skip

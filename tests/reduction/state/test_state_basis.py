@@ -126,6 +126,9 @@ def test_shipped_basis_fits_the_shipped_finger(finger: TetRobot) -> None:
     np.testing.assert_allclose(product, np.eye(states.r), atol=1e-9)
 
 
-def test_robot_made_of_beams_is_refused(states: StateBasis) -> None:
-    with pytest.raises(StateBasisError, match="only robots made of tetrahedra have state bases"):
-        states.check_robot(load_robot("manipulator"))
+def test_shipped_basis_fits_the_shipped_manipulator() -> None:
+    states, robot = StateBasis.load("manipulator"), load_robot("manipulator")
+    states.check_robot(robot)
+    states.check_tip(load_model_settings("manipulator").max_tip_error)
+    assert states.origin.tip_mean < 2e-3 * robot.size
+    assert states.origin.tip_max < 1e-2 * robot.size
