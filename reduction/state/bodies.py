@@ -21,6 +21,11 @@ def reducible(robot: Robot) -> Reducible:
             f"robot {robot.name}: robots with drives, rigid regions or attachments have no state bases; "
             "use the full model"
         )
+    if isinstance(robot, TetRobot) and robot.viscosity is not None:
+        raise StateBasisError(
+            f"robot {robot.name}: viscous materials have no state bases; leave out material.viscosity, "
+            "or use the full model"
+        )
     if isinstance(robot, TetRobot):
         return ReducibleTetRobot(robot)
     if isinstance(robot, BeamRobot):
