@@ -148,7 +148,7 @@ def decide(
     """
     layout = robot.effector_layout
     target = layout.row_targets(prepared.step.rows.effectors.values, goal)  # (n_e,)
-    if not layout.exact.any():
+    if not layout.any_exact:
         return _decide(robot, prepared, target, pull, settings, locks)
     decision = _decide(robot, prepared, target, pull, settings, locks, exact=True)
     if decision.status.usable:

@@ -3,7 +3,7 @@
 from tauten.model.beams.body import BeamBody, BeamError, make_body
 from tauten.model.beams.elements import BeamArrays, angle_functions, assemble_beams, element
 from tauten.model.beams.profile import Profile, bar, natural_stiffness, section, tube
-from tauten.model.beams.robot import BeamRobot
+from tauten.model.beams.robot import BeamRobot, gap_entries
 from tauten.model.beams.surfaces import BeamSurfaces, build_beam_surfaces
 
 __all__ = [
@@ -18,6 +18,7 @@ __all__ = [
     "bar",
     "build_beam_surfaces",
     "element",
+    "gap_entries",
     "make_body",
     "natural_stiffness",
     "section",

@@ -1,7 +1,7 @@
 """Contact: from surfaces to gap rows."""
 
 from tauten.model.contact.broad_phase import BLOCK
-from tauten.model.contact.detection import ContactPair, ContactSet, contact_rows
+from tauten.model.contact.detection import ContactPair, ContactSet, Detection, contact_rows
 from tauten.model.contact.self_contact import (
     ALARM_EDGES,
     EDGES_AWAY,
@@ -15,6 +15,7 @@ __all__ = [
     "BLOCK",
     "ContactPair",
     "ContactSet",
+    "Detection",
     "EDGES_AWAY",
     "WALL_ALARMS",
     "contact_rows",

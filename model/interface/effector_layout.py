@@ -65,6 +65,7 @@ class EffectorLayout:
         units: (n_e,) metres that one unit of a row counts as [m, m/rad, 1/m²].
         scale: (n_e,) weights times units: what makes a row a term of the objective, in metres.
         exact: (n_e,) whether a row is to meet its target exactly.
+        any_exact: whether there is one.
         positions_only: whether all effectors are points or centres, so that values are rows.
         unweighted: whether the scale is one everywhere.
         row_starts: (p + 1,) first row of each effector.
@@ -77,6 +78,7 @@ class EffectorLayout:
     units: Array
     scale: Array
     exact: Bools
+    any_exact: bool
     positions_only: bool
     unweighted: bool
     row_starts: Ints
@@ -349,6 +351,7 @@ def effector_layout(
         units=unit,
         scale=weight * unit,
         exact=np.concatenate(exact),
+        any_exact=bool(np.concatenate(exact).any()),
         positions_only=all(item.kind in ("point", "centre") for item in effectors),
         unweighted=bool(np.all(weight * unit == 1.0)),
         row_starts=np.cumsum([0, *(ROWS[item.kind] for item in effectors)]),

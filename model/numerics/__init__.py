@@ -19,6 +19,7 @@ from tauten.model.numerics.nnls import coordinates, distances
 from tauten.model.numerics.polar import LANES, mirrored_rotation, polar_rotations
 from tauten.model.numerics.quaternions import (
     conjugate,
+    from_rotation_vector,
     matrix_quaternion,
     normalised,
     product,
@@ -27,6 +28,7 @@ from tauten.model.numerics.quaternions import (
     rotated_by,
     rotation_between,
     rotation_vector,
+    rotations_between,
     turned,
 )
 from tauten.model.numerics.updated_cholesky import (
@@ -73,6 +75,7 @@ __all__ = [
     "dot",
     "eliminate",
     "forward_substitute",
+    "from_rotation_vector",
     "installed_backends",
     "kernel",
     "length",
@@ -87,6 +90,7 @@ __all__ = [
     "rotated_by",
     "rotation_between",
     "rotation_vector",
+    "rotations_between",
     "row",
     "scale",
     "solve_in_place",

@@ -69,11 +69,15 @@ class AttachedPoints:
             dof: (n_nodes,) first degree of freedom of a node, −1 where it is fixed.
             n: number of degrees of freedom.
         """
+        return self.rows(arms, dof, n, self.coordinates)
+
+    @property
+    def coordinates(self) -> Entries:
+        """The coordinates of the points as rows over points, 3 rows a point."""
         count = 3 * len(self)
-        entries = Entries(
+        return Entries(
             np.arange(count + 1), np.arange(count) // 3, np.tile(np.eye(3), (len(self), 1))
         )
-        return self.rows(arms, dof, n, entries)
 
 
 @dataclass(frozen=True, slots=True)

@@ -65,9 +65,13 @@ class BeamCables:
             n: number of degrees of freedom.
         """
         points, arms = self.stations.place(x, Q)
+        delta, entries = self.pulled(points)
+        return Rows(self.stations.rows(arms, dof, n, entries), delta)
+
+    def pulled(self, points: Array) -> tuple[Array, Entries]:
+        """Pulled lengths (n_a,) [m] at stations (p, 3), and −∂L as rows over the stations."""
         length, vectors = lengths(points, self.starts)
-        entries = Entries(self.starts, np.arange(len(points)), vectors)
-        return Rows(self.stations.rows(arms, dof, n, entries), self.rest_length - length)
+        return self.rest_length - length, Entries(self.starts, np.arange(len(points)), vectors)
 
 
 def make_beam_cables(cables: list[AttachedPoints], x: Array, Q: Array) -> BeamCables:

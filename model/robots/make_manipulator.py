@@ -67,6 +67,9 @@ qp_solver = "daqp"
 regularisation = 3.0e-3
 basis = "{name}"
 
+[model]
+max_tip_error = 8.0e-3           # 1 % of the arm
+
 [service]
 target_timeout = 0.5
 release_time = 2.0

@@ -112,7 +112,7 @@ class _Ledger:
             )
         robot = self.robot
         found = (len(part.lam), len(part.q), len(part.pull), len(part.effector))
-        expected = (robot.n_c, robot.n, robot.n_a, 3 * len(robot.effector_names))
+        expected = (robot.n_c, len(robot.rest().q), robot.n_a, 3 * len(robot.effector_names))
         if found != expected or not 0 < len(part) <= CHUNK:
             raise SnapshotError(
                 f"{path}: has {len(part)} columns with {found} rows of lam, q, pull and effector, "

@@ -1,35 +1,32 @@
 """Reduced robots: state modes and sampled elements."""
 
-from tauten.reduction.state.basis import StateBasis, StateBasisError, StateOrigin
-from tauten.reduction.state.ecsw import ElementSample, contributions, sample_elements
+from tauten.reduction.reduced_robot import ElementSample, ReducedRobot, StateBasisError
+from tauten.reduction.state.basis import StateBasis, StateOrigin
+from tauten.reduction.state.bodies import reducible
 from tauten.reduction.state.model_error import TipCheck
 from tauten.reduction.state.modes import enriched, pod, responses
-from tauten.reduction.state.points import IntegrationPoints, integration_points
 from tauten.reduction.state.reduce import (
     StateSettings,
     held_out_snapshots,
     n_elements,
     reduce_states,
 )
-from tauten.reduction.state.robot import ReducedRobot, reduced_robot
+from tauten.reduction.state.robot import reduced_robot
 
 __all__ = [
     "ElementSample",
-    "IntegrationPoints",
     "ReducedRobot",
     "StateBasis",
     "StateBasisError",
     "StateOrigin",
     "StateSettings",
     "TipCheck",
-    "contributions",
     "enriched",
     "held_out_snapshots",
-    "integration_points",
     "n_elements",
     "pod",
     "reduce_states",
     "reduced_robot",
+    "reducible",
     "responses",
-    "sample_elements",
 ]

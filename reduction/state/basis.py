@@ -9,23 +9,15 @@ from pathlib import Path
 import numpy as np
 
 from tauten.model import Robot
-from tauten.model.constraints import ConstrainedRobot
 from tauten.model.numerics import Array, Ints
-from tauten.model.tetra import TetRobot
-from tauten.reduction.state.points import integration_points
+from tauten.reduction.reduced_robot import StateBasisError
+from tauten.reduction.state.bodies import reducible
 from tauten.reduction.storage import DamagedFile, UnknownFile, located, parsed, read, write
 
 SUFFIX = ".states"
 _KIND = "tauten state basis"
 _KINDS = {"Phi": "f", "elements": "i", "weights": "f"}
-_ORTHONORMAL = 1e-6  # largest entry of ΦᵀMΦ/m − I; rounding leaves 1e-14
-_VOLUME = (
-    2.0  # factor between the volume of the weighted elements and the body's; samples reach 1.02
-)
-
-
-class StateBasisError(ValueError):
-    """A state basis that cannot be used; the text names what was found and what is expected."""
+_ORTHONORMAL = 1e-6  # largest entry of ΦᵀWΦ − I; rounding leaves 1e-14
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,7 +65,7 @@ class StateBasis:
     """State modes of one robot, with the elements over which its forces are summed.
 
     Attributes:
-        Phi: (n, r) modes, orthonormal in the mass (`tauten.reduction.state.modes`).
+        Phi: (m, r) modes, ΦᵀWΦ = I in the norm of the robot (`tauten.reduction.reduced_robot.Reducible`).
         elements: (s,) numbers of the sampled elements, ascending.
         weights: (s,) factors of their forces, positive.
         origin: robot, snapshots, errors and versions.
@@ -149,46 +141,34 @@ class StateBasis:
 
         Raises:
             StateBasisError: it was made for another robot, or for an earlier version of this one; its
-                modes are not orthonormal in the robot's mass, its weighted elements have
-                another volume than the body, its tip error is larger than the robot, or the robot is not
-                made of tetrahedra.
+                modes are not orthonormal in the norm of the robot, its sample of elements cannot be this
+                body's, its tip error is larger than the robot, or the robot has no state bases.
         """
-        body = reducible_robot(robot)
-        made_for = self.origin
-        if made_for.robot_digest != robot.digest or len(self.Phi) != robot.n:
+        body, made_for = reducible(robot), self.origin
+        again = f"make it again with `tauten reduce {robot.name} --states`"
+        if made_for.robot_digest != robot.digest or len(self.Phi) != len(body.weight):
             raise StateBasisError(
                 f"this state basis was made for robot {made_for.robot!r} with model digest "
                 f"{made_for.robot_digest[:12]}, not for {robot.name!r} with {robot.digest[:12]}: "
                 f"make one with `tauten reduce {robot.name} --states`"
             )
-        self._check_body(body)
-
-    def _check_body(self, robot: TetRobot) -> None:
-        """Compare modes, sample and tip error with the robot's body."""
-        again = f"make it again with `tauten reduce {robot.name} --states`"
-        volumes = integration_points(robot).volume
-        if self.elements[-1] >= len(volumes):
+        if self.elements[-1] >= body.n_elements:
             raise StateBasisError(
                 f"this state basis samples element {self.elements[-1]}, robot {robot.name!r} has "
-                f"the elements 0 to {len(volumes) - 1}: {again}"
+                f"the elements 0 to {body.n_elements - 1}: {again}"
             )
-        weight = 3.0 * robot.mass / robot.mass.sum()  # (n,)
         with np.errstate(over="ignore", invalid="ignore"):
-            gram = self.Phi.T @ (weight[:, None] * self.Phi)  # (r, r)
+            gram = self.Phi.T @ (body.weight[:, None] * self.Phi)  # (r, r)
         apart = float(np.abs(gram - np.eye(self.r)).max())
         if not apart <= _ORTHONORMAL:
             raise StateBasisError(
-                f"the modes of this state basis are not orthonormal in the mass of robot "
-                f"{robot.name!r}: ΦᵀMΦ/m − I has an entry of {apart:.2g}, allowed are "
+                f"the modes of this state basis are not orthonormal in the {body.norm} of robot "
+                f"{robot.name!r}: ΦᵀWΦ − I has an entry of {apart:.2g}, allowed are "
                 f"{_ORTHONORMAL}: {again}"
             )
-        with np.errstate(over="ignore"):
-            share = float(self.weights @ volumes[self.elements] / volumes.sum())
-        if not 1.0 / _VOLUME <= share <= _VOLUME:
-            raise StateBasisError(
-                f"the weighted elements of this state basis have {share:.3g} times the volume of "
-                f"robot {robot.name!r}, allowed are {1.0 / _VOLUME} to {_VOLUME}: {again}"
-            )
+        doubt = body.implausible(self.elements, self.weights)
+        if doubt:
+            raise StateBasisError(f"{doubt}: {again}")
         if self.origin.tip_max > robot.size:
             raise StateBasisError(
                 f"tip_max of this state basis is {self.origin.tip_max} m, more than the size of "
@@ -239,21 +219,3 @@ def _load(path: Path) -> StateBasis:
         raise StateBasisError(str(error)) from error
     except (StateBasisError, KeyError, TypeError, ValueError) as error:
         raise StateBasisError(f"{path}: this state basis file is damaged ({error})") from error
-
-
-def reducible_robot(robot: Robot) -> TetRobot:
-    """The robot, when state reduction supports its body.
-
-    Raises:
-        StateBasisError: it is not made of tetrahedra.
-    """
-    if isinstance(robot, ConstrainedRobot):
-        raise StateBasisError(
-            f"robot {robot.name}: robots with drives, rigid regions or attachments have no state bases; "
-            "use the full model"
-        )
-    if not isinstance(robot, TetRobot):
-        raise StateBasisError(
-            f"robot {robot.name}: only robots made of tetrahedra have state bases"
-        )
-    return robot

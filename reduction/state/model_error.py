@@ -9,7 +9,7 @@ import numpy as np
 
 from tauten.model import ContactSpace, Ending, Simulator, State, default_enrichment
 from tauten.model.numerics import Array
-from tauten.reduction.state.robot import ReducedRobot
+from tauten.reduction.reduced_robot import ReducedRobot
 
 STEPS = 3  # Newton steps towards equilibrium; the first one shows the error to first order
 

@@ -11,22 +11,17 @@ from threadpoolctl import threadpool_limits
 
 from tauten.model import ContactSpace, Robot, default_enrichment
 from tauten.model.numerics import Array, Bools
-from tauten.model.tetra import TetRobot
 from tauten.reduction.campaign import Snapshots
 from tauten.reduction.contact import TipErrors, tip_errors
 from tauten.reduction.provenance import package_versions
-from tauten.reduction.state.basis import (
-    StateBasis,
-    StateBasisError,
-    StateOrigin,
-    reducible_robot,
-)
-from tauten.reduction.state.ecsw import ElementSample, sample_elements
+from tauten.reduction.reduced_robot import ElementSample, StateBasisError
+from tauten.reduction.state.basis import StateBasis, StateOrigin
+from tauten.reduction.state.bodies import reducible
 from tauten.reduction.state.modes import Pod, campaign_responses, enriched, pod
-from tauten.reduction.state.points import integration_points
 from tauten.reduction.state.robot import reduced_robot
 
 HELD_OUT = 5  # every fifth run, or snapshot of few runs, is held out of the training
+MANY_RUNS = 20  # from so many runs on, what is held out has neighbours in the training
 MOST_MODES = 100  # largest r
 CHECKS = 200  # largest number of held-out equilibria compared
 
@@ -37,14 +32,15 @@ class StateSettings:
 
     Attributes:
         r: modes of motion; "auto" for the fewest with a projection error within `motion`.
-        motion: relative root mean square projection error that "auto" allows.
+        motion: relative root mean square projection error that "auto" allows; None: as much as suits the
+            norm of the robot.
         responses: static responses added to them, strongest direction first.
-        sample: relative residual of the sampled elements, see `tauten.reduction.state.ecsw`.
+        sample: relative residual of the sampled elements, see `tauten.reduction.state.tetra.ecsw`.
         seed: of the random directions.
     """
 
     r: int | Literal["auto"] = "auto"
-    motion: float = 5e-5
+    motion: float | None = None
     responses: int = 10
     sample: float = 1e-2
     seed: int = 0
@@ -52,7 +48,8 @@ class StateSettings:
     def __post_init__(self) -> None:
         if self.r != "auto" and self.r < 1:
             raise StateBasisError(f"{self.r} state modes: allowed are 1 and more, and auto")
-        if not 0.0 < self.motion < 1.0 or not 0.0 < self.sample < 1.0 or self.responses < 0:
+        motion = 0.5 if self.motion is None else self.motion
+        if not 0.0 < motion < 1.0 or not 0.0 < self.sample < 1.0 or self.responses < 0:
             raise StateBasisError(
                 f"motion left out {self.motion}, sample residual {self.sample}, {self.responses} "
                 "responses: allowed are shares of 0 to 1, without the ends, and no negative number"
@@ -73,14 +70,14 @@ def reduce_states(
         settings: numbers of modes and tolerances.
 
     Raises:
-        StateBasisError: a robot that is not made of tetrahedra, snapshots without configurations, or
+        StateBasisError: a robot that has no state bases, snapshots without configurations, or
             a reduced model that does not find its equilibria.
     """
-    robot = reducible_robot(robot)
-    if len(snapshots.q) != robot.n or len(snapshots) < HELD_OUT:
+    n_q = len(robot.rest().q)
+    if len(snapshots.q) != n_q or len(snapshots) < HELD_OUT:
         raise StateBasisError(
             f"{len(snapshots)} snapshots with {len(snapshots.q)} coordinates: "
-            f"expected at least {HELD_OUT} with {robot.n}"
+            f"expected at least {HELD_OUT} with {n_q}"
         )
     with threadpool_limits(1):  # the order of sums depends on the number of threads
         # a fork, because a factorisation must keep the number of threads it was analysed with
@@ -88,29 +85,30 @@ def reduce_states(
 
 
 def n_elements(robot: Robot) -> int:
-    """Number of elements that a sample is taken from: integration points of a robot's body.
+    """Number of elements that a sample is taken from.
 
     Raises:
-        StateBasisError: a robot that is not made of tetrahedra.
+        StateBasisError: a robot that has no state bases.
     """
-    return len(integration_points(reducible_robot(robot)))
+    return reducible(robot).n_elements
 
 
 def _reduced(
-    robot: TetRobot, snapshots: Snapshots, basis: ContactSpace, settings: StateSettings
+    robot: Robot, snapshots: Snapshots, basis: ContactSpace, settings: StateSettings
 ) -> StateBasis:
     """As `reduce_states`, arguments checked."""
+    body = reducible(robot)
     held_out = held_out_snapshots(snapshots)
     training = snapshots.select(~held_out)
-    deviations = training.q - robot.rest().q[:, None]  # (n, s)
-    found = chosen_modes(pod(deviations, robot.mass, MOST_MODES), settings)
+    deviations, weight = body.deviations(training.q), body.weight  # (m, s), (m,)
+    allowed = body.default_motion if settings.motion is None else settings.motion
+    found = chosen_modes(pod(deviations, weight, MOST_MODES), settings.r, allowed)
     Phi = found.Phi
     if settings.responses:
-        directions = campaign_responses(robot, basis, training)[:, : settings.responses]
-        Phi = enriched(Phi, directions, robot.mass)
-    weight = robot.mass / (robot.mass.sum() / 3.0)  # (n,)
+        directions = campaign_responses(robot, body, basis, training)[:, : settings.responses]
+        Phi = enriched(Phi, directions, weight)
     alphas = Phi.T @ (weight[:, None] * deviations)  # (r, s)
-    sample = sample_elements(robot, Phi, alphas, settings.sample, settings.seed)
+    sample = body.sample(Phi, alphas, settings.sample, settings.seed)
     responses = Phi.shape[1] - found.Phi.shape[1]
     origin = origin_of(robot, training, snapshots.digest(), found, responses, sample, settings)
     states = StateBasis(Phi, sample.elements, sample.weights, origin)
@@ -118,7 +116,7 @@ def _reduced(
 
 
 def origin_of(
-    robot: TetRobot,
+    robot: Robot,
     training: Snapshots,
     snapshots_digest: str,
     modes: Pod,
@@ -160,27 +158,32 @@ def origin_of(
 def held_out_snapshots(snapshots: Snapshots) -> Bools:
     """Which snapshots are held out of the training: (s,) bool; whole runs where there are enough."""
     runs = np.unique(snapshots.run)
-    if len(runs) >= HELD_OUT:
+    if len(runs) >= MANY_RUNS:
         held: Bools = np.searchsorted(runs, snapshots.run) % HELD_OUT == HELD_OUT - 1
     else:
         held = np.arange(len(snapshots)) % HELD_OUT == HELD_OUT - 1
     return held
 
 
-def chosen_modes(found: Pod, settings: StateSettings) -> Pod:
-    """The first r modes, or for "auto" the fewest within the allowed projection error."""
-    r = settings.r
+def chosen_modes(found: Pod, r: int | Literal["auto"], allowed: float) -> Pod:
+    """The first r modes, or for "auto" the fewest within the allowed projection error.
+
+    Args:
+        found: the modes.
+        r: their number, or "auto".
+        allowed: relative root mean square projection error.
+    """
     if r == "auto":
         left_out = np.sqrt(
             np.cumsum(found.strength[::-1] ** 2)[::-1]
         )  # (rank,) by modes r, r + 1, …
-        good = np.flatnonzero(left_out <= settings.motion * np.linalg.norm(found.strength))
+        good = np.flatnonzero(left_out <= allowed * np.linalg.norm(found.strength))
         r = max(1, int(good[0])) if len(good) else found.Phi.shape[1]
     return Pod(np.ascontiguousarray(found.Phi[:, :r]), found.strength)
 
 
 def check_errors(
-    robot: TetRobot, states: StateBasis, basis: ContactSpace, held_out: Snapshots
+    robot: Robot, states: StateBasis, basis: ContactSpace, held_out: Snapshots
 ) -> TipErrors:
     """Tip errors of the reduced model, with the enrichment of a controller, at full-order equilibria.
 
@@ -196,7 +199,7 @@ def check_errors(
 
 
 def checked_on_held_out(
-    robot: TetRobot, states: StateBasis, basis: ContactSpace, held_out: Snapshots
+    robot: Robot, states: StateBasis, basis: ContactSpace, held_out: Snapshots
 ) -> StateBasis:
     """The basis with its tip errors on held-out equilibria.
 

@@ -34,6 +34,7 @@ from tauten.service.wire import (
     Rejection,
     Role,
     Tick,
+    decode_health,
     decode_tick,
     is_alive,
     open_session,
@@ -53,12 +54,14 @@ class NodeBenchSettings:
         target_rate: targets a second.
         options: further options of `tauten serve`.
         realtime: priority and processors among them, for the loop that does nothing.
+        viewer: whether `tauten view` listens to the node meanwhile.
     """
 
     seconds: float
     target_rate: float
     options: tuple[str, ...] = ()
     realtime: RealtimeSettings = ORDINARY
+    viewer: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,6 +104,7 @@ class NodeBench:
         overhead_ms: work of a tick outside the control step.
         lateness_ms: of the beginning of a tick.
         latency_ms: from a target's header to its actuation.
+        surfaces_hz: surfaces a second that were published for a viewer; 0 without one.
     """
 
     machine: HostInfo
@@ -117,6 +121,7 @@ class NodeBench:
     overhead_ms: Spread
     lateness_ms: Spread
     latency_ms: Spread
+    surfaces_hz: float
 
 
 def bench_node(
@@ -143,7 +148,8 @@ def bench_node(
     """
     rate = setup.robot.integration.rate
     notify(f"{rate:g} Hz: starting the node, kernels are compiled the first time")
-    ticks = _served(setup.robot.name, rate, robot, settings, stop, notify)
+    ticks, surfaces = _served(setup.robot.name, rate, robot, settings, stop, notify)
+    surfaces_hz = surfaces * rate / max(len(ticks), 1)
     first = next((i for i, tick in enumerate(ticks) if tick.mode is Mode.RUN), len(ticks))
     ticks = ticks[first + int(_SETTLE * rate) :]
     if not any(tick.status for tick in ticks) or len(ticks) < 2:
@@ -154,11 +160,15 @@ def bench_node(
             f"{settings.target_rate:g} targets a second"
         )
     notify(f"{rate:g} Hz: the machine alone")
-    return _numbers(setup, settings, ticks, stop)
+    return _numbers(setup, settings, ticks, surfaces_hz, stop)
 
 
 def _numbers(
-    setup: Setup, settings: NodeBenchSettings, ticks: Sequence[Tick], stop: StopFlag
+    setup: Setup,
+    settings: NodeBenchSettings,
+    ticks: Sequence[Tick],
+    surfaces_hz: float,
+    stop: StopFlag,
 ) -> NodeBench:
     rate = setup.robot.integration.rate
     followed = [tick for tick in ticks if tick.status]
@@ -180,6 +190,7 @@ def _numbers(
         overhead_ms=spread(overhead),
         lateness_ms=spread([1e3 * tick.lateness for tick in ticks]),
         latency_ms=spread([1e3 * tick.latency for tick in ticks]),
+        surfaces_hz=surfaces_hz,
     )
 
 
@@ -229,8 +240,8 @@ def _served(
     settings: NodeBenchSettings,
     stop: StopFlag,
     notify: Callable[[str], None],
-) -> list[Tick]:
-    """The ticks of a node that follows targets."""
+) -> tuple[list[Tick], int]:
+    """The ticks of a node that follows targets, and the number of surfaces it has published."""
     port = free_ports()
     network, keys = Network(port), Keys(name)
     common = ["--port", str(port)]
@@ -244,6 +255,10 @@ def _served(
         capacity = int(2 * rate * (settings.seconds + _SETTLE)) + 1
         source = session.declare_subscriber(keys.tick, zenoh.handlers.RingChannel(capacity))
         _await(lambda: is_alive(session, keys.token), (node,), _START, stop)
+        health = session.declare_subscriber(keys.health, zenoh.handlers.RingChannel(1))
+        if settings.viewer:
+            shown = [name, "--no-browser", "--web-port", "0", *common]
+            stack.enter_context(child("view", shown, folder))
         notify(f"{rate:g} Hz: following targets for {settings.seconds:g} s")
         sending = ["reach", "--robot", robot, "--rate", repr(settings.target_rate)]
         sending += ["--duration", repr(settings.seconds), *common]
@@ -253,7 +268,10 @@ def _served(
         found = []
         while (sample := source.try_recv()) is not None:
             found.append(decode_tick(bytes(sample.payload)))
-    return [tick for tick in found if not isinstance(tick, Rejection)]
+        last = health.try_recv()
+        told = None if last is None else decode_health(bytes(last.payload))
+        surfaces = int(told["surface"].values["published"]) if isinstance(told, dict) else 0
+    return [tick for tick in found if not isinstance(tick, Rejection)], surfaces
 
 
 def _await(

@@ -31,6 +31,9 @@ def node(
         int | None, typer.Option(min=1, max=99, help="As for `tauten serve`.")
     ] = None,
     cpus: Annotated[list[int] | None, typer.Option(help="As for `tauten serve`.")] = None,
+    viewer: Annotated[
+        bool, typer.Option("--viewer", help="Also show the robot with `tauten view` meanwhile.")
+    ] = False,
     json_file: Json = None,
     markdown: Annotated[Path | None, typer.Option(help="Page to put the table into.")] = None,
 ) -> None:
@@ -56,7 +59,7 @@ def node(
     with stop_on_signals() as stop, Console(stderr=True).status(robot) as status:
         for one in rates:
             chosen = () if one is None else ("--rate", repr(one))
-            settings = NodeBenchSettings(seconds, targets, (*options, *chosen), realtime)
+            settings = NodeBenchSettings(seconds, targets, (*options, *chosen), realtime, viewer)
             setup = load_setup(robot, rate=one, model=model)
             if stop.requested or not (
                 found := bench_node(setup, robot, settings, stop, status.update)

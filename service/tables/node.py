@@ -31,7 +31,8 @@ def rows(result: NodeBench) -> tuple[tuple[str, ...], tuple[str, ...]]:
         result.lateness_ms,
         result.latency_ms,
     )
-    name = f"node, {result.rate_hz:g} Hz"
+    watched = f", {result.surfaces_hz:.0f} surfaces a second" if result.surfaces_hz else ""
+    name = f"node, {result.rate_hz:g} Hz{watched}"
     node = (name, *counts(result.deadlines), *(milliseconds(spread) for spread in spreads))
     return node, ("busy with nothing", *counts(result.idle), *("" for _ in spreads))
 

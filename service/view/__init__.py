@@ -10,16 +10,19 @@ from tauten.service.view.show import (
     ViewSettings,
     export_log,
     export_simulation,
+    simulation_cost,
     view_log,
     view_served,
     view_simulation,
 )
+from tauten.service.view.usage import ViewCost, view_cost
 
 __all__ = [
     "Guard",
     "LoopbackServer",
     "PlaybackSession",
     "SimulationSettings",
+    "ViewCost",
     "ViewError",
     "ViewSession",
     "ViewSettings",
@@ -28,6 +31,8 @@ __all__ = [
     "export_simulation",
     "open_server",
     "problem",
+    "simulation_cost",
+    "view_cost",
     "view_log",
     "view_served",
     "view_simulation",

@@ -19,7 +19,7 @@ _SLACK, _MIDDLE, _TIGHT = (
     (235, 170, 20),
     (215, 20, 20),
 )  # cables from slack to the limit
-_THIN, _THICK = 0.010, 0.024  # thickness of a cable, as a share of the robot's size
+_THIN, _THICK = 0.06, 0.15  # thickness of a cable, as a share of the robot's width
 _TARGET, _EFFECTOR, _CONTACT, _WAYPOINT = (
     (215, 60, 40),
     (40, 90, 160),
@@ -45,6 +45,7 @@ class RobotScene:
         """
         self._look, self._scene = look, server.scene
         size = look.size
+        self._width = width_of(look)
         self._largest = 0.0  # contact force so far [N]
         self._levels = [-1] * len(look.actuators)
         scene = server.scene
@@ -59,7 +60,7 @@ class RobotScene:
                 f"/cables/{actuator.name}",
                 np.zeros((int((look.cable_owners == i).sum()), 2, 3), np.float32),
                 _SLACK,
-                thickness=_THIN * size,
+                thickness=_THIN * self._width,
             )
             for i, actuator in enumerate(look.actuators)
             if (look.cable_owners == i).any()
@@ -139,7 +140,7 @@ class RobotScene:
             )  # fmt: skip
 
     def _draw_cables(self, ends: Floats, tension: Array) -> None:
-        owners, size = self._look.cable_owners, self._look.size
+        owners = self._look.cable_owners
         for handle, i in zip(self._cables, self._cable_numbers, strict=True):
             handle.points = ends[owners == i]
             share = tension_share(self._look.actuators[i], float(tension[i]))
@@ -150,7 +151,7 @@ class RobotScene:
                 handle.colors = np.tile(
                     np.array(cable_colour(level / _STEPS), np.uint8), (pieces, 2, 1)
                 )
-                handle.thickness = size * (_THIN + (_THICK - _THIN) * level / _STEPS)
+                handle.thickness = self._width * (_THIN + (_THICK - _THIN) * level / _STEPS)
 
     def _draw_contacts(self, contacts: Contacts) -> None:
         """Arrows whose tips touch the contact points: forces push there."""
@@ -205,6 +206,12 @@ def line_pieces(points: Array) -> Floats | None:
     pieces = np.repeat(found[-1:, 1:], _TRAIL * 2, axis=0).reshape(_TRAIL, 2, 3)
     pieces[: len(found)] = found
     return pieces.astype(np.float32)
+
+
+def width_of(look: RobotLook) -> float:
+    """Width of a robot [m]: the middle one of the extents of its skin at rest."""
+    extents = np.sort(np.ptp(look.vertices, axis=0).astype(float))
+    return float(extents[1])
 
 
 def tension_share(actuator: ActuatorLook, tension: float) -> float:

@@ -18,9 +18,12 @@ from tauten.service.view.export import write_html
 from tauten.service.view.playback import PlaybackSession
 from tauten.service.view.server import FIRST_PORT, HOST, open_server
 from tauten.service.view.session import FRAMES, ViewSession, ViewUsage
+from tauten.service.view.usage import ViewCost, view_cost
 from tauten.service.wire import Network
 
 log = logging.getLogger(__name__)
+
+_BENCH_MOTION = 5.0  # s of the robot that are shown again and again
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,6 +112,29 @@ def export_simulation(
             )
         duration = path.duration if seconds is None else seconds
         return write_html(source.look, _following(source, path, duration, stop), file)
+
+
+def simulation_cost(
+    simulation: SimulationSettings, seconds: float, stop: StopFlag
+) -> ViewCost | None:
+    """What showing a simulated robot costs; None when stopped before there were numbers.
+
+    Args:
+        simulation: what is simulated; its path moves the robot.
+        seconds: of pictures.
+        stop: ends it early.
+
+    Raises:
+        PathError: no such path, or none is given.
+        RobotFileError, MeshError, BasisError, StateBasisError: what cannot be used, and why.
+    """
+    with one_blas_thread():
+        with stop.interruptible():
+            source, path = _simulated(simulation)
+        if path is None:
+            raise PathError("a benchmark of the viewer needs a path: give --path")
+        frames = list(_following(source, path, min(path.duration, _BENCH_MOTION), stop))
+        return view_cost(source.look, frames, seconds, stop) if frames else None
 
 
 def _simulated(simulation: SimulationSettings) -> tuple[SimulatedRobot, TargetPath | None]:

@@ -53,7 +53,8 @@ def health_in_words(look: RobotLook, frame: ViewFrame, notes: tuple[str, ...]) -
     error = look.error(frame)
     if error == error:
         found.append(f"{1e3 * error:.1f} mm from the target")
-    found += [f"{name} at its limit" for name in at_limit(look, frame)]
+    if names := at_limit(look, frame):
+        found.append(f"at the limit: {', '.join(names)}")
     if frame.status not in ("", "OK"):
         found.append(f"decision: {frame.status.lower().replace('_', ' ')}")
     count = len(frame.geometry.contacts.points)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.beam_robots import build, under_force
+from support.robots.beam_robots import build, under_force
 
 from tauten.model.beams import BeamRobot, tube
 from tauten.model.load import make_robot

@@ -9,7 +9,8 @@ from scipy.optimize import nnls
 from tauten.model.numerics import Array, sparse_nnls
 from tauten.model.tetra import TetRobot
 from tauten.reduction.campaign import Snapshots
-from tauten.reduction.state import ElementSample, contributions, pod, sample_elements
+from tauten.reduction.state import ElementSample, pod
+from tauten.reduction.state.tetra import ReducibleTetRobot, contributions, sample_elements
 
 
 def alphas_of(robot: TetRobot, Phi: Array, snapshots: Snapshots) -> Array:
@@ -20,7 +21,7 @@ def alphas_of(robot: TetRobot, Phi: Array, snapshots: Snapshots) -> Array:
 
 @pytest.fixture(scope="module")
 def Phi(thumb: TetRobot, thumb_ramp: Snapshots) -> Array:
-    return pod(thumb_ramp.q - thumb.rest().q[:, None], thumb.mass, 6).Phi
+    return pod(thumb_ramp.q - thumb.rest().q[:, None], ReducibleTetRobot(thumb).weight, 6).Phi
 
 
 @pytest.fixture(scope="module")

@@ -12,13 +12,8 @@ from tauten.model import Integration, Simulator, State
 from tauten.model.numerics import Array
 from tauten.model.tetra import TetRobot
 from tauten.reduction.campaign import Snapshots, ramp, run_campaign
-from tauten.reduction.state import (
-    ReducedRobot,
-    integration_points,
-    pod,
-    reduced_robot,
-    sample_elements,
-)
+from tauten.reduction.state import ReducedRobot, pod, reduced_robot
+from tauten.reduction.state.tetra import ReducibleTetRobot, integration_points, sample_elements
 
 TENSION = np.array([0.5])
 
@@ -56,7 +51,7 @@ def snapshots(body: TetRobot, tmp_path_factory: pytest.TempPathFactory) -> Snaps
 def test_complete_basis_gives_forces_and_the_exact_tangent(
     body: TetRobot, complete: ReducedRobot, bent: Array
 ) -> None:
-    Phi, pattern = complete.states.Phi, body.pattern
+    Phi, pattern = complete.Phi, body.pattern
     force, values = body.forces(State(bent, bent), TENSION, exact=True)
     K = csc_array((values, pattern.indices, pattern.indptr), shape=(body.n, body.n))
     alpha = complete.projected(State(bent, bent))
@@ -79,7 +74,7 @@ def test_other_tangent_is_positive_semidefinite(complete: ReducedRobot, bent: Ar
 
 def test_few_modes_and_elements_find_the_equilibria(body: TetRobot, snapshots: Snapshots) -> None:
     deviations = snapshots.q - body.rest().q[:, None]
-    Phi = pod(deviations[:, ::2], body.mass, 8).Phi
+    Phi = pod(deviations[:, ::2], ReducibleTetRobot(body).weight, 8).Phi
     alphas = Phi.T @ (body.mass[:, None] / (body.mass.sum() / 3.0) * deviations[:, ::2])
     sample = sample_elements(body, Phi, alphas, tolerance=1e-3)
     points = integration_points(body)
@@ -115,4 +110,4 @@ def test_step_is_that_of_the_full_body(body: TetRobot, complete: ReducedRobot, b
     known = body.linearise(full, TENSION, scheme)
     found = complete.linearise(complete.projected(full), TENSION, scheme)
     scale = np.abs(known.v_free).max()
-    np.testing.assert_allclose(complete.states.Phi @ found.v_free, known.v_free, atol=1e-7 * scale)
+    np.testing.assert_allclose(complete.Phi @ found.v_free, known.v_free, atol=1e-7 * scale)

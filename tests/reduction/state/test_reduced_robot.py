@@ -11,13 +11,8 @@ from tauten.model import Integration, Robot, Simulator, State
 from tauten.model.numerics import FactorisationError
 from tauten.model.tetra import TetRobot
 from tauten.reduction.campaign import Snapshots
-from tauten.reduction.state import (
-    ReducedRobot,
-    StateBasisError,
-    pod,
-    reduced_robot,
-    sample_elements,
-)
+from tauten.reduction.state import ReducedRobot, StateBasisError, pod, reduced_robot
+from tauten.reduction.state.tetra import ReducibleTetRobot, sample_elements
 
 DYNAMIC = Integration(100.0, False, 0.3, 0.02)
 STATIC = Integration(50.0, True)
@@ -34,7 +29,7 @@ def complete(thumb: TetRobot) -> ReducedRobot:
 def reduced(thumb: TetRobot, thumb_ramp: Snapshots) -> ReducedRobot:
     """Twelve modes and a sample of the elements."""
     deviations = thumb_ramp.q - thumb.rest().q[:, None]
-    Phi = pod(deviations, thumb.mass, 12).Phi
+    Phi = pod(deviations, ReducibleTetRobot(thumb).weight, 12).Phi
     alphas = Phi.T @ (thumb.mass[:, None] / (thumb.mass.sum() / 3.0) * deviations)
     sample = sample_elements(thumb, Phi, alphas, tolerance=1e-3)
     return reduced_robot(thumb, basis_of(thumb, Phi, sample.elements, sample.weights))
@@ -55,7 +50,7 @@ def test_complete_basis_gives_forces_and_tangent(
     from scipy.sparse import csc_array
 
     full, alpha = bent
-    Phi, pattern, tension = complete.states.Phi, thumb.pattern, np.array([2.0])
+    Phi, pattern, tension = complete.Phi, thumb.pattern, np.array([2.0])
     force, values = thumb.forces(full, tension, exact)
     K = csc_array((values, pattern.indices, pattern.indptr), shape=(thumb.n, thumb.n))
     found, tangent = complete.forces(alpha, tension, exact)
@@ -69,7 +64,7 @@ def test_complete_basis_gives_the_step(
     thumb: TetRobot, complete: ReducedRobot, bent: tuple[State, State], scheme: Integration
 ) -> None:
     full, alpha = bent
-    Phi, tension = complete.states.Phi, np.array([2.0])
+    Phi, tension = complete.Phi, np.array([2.0])
     known, found = (
         thumb.linearise(full, tension, scheme),
         complete.linearise(alpha, tension, scheme),
@@ -89,7 +84,7 @@ def test_complete_basis_gives_the_rows(
     thumb: TetRobot, complete: ReducedRobot, bent: tuple[State, State]
 ) -> None:
     full, alpha = bent
-    Phi, expected, found = complete.states.Phi, thumb.rows(full), complete.rows(alpha)
+    Phi, expected, found = complete.Phi, thumb.rows(full), complete.rows(alpha)
     assert len(expected.contacts) > 5
     for known, rows in (
         (expected.effectors, found.effectors),
@@ -170,7 +165,7 @@ def test_gravity_and_outer_forces_are_those_of_the_full_robot(
     thumb: TetRobot, complete: ReducedRobot
 ) -> None:
     gravity, pull = np.array([1.0, -2.0, 3.0]), np.array([0.1, 0.0, 0.2])
-    expected = complete.states.Phi.T @ thumb.loaded(gravity, pull).load
+    expected = complete.Phi.T @ thumb.loaded(gravity, pull).load
     np.testing.assert_allclose(complete.loaded(gravity, pull).load, expected)
 
 
@@ -187,9 +182,11 @@ def test_state_that_is_not_finite_is_an_error(reduced: ReducedRobot) -> None:
         reduced.linearise(State(np.full(reduced.n, np.nan), np.zeros(reduced.n)))
 
 
-def test_basis_of_another_robot_is_refused(finger: TetRobot, reduced: ReducedRobot) -> None:
+def test_basis_of_another_robot_is_refused(
+    finger: TetRobot, thumb: TetRobot, reduced: ReducedRobot
+) -> None:
     with pytest.raises(StateBasisError, match="made for robot 'thumb'"):
-        reduced_robot(finger, reduced.states)
+        reduced_robot(finger, basis_of(thumb, reduced.Phi, np.array([0]), np.ones(1)))
 
 
 def test_earlier_detection_does_not_change_the_result(

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.processes import run_main
+from support.robots.short_arm import write_short_arm
 from support.robots.thumb import write_thumb
 
 from tauten.controller import Controller
@@ -66,3 +67,29 @@ def test_reduce_states_of_every_kind(
         decision = controller.step(goal.ravel())
     assert decision.status.usable
     assert decision.pull[0] > 5e-4
+
+
+def test_reduce_states_of_beams(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = write_short_arm(tmp_path)
+    places = ("--out", tmp_path / "arm.basis", "--snapshots", tmp_path / "campaign")
+    design = ("--design", "latin-hypercube", "--runs", 6, "--steps", 12, "--tension", 0, 1)
+    assert run_main("reduce", file, *design, "--k", 3, "--states", *places) == 0
+    said = capsys.readouterr().out
+    states = StateBasis.load(tmp_path / "arm.states")
+    assert (
+        run_main("reduce", file, *design, "--k", 3, "--states", *places) == 0
+    )  # of the kept campaign
+    again = StateBasis.load(tmp_path / "arm.states")
+    np.testing.assert_array_equal(again.Phi, states.Phi)
+    assert f"{states.origin.sample} of 42 elements" in said
+    assert states.origin.tip_max < 1e-3  # of 180 mm
+    chosen = '[model]\norder = "reduced"\nstates = "arm.states"\n'
+    file.write_text(file.read_text().replace("[model]\n", chosen))
+    setup = load_setup(file, basis="arm.basis")
+    assert isinstance(setup.robot, ReducedRobot)
+    controller = Controller(setup.robot, setup.contact)
+    goal = setup.robot.effector(setup.robot.rest()) + np.array([0.01, 0.0, 0.001])
+    for _ in range(20):
+        decision = controller.step(goal.ravel())
+    assert decision.status.usable
+    assert np.abs(decision.pull).max() > 5e-4

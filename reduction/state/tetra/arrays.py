@@ -50,24 +50,6 @@ class Tendons(NamedTuple):
     rest_length: Array
 
 
-class Dynamics(NamedTuple):
-    """Mass, damping and time step.
-
-    Attributes:
-        mass: (r, r) Φᵀ M Φ [kg].
-        h: time step [s].
-        static: whether inertia and damping are left out.
-        a: of the Rayleigh damping a M + b_K K [1/s].
-        b_K: of the Rayleigh damping [s].
-    """
-
-    mass: Array
-    h: float
-    static: bool
-    a: float
-    b_K: float
-
-
 class Work(NamedTuple):
     """Workspace of the kernels, allocated once.
 
@@ -80,7 +62,6 @@ class Work(NamedTuple):
         force: (r,) [N].
         K: (r, r) tangent [N/m].
         curvature: (r, r) what chambers add to an exact tangent [N/m], set before a call.
-        A: (r, r) matrix of the step.
         L: (r, r) its Cholesky factor.
         v_free: (r,) [m/s].
     """
@@ -93,7 +74,6 @@ class Work(NamedTuple):
     force: Array
     K: Array
     curvature: Array
-    A: Array
     L: Array
     v_free: Array
 
@@ -114,7 +94,6 @@ def make_work(body: Body, tendons: Tendons) -> Work:
         force=np.empty(r),
         K=np.empty((r, r)),
         curvature=np.zeros((r, r)),
-        A=np.empty((r, r)),
         L=np.zeros((r, r)),
         v_free=np.empty(r),
     )

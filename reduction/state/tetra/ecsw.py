@@ -17,8 +17,6 @@ elements: the sample has the volume of the body.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 import scipy.sparse as sp
 
@@ -26,28 +24,14 @@ from tauten.model import State
 from tauten.model.materials import NO_TANGENT, WORK, response
 from tauten.model.numerics import Array, Ints, kernel, polar_rotations, sparse_nnls
 from tauten.model.tetra import TetRobot
-from tauten.reduction.state.points import gradients_of, integration_points
+from tauten.reduction.reduced_robot import ElementSample
+from tauten.reduction.state.tetra.points import gradients_of, integration_points
 
 STATES = 40  # training states taken of a campaign
 DIRECTIONS = 2  # random directions at each, for the tangent
 SHARE = 0.1  # length of a direction, relative to the norm of its state
 VOLUME = 0.1  # relative error of the sampled volume that counts as much as the whole tolerance
 STEP = 1e-3  # step of the finite difference, relative to that length
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class ElementSample:
-    """Sampled elements and their weights.
-
-    Attributes:
-        elements: (s,) their numbers, ascending.
-        weights: (s,) factors of their forces.
-        error: relative residual ‖C w − C 1‖ / ‖C 1‖.
-    """
-
-    elements: Ints
-    weights: Array
-    error: float
 
 
 def sample_elements(

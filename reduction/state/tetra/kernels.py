@@ -1,17 +1,18 @@
 """Kernels of a robot in reduced coordinates q = q₀ + Φ α: no array here is as long as the mesh.
 
-**Elements** (`tauten.reduction.state.elements`) and **cables** contribute rows that stand below each other
-in Z (z, r), with their images in Y (z, r), so that one matrix product Zᵀ Y is the tangent. A cable segment's
-difference of stations is d = d₀ + D α; its tension adds λ Dᵀ (I − d dᵀ/ℓ²) D / ℓ.
+**Elements** (`tauten.reduction.state.tetra.elements`) and **cables** contribute rows that stand below each
+other in Z (z, r), with their images in Y (z, r), so that one matrix product Zᵀ Y is the tangent. A cable
+segment's difference of stations is d = d₀ + D α; its tension adds λ Dᵀ (I − d dᵀ/ℓ²) D / ℓ.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from tauten.model.numerics import Array, Ints, cholesky, kernel, solve_in_place
-from tauten.reduction.state.arrays import Body, Dynamics, Tendons, Work
-from tauten.reduction.state.elements import assemble_elements
+from tauten.model.numerics import Array, Ints, kernel
+from tauten.reduction.dense_step import Scheme, implicit_step
+from tauten.reduction.state.tetra.arrays import Body, Tendons, Work
+from tauten.reduction.state.tetra.elements import assemble_elements
 
 
 @kernel
@@ -90,17 +91,17 @@ def pulled_lengths(alpha: Array, tendons: Tendons) -> tuple[Array, Array]:
 
 @kernel
 def linearise(
-    alpha: Array, v: Array, tension: Array, load: Array, dynamics: Dynamics,
+    alpha: Array, v: Array, tension: Array, load: Array, dynamics: tuple[Array, Scheme],
     body: Body, tendons: Tendons, work: Work,
 ) -> float:  # fmt: skip
-    """Factors of A into work.L and v_free into work.v_free, as `tauten.model.system.make_system`.
+    """Factors of A into work.L and v_free into work.v_free, see `implicit_step`.
 
     Args:
         alpha: (r,) state [m].
         v: (r,) its rate [m/s].
-        tension: as in `assemble`.
-        load: as in `assemble`.
-        dynamics: mass, damping and time step.
+        tension: as in `assemble_sample`.
+        load: as in `assemble_sample`.
+        dynamics: mass (r, r) [kg], and the scheme.
         body: the elements.
         tendons: the cables.
         work: overwritten.
@@ -108,20 +109,10 @@ def linearise(
     Returns:
         Norm of the forces out of balance [N]; NaN when A is not positive definite.
     """
-    h, a, b_K, mass = dynamics.h, dynamics.a, dynamics.b_K, dynamics.mass
+    mass, scheme = dynamics
     for exact in (True, False):  # buckling makes the exact tangent indefinite
         assemble_sample(alpha, tension, load, exact, body, tendons, work)
-        if dynamics.static:
-            work.A[:] = h * h * work.K
-            work.v_free[:] = h * work.force
-        else:
-            work.A[:] = (1.0 + h * a) * mass + (h * b_K + h * h) * work.K
-            Mv, Kv = np.dot(mass, v), np.dot(work.K, v)
-            work.v_free[:] = h * (work.force - a * Mv - (b_K + h) * Kv)
-        if cholesky(work.A, work.L):
-            solve_in_place(work.L, work.v_free)
-            if not dynamics.static:
-                work.v_free[:] += v
+        if implicit_step(scheme, mass, work.K, work.force, v, work.L, work.v_free):
             return float(np.sqrt(np.dot(work.force, work.force)))
     return np.nan
 

@@ -11,7 +11,7 @@ c (tr(S) I − S)⁻¹ is −μ I.
 
 **Other laws.** f = −V Gᵀ P and K = V Gᵀ C G with the stress and the tangent of `tauten.model.materials`.
 
-Summed over a sample of elements with weights w (`tauten.reduction.state.ecsw`), V is w V.
+Summed over a sample of elements with weights w (`tauten.reduction.state.tetra.ecsw`), V is w V.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ import numpy as np
 
 from tauten.model.materials import EXACT, PROJECTED, WORK, response
 from tauten.model.numerics import Array, kernel, polar_rotations
-from tauten.reduction.state.arrays import Body, Work
+from tauten.reduction.state.tetra.arrays import Body, Work
 
 # of a symmetric 3x3 matrix: entries 00, 01, 02, 11, 12, 22
 Symmetric: TypeAlias = tuple[float, float, float, float, float, float]

@@ -17,10 +17,10 @@ from tauten.model import Rows
 from tauten.model.actuators import Coupling
 from tauten.model.numerics import Array
 from tauten.model.tetra import TetRobot
-from tauten.reduction.state.arrays import Tendons
-from tauten.reduction.state.body import reduced_tendons
-from tauten.reduction.state.kernels import pulled_lengths
-from tauten.reduction.state.points import node_rows
+from tauten.reduction.state.tetra.arrays import Tendons
+from tauten.reduction.state.tetra.body import reduced_tendons
+from tauten.reduction.state.tetra.kernels import pulled_lengths
+from tauten.reduction.state.tetra.points import node_rows
 
 TRIANGLES = 128  # summed at a time
 

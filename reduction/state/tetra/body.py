@@ -10,8 +10,8 @@ from tauten.model.contact import ContactPair, ContactSet
 from tauten.model.materials import COROTATIONAL
 from tauten.model.numerics import Array, Ints
 from tauten.model.tetra import TetRobot
-from tauten.reduction.state.arrays import Body, Tendons
-from tauten.reduction.state.points import gradients_of, integration_points, node_rows
+from tauten.reduction.state.tetra.arrays import Body, Tendons
+from tauten.reduction.state.tetra.points import gradients_of, integration_points, node_rows
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -1,0 +1,130 @@
+"""Takes the pictures of docs/viewer.md from a real browser.
+
+    python docs/viewer_pictures.py
+
+It runs the commands that the page shows, opens them in Chromium (`apt-get install chromium`) through
+playwright, and writes `docs/figures/viewer-*.png`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import shutil
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+import urllib.request
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from playwright.sync_api import Browser, Page, sync_playwright
+
+FIGURES = Path(__file__).resolve().parent / "figures"
+ARGUMENTS = [
+    "--no-sandbox",
+    "--use-gl=angle",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+    "--ignore-gpu-blocklist",
+]
+SIZE = {"width": 1280, "height": 800}
+START = 180.0  # s
+PICTURES = ("simulate", "manipulator", "export")
+MORE, SETTLE = 12.0, 4.0  # s after the text is there, and after the picture stands still
+
+
+def free_port() -> int:
+    """A TCP port of loopback that is free."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
+
+
+@contextmanager
+def viewer(*arguments: str) -> Iterator[str]:
+    """`tauten view` with some arguments; gives the address of its page."""
+    port = free_port()
+    command = [sys.executable, "-m", "tauten.service", "view", *arguments]
+    process = subprocess.Popen([*command, "--no-browser", "--web-port", str(port)])
+    try:
+        end = time.monotonic() + START
+        while True:
+            try:
+                urllib.request.urlopen(f"http://127.0.0.1:{port}", timeout=5.0).close()
+                break
+            except OSError:
+                if process.poll() is not None or time.monotonic() > end:
+                    raise
+                time.sleep(0.2)
+        yield f"http://127.0.0.1:{port}"
+    finally:
+        process.terminate()
+        process.wait(30.0)
+
+
+def page_of(browser: Browser, address: str) -> Page:
+    """A page of the viewer, without the browser's own notice."""
+    page = browser.new_page(viewport=SIZE)
+    page.goto(address)
+    page.wait_for_selector("canvas", timeout=60_000)
+    page.add_style_tag(content=".mantine-Notifications-root { display: none; }")
+    return page
+
+
+def take(browser: Browser, address: str, name: str, wait: str) -> None:
+    """Take a picture of a moment at which everything is drawn.
+
+    Args:
+        browser: that opens the page.
+        address: of the page.
+        name: of the picture.
+        wait: text of the panel to wait for, with a few seconds more; or a number of seconds.
+    """
+    page = page_of(browser, address)
+    if wait.isdigit():
+        page.wait_for_timeout(1e3 * float(wait))
+    else:
+        page.get_by_text(wait).first.wait_for(timeout=1e3 * START)
+        page.wait_for_timeout(1e3 * MORE)
+    if page.get_by_label("pause").count():
+        page.get_by_label("pause").first.click(force=True)
+    else:
+        page.mouse.click(22, SIZE["height"] - 20)  # pause of an exported run
+    page.wait_for_timeout(1e3 * SETTLE)
+    page.screenshot(path=str(FIGURES / name), timeout=1e3 * START)
+    page.close()
+
+
+def main() -> None:
+    """Take all pictures."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--robot", default="finger")
+    parser.add_argument("--second", default="manipulator")
+    parser.add_argument(
+        "--wait", default="contact points push", help="text, or seconds, before a picture"
+    )
+    parser.add_argument("--only", nargs="*", choices=PICTURES, help="default: all")
+    settings = parser.parse_args()
+    path = shutil.which("chromium") or shutil.which("google-chrome")
+    with sync_playwright() as driver, tempfile.TemporaryDirectory() as folder:
+        browser = driver.chromium.launch(executable_path=path, args=ARGUMENTS)
+        robot, wanted = settings.robot, settings.only or list(PICTURES)
+        if "simulate" in wanted:
+            with viewer(robot, "--simulate", "--path", "reach") as address:
+                take(browser, address, "viewer-simulate.png", settings.wait)
+        if "manipulator" in wanted:
+            with viewer(settings.second, "--simulate", "--path", "line") as address:
+                take(browser, address, "viewer-manipulator.png", "12")
+        if "export" in wanted:
+            html = Path(folder) / "run.html"
+            command = [sys.executable, "-m", "tauten.service", "view", robot, "--simulate"]
+            subprocess.run([*command, "--path", "reach", "--export", str(html)], check=True)
+            take(browser, html.as_uri(), "viewer-export.png", "7")
+        browser.close()
+
+
+if __name__ == "__main__":
+    main()

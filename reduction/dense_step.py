@@ -1,0 +1,69 @@
+"""One implicit step with dense matrices: `tauten.model.system.make_system` in reduced coordinates."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from tauten.model import Integration
+from tauten.model.numerics import Array, cholesky, kernel, solve_in_place
+
+
+class Scheme(NamedTuple):
+    """Damping and time step; a tuple because kernels accept it directly.
+
+    Attributes:
+        h: time step [s].
+        static: whether inertia and damping are left out.
+        a: of the Rayleigh damping a M + b_K K [1/s].
+        b_K: of the Rayleigh damping [s].
+    """
+
+    h: float
+    static: bool
+    a: float
+    b_K: float
+
+
+def scheme_of(integration: Integration) -> Scheme:
+    """An integration as kernels take it."""
+    return Scheme(
+        integration.h,
+        integration.static,
+        integration.rayleigh_mass,
+        integration.rayleigh_stiffness,
+    )
+
+
+@kernel
+def implicit_step(
+    scheme: Scheme, mass: Array, K: Array, force: Array, v: Array, L: Array, v_free: Array
+) -> bool:
+    """Factors of A into L and the velocity after a step without constraint forces into v_free (7)-(10).
+
+    Args:
+        scheme: damping and time step.
+        mass: (r, r), not read where the scheme is static.
+        K: (r, r) tangent.
+        force: (r,) without constraint forces.
+        v: (r,) velocity.
+        L: (r, r) output, lower Cholesky factor.
+        v_free: (r,) output.
+
+    Returns:
+        Whether A is positive definite; where it is not, v_free is of no use.
+    """
+    h, a, b_K = scheme.h, scheme.a, scheme.b_K
+    if scheme.static:
+        A = h * h * K
+        v_free[:] = h * force
+    else:
+        A = (1.0 + h * a) * mass + (h * b_K + h * h) * K
+        v_free[:] = h * (force - a * np.dot(mass, v) - (b_K + h) * np.dot(K, v))
+    if not cholesky(A, L):
+        return False
+    solve_in_place(L, v_free)
+    if not scheme.static:
+        v_free[:] += v
+    return True

@@ -1,0 +1,199 @@
+"""Motion of a tree of beams: positions, rotations and their derivatives from natural strains.
+
+With the strains of an element, its frame R and the chord r = R u in space, (B2) of
+`tauten.model.beams.elements` solved for the end b gives, from velocity v_a and angular velocity w_a of the
+other end a,
+
+    w_b = w_a + R Γ⁻¹ dφ,            Γ⁻¹ = (I − η φ φᵀ) / γ
+    v_b = v_a + R du + (w_a + R (½ Γ⁻¹ − τ/(2 γ) [φ]) dφ) x r                     (B4)
+
+so one pass from the fixed nodes outwards gives all of them.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tauten.model.beams import BeamArrays, angle_functions
+from tauten.model.numerics import (
+    Array,
+    Ints,
+    Vector3,
+    conjugate,
+    cross,
+    dot,
+    from_rotation_vector,
+    kernel,
+    normalised,
+    product,
+    quaternion,
+    rotate,
+    row,
+    scale,
+    subtract,
+)
+
+
+@kernel
+def unit_vector(i: int) -> Vector3:
+    """Along axis i."""
+    return (1.0 if i == 0 else 0.0, 1.0 if i == 1 else 0.0, 1.0 if i == 2 else 0.0)
+
+
+@kernel
+def follow(strains: Array, Phi: Array, beams: BeamArrays, x: Array, Q: Array, J: Array) -> None:
+    """Positions and rotations of all nodes, and their derivatives along the modes.
+
+    Args:
+        strains: (6 e,) natural strains [m], [rad].
+        Phi: (6 e, r) their modes.
+        beams: the elements, each after the one that leads to it.
+        x: (n_nodes, 3) output [m]; rows of fixed nodes are given.
+        Q: (n_nodes, 4) output, unit quaternions; rows of fixed nodes are given.
+        J: (6 n_nodes, r) output: velocity and angular velocity of each node per rate of each mode; rows of
+            fixed nodes are given as zero.
+    """
+    for k in range(beams.ends.shape[0]):
+        a, b, s = beams.ends[k, 0], beams.ends[k, 1], 6 * k
+        u = (strains[s] + beams.length[k], strains[s + 1], strains[s + 2])
+        phi = (strains[s + 3], strains[s + 4], strains[s + 5])
+        axes, half = quaternion(beams.axes, k), from_rotation_vector(scale(0.5, phi))
+        frame = product(product(quaternion(Q, a), axes), half)
+        end = normalised(product(product(frame, half), conjugate(axes)))
+        chord = rotate(frame, u)
+        for i in range(3):
+            x[b, i] = x[a, i] + chord[i]
+        for i in range(4):
+            Q[b, i] = end[i]
+        gamma, eta, tau, _, _, _ = angle_functions(dot(phi, phi) ** 0.5)
+        for i in range(3):
+            unit = unit_vector(i)
+            along = rotate(frame, unit)
+            turn = scale(1.0 / gamma, subtract(unit, scale(eta * phi[i], phi)))
+            lean = subtract(scale(0.5, turn), scale(0.5 * tau / gamma, cross(phi, unit)))
+            add_strain(s + i, along, (0.0, 0.0, 0.0), i == 0, 6 * a, 6 * b, Phi, J)
+            moved = cross(rotate(frame, lean), chord)
+            add_strain(s + 3 + i, moved, rotate(frame, turn), False, 6 * a, 6 * b, Phi, J)
+        add_lever(chord, 6 * a, 6 * b, J)
+
+
+@kernel
+def add_strain(
+    s: int, moved: Vector3, turned: Vector3, first: bool, a: int, b: int, Phi: Array, J: Array
+) -> None:
+    """Add the motion of an end that one natural strain causes to the rows b … b + 5 of J.
+
+    Args:
+        s: number of the strain.
+        moved: velocity per rate of it.
+        turned: angular velocity per rate of it.
+        first: whether the rows are to begin as those of the other end, a … a + 5.
+        a: first row of the other end.
+        b: first row of this end.
+        Phi: (6 e, r) modes.
+        J: (6 n_nodes, r) updated.
+    """
+    m0, m1, m2 = moved
+    t0, t1, t2 = turned
+    for j in range(Phi.shape[1]):
+        rate = Phi[s, j]
+        if first:
+            J[b, j] = J[a, j] + m0 * rate
+            J[b + 1, j] = J[a + 1, j] + m1 * rate
+            J[b + 2, j] = J[a + 2, j] + m2 * rate
+            J[b + 3, j], J[b + 4, j], J[b + 5, j] = J[a + 3, j], J[a + 4, j], J[a + 5, j]
+        else:
+            J[b, j] += m0 * rate
+            J[b + 1, j] += m1 * rate
+            J[b + 2, j] += m2 * rate
+            J[b + 3, j] += t0 * rate
+            J[b + 4, j] += t1 * rate
+            J[b + 5, j] += t2 * rate
+
+
+@kernel
+def add_lever(r: Vector3, a: int, b: int, J: Array) -> None:
+    """Add w_a x r to the velocity of the end b.
+
+    Args:
+        r: (3,) from a to b [m].
+        a: first row of the other end in J.
+        b: first row of this end.
+        J: (6 n_nodes, r) updated.
+    """
+    r0, r1, r2 = r
+    for j in range(J.shape[1]):
+        w0, w1, w2 = J[a + 3, j], J[a + 4, j], J[a + 5, j]
+        J[b, j] += w1 * r2 - w2 * r1
+        J[b + 1, j] += w2 * r0 - w0 * r2
+        J[b + 2, j] += w0 * r1 - w1 * r0
+
+
+@kernel
+def point_rows(
+    starts: Ints,
+    points: Ints,
+    vectors: Array,
+    nodes: Ints,
+    weights: Array,
+    arms: Array,
+    J: Array,
+) -> Array:
+    """Rows over points (`tauten.model.points.Entries`) in reduced coordinates: (m, r).
+
+    Args:
+        starts: (m + 1,) where each row's entries start.
+        points: (e,) point of each entry.
+        vectors: (e, 3) vector of each entry.
+        nodes: (p, 2) nodes of the points.
+        weights: (p, 2) their weights.
+        arms: (p, 2, 3) weighted lever arms [m].
+        J: (6 n_nodes, r) from `follow`.
+    """
+    m, r = starts.shape[0] - 1, J.shape[1]
+    H = np.zeros((m, r))
+    used, wrench = np.empty(64, np.int64), np.empty((64, 6))
+    for i in range(m):
+        count = 0
+        for e in range(starts[i], starts[i + 1]):
+            p, f = points[e], row(vectors, e)
+            for side in range(2):
+                w = weights[p, side]
+                if w == 0.0:
+                    continue
+                at, node = 0, nodes[p, side]
+                while at < count and used[at] != node:
+                    at += 1
+                if at == used.shape[0]:  # full: what is there goes into the row
+                    add_wrenches(used, wrench, count, J, H[i])
+                    at, count = 0, 0
+                if at == count:
+                    used[at], count = node, count + 1
+                    wrench[at] = 0.0
+                moment = cross(row(arms[p], side), f)
+                for k in range(3):
+                    wrench[at, k] += w * f[k]
+                    wrench[at, 3 + k] += moment[k]
+        add_wrenches(used, wrench, count, J, H[i])
+    return H
+
+
+@kernel
+def add_wrenches(used: Ints, wrench: Array, count: int, J: Array, H: Array) -> None:
+    """Add the power of forces and moments on nodes to a row.
+
+    Args:
+        used: node numbers.
+        wrench: (…, 6) force and moment on each of them.
+        count: how many.
+        J: (6 n_nodes, r) from `follow`.
+        H: (r,) accumulated.
+    """
+    for at in range(count):
+        n = 6 * used[at]
+        f0, f1, f2 = wrench[at, 0], wrench[at, 1], wrench[at, 2]
+        m0, m1, m2 = wrench[at, 3], wrench[at, 4], wrench[at, 5]
+        for j in range(J.shape[1]):
+            change = f0 * J[n, j] + f1 * J[n + 1, j] + f2 * J[n + 2, j]
+            change += m0 * J[n + 3, j] + m1 * J[n + 4, j] + m2 * J[n + 5, j]
+            H[j] += change

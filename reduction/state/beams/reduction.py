@@ -1,0 +1,127 @@
+"""Robots made of beams as state reduction sees them, and the elements that carry their loads."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.optimize import nnls
+
+from tauten.model import State
+from tauten.model.beams import BeamRobot
+from tauten.model.numerics import Array, Ints
+from tauten.reduction.reduced_robot import ElementSample
+from tauten.reduction.state.beams.robot import ReducedBeamRobot, make_reduced
+from tauten.reduction.state.beams.tree import make_tree
+
+STATES = 40  # training states taken of a campaign
+DIRECTIONS = 3  # random directions at each
+
+
+class ReducibleBeamRobot:
+    """A robot made of beams as state reduction sees it: deviations are natural strains.
+
+    Modes are orthonormal in the stiffness of the strains, Φᵀ D Φ = I, so the strain energy is ½ |α|².
+    """
+
+    def __init__(self, robot: BeamRobot) -> None:
+        """Order the beams of a robot.
+
+        Raises:
+            StateBasisError: they form closed loops.
+        """
+        self.robot, self.tree = robot, make_tree(robot)
+
+    @property
+    def weight(self) -> Array:
+        """Stiffnesses (6 e,) of the natural strains [N/m], [N m]."""
+        return self.tree.D
+
+    @property
+    def norm(self) -> str:
+        """What W is, in a word."""
+        return "stiffness"
+
+    @property
+    def default_motion(self) -> float:
+        """Relative projection error that a basis is allowed, a share in the root of the strain energy."""
+        return 5e-3
+
+    @property
+    def n_elements(self) -> int:
+        """Number of beam elements."""
+        return len(self.tree)
+
+    def deviations(self, q: Array) -> Array:
+        """Natural strains (6 e, s) of configurations (n_q, s)."""
+        columns = [self.tree.strains(self.robot, np.ascontiguousarray(column)) for column in q.T]
+        return np.stack(columns, axis=1)
+
+    def rates(self, q: Array, motion: Array) -> Array:
+        """Rates of the strains (6 e, k) of velocities (n, k) at a configuration (n_q,)."""
+        return self.tree.rates(self.robot, q, motion)
+
+    def sample(self, Phi: Array, alphas: Array, tolerance: float, seed: int) -> ElementSample:
+        """The elements that carry loads: those at which the change of J is evaluated for the tangent.
+
+        Elements that carry little but their own weight add nearly nothing. Those with the largest
+        contributions to K d, for random directions d, are taken, so many that the others together add less
+        than a share of K d. All weights are one.
+
+        Args:
+            Phi: (6 e, r) strain modes.
+            alphas: (r, s) states of a campaign [J^(1/2)]; some of them, evenly spread, are training states.
+            tolerance: largest norm of what is left out, relative to that of K d.
+            seed: of the random directions.
+        """
+        rng = np.random.default_rng(seed)
+        every = np.arange(len(self.tree))
+        robot = make_reduced(self.robot, self.tree, Phi, every)
+        strain = Phi.reshape(len(every), 6, -1)  # (e, 6, r)
+        chosen = np.linspace(0, alphas.shape[1] - 1, min(STATES, alphas.shape[1])).round()
+        parts, products = [], []
+        for alpha in np.ascontiguousarray(alphas.T)[chosen.astype(int)]:
+            d = rng.normal(size=(Phi.shape[1], DIRECTIONS))
+            d /= np.linalg.norm(d, axis=0)
+            state = State(alpha, np.zeros_like(alpha))
+            K = robot.forces(state, balancing_tension(robot, state), exact=True)[1]
+            rows = robot.work.load_Y.reshape(strain.shape)
+            found = np.swapaxes(strain, 1, 2) @ (rows @ d) + np.swapaxes(rows, 1, 2) @ (strain @ d)
+            parts.append(found.reshape(len(every), -1))
+            products.append(K @ d)
+        contributions, scale = np.concatenate(parts, axis=1), float(np.linalg.norm(products))
+        order = np.argsort(-np.linalg.norm(contributions, axis=1), kind="stable")
+        left_out = np.cumsum(contributions[order[::-1]], axis=0)[::-1]  # from each element on
+        error = np.append(np.linalg.norm(left_out, axis=1), 0.0) / scale  # (e + 1,)
+        count = max(1, int(np.argmax(error <= tolerance)))
+        return ElementSample(np.sort(order[:count]), np.ones(count), float(error[count]))
+
+    def implausible(self, elements: Ints, weights: Array) -> str:
+        """A sentence where elements have other weights than one.
+
+        Args:
+            elements: (s,) numbers of elements.
+            weights: (s,) their weights.
+        """
+        if (weights == 1.0).all():
+            return ""
+        wrong = np.flatnonzero(weights != 1.0)[0]
+        return (
+            f"element {elements[wrong]} of this state basis has the weight {weights[wrong]:.3g}: expected "
+            "is 1 for every beam"
+        )
+
+    def reduced(self, Phi: Array, elements: Ints, weights: Array) -> ReducedBeamRobot:
+        """The robot in the coordinates of a state basis.
+
+        Args:
+            Phi: (6 e, r) strain modes.
+            elements: (s,) elements that carry loads.
+            weights: (s,) one for each.
+        """
+        return make_reduced(self.robot, self.tree, Phi, elements)
+
+
+def balancing_tension(robot: ReducedBeamRobot, state: State) -> Array:
+    """The tensions (n_a,) that balance the other forces at a state best, without contacts [N]."""
+    H = robot.rows(state, contacts=False).actuators.dense()
+    tension: Array = nnls(H.T, -robot.forces(state)[0])[0]
+    return tension

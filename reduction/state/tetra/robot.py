@@ -1,0 +1,280 @@
+"""A robot of tetrahedra in reduced coordinates: no array of a step is as long as its mesh.
+
+q = q₀ + Φ α (14). State.q is α, State.v its rate. Forces and tangent are sums over a sample of elements,
+directly in α (`tauten.reduction.state.tetra.kernels`); contact vertices, cable stations and effectors move
+with their rows of Φ, multiplied with the weights once.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+
+import numpy as np
+
+from tauten.model import ContactRows, Integration, RobotRows, Rows, State, System, TetRobot
+from tauten.model.contact import ContactSet
+from tauten.model.numerics import Array, DenseFactors, FactorisationError, Ints
+from tauten.reduction.dense_step import scheme_of
+from tauten.reduction.reduced_robot import ElementSample, ReducedRobot
+from tauten.reduction.state.tetra.actuators import ReducedActuators, reduced_actuators
+from tauten.reduction.state.tetra.arrays import Body, Work, make_work
+from tauten.reduction.state.tetra.body import (
+    ReducedPoints,
+    contact_surface,
+    sampled_body,
+)
+from tauten.reduction.state.tetra.ecsw import sample_elements
+from tauten.reduction.state.tetra.kernels import (
+    assemble_sample,
+    contact_jacobian,
+    linearise,
+)
+from tauten.reduction.state.tetra.points import integration_points
+
+_VOLUME = (
+    2.0  # factor between the volume of the weighted elements and the body's; samples reach 1.02
+)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ReducedTetRobot(ReducedRobot):
+    """A reduced robot made of tetrahedra.
+
+    Attributes, beside those of every reduced robot:
+        body: sampled elements.
+        actuator_set: rows and curvature of its actuators.
+        mass: (r, r) Φᵀ M Φ [kg].
+        load: (r,) Φᵀ of gravity and outer forces [N].
+        effector_points: points that the effectors are functions of.
+        effector_places: (3 p, r) displacement of the effectors, where outer forces act on them.
+        surface: vertices of candidates and target triangles.
+        contacts: candidates and triangles on the vertices of `surface`.
+        work: workspace of the kernels.
+    """
+
+    full: TetRobot
+    body: Body
+    actuator_set: ReducedActuators
+    mass: Array
+    load: Array
+    effector_points: ReducedPoints
+    effector_places: Array
+    surface: ReducedPoints
+    contacts: ContactSet
+    work: Work
+
+    @property
+    def n_elements(self) -> int:
+        """Elements in the sample."""
+        return len(self.body.volume)
+
+    def fork(self) -> ReducedTetRobot:
+        """The same robot with a workspace of its own."""
+        return dataclasses.replace(self, work=make_work(self.body, self.actuator_set.tendons))
+
+    def loaded(self, gravity: Array, effector_force: Array) -> ReducedTetRobot:
+        """The robot under another gravity (3,) [m/s²] and forces on its effectors (3 p,) [N]."""
+        full = self.full.loaded(gravity, effector_force)
+        return dataclasses.replace(self, full=full, load=self.Phi.T @ full.load)
+
+    def lifted(self, state: State) -> State:
+        """The state of the full robot: q₀ + Φ α, Φ v."""
+        Phi = self.Phi
+        return State(self.full.rest().q + Phi @ state.q, Phi @ state.v)
+
+    def projected(self, state: State) -> State:
+        """The nearest state to one of the full robot, in the mass."""
+        weight = 3.0 * self.full.mass / self.full.mass.sum()  # (n,)
+        Phi = self.Phi
+        return State(Phi.T @ (weight * (state.q - self.full.rest().q)), Phi.T @ (weight * state.v))
+
+    def effector(self, state: State) -> Array:
+        """Positions of the effectors: (p, 3) [m]."""
+        return self.full.effectors.kinds.positions(self.effector_points.at(state.q))
+
+    def effector_values(self, state: State) -> Array:
+        """Goal values of the effectors: (n_v,)."""
+        return self.full.effectors.kinds.values(self.effector_points.at(state.q))
+
+    def candidates(self, state: State) -> Array:
+        """Positions of the contact candidates: (n_c, 3) [m]."""
+        return self.contacts.positions(self.surface.at(state.q))
+
+    def contact_normals(self, state: State) -> Array:
+        """Directions in which contacts push the candidates, NaN out of range: (n_c, 3)."""
+        return self.contacts.normals(self.surface.at(state.q))
+
+    def displacement(self, dq: Array) -> float:
+        """Largest displacement of an effector or contact vertex in a change dq (r,) [m]."""
+        parts = (self.effector_places @ dq, self.surface.map @ dq)
+        return max(float(np.abs(part).max(initial=0.0)) for part in parts)
+
+    def forces(
+        self, state: State, tension: Array | None = None, exact: bool = False
+    ) -> tuple[Array, Array]:
+        """Forces without actuators and contacts (r,) [N], and the tangent K (r, r).
+
+        Args:
+            state: where to evaluate.
+            tension: (n_a,) efforts of the actuators, whose curvature enters the tangent.
+            exact: the exact derivative, which is not always positive definite.
+        """
+        taut, load = self._loads(state.q, tension)
+        tendons = self.actuator_set.tendons
+        assemble_sample(state.q, taut, load, exact, self.body, tendons, self.work)
+        return self.work.force.copy(), self.work.K.copy()
+
+    def linearise(
+        self, state: State, tension: Array | None = None, integration: Integration | None = None
+    ) -> System:
+        """The system of one step from this state: A, b, v_free (7)-(10).
+
+        Args:
+            state: where the step starts.
+            tension: (n_a,) last efforts of the actuators, for the curvature they add to A.
+            integration: replaces the robot's own scheme.
+
+        Raises:
+            FactorisationError: A is not positive definite (a state that has blown up).
+        """
+        scheme, work = integration or self.integration, self.work
+        taut, load = self._loads(state.q, tension)
+        residual = linearise(
+            state.q, state.v, taut, load,
+            (self.mass, scheme_of(scheme)),
+            self.body, self.actuator_set.tendons, work,
+        )  # fmt: skip
+        if not np.isfinite(residual):
+            raise FactorisationError("the reduced model's matrix is not positive definite")
+        v = np.zeros(self.n) if scheme.static else state.v
+        return System(scheme.h, v, work.v_free.copy(), residual, DenseFactors(work.L))
+
+    def rows(self, state: State, contacts: bool = True) -> RobotRows:
+        """Rows of effectors, actuators and, where `contacts` is true, contacts at this state."""
+        return RobotRows(
+            effectors=self.full.effectors.kinds.rows(
+                self.effector_points.at(state.q), self.effector_points.map
+            ),
+            actuators=self.actuator_set.rows(state.q),
+            contacts=self._contact_rows(state.q) if contacts else self._no_contact_rows(),
+        )
+
+    def _loads(self, alpha: Array, tension: Array | None) -> tuple[Array, Array]:
+        """Tensions of the cables and the load (r,) [N]; sets the curvature of the chambers."""
+        actuators = self.actuator_set
+        efforts = actuators.efforts(np.zeros(self.n_a) if tension is None else tension)
+        actuators.set_curvature(alpha, efforts, self.work.curvature)
+        preload = actuators.preload(alpha)
+        load = self.load if preload is None else self.load + preload
+        return actuators.tensions(efforts), load
+
+    def _contact_rows(self, alpha: Array) -> ContactRows:
+        found = self.contacts.detect(self.surface.at(alpha))
+        H = contact_jacobian(found.normal, found.vertices, found.coefficients, self.surface.map)
+        return ContactRows(Rows(H, found.gap), found.slots, found.pair, self.n_c)
+
+    def _no_contact_rows(self) -> ContactRows:
+        return ContactRows.out_of_range(np.zeros((0, self.n)), self.n_c)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ReducibleTetRobot:
+    """A robot made of tetrahedra as state reduction sees it: deviations are displacements.
+
+    Modes are orthonormal in the mass, Φᵀ M Φ = m I with the body's mass m, so α is in metres and |α| is the
+    root mean square displacement of the body. Fixed nodes have no rows in Φ, so they do not move.
+
+    Attributes:
+        robot: the robot.
+    """
+
+    robot: TetRobot
+
+    @property
+    def weight(self) -> Array:
+        """Diagonal (n,) of M / m."""
+        weight: Array = (
+            3.0 * self.robot.mass / self.robot.mass.sum()
+        )  # every node counts three times
+        return weight
+
+    @property
+    def norm(self) -> str:
+        """What W is, in a word."""
+        return "mass"
+
+    @property
+    def default_motion(self) -> float:
+        """Relative projection error that a basis is allowed, a share of all displacement."""
+        return 5e-5
+
+    @property
+    def n_elements(self) -> int:
+        """Number of integration points."""
+        return len(integration_points(self.robot))
+
+    def deviations(self, q: Array) -> Array:
+        """Displacements (n, s) of configurations (n, s) [m]."""
+        displacements: Array = q - self.robot.rest().q[:, None]
+        return displacements
+
+    def rates(self, q: Array, motion: Array) -> Array:
+        """The velocities (n, k) themselves, at any configuration q (n,) [m/s]."""
+        return motion
+
+    def sample(self, Phi: Array, alphas: Array, tolerance: float, seed: int) -> ElementSample:
+        """A sample of integration points, see `sample_elements`.
+
+        Args:
+            Phi: (n, r) state modes.
+            alphas: (r, s) states of a campaign [m].
+            tolerance: relative residual.
+            seed: of random directions.
+        """
+        return sample_elements(self.robot, Phi, alphas, tolerance, seed)
+
+    def implausible(self, elements: Ints, weights: Array) -> str:
+        """A sentence where the weighted elements have another volume than the body.
+
+        Args:
+            elements: (s,) numbers of integration points.
+            weights: (s,) their weights.
+        """
+        volume = integration_points(self.robot).volume
+        with np.errstate(over="ignore"):
+            share = float(weights @ volume[elements] / volume.sum())
+        if 1.0 / _VOLUME <= share <= _VOLUME:
+            return ""
+        return (
+            f"the weighted elements of this state basis have {share:.3g} times the volume of "
+            f"robot {self.robot.name!r}, allowed are {1.0 / _VOLUME} to {_VOLUME}"
+        )
+
+    def reduced(self, Phi: Array, elements: Ints, weights: Array) -> ReducedTetRobot:
+        """The robot in the coordinates of a state basis.
+
+        Args:
+            Phi: (n, r) state modes.
+            elements: (s,) numbers of integration points, ascending.
+            weights: (s,) their weights.
+        """
+        robot = self.robot
+        body = sampled_body(robot, Phi, elements, weights)
+        actuators = reduced_actuators(robot, Phi)
+        surface, contacts = contact_surface(robot, Phi)
+        points = robot.effectors.points(robot.mesh.nodes).ravel()
+        return ReducedTetRobot(
+            full=robot,
+            Phi=Phi,
+            integration=robot.integration,
+            body=body,
+            actuator_set=actuators,
+            mass=Phi.T @ (robot.mass[:, None] * Phi),
+            load=Phi.T @ robot.load,
+            effector_points=ReducedPoints(points, np.asarray(robot.effectors.C @ Phi)),
+            effector_places=np.asarray(robot.effectors.kinds.force_map(robot.effectors.C) @ Phi),
+            surface=surface,
+            contacts=contacts,
+            work=make_work(body, actuators.tendons),
+        )

@@ -1,0 +1,107 @@
+"""`tauten view` as a command: what it says when it cannot begin, and that it ends in order."""
+
+from __future__ import annotations
+
+import json
+import signal
+import subprocess
+import sys
+import urllib.request
+from pathlib import Path
+
+import pytest
+from support.processes import Process, Start, run_main
+from support.viewers import wait_until
+
+from tauten.service.plant import free_ports
+from tauten.service.view import open_server
+
+WITHOUT_VISER = """
+import sys
+sys.modules["viser"] = None
+sys.argv = ["tauten", "view", "finger", "--simulate"]
+from tauten.service.cli import main
+main()
+"""
+
+
+def refused(capsys: pytest.CaptureFixture[str], *arguments: object) -> str:
+    """The one sentence of a command that ends with exit code 2."""
+    assert run_main("view", *arguments) == 2
+    lines = capsys.readouterr().err.strip().splitlines()
+    return lines[-1]
+
+
+def test_a_missing_extra_is_named() -> None:
+    command = [sys.executable, "-c", WITHOUT_VISER]
+    found = subprocess.run(command, capture_output=True, text=True, timeout=120.0, check=False)
+    assert found.returncode == 2
+    assert found.stderr.strip().splitlines() == [
+        "tauten: the viewer needs viser, which is not installed: pip install 'tauten[viewer]'"
+    ]
+
+
+def test_a_port_in_use(beam_file: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with open_server(0, "first") as (server, _):
+        port = server.get_port()
+        sentence = refused(capsys, beam_file, "--simulate", "--no-browser", "--web-port", port)
+    assert sentence.startswith(f"tauten: port {port} on 127.0.0.1 is taken")
+    assert "--web-port" in sentence
+
+
+def test_no_node(capsys: pytest.CaptureFixture[str]) -> None:
+    sentence = refused(capsys, "nobody", "--no-browser", "--port", free_ports())
+    assert sentence == "tauten: no node serves 'nobody': start it with tauten serve nobody"
+
+
+def test_no_log(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    missing, other = tmp_path / "missing.mcap", tmp_path / "other.mcap"
+    other.write_bytes(b"no log")
+    assert "missing.mcap: cannot be read" in refused(capsys, missing)
+    assert "other.mcap: not the log of a run" in refused(capsys, other, "--export", "a.html")
+
+
+def test_an_export_needs_a_path(
+    beam_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    html = tmp_path / "beam.html"
+    sentence = refused(capsys, beam_file, "--simulate", "--export", html)
+    assert sentence == (
+        "tauten: an export of a simulation needs a path: give --path, for instance reach"
+    )
+    assert not html.exists()
+
+
+def test_a_simulation_is_exported(beam_file: Path, tmp_path: Path) -> None:
+    html = tmp_path / "beam.html"
+    exported = ("--simulate", "--path", "line", "--seconds", 1, "--export", html)
+    assert run_main("view", beam_file, *exported) == 0
+    assert "__VISER_EMBED_DATA__" in html.read_text()
+
+
+def test_the_page_is_served_until_ctrl_c(run: Start, beam_file: Path) -> None:
+    port = free_ports()
+    process: Process = run("view", beam_file, "--simulate", "--no-browser", "--web-port", port)
+    address = f"http://127.0.0.1:{port}"
+
+    def answers() -> bool:
+        assert process.process.poll() is None, process.output.read_text()
+        try:
+            with urllib.request.urlopen(address, timeout=5.0) as page:
+                return b"<title>" in page.read()
+        except OSError:
+            return False
+
+    assert wait_until(answers, 120.0)
+    assert wait_until(lambda: f"open {address} in a browser" in process.output.read_text())
+    assert process.end(signal.SIGINT) == 0
+
+
+def test_the_cost_of_a_viewer_is_measured(beam_file: Path, tmp_path: Path) -> None:
+    file = tmp_path / "cost.json"
+    arguments = ("view", beam_file, "--seconds", 2, "--path", "line", "--json", file)
+    assert run_main("bench", *arguments) == 0
+    (cost,) = json.loads(file.read_text())
+    assert cost["robot"] == "beam"
+    assert 1.0 < cost["pictures_hz"] < 31.0
+    assert 0.0 < cost["processor_share"] < 1.5
