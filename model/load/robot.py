@@ -110,11 +110,10 @@ def make_robot(contents: dict[str, Any], path: Path, changes: Changes) -> Robot:
     raw = model_tables(contents)
     if "beams" in raw:
         beams = changed(validated(BeamConfig, raw, path), changes, path)
-        if changes.refinements:
-            raise RobotFileError(
-                f"{path}: refinements is {changes.refinements}, beams are not refined"
-            )
-        return build_beam_robot(beams, read_structure(path.parent / beams.beams.file), str(path))
+        structure = read_structure(path.parent / beams.beams.file)
+        for _ in range(changes.refinements):
+            structure = structure.refine()
+        return build_beam_robot(beams, structure, str(path))
     config = changed(validated(RobotConfig, raw, path), changes, path)
     return build_robot(config, read_bodies(config, path, changes.refinements), str(path))
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.console import Console
 
+from tauten.service.cli.bench import show_mesh_error
 from tauten.service.process import write_text
 
 if TYPE_CHECKING:
@@ -38,6 +39,7 @@ def compare(
 ) -> None:
     """Apply the same command with and without contact: figure, and distance of the effectors."""
     from tauten.model import load_robot
+    from tauten.model.load import robot_path
     from tauten.service.bench import compare_equilibria, equilibrium
     from tauten.service.plant import bending_command
     from tauten.service.plots import Side, draw_comparison
@@ -79,6 +81,7 @@ def compare(
         f"are without contact, where surfaces overlap by {found.deepest_overlap_mm:.2f} mm. "
         f"Drawn in {figure}."
     )
+    show_mesh_error(robot_path(robot), loaded)
 
 
 def _apart(found: Comparison, effector: int) -> str:

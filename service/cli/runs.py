@@ -136,6 +136,7 @@ def replay(
         f"(tick {result.worst_tick}, tolerance {tolerance:g}), {result.statuses} other statuses; "
         f"{result.speed:.1f} times as fast as the run"
     )
+    console.print(f"mesh error: {result.mesh_error}")
     for note in result.notes:
         console.print(f"note: {note}")
     if report is not None:
