@@ -8,6 +8,7 @@ import pytest
 from tauten.controller import Controller, closed_compliance
 from tauten.model import Robot, Simulator
 from tauten.reduction import ContactBasis
+from tauten.service.setup import load_setup
 
 
 def test_closed_compliance_is_that_of_contacts_held() -> None:
@@ -35,15 +36,21 @@ def test_closed_compliance_survives_redundant_contacts() -> None:
 
 
 @pytest.fixture(scope="module")
-def closed_tip(finger: Robot) -> np.ndarray:
+def reduced_finger() -> Robot:
+    """The model that the shipped finger is served with."""
+    return load_setup("finger").robot
+
+
+@pytest.fixture(scope="module")
+def closed_tip(reduced_finger: Robot) -> np.ndarray:
     """Where the finger's tip is with its notches closed."""
-    simulator = Simulator(finger, contact="full")
+    simulator = Simulator(reduced_finger, contact="full")
     assert simulator.settle(pull=[0.031]).converged
     return simulator.effector[0]
 
 
-def test_still_target_still_tension(finger: Robot, closed_tip: np.ndarray) -> None:
-    controller = Controller(finger, ContactBasis.load("finger"))
+def test_still_target_still_tension(reduced_finger: Robot, closed_tip: np.ndarray) -> None:
+    controller = Controller(reduced_finger, ContactBasis.load("finger"))
     start = controller.effector[0]
     for share in np.linspace(0.0, 1.0, 80):
         # the pull that ends there grows roughly along an arc; the way does not matter, the end does

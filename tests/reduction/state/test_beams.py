@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.sparse import csc_array
 from support.robots.beam_robots import build, path_of_beams, rectangle
-from support.robots.short_arm import short_arm
+from support.robots.short_arm import COUPLING, short_arm
 from support.state_bases import basis_of
 
 from tauten.controller import Controller
@@ -45,8 +45,7 @@ def snapshots(arm: BeamRobot, tmp_path_factory: pytest.TempPathFactory) -> Snaps
     return found.select(found.converged)
 
 
-@pytest.fixture(scope="module")
-def complete(arm: BeamRobot) -> ReducedBeamRobot:
+def with_all_modes(arm: BeamRobot) -> ReducedBeamRobot:
     """All strains as modes, turned so that no coordinate is one element's; every element carries loads."""
     body = ReducibleBeamRobot(arm)
     n = len(body.weight)
@@ -55,6 +54,11 @@ def complete(arm: BeamRobot) -> ReducedBeamRobot:
     found = reduced_robot(arm, basis_of(arm, Phi, every, np.ones(len(every))))
     assert isinstance(found, ReducedBeamRobot)
     return found
+
+
+@pytest.fixture(scope="module")
+def complete(arm: BeamRobot) -> ReducedBeamRobot:
+    return with_all_modes(arm)
 
 
 @pytest.fixture(scope="module")
@@ -299,3 +303,32 @@ def test_beams_given_from_their_outer_end_are_turned_round(tmp_path: Path) -> No
         strains.append(float(found @ (tree.D * found)))
         np.testing.assert_array_equal(tree.beams.ends, [[0, 1], [1, 2]])
     assert strains[0] == pytest.approx(strains[1], rel=1e-12)
+
+
+def test_coupled_tendons_are_those_of_the_full_robot(tmp_path: Path, bent: State) -> None:
+    """Rows of the motors, pretension among the forces, and both of them in the tangent."""
+    arm = short_arm(tmp_path, COUPLING)
+    robot, lam = with_all_modes(arm), np.array([5.0, 8.0])
+    state = robot.projected(bent)
+    J = motion_of(robot, state.q)
+    known, found = arm.rows(bent).actuators, robot.rows(state).actuators
+    assert len(found) == robot.n_a == 2
+    np.testing.assert_allclose(found.delta, known.delta, atol=1e-11)
+    np.testing.assert_allclose(found.dense(), known.H @ J, atol=1e-9)
+    force, _ = arm.forces(bent, lam)
+    expected = J.T @ force
+    np.testing.assert_allclose(
+        robot.forces(state, lam)[0], expected, atol=1e-9 * np.abs(expected).max()
+    )
+
+    def total(at: Array) -> Array:
+        here = State(at, at)
+        rows = robot.rows(here, contacts=False)
+        result: Array = robot.forces(here)[0] + rows.actuators.dense().T @ lam
+        return result
+
+    direction = np.random.default_rng(6).normal(size=robot.n)
+    step = 1e-6 * direction
+    change = (total(state.q - step) - total(state.q + step)) / 2e-6
+    _, K = robot.forces(state, lam, exact=True)
+    np.testing.assert_allclose(K @ direction, change, atol=1e-6 * np.abs(change).max())

@@ -14,17 +14,29 @@ SHAPE = ArmShape(length=0.16, sections=1, joints=3)
 CANDIDATES = 90
 
 
-def write_short_arm(folder: Path) -> Path:
-    """Robot file and structure in a folder; returns the file. It has no contact basis yet."""
+COUPLING = """
+[[couplings]]                # tendons a and b on one motor, with a pretension
+name = "pair"
+members = ["tendon1a", "tendon1b"]
+gains = [1.0, -0.5]
+pretensions = [20.0, 10.0]
+max_position = 0.03
+max_effort = 15.0
+max_rate = 0.1
+"""
+
+
+def write_short_arm(folder: Path, more: str = "") -> Path:
+    """Robot file, with more tables, and structure in a folder; returns the file. It has no basis yet."""
     (folder / "manipulator.json").write_text(json.dumps(make_structure(SHAPE)))
     text = make_file(SHAPE, "short_arm", CANDIDATES).replace('basis = "short_arm"\n', "")
     file = folder / "short_arm.toml"
-    file.write_text(text)
+    file.write_text(text + more)
     return file
 
 
-def short_arm(folder: Path) -> BeamRobot:
-    """The robot."""
-    robot = load_robot(write_short_arm(folder))
+def short_arm(folder: Path, more: str = "") -> BeamRobot:
+    """The robot, with more tables in its file."""
+    robot = load_robot(write_short_arm(folder, more))
     assert isinstance(robot, BeamRobot)
     return robot
