@@ -141,7 +141,7 @@ class Controller:
             forces: constraint forces there, with the columns of this controller's basis [N].
             pull: (n_a,) positions of the actuators there [m, m³].
         """
-        self._start(State(state.q.copy(), state.v.copy()), forces.copy(), pull.copy())
+        self._start(state.copy(), forces.copy(), pull.copy())
 
     def _start(self, state: State, forces: Forces, pull: Array) -> None:
         self._state, self._forces, self.status = state, forces, Status.OK
@@ -167,7 +167,7 @@ class Controller:
     @property
     def state(self) -> State:
         """Configuration and velocity of the model."""
-        return State(self._state.q.copy(), self._state.v.copy())
+        return self._state.copy()
 
     @property
     def forces(self) -> Forces:

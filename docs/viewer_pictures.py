@@ -32,7 +32,8 @@ ARGUMENTS = [
 ]
 SIZE = {"width": 1280, "height": 800}
 START = 180.0  # s
-MORE, SETTLE = 12.0, 4.0  # s after the text is there, and after the picture stands still
+PICTURES = ("simulate", "manipulator", "export")
+MORE, SETTLE = 12.0, 8.0  # s after the text is there, and after the picture stands still
 
 
 def free_port() -> int:
@@ -93,7 +94,7 @@ def take(browser: Browser, address: str, name: str, wait: str) -> None:
     else:
         page.mouse.click(22, SIZE["height"] - 20)  # pause of an exported run
     page.wait_for_timeout(1e3 * SETTLE)
-    page.screenshot(path=str(FIGURES / name))
+    page.screenshot(path=str(FIGURES / name), timeout=1e3 * START)
     page.close()
 
 
@@ -105,19 +106,23 @@ def main() -> None:
     parser.add_argument(
         "--wait", default="contact points push", help="text, or seconds, before a picture"
     )
+    parser.add_argument("--only", nargs="*", choices=PICTURES, help="default: all")
     settings = parser.parse_args()
     path = shutil.which("chromium") or shutil.which("google-chrome")
     with sync_playwright() as driver, tempfile.TemporaryDirectory() as folder:
         browser = driver.chromium.launch(executable_path=path, args=ARGUMENTS)
-        robot = settings.robot
-        with viewer(robot, "--simulate", "--path", "reach") as address:
-            take(browser, address, "viewer-simulate.png", settings.wait)
-        with viewer(settings.second, "--simulate", "--path", "line") as address:
-            take(browser, address, "viewer-manipulator.png", "20")
-        html = Path(folder) / "run.html"
-        command = [sys.executable, "-m", "tauten.service", "view", robot, "--simulate"]
-        subprocess.run([*command, "--path", "reach", "--export", str(html)], check=True)
-        take(browser, html.as_uri(), "viewer-export.png", "9")
+        robot, wanted = settings.robot, settings.only or list(PICTURES)
+        if "simulate" in wanted:
+            with viewer(robot, "--simulate", "--path", "reach") as address:
+                take(browser, address, "viewer-simulate.png", settings.wait)
+        if "manipulator" in wanted:
+            with viewer(settings.second, "--simulate", "--path", "line") as address:
+                take(browser, address, "viewer-manipulator.png", "12")
+        if "export" in wanted:
+            html = Path(folder) / "run.html"
+            command = [sys.executable, "-m", "tauten.service", "view", robot, "--simulate"]
+            subprocess.run([*command, "--path", "reach", "--export", str(html)], check=True)
+            take(browser, html.as_uri(), "viewer-export.png", "3")
         browser.close()
 
 

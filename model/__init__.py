@@ -11,7 +11,6 @@ from tauten.model.enrichment import (
     default_enrichment,
     worst_rows,
 )
-from tauten.model.equilibrium import Ending
 from tauten.model.forward_step import ForwardStep, eliminate_rows, forward_step
 from tauten.model.interface import (
     ROWS,
@@ -35,7 +34,7 @@ from tauten.model.mesh.tet_mesh import MeshError
 from tauten.model.robot import Robot, RobotRows, State
 from tauten.model.rows import ContactRows, EffectorRows, PairSlots, Rows
 from tauten.model.schema.section import RobotFileError
-from tauten.model.simulator import Simulator
+from tauten.model.simulation import Ending, Report, Simulator
 from tauten.model.skin import NO_CONTACTS, Contacts, Floats, Geometry, SkinMesh, skin_of
 from tauten.model.system import Integration, System, make_pattern
 from tauten.model.tetra.robot import TetRobot
@@ -70,6 +69,7 @@ __all__ = [
     "ROWS",
     "Quantity",
     "ReducedContacts",
+    "Report",
     "Robot",
     "RobotFileError",
     "RobotRows",

@@ -145,6 +145,29 @@ def condense_step(
         FactorisationError: the state has diverged.
     """
     system = robot.linearise(state, forces.tension, integration)
+    return condensed(robot, space, state, forces, system, contacts, effectors)
+
+
+def condensed(
+    robot: Robot,
+    space: ContactSpace,
+    state: State,
+    forces: Forces,
+    system: System,
+    contacts: bool,
+    effectors: bool,
+) -> CondensedStep:
+    """Condense a system that has been factorised.
+
+    Args:
+        robot: whose workspace contains the factors.
+        space: basis of the contact forces.
+        state: where the system was linearised.
+        forces: unit columns that pushed are kept.
+        system: the system.
+        contacts: whether to detect contacts.
+        effectors: whether the compliance has rows of the effectors.
+    """
     rows = robot.rows(state, contacts=contacts)
     reduced = space.reduce(rows.contacts)
     extra = rows.contacts.rows_of(forces.pushing)

@@ -7,8 +7,10 @@ of its linear solver: code that steps a robot uses a `fork` of it.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Protocol
+
+import numpy as np
 
 from tauten.model.interface import Actuators, EffectorLayout, Limits
 from tauten.model.numerics import Array, Ints
@@ -24,10 +26,33 @@ class State:
     Attributes:
         q: configuration [m], of any length: beams keep rotations beside positions.
         v: (n,) velocity [m/s], [rad/s] where degrees of freedom are rotations.
+        memory: stresses of viscous materials (`tauten.model.tetra.viscoelastic`); empty: they are relaxed.
     """
 
     q: Array
     v: Array
+    memory: Array = field(default_factory=lambda: np.zeros(0))
+
+    def copy(self) -> State:
+        """The same state in arrays of its own."""
+        return State(self.q.copy(), self.v.copy(), self.memory.copy())
+
+
+@dataclass(frozen=True, slots=True)
+class StepStart:
+    """Where a time step that is iterated starts.
+
+    Attributes:
+        state: configuration and velocity there.
+        integration: scheme and time step.
+        damping: the matrix C of the viscous forces −C v in the step, as the robot stores it.
+        force: (n,) other forces that are constant in the step, those of viscous materials' memory [N].
+    """
+
+    state: State
+    integration: Integration
+    damping: Array
+    force: Array
 
 
 @dataclass(frozen=True, slots=True)

@@ -161,6 +161,7 @@ def make_system(
     mass: Array,
     force: Array,
     v: Array,
+    viscous: Array | None = None,
 ) -> System:
     """Build and factorise the system of one step.
 
@@ -172,6 +173,7 @@ def make_system(
         mass: (n,) lumped mass [kg], or (nnz,) values of a mass matrix in the pattern.
         force: (n,) internal and external forces without constraints [N].
         v: (n,) velocity [m/s].
+        viscous: (nnz,) values of a matrix C of viscous forces −C v besides Rayleigh damping.
 
     Raises:
         FactorisationError: A is not positive definite.
@@ -192,5 +194,38 @@ def make_system(
         Mv = sp.csc_array((mass, pattern.indices, pattern.indptr), shape=(n, n)) @ v
         A += (1.0 + h * a) * mass
     b = h * (force - a * Mv - (b_K + h) * Kv)
+    if viscous is not None:
+        b -= h * (sp.csc_array((viscous, pattern.indices, pattern.indptr), shape=(n, n)) @ v)
+        A += h * viscous
     factorisation.refactor(A)
     return System(h, v, v + factorisation.solve(b), float(np.linalg.norm(force)), factorisation)
+
+
+def make_iterate(
+    pattern: Pattern,
+    factorisation: Factorisation,
+    h: float,
+    K: Array,
+    damping: Array,
+    mass: Array,
+    force: Array,
+) -> System:
+    """Build and factorise the system of one iteration of a step, (M + h C + h² K) dv = h force.
+
+    Args:
+        pattern: sparsity of K and C.
+        factorisation: overwritten with the factors.
+        h: time step [s].
+        K: (nnz,) tangent values.
+        damping: (nnz,) values of C.
+        mass: (n,) lumped mass [kg].
+        force: (n,) all forces without constraints, those of inertia and viscosity included [N].
+
+    Raises:
+        FactorisationError: the matrix is not positive definite.
+    """
+    A = h * h * K + h * damping
+    A[pattern.diagonal] += mass
+    factorisation.refactor(A)
+    dv = factorisation.solve(h * force)
+    return System(h, np.zeros_like(dv), dv, float(np.linalg.norm(force)), factorisation)

@@ -17,6 +17,7 @@ from tauten.model.load import make_robot, robot_path
 from tauten.model.schema import Changes, read_toml, validated
 from tauten.reduction import ContactBasis
 from tauten.reduction.state import StateBasis, reduced_robot
+from tauten.service.check import mesh_error_text
 from tauten.service.process import versions
 from tauten.service.settings import (
     ModelSettings,
@@ -61,6 +62,11 @@ class Setup:
         return hashlib.sha256(np.ascontiguousarray(self.contact.Psi).tobytes()).hexdigest()
 
     @property
+    def mesh_error(self) -> str:
+        """The error of the robot's mesh in one sentence."""
+        return mesh_error_text(self.path, self.robot.digest)
+
+    @property
     def order(self) -> Order:
         """The model that decides."""
         return "full" if self.states is None else "reduced"
@@ -78,6 +84,7 @@ class Setup:
             "basis": self.basis_name,
             "basis_digest": self.basis_digest(),
             "model": self.order,
+            "mesh_error": self.mesh_error,
             "states_digest": "" if self.states is None else self.states.digest(),
             "factorisation": robot.linear_solver,
             "python": platform.python_version(),

@@ -16,6 +16,7 @@ matplotlib.use("Agg")
 import pytest
 from hypothesis import settings
 from support.processes import write_robot
+from support.robots.thumb import coarse_finger
 
 from tauten.model import Robot, load_robot
 from tauten.model.tetra import TetRobot
@@ -54,7 +55,13 @@ def reference() -> Path:
 
 @pytest.fixture(scope="session")
 def finger() -> TetRobot:
-    """The shipped finger."""
+    """A finger that is quick to compute: the shipped one on a coarse mesh."""
+    return coarse_finger()
+
+
+@pytest.fixture(scope="session")
+def shipped_finger() -> TetRobot:
+    """The shipped finger, with thousands of nodes."""
     robot = load_robot("finger")
     assert isinstance(robot, TetRobot)
     return robot

@@ -44,8 +44,8 @@ class BeamActuators:
         members = self.cables.rows(x, Q, dof, n)
         return members if self.coupling is None else self.coupling.rows(members)
 
-    def preload(self, x: Array, Q: Array, dof: Ints, n: int) -> Array | None:
-        """Force (n,) [N, N m] of the offsets of couplings; None without any.
+    def preload(self, x: Array, Q: Array, dof: Ints, n: int) -> tuple[Array, float] | None:
+        """Force (n,) [N, N m] of the offsets of couplings, and its work since rest [J]; None without any.
 
         Args:
             x: (n_nodes, 3) node positions [m].
@@ -55,8 +55,8 @@ class BeamActuators:
         """
         if self.coupling is None or not self.coupling.is_preloaded:
             return None
-        force: Array = self.cables.rows(x, Q, dof, n).H.T @ self.coupling.offsets
-        return force
+        members = self.cables.rows(x, Q, dof, n)
+        return members.H.T @ self.coupling.offsets, float(self.coupling.offsets @ members.delta)
 
     def add_stiffness(self, x: Array, Q: Array, lam: Array | None, exact: bool, K: Array) -> None:
         """Add the curvature of the cables to a tangent.

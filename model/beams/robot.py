@@ -11,10 +11,10 @@ from tauten.model.actuators import BeamActuators
 from tauten.model.beams.body import BeamBody
 from tauten.model.beams.elements import assemble_beams
 from tauten.model.beams.surfaces import BeamSurfaces
-from tauten.model.body import SparseRobot
+from tauten.model.body import SteppedRobot
 from tauten.model.contact import Detection
 from tauten.model.effectors import BeamEffectors
-from tauten.model.numerics import Array, Ints, turned
+from tauten.model.numerics import Array, Ints, rotations_between, turned
 from tauten.model.points import Entries
 from tauten.model.robot import RobotRows, State
 from tauten.model.rows import ContactRows, Rows
@@ -22,7 +22,7 @@ from tauten.model.system import System
 
 
 @dataclass(frozen=True, slots=True)
-class BeamRobot(SparseRobot):
+class BeamRobot(SteppedRobot):
     """A cable-driven robot made of beams, a `Robot`; made by `load_robot`.
 
     A node has six degrees of freedom: its position, and rotations about the fixed axes. For each free node q
@@ -145,11 +145,52 @@ class BeamRobot(SparseRobot):
         total = force[dof >= 0].ravel()
         preload = self.actuator_set.preload(x, Q, self.dof, self.n)
         if preload is not None:
-            total += preload
+            total += preload[0]
         if self.effector_force.any():
             places = self.effectors.force_rows(x, Q, self.dof, self.n)
             total += places.H.T @ self.effector_force
         return total, K
+
+    def potential(self, state: State) -> float:
+        """Elastic energy minus the work of gravity and outer forces since rest [J]."""
+        x, Q = self.pose(state)
+        body = self.body
+        force, K = np.zeros((2 * self.n_nodes, 3)), np.zeros(len(self.pattern.indices))
+        energy = assemble_beams(x, Q, body.arrays, False, self.beam_slot, force, K)
+        weight = float(body.mass @ ((x - body.nodes) @ self.gravity))
+        moved = (self.effector(state) - self.effector(self.rest())).ravel()
+        preload = self.actuator_set.preload(x, Q, self.dof, self.n)
+        work = weight + float(self.effector_force @ moved) + (preload[1] if preload else 0.0)
+        return energy - work
+
+    def velocity(self, start: State, end: State) -> Array:
+        """The velocity (n,) that moves one state to another within a step [m/s, rad/s].
+
+        Rotations of up to π in a step.
+        """
+        first, last = start.q.reshape(-1, 7), end.q.reshape(-1, 7)
+        turns = rotations_between(first[:, 3:].copy(), last[:, 3:].copy())
+        v: Array = np.hstack([last[:, :3] - first[:, :3], turns]).ravel() / self.h
+        return v
+
+    def momentum_force(self, start: State, v: Array) -> Array:
+        """Derivative of ½ (v − v₀)ᵀ M (v − v₀) by the end of a step: (n,) [N, N m].
+
+        Where the end is turned further by a small δ, the rotation θ of the step grows by L⁻¹(θ) δ, with the
+        left Jacobian L of the exponential map, so that moments are multiplied by L⁻ᵀ.
+
+        Args:
+            start: of the step, with v₀.
+            v: (n,) velocity of the step [m/s, rad/s].
+        """
+        force = (self.mass * (v - start.v) / self.h).reshape(-1, 6)
+        theta, moment = self.h * v.reshape(-1, 6)[:, 3:], force[:, 3:]
+        half = 0.5 * np.linalg.norm(theta, axis=1, keepdims=True)
+        safe = np.maximum(half, 1e-4)
+        factor = (1.0 - safe / np.tan(safe)) / (4.0 * safe * safe)  # 1/12 at zero
+        across = np.cross(theta, moment)
+        force[:, 3:] = moment + 0.5 * across + factor * np.cross(theta, across)
+        return force.ravel()
 
     def rows(self, state: State, contacts: bool = True) -> RobotRows:
         """Rows of effectors, actuators and, with `contacts`, contacts at this state."""

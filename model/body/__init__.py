@@ -2,6 +2,7 @@
 
 from tauten.model.body.material import Material
 from tauten.model.body.sparse_robot import SparseRobot
+from tauten.model.body.stepped_robot import SteppedRobot
 from tauten.model.body.vibration import natural_frequencies
 
-__all__ = ["Material", "SparseRobot", "natural_frequencies"]
+__all__ = ["Material", "SparseRobot", "SteppedRobot", "natural_frequencies"]

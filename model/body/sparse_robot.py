@@ -141,11 +141,14 @@ class SparseRobot(ABC):
             FactorisationError: A is not positive definite (a state that has blown up).
         """
         scheme = integration or self.integration
+        remembered, viscous = (None, None) if scheme.static else self.viscosity_at(state, scheme.h)
         for exact in (True, False):
             force, K = self.forces(state, tension, exact)
+            if remembered is not None:
+                force += remembered
             try:
                 system = make_system(
-                    self.pattern, self.factorisation, scheme, K, self.mass, force, state.v
+                    self.pattern, self.factorisation, scheme, K, self.mass, force, state.v, viscous
                 )
                 return system if exact else dataclasses.replace(system, exact=False)
             except FactorisationError:
@@ -162,6 +165,15 @@ class SparseRobot(ABC):
     def mass_matrix(self, state: State) -> sp.csc_array:
         """The mass matrix (n, n) at a state, for most robots the lumped masses at any."""
         return sp.csc_array(sp.diags_array(self.mass))
+
+    def viscosity_at(self, state: State, h: float) -> tuple[Array | None, Array | None]:
+        """Forces (n,) of viscous materials' memory [N], and matrix C as CSC values (nnz,); None: no such.
+
+        Args:
+            state: where a step starts.
+            h: its length [s].
+        """
+        return None, None
 
     def no_contact_rows(self) -> ContactRows:
         """Contact rows with no candidate in range."""

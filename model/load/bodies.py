@@ -148,6 +148,7 @@ def build_body(
     """
     assert body.material is not None
     laws = [item.elastic_law() for item in (body.material, *body.materials)]
+    viscosities = [item.viscous() for item in (body.material, *body.materials)]
     law = np.zeros(len(mesh.tets), dtype=np.int64)
     density = np.full(len(mesh.tets), body.material.density)
     if body.materials:
@@ -157,7 +158,7 @@ def build_body(
             chosen = selector.select_tets(item.region, f"{prefix}materials.{index}.region")
             law[chosen], density[chosen] = index + 1, item.density
     try:
-        parts = body_parts(mesh, body.mesh.element, laws, law, density)
+        parts = body_parts(mesh, body.mesh.element, laws, law, density, viscosities)
     except ValueError as error:
         raise RobotFileError(f"{source}: {prefix}mesh: {error}") from error
     total = body.material.total_mass

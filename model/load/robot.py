@@ -24,7 +24,7 @@ from tauten.model.load.bodies import AnyMesh, build_bodies, read_bodies
 from tauten.model.load.constraints import build_constraints, constrained, require_held
 from tauten.model.load.contacts import build_contacts
 from tauten.model.load.effectors import build_nodal_effectors
-from tauten.model.load.elements import place_elements
+from tauten.model.load.elements import place_elements, place_viscosity
 from tauten.model.numerics import Bools, make_factorisation
 from tauten.model.robot import Robot, names_of
 from tauten.model.schema import (
@@ -110,11 +110,10 @@ def make_robot(contents: dict[str, Any], path: Path, changes: Changes) -> Robot:
     raw = model_tables(contents)
     if "beams" in raw:
         beams = changed(validated(BeamConfig, raw, path), changes, path)
-        if changes.refinements:
-            raise RobotFileError(
-                f"{path}: refinements is {changes.refinements}, beams are not refined"
-            )
-        return build_beam_robot(beams, read_structure(path.parent / beams.beams.file), str(path))
+        structure = read_structure(path.parent / beams.beams.file)
+        for _ in range(changes.refinements):
+            structure = structure.refine()
+        return build_beam_robot(beams, structure, str(path))
     config = changed(validated(RobotConfig, raw, path), changes, path)
     return build_robot(config, read_bodies(config, path, changes.refinements), str(path))
 
@@ -216,6 +215,12 @@ def build_robot(
     contacts = build_contacts(config, selector)
     place = partial(place_points, body.mesh)
     mass = body.mass[~fixed]  # (n / 3,)
+    elements = place_elements(body, pattern)
+    if constraints and body.is_viscous:
+        raise RobotFileError(
+            f"{source}: material.viscosity: bodies with drives, rigid regions or attachments are elastic, "
+            "leave it out"
+        )
     scheme = config.integration
     backend = "superlu" if constraints else scheme.factorisation
     robot = TetRobot(
@@ -227,7 +232,8 @@ def build_robot(
         material=material,
         integration=integration_of(config),
         pattern=pattern,
-        elements=place_elements(body, pattern),
+        elements=elements,
+        viscosity=place_viscosity(body, elements),
         mass=np.repeat(mass, 3),
         load=np.outer(mass, config.gravity).ravel(),
         actuators=actuators_of(config),

@@ -14,15 +14,18 @@ from tauten.model.materials.law import (
     yeoh,
 )
 from tauten.model.materials.silicones import SILICONES, find_silicone
+from tauten.model.materials.viscosity import ELASTIC, Viscosity
 
 __all__ = [
     "COROTATIONAL",
+    "ELASTIC",
     "EXACT",
     "Law",
     "MaterialError",
     "NO_TANGENT",
     "PROJECTED",
     "SILICONES",
+    "Viscosity",
     "WORK",
     "corotational",
     "find_silicone",

@@ -28,6 +28,7 @@ from tauten.model.numerics.quaternions import (
     rotated_by,
     rotation_between,
     rotation_vector,
+    rotations_between,
     turned,
 )
 from tauten.model.numerics.updated_cholesky import (
@@ -89,6 +90,7 @@ __all__ = [
     "rotated_by",
     "rotation_between",
     "rotation_vector",
+    "rotations_between",
     "row",
     "scale",
     "solve_in_place",

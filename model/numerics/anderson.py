@@ -21,6 +21,11 @@ class Anderson:
         self._steps: list[Array] = []  # f(q)
         self._moves: list[Array] = []  # by which the iterates moved
 
+    def restart(self) -> None:
+        """Forget the iterates so far."""
+        self._steps.clear()
+        self._moves.clear()
+
     def next(self, step: Array) -> Array:
         """The move (n,) to make where the plain iteration would make `step` (n,).
 
@@ -28,8 +33,7 @@ class Anderson:
         move counts as if made from the next iterate, which small steps allow.
         """
         if self._steps and np.abs(step).max() > 2.0 * np.abs(self._steps[-1]).max():
-            self._steps.clear()  # the set of contacts has changed: earlier iterates belong to another problem
-            self._moves.clear()
+            self.restart()  # the set of contacts has changed: earlier iterates belong to another problem
         self._steps = [*self._steps[-self._depth :], step]
         self._moves = self._moves[-self._depth :]
         move = step

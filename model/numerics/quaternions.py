@@ -85,6 +85,16 @@ def turned(Q: Array, increment: Array) -> Array:
 
 
 @kernel
+def rotations_between(first: Array, last: Array) -> Array:
+    """Rotation vectors (m, 3) about fixed axes [rad] that turn rotations (m, 4) into others (m, 4)."""
+    result = np.empty((first.shape[0], 3))
+    for i in range(first.shape[0]):
+        turn = product(quaternion(last, i), conjugate(quaternion(first, i)))
+        result[i] = np.array(rotation_vector(turn))
+    return result
+
+
+@kernel
 def matrix_quaternion(R: Array) -> Array:
     """The unit quaternion (4,) with w ≥ 0 of a rotation matrix (3, 3), by its largest component."""
     q = np.empty(4)

@@ -1,10 +1,11 @@
-"""Makes finger.vtu: a hanging finger of blocks joined by V-notch articulations.
+"""Makes finger.vtu: a hanging finger of blocks joined by elastic hinges.
 
     python -m tauten.model.robots.make_finger [FOLDER]
 
 The finger hangs along −z from its fixed face at z = 0, is 15 mm wide in y and bends towards +x, the
-side on which the notches open. It is a mapped grid: at a notch plane the grid lines of both
-neighbours part above the root of the V.
+side on which the notches open. It is a mapped grid, graded towards the hinges. A notch has a bevelled
+root, because strain at a sharp one has no limit as the mesh is refined, and flanks that meet face to face:
+above `flush_from` they point to the centre of rotation of the hinge.
 """
 
 from __future__ import annotations
@@ -25,62 +26,85 @@ from tauten.model.numerics import Array, Ints
 class FingerShape:
     """Dimensions [m] and grid of the finger.
 
+    Shares count from 0 at one end of a part to 1 at the other.
+
     Attributes:
         length: along −z.
         width: in y.
-        height: in x, the direction it bends to.
-        ligament: height of the material that joins two blocks.
-        opening: width of a notch at its mouth.
+        ligament: height of a hinge below the root of its notch, in x.
+        root: half width of a notch at its root.
+        slope: of the flanks where they meet, half the angle of rotation that closes a notch [rad].
+        pivot: height about which a hinge rotates.
+        bevel: height of the bevels of the root, as a share of `root`.
         blocks: blocks; notches are one fewer.
-        along: cells along one block.
+        insert: where the stiff insert at the tip begins, as a distance from the fixed face.
+        below: heights over the hinge, as shares.
+        above: heights of the nodes of the flanks; the last is the height of the finger.
         across: cells over the width, even so that the mesh is its own mirror image.
-        below: cells over the ligament.
-        above: cells from the ligament to the top.
+        along: nodes along a block, as shares.
+        first: the same of the fixed block.
+        last: the same of the last block, from its notch to the insert.
+        end: cells along the insert.
     """
 
     length: float = 0.100
     width: float = 0.015
-    height: float = 0.015
     ligament: float = 0.005
-    opening: float = 0.003
+    root: float = 0.0009
+    slope: float = 0.12
+    pivot: float = 0.0025
+    bevel: float = 0.6
     blocks: int = 6
-    along: int = 4
+    insert: float = 0.090
+    below: tuple[float, ...] = (0.0, 0.45, 0.73, 0.9, 1.0)
+    above: tuple[float, ...] = (0.0078, 0.010, 0.0117, 0.0134, 0.015)
     across: int = 4
-    below: int = 2
-    above: int = 3
+    along: tuple[float, ...] = (0.0, 0.1, 0.3, 0.7, 0.9, 1.0)
+    first: tuple[float, ...] = (0.0, 0.5, 0.9, 1.0)
+    last: tuple[float, ...] = (0.0, 0.1, 0.3, 0.6, 1.0)
+    end: int = 2
 
 
 def make_finger(shape: FingerShape) -> tuple[Array, Ints]:
     """Nodes (n_nodes, 3) [m] and tetrahedra (e, 4) of the finger."""
-    x = np.concatenate(
-        [
-            np.linspace(0.0, shape.ligament, shape.below + 1),
-            np.linspace(shape.ligament, shape.height, shape.above + 1)[1:],
-        ]
-    )
-    y = np.linspace(0.0, shape.width, shape.across + 1)
+    below = np.array(shape.below)
+    shoulder = shape.ligament + shape.bevel * shape.root
+    x = np.concatenate([shoulder * below, shape.above])
+    gap = np.maximum(shape.root, shape.slope * (x - shape.pivot))
     pitch = shape.length / shape.blocks
-    # half the notch's width at each height, zero over the ligament
-    gap = (
-        0.5 * shape.opening * np.maximum(x - shape.ligament, 0.0) / (shape.height - shape.ligament)
-    )
-    nodes, cells = [], []
-    grid_shape = (shape.along + 1, len(y), len(x))
+    # where a hinge has nodes, and its height there: bevels beside a flat root
+    offsets = shape.root * np.array([-1.0, -0.4, 0.4, 1.0])
+    heights = np.array([shoulder, shape.ligament, shape.ligament, shoulder])[:, None] * below
+    layers = []
     for block in range(shape.blocks):
+        final = block == shape.blocks - 1
         left = block * pitch + (gap if block > 0 else 0.0 * gap)
-        right = (block + 1) * pitch - (gap if block < shape.blocks - 1 else 0.0 * gap)
-        u = np.linspace(0.0, 1.0, shape.along + 1)[:, None, None]
-        s = np.broadcast_to(left + u * (right - left), grid_shape)
-        X, Y = np.broadcast_to(x, grid_shape), np.broadcast_to(y[:, None], grid_shape)
-        numbers = np.arange(s.size).reshape(grid_shape) + block * s.size
-        nodes.append(np.stack([X, Y, -s], axis=-1).reshape(-1, 3))
+        right = np.full(len(x), shape.insert) if final else (block + 1) * pitch - gap
+        shares = shape.first if block == 0 else shape.last if final else shape.along
+        s = left + np.array(shares)[:, None] * (right - left)  # distances from the fixed face
+        if final:
+            beyond = np.linspace(shape.insert, shape.length, shape.end + 1)[1:]
+            s = np.concatenate([s, np.broadcast_to(beyond[:, None], (shape.end, len(x)))])
+        layers.append((np.broadcast_to(x, s.shape), s))
+        if not final:
+            hinge = (block + 1) * pitch + offsets
+            layers.append((heights, np.broadcast_to(hinge[:, None], heights.shape)))
+    y = np.linspace(0.0, shape.width, shape.across + 1)
+    nodes, cells, count = [], [], 0
+    for heights_of, distances in layers:
+        size = (distances.shape[0], len(y), distances.shape[1])
+        X, S = (np.broadcast_to(item[:, None], size) for item in (heights_of, distances))
+        Y = np.broadcast_to(y[:, None], size)
+        nodes.append(np.stack([X, Y, -S], axis=-1).reshape(-1, 3))
+        numbers = np.arange(X.size).reshape(size) + count
         cells.append(split_cells(numbers, mirror_from=shape.across // 2))
-    # blocks share the nodes of their ligaments: merge what coincides
+        count += X.size
+    # blocks and hinges share the nodes between them: merge what coincides
     points = np.concatenate(nodes)
     _, first, inverse = np.unique(
         np.round(points, 9), axis=0, return_index=True, return_inverse=True
     )
-    merged = points[first]
+    merged = points[first] + 0.0  # no negative zeros
     return merged, oriented(merged, inverse.ravel()[np.concatenate(cells)])
 
 

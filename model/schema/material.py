@@ -7,7 +7,9 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import ConfigDict, Field, model_validator
 
 from tauten.model.materials import (
+    ELASTIC,
     Law,
+    Viscosity,
     corotational,
     find_silicone,
     mooney_rivlin,
@@ -47,6 +49,41 @@ def _required(schema: dict[str, Any]) -> None:
 _MASS = ("density", "total_mass")
 
 
+class ViscositySettings(Section):
+    """Viscosity of a material besides its elastic law, which is what remains after a long time."""
+
+    shear_viscosity: float = Field(
+        default=0.0,
+        ge=0.0,
+        le=1e9,
+        description="Kelvin-Voigt viscosity of shear μ_v [Pa s], default 0.",
+    )
+    volume_viscosity: float = Field(
+        default=0.0,
+        ge=0.0,
+        le=1e9,
+        description="Kelvin-Voigt viscosity of changes of volume λ_v [Pa s], default 0.",
+    )
+    shares: tuple[Annotated[float, Field(gt=0.0, le=1e3)], ...] = Field(
+        default=(),
+        max_length=8,
+        description="Stiffness of each Maxwell branch relative to the elastic law's [1], default none.",
+    )
+    times: tuple[Annotated[float, Field(ge=1e-6, le=1e6)], ...] = Field(
+        default=(), description="Relaxation time of each Maxwell branch [s], as many as shares."
+    )
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        if len(self.shares) != len(self.times):
+            raise ValueError(
+                f"{len(self.shares)} shares and {len(self.times)} times, a Maxwell branch has one of each"
+            )
+        if not self.shares and self.shear_viscosity == self.volume_viscosity == 0.0:
+            raise ValueError("needs shear_viscosity, volume_viscosity, or shares and times")
+        return self
+
+
 class SolidMaterialSettings(MaterialSettings):
     """Material of a body made of tetrahedra.
 
@@ -74,6 +111,11 @@ class SolidMaterialSettings(MaterialSettings):
     )
     c30: float | None = Field(
         default=None, description="Third constant of Yeoh [Pa]; by default 0."
+    )
+
+    viscosity: ViscositySettings | None = Field(
+        default=None,
+        description="Viscosity besides the elastic law; without it the material is elastic.",
     )
 
     total_mass: Annotated[float, in_range(1e-9, 1e6, "kg")] | None = Field(
@@ -106,6 +148,13 @@ class SolidMaterialSettings(MaterialSettings):
     def _makes_a_law(self) -> Self:
         self.elastic_law()
         return self
+
+    def viscous(self) -> Viscosity:
+        """The viscosity these settings describe."""
+        item = self.viscosity
+        if item is None:
+            return ELASTIC
+        return Viscosity(item.shear_viscosity, item.volume_viscosity, item.shares, item.times)
 
     def elastic_law(self) -> Law:
         """The law these settings describe.

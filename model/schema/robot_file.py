@@ -149,7 +149,8 @@ class Changes(Section):
 
     rate: Rate | None = Field(default=None, description="Control rate [Hz].")
     refinements: Annotated[int, Field(ge=0, le=4)] = Field(
-        default=0, description="How often every tetrahedron is cut into eight."
+        default=0,
+        description="How often every tetrahedron is cut into eight, and every beam into two.",
     )
     factorisation: BackEnd | None = Field(default=None, description="Sparse factorisation.")
     young_scale: Annotated[float, in_range(1e-6, 1e6, "")] = Field(

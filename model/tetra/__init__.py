@@ -7,6 +7,7 @@ from tauten.model.tetra.quadratic import quadratic_domains, quadratic_lumped_mas
 from tauten.model.tetra.robot import Elements, TetRobot
 from tauten.model.tetra.smoothed import smoothed_domains
 from tauten.model.tetra.solid import Solid, make_solid
+from tauten.model.tetra.viscoelastic import Viscoelasticity, make_viscoelasticity
 
 __all__ = [
     "BodyParts",
@@ -14,12 +15,14 @@ __all__ = [
     "Elements",
     "Solid",
     "TetRobot",
+    "Viscoelasticity",
     "assemble",
     "body_parts",
     "join_bodies",
     "linear_domains",
     "lumped_mass",
     "make_solid",
+    "make_viscoelasticity",
     "quadratic_domains",
     "quadratic_lumped_mass",
     "rest_gradients",

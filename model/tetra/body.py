@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tauten.model.materials import COROTATIONAL, Law
+from tauten.model.materials import COROTATIONAL, ELASTIC, Law, Viscosity
 from tauten.model.mesh import QuadraticMesh, TetMesh, quadratic_mesh
 from tauten.model.numerics import Array, Ints
 from tauten.model.schema import ElementName
@@ -26,6 +26,7 @@ class BodyParts:
         laws: what their `law` points to.
         mass: (n_nodes,) lumped mass [kg].
         n_elements: tetrahedra, before quadratic ones are cut.
+        viscosities: of each law.
     """
 
     mesh: TetMesh
@@ -33,16 +34,27 @@ class BodyParts:
     laws: list[Law]
     mass: Array
     n_elements: int
+    viscosities: list[Viscosity]
+
+    @property
+    def is_viscous(self) -> bool:
+        """Whether any of its materials is viscous."""
+        return any(item != ELASTIC for item in self.viscosities)
 
     @property
     def is_plain(self) -> bool:
-        """Whether it is made of linear corotational tetrahedra of one law."""
+        """Whether it is made of linear corotational tetrahedra of one law; viscosity does not count."""
         shapes = [part.gradients.shape[1:3] for part in self.domains]
         return shapes == [(1, 4)] and [law.kind for law in self.laws] == [COROTATIONAL]
 
 
 def body_parts(
-    mesh: TetMesh | QuadraticMesh, element: ElementName, laws: list[Law], law: Ints, density: Array
+    mesh: TetMesh | QuadraticMesh,
+    element: ElementName,
+    laws: list[Law],
+    law: Ints,
+    density: Array,
+    viscosities: list[Viscosity] | None = None,
 ) -> BodyParts:
     """Domains of a body.
 
@@ -54,20 +66,23 @@ def body_parts(
         laws: the laws.
         law: (e,) which law each tetrahedron has.
         density: (e,) [kg/m³].
+        viscosities: of each law; None: they are elastic.
     """
+    viscous = viscosities or [ELASTIC] * len(laws)
     if element == "quadratic":
         quadratic = quadratic_mesh(mesh) if isinstance(mesh, TetMesh) else mesh
         domains = quadratic_domains(quadratic, law)
         mass = quadratic_lumped_mass(domains, density, len(quadratic.nodes))
-        return BodyParts(quadratic.split(), [domains], laws, mass, len(quadratic.tets))
+        return BodyParts(quadratic.split(), [domains], laws, mass, len(quadratic.tets), viscous)
     if isinstance(mesh, QuadraticMesh):
         raise ValueError(f"{element} elements need a mesh of linear tetrahedra")
     mass = lumped_mass(mesh, density)
     if element == "linear":
-        return BodyParts(mesh, [linear_domains(mesh, law)], laws, mass, len(mesh.tets))
+        return BodyParts(mesh, [linear_domains(mesh, law)], laws, mass, len(mesh.tets), viscous)
     shear, volume = zip(*(item.parts() for item in laws), strict=True)
     parts = smoothed_domains(mesh, law, "edge") + smoothed_domains(mesh, law + len(laws), "node")
-    return BodyParts(mesh, parts, [*shear, *volume], mass, len(mesh.tets))
+    slow, slower = zip(*(item.parts() for item in viscous), strict=True)
+    return BodyParts(mesh, parts, [*shear, *volume], mass, len(mesh.tets), [*slow, *slower])
 
 
 def join_bodies(parts: list[BodyParts], mesh: TetMesh) -> BodyParts:
@@ -79,12 +94,13 @@ def join_bodies(parts: list[BodyParts], mesh: TetMesh) -> BodyParts:
     """
     if len(parts) == 1:
         return parts[0]
-    laws: list[Law] = []
+    laws: list[tuple[Law, Viscosity]] = []
     shapes: dict[tuple[int, ...], list[Domains]] = {}
     first = 0
     for part in parts:
-        laws += [law for law in part.laws if law not in laws]
-        number = np.array([laws.index(law) for law in part.laws], dtype=np.int64)
+        own = list(zip(part.laws, part.viscosities, strict=True))
+        laws += [law for law in own if law not in laws]
+        number = np.array([laws.index(law) for law in own], dtype=np.int64)
         for domains in part.domains:
             moved = replace(domains, nodes=domains.nodes + first, law=number[domains.law])
             shapes.setdefault(domains.gradients.shape[1:3], []).append(moved)
@@ -99,4 +115,11 @@ def join_bodies(parts: list[BodyParts], mesh: TetMesh) -> BodyParts:
         for same in shapes.values()
     ]
     mass = np.concatenate([part.mass for part in parts])
-    return BodyParts(mesh, joined, laws, mass, sum(part.n_elements for part in parts))
+    return BodyParts(
+        mesh,
+        joined,
+        [law for law, _ in laws],
+        mass,
+        sum(part.n_elements for part in parts),
+        [viscosity for _, viscosity in laws],
+    )

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tauten.model.actuators import ActuatorSet
-from tauten.model.body import Material, SparseRobot
+from tauten.model.body import Material, SteppedRobot
 from tauten.model.contact import contact_rows
 from tauten.model.effectors import NodalEffectors
 from tauten.model.materials import EXACT, PROJECTED
@@ -19,6 +19,7 @@ from tauten.model.rows import ContactRows
 from tauten.model.system import System
 from tauten.model.tetra.elements import assemble
 from tauten.model.tetra.solid import Solid, linear_energy
+from tauten.model.tetra.viscoelastic import Viscoelasticity
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,7 +33,7 @@ class Elements:
 
 
 @dataclass(frozen=True, slots=True)
-class TetRobot(SparseRobot):
+class TetRobot(SteppedRobot):
     """A soft robot made of tetrahedra, a `Robot`; made by `load_robot`.
 
     Attributes, beside those of every sparse robot:
@@ -40,6 +41,7 @@ class TetRobot(SparseRobot):
         material: its material; of a `Solid`, that outside the regions with another.
         elements: its elements: linear corotational tetrahedra of one material, or a `Solid`.
         load: (n,) gravity and outer forces on the effectors [N].
+        viscosity: of its materials; None: they are elastic.
     """
 
     actuator_set: ActuatorSet
@@ -48,6 +50,7 @@ class TetRobot(SparseRobot):
     material: Material
     elements: Elements | Solid
     load: Array
+    viscosity: Viscoelasticity | None = None
 
     @property
     def size(self) -> float:
@@ -88,7 +91,8 @@ class TetRobot(SparseRobot):
     def rest(self) -> State:
         """The stress-free state at standstill."""
         q = self.mesh.nodes[self.pattern.dof >= 0].ravel()
-        return State(q.copy(), np.zeros_like(q))
+        memory = np.zeros(0 if self.viscosity is None else self.viscosity.memory_size)
+        return State(q.copy(), np.zeros_like(q), memory)
 
     def nodes(self, state: State) -> Array:
         """Positions of all nodes, fixed ones included: (n_nodes, 3) [m]."""
@@ -189,6 +193,29 @@ class TetRobot(SparseRobot):
         volumes = np.linalg.det(corners[:, 1:] - corners[:, :1])  # (e,), of either sign
         return int((volumes < 0.0).sum())
 
+    def viscosity_at(self, state: State, h: float) -> tuple[Array | None, Array | None]:
+        """Forces (n,) of viscous materials' memory [N], and matrix C as CSC values (nnz,); None: no such.
+
+        Args:
+            state: where a step starts.
+            h: its length [s].
+        """
+        if self.viscosity is None or not isinstance(self.elements, Solid):
+            return None, None
+        x = self.nodes(state)
+        force, C = self.viscosity.assemble(self.elements, x, state.memory, h)
+        return force[self.pattern.dof >= 0].ravel(), C
+
+    def energy(self, state: State) -> float:
+        """Potential and kinetic energy, and that stored in viscous materials [J]."""
+        stored = 0.0 if self.viscosity is None else self.viscosity.energy(state.memory)
+        return self.potential(state) + self.kinetic_energy(state.v) + stored
+
+    def velocity(self, start: State, end: State) -> Array:
+        """The velocity (n,) that moves one state to another within a step [m/s]."""
+        v: Array = (end.q - start.q) / self.h
+        return v
+
     def rows(self, state: State, contacts: bool = True) -> RobotRows:
         """Rows of effectors, actuators and, with `contacts`, contacts at this state."""
         x = self.nodes(state)
@@ -211,4 +238,9 @@ class TetRobot(SparseRobot):
             dv: (n,) change of the velocity [m/s].
         """
         v = system.v + dv
-        return State(state.q + system.h * v, v)
+        after = State(state.q + system.h * v, v)
+        if self.viscosity is None or not isinstance(self.elements, Solid):
+            return after
+        before, end = self.nodes(state), self.nodes(after)
+        memory = self.viscosity.remembered(self.elements, before, end, state.memory, system.h)
+        return dataclasses.replace(after, memory=memory)

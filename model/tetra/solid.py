@@ -21,12 +21,14 @@ class Solid:
         slots: place of each domain's blocks in the tangent, see `Pattern.blocks`.
         laws: kinds (m,) and constants (m, 5) that the domains' `law` points to.
         n_elements: tetrahedra they are made from.
+        nonzeros: entries of the tangent.
     """
 
     domains: tuple[Domains, ...]
     slots: tuple[tuple[Ints, Ints], ...]
     laws: tuple[Ints, Array]
     n_elements: int
+    nonzeros: int
 
     def assemble(self, x: Array, tangent: int, force: Array, K: Array) -> float:
         """Add internal forces to `force` (n_nodes, 3) and the tangent to the CSC values `K` (nnz,).
@@ -65,6 +67,7 @@ def make_solid(domains: list[Domains], laws: list[Law], pattern: Pattern, n_elem
         slots=tuple(pattern.blocks(part.nodes) for part in domains),
         laws=law_arrays(laws),
         n_elements=n_elements,
+        nonzeros=len(pattern.indices),
     )
 
 

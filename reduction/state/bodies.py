@@ -21,7 +21,17 @@ def reducible(robot: Robot) -> Reducible:
             f"robot {robot.name}: robots with drives, rigid regions or attachments have no state bases; "
             "use the full model"
         )
+    if isinstance(robot, TetRobot) and robot.viscosity is not None:
+        raise StateBasisError(
+            f"robot {robot.name}: viscous materials have no state bases; leave out material.viscosity, "
+            "or use the full model"
+        )
     if isinstance(robot, TetRobot):
+        if robot.viscosity is not None:
+            raise StateBasisError(
+                f"robot {robot.name}: viscous materials have no state bases; leave out material.viscosity, "
+                "or use the full model"
+            )
         return ReducibleTetRobot(robot)
     if isinstance(robot, BeamRobot):
         return ReducibleBeamRobot(robot)

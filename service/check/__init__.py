@@ -1,5 +1,11 @@
 """How wrong a robot's mesh is, and what else about its file is not plausible."""
 
+from tauten.service.check.certificate import (
+    MeshCertificate,
+    certificate_file,
+    certified,
+    mesh_error_text,
+)
 from tauten.service.check.findings import Finding
 from tauten.service.check.mesh_error import MeshErrorEstimate, VariantErrors, richardson
 from tauten.service.check.mesh_variants import Variant, variant_robot
@@ -9,12 +15,16 @@ from tauten.service.check.robot_check import CheckSettings, RobotCheck, check_ro
 __all__ = [
     "CheckSettings",
     "Finding",
+    "MeshCertificate",
     "MeshErrorEstimate",
     "RegionParts",
     "RobotCheck",
     "Variant",
     "VariantErrors",
+    "certificate_file",
+    "certified",
     "check_robot",
+    "mesh_error_text",
     "richardson",
     "selected",
     "variant_robot",

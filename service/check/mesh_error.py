@@ -7,9 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from tauten.model.numerics import Array
-from tauten.model.schema import ElementName
 from tauten.service.check.findings import Finding, Level, graded, worst
-from tauten.service.check.mesh_variants import Load, LoadedState, Variant, VariantStates
+from tauten.service.check.mesh_variants import AnyElement, Load, LoadedState, Variant, VariantStates
 
 FORCE = (0.03, 0.1)  # relative; from here on doubtful and wrong
 TIP = (0.003, 0.01)  # of the robot's size
@@ -128,7 +127,9 @@ def largest_tension(state: LoadedState) -> float:
 
 
 def reference_state(found: tuple[VariantStates, ...], index: int) -> Reference | None:
-    """The extrapolated limit of what shows an order over three refinements, the rest of the finest quadratic.
+    """The extrapolated limit of what shows an order over three refinements, the rest of the best mesh.
+
+    That is the finest quadratic one, and of beams the finest.
 
     Args:
         found: equilibria of the meshes, the robot's own first.
@@ -141,7 +142,10 @@ def reference_state(found: tuple[VariantStates, ...], index: int) -> Reference |
     settled.sort(key=lambda item: item.variant.refinements)
     levels = [item.states[index] for item in settled if item.variant.element == own][-3:]
     quadratic = [item for item in settled if item.variant.element == "quadratic"]
-    finest = quadratic[-1] if quadratic and quadratic[-1] is not found[0] else None
+    better = (
+        [item for item in settled if item.variant.refinements > 0] if own == "beam" else quadratic
+    )
+    finest = better[-1] if better and better[-1] is not found[0] else None
     if len(levels) == 3:
         extrapolated = extrapolated_state(levels, own, finest, index)
         if extrapolated is not None:
@@ -155,18 +159,18 @@ def reference_state(found: tuple[VariantStates, ...], index: int) -> Reference |
 
 
 def extrapolated_state(
-    levels: list[LoadedState], own: ElementName, finest: VariantStates | None, index: int
+    levels: list[LoadedState], own: AnyElement, finest: VariantStates | None, index: int
 ) -> Reference | None:
     """Richardson extrapolation of three states, each on a mesh twice as fine as the one before.
 
     Args:
         levels: from coarse to fine.
         own: what their meshes are made of.
-        finest: quadratic mesh from which quantities without an order of convergence are taken.
+        finest: mesh from which quantities without an order of convergence are taken.
         index: of the load.
 
     Returns:
-        None where the tension has no order of convergence, or there is no quadratic mesh where one is needed.
+        None where the tension has no order of convergence, or there is no such mesh where one is needed.
     """
     names = {"tension": "tension", "tip": "tip", "contact_force": "contact force"}
     limits: dict[str, tuple[Array, float | None]] = {}

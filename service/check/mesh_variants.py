@@ -5,14 +5,19 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
 from tauten.model import Simulator, TetRobot
+from tauten.model.beams import BeamRobot
 from tauten.model.constraints import ConstrainedRobot
 from tauten.model.interface import Quantity
 from tauten.model.load import build_robot, read_bodies
 from tauten.model.schema import ElementName, RobotConfig
+
+AnyElement = ElementName | Literal["beam"]
+AnyRobot = TetRobot | ConstrainedRobot | BeamRobot
 
 TOLERANCE = 1e-6  # m; movement of the last step of an equilibrium
 
@@ -23,10 +28,10 @@ class Variant:
 
     Attributes:
         element: what it is made of.
-        refinements: how often every tetrahedron of the file is cut into eight.
+        refinements: how often every tetrahedron of the file is cut into eight, or every beam into two.
     """
 
-    element: ElementName
+    element: AnyElement
     refinements: int
 
     @property
@@ -48,7 +53,9 @@ class Variant:
 
     @property
     def relative_cost(self) -> int:
-        """Number of nodes relative to the linear mesh of the file, roughly."""
+        """Number of nodes relative to the mesh of the file, linear or of beams, roughly."""
+        if self.element == "beam":
+            return int(2**self.refinements)
         return int(8 ** (self.refinements + (self.element == "quadratic")))
 
 
@@ -59,7 +66,7 @@ class Load:
     Attributes:
         cable: its number.
         name: its name.
-        share: of its farthest position.
+        share: of its farthest position, or of its largest tension.
         pull: its position, in the unit of its kind.
         quantity: what its position is.
     """
@@ -108,19 +115,45 @@ class VariantStates:
     states: tuple[LoadedState, ...]
 
 
-def make_loads(robot: TetRobot | ConstrainedRobot, shares: tuple[float, ...]) -> tuple[Load, ...]:
-    """Every actuator alone at shares of its farthest position, in ascending order."""
+def make_loads(robot: AnyRobot, shares: tuple[float, ...]) -> tuple[Load, ...]:
+    """Every actuator alone at shares of its farthest position, in ascending order.
+
+    Arms made of beams have antagonists, against which the largest pull of a cable is far beyond its tension:
+    they are pulled to where shares of the largest tension take them while the other cables are slack.
+    """
+    kinds = zip(robot.actuators.names, robot.actuators.kinds, strict=True)
+    if isinstance(robot, BeamRobot):
+        return tuple(
+            Load(cable, name, share, pull, kind.position)
+            for cable, (name, kind) in enumerate(kinds)
+            for share, pull in tensioned(robot, cable, sorted(shares))
+        )
     limits = robot.limits
     farthest = np.where(
         limits.pull_max >= -limits.pull_min, limits.pull_max, limits.pull_min
     )  # (n_a,)
     return tuple(
         Load(cable, name, share, share * float(farthest[cable]), kind.position)
-        for cable, (name, kind) in enumerate(
-            zip(robot.actuators.names, robot.actuators.kinds, strict=True)
-        )
+        for cable, (name, kind) in enumerate(kinds)
         for share in sorted(shares)
     )
+
+
+def tensioned(robot: BeamRobot, cable: int, shares: list[float]) -> Iterator[tuple[float, float]]:
+    """Shares of a cable's largest tension with the pulled lengths they lead to, as far as they are found.
+
+    Args:
+        robot: on its own mesh.
+        cable: its number.
+        shares: in ascending order.
+    """
+    simulator = Simulator(robot, contact="full")
+    for share in shares:
+        tension = np.zeros(robot.n_a)
+        tension[cable] = share * robot.limits.tension_max[cable]
+        if not simulator.settle(tension=tension, tolerance=TOLERANCE).converged:
+            return
+        yield share, float(simulator.pull[cable])
 
 
 def chosen_variants(element: ElementName, refinements: int) -> tuple[Variant, ...]:
@@ -149,12 +182,13 @@ def variant_robot(config: RobotConfig, path: Path, variant: Variant) -> TetRobot
     Raises:
         RobotFileError, MeshError: it cannot be built.
     """
+    assert variant.element != "beam"
     changed = config.with_element(variant.element)
     return build_robot(changed, read_bodies(changed, path, variant.refinements), str(path))
 
 
 def equilibria(
-    robot: TetRobot | ConstrainedRobot, loads: tuple[Load, ...], stopped: Callable[[], bool]
+    robot: AnyRobot, loads: tuple[Load, ...], stopped: Callable[[], bool]
 ) -> Iterator[LoadedState]:
     """The robot at rest under each load, until `stopped`.
 
@@ -172,7 +206,8 @@ def equilibria(
         if load.cable != cable:
             simulator.reset()
             cable = load.cable
-        pull = np.zeros(robot.n_a)
+        slack = isinstance(robot, BeamRobot)
+        pull = robot.limits.pull_min.copy() if slack else np.zeros(robot.n_a)
         pull[cable] = load.pull
         converged = simulator.settle(pull=pull, tolerance=TOLERANCE).converged
         yield LoadedState(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from tauten.model import MeshError, RobotFileError, TetRobot, load_robot
@@ -17,6 +18,7 @@ from tauten.service.check.findings import Finding, Level, worst
 from tauten.service.check.mesh_error import MeshErrorEstimate, estimate_error
 from tauten.service.check.mesh_findings import mesh_findings
 from tauten.service.check.mesh_variants import (
+    AnyRobot,
     Variant,
     VariantStates,
     chosen_variants,
@@ -56,6 +58,7 @@ class RobotCheck:
             built.
         refused: why the robot cannot be built; "" where it can.
         complete: whether everything was looked at.
+        digest: SHA-256 of the robot's model; "" where it cannot be built.
     """
 
     robot: str
@@ -63,6 +66,7 @@ class RobotCheck:
     estimate: MeshErrorEstimate | None = None
     refused: str = ""
     complete: bool = True
+    digest: str = ""
 
     @property
     def level(self) -> Level:
@@ -86,7 +90,7 @@ def check_robot(settings: CheckSettings, stop: StopFlag, progress: Progress) -> 
     raw = model_tables(read_toml(path))
     with one_blas_thread():
         if "beams" in raw:
-            return check_beams(path, progress)
+            return check_beams(settings, path, stop, progress)
         config = validated(RobotConfig, raw, path)
         progress(0.0, "mesh")
         meshes = [
@@ -94,7 +98,8 @@ def check_robot(settings: CheckSettings, stop: StopFlag, progress: Progress) -> 
             for body in config.all_bodies
         ]
         findings = tuple(mesh_findings(config, meshes))
-        own = Variant(config.all_bodies[0].mesh.element, 0)
+        element = config.all_bodies[0].mesh.element
+        own = Variant(element, 0)
         try:
             robot = variant_robot(config, path, own)
         except (RobotFileError, MeshError) as error:
@@ -104,10 +109,16 @@ def check_robot(settings: CheckSettings, stop: StopFlag, progress: Progress) -> 
         findings += tuple(body_findings(robot, 3, robot.contacts.alarm_distance))
         progress(0.08, own.name)
         if not settings.shares:
-            return RobotCheck(config.name, findings)
-        estimate = compare_meshes(settings, config, path, robot, stop, progress)
+            return RobotCheck(config.name, findings, digest=robot.digest)
+        variants = chosen_variants(element, settings.refinements)
+        make = partial(variant_robot, config, path)
+        estimate = compare_meshes(settings, robot, variants, make, stop, progress)
     return RobotCheck(
-        config.name, (*findings, estimate.finding), estimate, complete=estimate.complete
+        config.name,
+        (*findings, estimate.finding),
+        estimate,
+        complete=estimate.complete,
+        digest=robot.digest,
     )
 
 
@@ -139,21 +150,45 @@ def selected(name_or_path: str) -> tuple[TetRobot | ConstrainedRobot, tuple[Regi
     return robot, parts_of(config, path)
 
 
-def check_beams(path: Path, progress: Progress) -> RobotCheck:
-    """What applies to a robot made of beams."""
+def check_beams(
+    settings: CheckSettings, path: Path, stop: StopFlag, progress: Progress
+) -> RobotCheck:
+    """What applies to a robot made of beams.
+
+    Args:
+        settings: what is checked.
+        path: of the robot file.
+        stop: read before each equilibrium.
+        progress: called with the share of the work just done, and what comes next.
+    """
     robot = load_robot(path)
     assert isinstance(robot, BeamRobot)
     progress(0.1, "beams")
     findings = tuple(body_findings(robot, 6, 0.0))
-    note = Finding("error of the mesh", "doubtful", "beams are not refined, their error is unknown")
-    return RobotCheck(robot.name, (*findings, note))
+    if not settings.shares:
+        return RobotCheck(robot.name, findings, digest=robot.digest)
+    variants = tuple(Variant("beam", count) for count in range(settings.refinements + 1))
+
+    def refined(variant: Variant) -> BeamRobot:
+        made = load_robot(path, refinements=variant.refinements)
+        assert isinstance(made, BeamRobot)
+        return made
+
+    estimate = compare_meshes(settings, robot, variants, refined, stop, progress)
+    return RobotCheck(
+        robot.name,
+        (*findings, estimate.finding),
+        estimate,
+        complete=estimate.complete,
+        digest=robot.digest,
+    )
 
 
 def compare_meshes(
     settings: CheckSettings,
-    config: RobotConfig,
-    path: Path,
-    robot: TetRobot | ConstrainedRobot,
+    robot: AnyRobot,
+    variants: tuple[Variant, ...],
+    make: Callable[[Variant], AnyRobot],
     stop: StopFlag,
     progress: Progress,
 ) -> MeshErrorEstimate:
@@ -161,20 +196,19 @@ def compare_meshes(
 
     Args:
         settings: what is compared.
-        config: the robot file.
-        path: of the file.
         robot: the robot on its own mesh.
+        variants: the meshes, the robot's own first.
+        make: the robot on another mesh.
         stop: read before each equilibrium.
         progress: called with the share of the work just done, and what comes next.
     """
     loads = make_loads(robot, settings.shares)
-    variants = chosen_variants(config.all_bodies[0].mesh.element, settings.refinements)
     total = sum(variant.relative_cost for variant in variants) * len(loads)
     found: list[VariantStates] = []
     for variant in variants:
         if stop.requested:
             break
-        made = robot if variant == variants[0] else variant_robot(config, path, variant)
+        made = robot if variant == variants[0] else make(variant)
         states = []
         for state in equilibria(made, loads, lambda: stop.requested):
             states.append(state)

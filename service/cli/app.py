@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from tauten.service.cli.bench import bench
-from tauten.service.cli.bench_elements import elements
+from tauten.service.cli.bench_mechanics import elements, energy, equilibria
 from tauten.service.cli.bench_node import node
 from tauten.service.cli.check import check, schema
 from tauten.service.cli.closed_loop import closed_loop
@@ -28,6 +28,7 @@ from tauten.service.cli.options import (
     Port,
     Rate,
     RobotName,
+    StepsOption,
     YoungScale,
     ZenohConfig,
 )
@@ -111,6 +112,7 @@ def plant(
     ] = False,
     young_scale: YoungScale = 1.0,
     drive: DriveOption = "pull",
+    steps: StepsOption = "single",
     port: Port = None,
     zenoh_config: ZenohConfig = None,
 ) -> None:
@@ -121,7 +123,7 @@ def plant(
 
     loaded, settings = (
         load_robot(robot, rate=rate, young_scale=young_scale),
-        PlantSettings(measure, drive),
+        PlantSettings(measure, drive, steps),
     )
     with stop_on_signals() as stop:
         simulate(loaded, _network(port, zenoh_config), settings, stop)
@@ -185,6 +187,8 @@ for _command in _COMMANDS:
     app.command()(_command)
 bench.command("closed-loop")(closed_loop)
 bench.command("elements")(elements)
+bench.command("energy")(energy)
+bench.command("equilibria")(equilibria)
 bench.command("node")(node)
 bench.command("view")(bench_view)
 app.add_typer(bench, name="bench")

@@ -16,6 +16,7 @@ from rich.table import Table
 from tauten.service.process import write_text
 
 if TYPE_CHECKING:
+    from tauten.model import Robot
     from tauten.reduction import ContactBasis
     from tauten.service.bench import ControlBench, StepBench
     from tauten.service.replay import Spread
@@ -71,6 +72,7 @@ def finger(
         ),
     )
     _show_control(result)
+    show_mesh_error(setup.path, setup.robot)
     _write(result, json_file)
 
 
@@ -87,6 +89,7 @@ def manipulator(
     ),
 ) -> None:
     """Steps per second straight and bent, full and reduced; effect of contact; error over modes."""
+    from tauten.model.load import robot_path
     from tauten.service.bench import ArmBenchSettings, bench_manipulator, parse_ks
     from tauten.service.plots import Side, draw_comparison, draw_posture_errors
     from tauten.service.tables import arm_tables, sentences, write_arm_tables
@@ -105,6 +108,7 @@ def manipulator(
         console.print(table.rich())
     for sentence in sentences(result):
         console.print(sentence)
+    show_mesh_error(robot_path("manipulator"), bent.robot)
     _write(result, json_file)
     if markdown is not None:
         write_arm_tables(result, markdown)
@@ -142,6 +146,8 @@ def steps(
     json_file: Json = None,
 ) -> None:
     """Forward and inverse steps without contact, on a mesh and its refinements."""
+    from tauten.model import load_robot
+    from tauten.model.load import robot_path
     from tauten.service.bench import bench_steps
 
     result = _with_bar(
@@ -149,6 +155,7 @@ def steps(
         lambda progress: bench_steps(robot, refinements, factorisation, count, progress),
     )
     _show_steps(result)
+    show_mesh_error(robot_path(robot), load_robot(robot, refinements=refinements))
     _write(result, json_file)
 
 
@@ -231,11 +238,24 @@ def contact_basis(
     for table in contact_basis_tables(result):
         Console().print(table.rich())
     Console().print(certificate(result))
+    show_mesh_error(setup.path, setup.robot)
     _write(result, json_file)
     if markdown is not None:
         write_contact_basis_tables(result, markdown)
     if figure is not None:
         draw_contact_basis(result, figure)
+
+
+def show_mesh_error(path: Path, robot: Robot) -> None:
+    """Print the error of a robot's mesh, as far as it is known.
+
+    Args:
+        path: of the robot file.
+        robot: made from it.
+    """
+    from tauten.service.check import mesh_error_text
+
+    Console().print(f"mesh error: {mesh_error_text(path, robot.digest)}")
 
 
 def _reduced(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
@@ -13,6 +13,9 @@ from rich.progress import Progress
 
 from tauten.service.cli.bench import Json
 from tauten.service.process import write_text
+
+if TYPE_CHECKING:
+    from tauten.service.check import MeshErrorEstimate, RobotCheck
 
 
 def check(
@@ -33,6 +36,10 @@ def check(
         int,
         typer.Option(min=0, max=3, help="Refinements to compare with; from 2 on extrapolated."),
     ] = 1,
+    save: Annotated[
+        bool,
+        typer.Option("--save", help="Save the errors beside the robot file, for later reports."),
+    ] = False,
     compare: Annotated[
         bool, typer.Option("--compare/--no-compare", help="Compare with better meshes.")
     ] = True,
@@ -42,6 +49,7 @@ def check(
     The exit code is 1 where something is wrong, 2 where the robot cannot be built. Ctrl-C keeps what is done.
     """
     from tauten.model import RobotFileError
+    from tauten.model.load import robot_path
     from tauten.service.check import CheckSettings, check_robot, selected
     from tauten.service.plots import draw_mesh_error, draw_regions
     from tauten.service.process import stop_on_signals
@@ -61,14 +69,14 @@ def check(
         write_text(json_file, json.dumps(numbers, indent=2) + "\n")
     if result.refused:
         raise RobotFileError(result.refused)
+    if save:
+        _save(result, robot_path(robot))
     if markdown is not None:
         write_check_tables(result, markdown)
     if regions is not None:
         draw_regions(*selected(robot), regions)
     if figure is not None:
-        if result.estimate is None:
-            raise typer.BadParameter("--figure: there are no errors to draw without a comparison")
-        draw_mesh_error(result.estimate, figure)
+        draw_mesh_error(_estimate(result, "--figure"), figure)
     if result.level == "wrong":
         raise typer.Exit(1)
 
@@ -78,3 +86,20 @@ def schema() -> None:
     from tauten.service.file_schema import robot_file_schema
 
     typer.echo(json.dumps(robot_file_schema(), indent=2, ensure_ascii=False))
+
+
+def _estimate(result: RobotCheck, option: str) -> MeshErrorEstimate:
+    """The comparison of meshes that an option is about."""
+    if result.estimate is None:
+        raise typer.BadParameter(f"{option}: there are no errors without a comparison of meshes")
+    return result.estimate
+
+
+def _save(result: RobotCheck, path: Path) -> None:
+    """Save the errors beside the robot file at `path`."""
+    from tauten.service.check import certified
+
+    try:
+        certified(_estimate(result, "--save"), result.digest).save(path)
+    except ValueError as error:
+        raise typer.BadParameter(f"--save: {error}") from error

@@ -11,7 +11,7 @@ import typer
 from rich.console import Console
 from rich.progress import Progress
 
-from tauten.service.cli.bench import Json
+from tauten.service.cli.bench import Json, show_mesh_error
 from tauten.service.process import write_text
 
 
@@ -48,6 +48,7 @@ def closed_loop(
         )
     for table in closed_loop_tables(result):
         Console().print(table.rich())
+    show_mesh_error(setup.path, setup.robot)
     if not result.complete:
         Console().print("stopped early: the tables have the runs that were done")
     if json_file is not None:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.console import Console
 
+from tauten.service.cli.bench import show_mesh_error
 from tauten.service.process import write_text
 
 if TYPE_CHECKING:
@@ -38,6 +39,7 @@ def compare(
 ) -> None:
     """Apply the same command with and without contact: figure, and distance of the effectors."""
     from tauten.model import load_robot
+    from tauten.model.load import robot_path
     from tauten.service.bench import compare_equilibria, equilibrium
     from tauten.service.plant import bending_command
     from tauten.service.plots import Side, draw_comparison
@@ -56,12 +58,17 @@ def compare(
         bending = bending_command(loaded)
         chosen = bending.pull, bending.tension
     passing = equilibrium(loaded, "none", *chosen)
-    touching = equilibrium(loaded, "full", *chosen)
+    touching = passing if loaded.n_c == 0 else equilibrium(loaded, "full", *chosen)
     found = compare_equilibria(loaded, touching, passing)
     side = Side("xyz".index(axes[0]), "xyz".index(axes[1]))
     draw_comparison(loaded, touching, passing, side, figure)
     if json_file is not None:
         write_text(json_file, json.dumps(asdict(found), indent=2) + "\n")
+    if loaded.n_c == 0:
+        Console().print(
+            f"{loaded.name} has no contacts: at rest and under the command in {figure}."
+        )
+        return
     for share, what in zip(found.share, ("with", "without"), strict=True):
         if share < 1.0:
             Console().print(
@@ -74,6 +81,7 @@ def compare(
         f"are without contact, where surfaces overlap by {found.deepest_overlap_mm:.2f} mm. "
         f"Drawn in {figure}."
     )
+    show_mesh_error(robot_path(robot), loaded)
 
 
 def _apart(found: Comparison, effector: int) -> str:

@@ -44,6 +44,14 @@ YoungScale = Annotated[
         min=0.01, max=100.0, help="Ratio of the plant's Young's modulus to the robot file's."
     ),
 ]
+StepsOption = Annotated[
+    Literal["single", "converged", "auto"],
+    typer.Option(
+        "--steps",
+        help="The plant's time steps: one linearisation each, iterated to convergence, or converged where "
+        "the time allows.",
+    ),
+]
 DriveOption = Annotated[
     Literal["pull", "tension"],
     typer.Option("--drive", help="Command that the plant's winches follow."),

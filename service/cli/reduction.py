@@ -99,6 +99,7 @@ def reduce(
     from tauten.model import EmptySpace, load_robot
     from tauten.reduction.campaign import Ranges
     from tauten.reduction.contact import ReduceSettings
+    from tauten.reduction.state import reducible
     from tauten.service.plots import draw_curve
     from tauten.service.settings import load_model_settings
 
@@ -111,6 +112,8 @@ def reduce(
         curve=curve is not None,
     )
     loaded = load_robot(robot)
+    if states or loaded.n_c == 0:
+        reducible(loaded)  # before hours of a campaign
     chosen = state_settings(loaded, state_modes, responses, sample, seed)
     allowed = None if accept_error else load_model_settings(robot).max_tip_error
     target = _basis_path(out or Path(f"{loaded.name}.basis"))

@@ -2,15 +2,25 @@
 
 from __future__ import annotations
 
+import json
+from dataclasses import asdict
 from datetime import datetime
 from pathlib import Path
 from typing import Annotated, Literal
 
 import typer
 from rich.console import Console
+from rich.progress import Progress
 from rich.table import Table
 
-from tauten.service.cli.options import Basis, ClosedLoop, DriveOption, Model, YoungScale
+from tauten.service.cli.options import (
+    Basis,
+    ClosedLoop,
+    DriveOption,
+    Model,
+    StepsOption,
+    YoungScale,
+)
 
 
 def demo(
@@ -27,6 +37,7 @@ def demo(
     closed_loop: ClosedLoop = False,
     young_scale: YoungScale = 1.0,
     drive: DriveOption = "pull",
+    steps: StepsOption = "single",
 ) -> None:
     """Run node, plant and stream as processes; write a log, a report and a figure."""
     from tauten.service.plant import FIGURE, DemoSettings, run_demo
@@ -48,6 +59,7 @@ def demo(
         closed_loop,
         young_scale,
         drive,
+        steps,
     )
     with stop_on_signals() as stop, console.status("starting") as status:
         done = run_demo(settings, stop, status.update)
@@ -90,6 +102,14 @@ def replay(
         ),
     ] = None,
     tick: Annotated[int, typer.Option(min=0, help="Number of the tick, for --problem.")] = 0,
+    distance: Annotated[
+        bool,
+        typer.Option(
+            "--distance",
+            help="Also say what the distance of plant and model consists of, and how far the model is from "
+            "converged time steps; takes several times the run.",
+        ),
+    ] = False,
 ) -> None:
     """Run the controller on a log's targets.
 
@@ -116,9 +136,35 @@ def replay(
         f"(tick {result.worst_tick}, tolerance {tolerance:g}), {result.statuses} other statuses; "
         f"{result.speed:.1f} times as fast as the run"
     )
+    console.print(f"mesh error: {result.mesh_error}")
     for note in result.notes:
         console.print(f"note: {note}")
     if report is not None:
         write_report(result, str(log), report)
         draw_replay(result, str(log), report / "replay.png")
+    if distance:
+        _show_distances(log, recorded_paths, report, console)
     raise typer.Exit(0 if result.same else 1)
+
+
+def _show_distances(log: Path, recorded_paths: bool, report: Path | None, console: Console) -> None:
+    """What the distance of plant and model consists of: a table, and files in a folder."""
+    from tauten.service.plots import draw_distances
+    from tauten.service.process import write_text
+    from tauten.service.replay import distance_rows, measure_distances
+
+    with Progress(console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("simulating", total=1.0)
+        found = measure_distances(
+            log,
+            recorded_paths,
+            lambda share, what: bar.update(task, advance=share, description=what),
+        )
+    table = Table("first effector", f"{found.robot}, plant: {found.steps}", title="plant and model")
+    for row in distance_rows(found):
+        table.add_row(*row)
+    console.print(table)
+    if report is not None:
+        shares = {name: asdict(share) for name, share in found.shares().items()}
+        write_text(report / "distance.json", json.dumps(shares, indent=2) + "\n")
+        draw_distances(found, report / "distance.png")

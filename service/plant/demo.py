@@ -12,7 +12,7 @@ from pathlib import Path
 
 from tauten.model import Actuators
 from tauten.service.plant.paths import PathSettings, make_path
-from tauten.service.plant.plant import Drive
+from tauten.service.plant.plant import Drive, Steps
 from tauten.service.plant.processes import STOP_TIME, Child, DemoError, child, free_ports
 from tauten.service.plant.waypoints import save_path
 from tauten.service.process import StopFlag
@@ -41,6 +41,7 @@ class DemoSettings:
         closed_loop: whether the plant's measurements correct the targets.
         young_scale: the plant's Young's modulus, as a multiple of the robot file's.
         drive: what the plant's winches obey, as for `tauten plant`.
+        steps: the plant's time steps, as for `tauten plant`.
     """
 
     robot: str
@@ -54,6 +55,7 @@ class DemoSettings:
     closed_loop: bool = False
     young_scale: float = 1.0
     drive: Drive = "pull"
+    steps: Steps = "single"
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,6 +97,7 @@ def run_demo(settings: DemoSettings, stop: StopFlag, notify: Callable[[str], Non
         if settings.model is not None:
             serving += ["--model", settings.model]
         behaving = ["--young-scale", repr(settings.young_scale), "--drive", settings.drive]
+        behaving += ["--steps", settings.steps]
         if settings.closed_loop:
             serving.append("--closed-loop")
             behaving.append("--measure")

@@ -6,14 +6,15 @@ import gc
 import logging
 import time
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 import zenoh
 
-from tauten.model import Robot, Simulator
+from tauten.model import Robot, RobotFileError, Simulator
 from tauten.model.numerics import Array, FactorisationError
+from tauten.model.simulation import Stepped
 from tauten.service.node import Clock
 from tauten.service.process import StopFlag, manual_garbage_collection, one_blas_thread
 from tauten.service.wire import (
@@ -46,6 +47,7 @@ log = logging.getLogger(__name__)
 
 
 Drive = Literal["pull", "tension"]
+Steps = Literal["single", "converged", "auto"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,14 +57,18 @@ class PlantSettings:
     Attributes:
         measure: whether it also publishes its effectors as measurements, as a camera would.
         drive: whether its winches use pulled lengths or tensions.
+        steps: with a single linearisation, iterated to convergence, or "auto": converged where this machine
+            is fast enough for the robot.
     """
 
     measure: bool = False
     drive: Drive = "pull"
+    steps: Steps = "single"
 
 
 _HEALTH_PERIOD = 1.0  # s
 _WARM_UP = 12  # steps
+_MOST_LOAD = 0.5  # of the period, that converged steps may take to be chosen
 
 
 class Plant:
@@ -96,6 +102,8 @@ class Plant:
         ]
         self._gap = Publisher(session, keys.plant_gap, FLOAT)
         self._health = Publisher(session, keys.plant_health, HEALTH, urgent=False)
+        self._converged = settings.steps == "converged"
+        self._drive = settings.drive
         # what leads each actuator: efforts of those that a hold keeps by their effort
         self._by_force = robot.actuators.held_by_force | (settings.drive == "tension")
         self._pull: Array = np.where(self._by_force, np.nan, 0.0)
@@ -139,7 +147,9 @@ class Plant:
     def _advance(self) -> None:
         """One step; a simulation that blows up starts again at rest."""
         try:
-            report = self._simulator.step(pull=self._pull, tension=self._tension)
+            report = self._simulator.step(
+                pull=self._pull, tension=self._tension, converged=self._converged
+            )
             self._unconverged += not report.converged
         except FactorisationError as error:
             log.error("the simulation has blown up and starts again at rest: %s", error)
@@ -173,21 +183,58 @@ class Plant:
             "plant",
             Level.WARN if any(counts.values()) else Level.OK,
             ", ".join(f"{count} {name}" for name, count in counts.items()),
-            {key: str(count) for key, count in counts.items()} | self._step.entries("step_ms", 1e3),
+            {key: str(count) for key, count in counts.items()}
+            | self._step.entries("step_ms", 1e3)
+            | {"drive": self._drive, "steps": "converged" if self._converged else "single"},
         )
         diagnostics = [loop, self._counts.diagnostic("actuation")]
         self._health.put(encode_health(time.time_ns(), self._robot.name, diagnostics))
         gc.collect()
 
 
-def warm_simulator(robot: Robot) -> Simulator:
-    """A full-order simulator at rest, with every kernel it needs compiled."""
-    simulator = Simulator(robot, contact="full")
+def warm_simulator(robot: Robot, converged: bool) -> tuple[Simulator, float]:
+    """A full-order simulator at rest, with every kernel it needs compiled, and the median of a step [s].
+
+    Args:
+        robot: that is simulated.
+        converged: whether its steps are iterated to convergence.
+    """
+    simulator, times = Simulator(robot, contact="full"), []
     pull = np.minimum(robot.limits.pull_max, _WARM_UP * robot.limits.rate * robot.h)
     for step in range(_WARM_UP):
-        simulator.step(pull=pull * (step + 1) / _WARM_UP)
+        begin = time.perf_counter()
+        simulator.step(pull=pull * (step + 1) / _WARM_UP, converged=converged)
+        times.append(time.perf_counter() - begin)
     simulator.reset()
-    return simulator
+    return simulator, float(np.median(times))
+
+
+def chosen_steps(robot: Robot, settings: PlantSettings) -> tuple[Simulator, PlantSettings]:
+    """A warm simulator, and the settings with the steps that "auto" stands for.
+
+    Args:
+        robot: that is simulated.
+        settings: of the plant.
+
+    Raises:
+        RobotFileError: the robot has no converged steps.
+    """
+    if settings.steps != "single" and not isinstance(robot, Stepped):
+        if settings.steps == "converged":
+            raise RobotFileError(
+                f"robot {robot.name}: steps are converged, a robot with drives, rigid regions or attachments "
+                "has only single ones"
+            )
+        settings = replace(settings, steps="single")
+    simulator, duration = warm_simulator(robot, settings.steps != "single")
+    if settings.steps != "auto":
+        return simulator, settings
+    enough = duration < _MOST_LOAD * robot.h
+    log.info(
+        "a converged step takes %.1f ms of %.1f ms: steps are %s", 1e3 * duration, 1e3 * robot.h,
+        "converged" if enough else "linearised once",
+    )  # fmt: skip
+    return simulator, replace(settings, steps="converged" if enough else "single")
 
 
 def simulate(robot: Robot, network: Network, settings: PlantSettings, stop: StopFlag) -> None:
@@ -201,11 +248,12 @@ def simulate(robot: Robot, network: Network, settings: PlantSettings, stop: Stop
 
     Raises:
         NetworkError: no session.
+        RobotFileError: the robot has no converged steps.
     """
     with ExitStack() as stack:
         stack.enter_context(one_blas_thread())
         with stop.interruptible():
-            simulator = warm_simulator(robot)
+            simulator, settings = chosen_steps(robot, settings)
             typestore()
         session = open_session(network, Role.PLANT, robot.name)
         stack.callback(session.close)

@@ -5,6 +5,8 @@ from tauten.service.plots.closed_loop import draw_case
 from tauten.service.plots.comparison import draw_comparison
 from tauten.service.plots.contact_basis import draw_contact_basis
 from tauten.service.plots.contact_modes import draw_modes
+from tauten.service.plots.distance import draw_distances
+from tauten.service.plots.energy import draw_energy
 from tauten.service.plots.error_curve import draw_curve
 from tauten.service.plots.mesh_error import draw_mesh_error
 from tauten.service.plots.posture_errors import draw_posture_errors
@@ -18,6 +20,8 @@ __all__ = [
     "draw_comparison",
     "draw_contact_basis",
     "draw_curve",
+    "draw_distances",
+    "draw_energy",
     "draw_mesh_error",
     "draw_modes",
     "draw_posture_errors",

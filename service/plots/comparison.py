@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from tauten.model import Robot
+from tauten.model import Robot, State
 from tauten.service.bench import Equilibrium
 from tauten.service.plots.body import Side, draw_body, draw_forces, frame
 
@@ -17,6 +17,8 @@ def draw_comparison(
 ) -> None:
     """Draw the robot at rest, without contact and with contact on one scale.
 
+    A robot without contact candidates is drawn at rest and under the command only.
+
     Args:
         robot: the robot.
         touching: its equilibrium with contact.
@@ -25,6 +27,9 @@ def draw_comparison(
         path: of the figure; its suffix decides the format.
     """
     rest = robot.rest()
+    if robot.n_c == 0:
+        draw_states(robot, {"at rest": rest, "under the command": passing.state}, side, path)
+        return
     states = (rest, passing.state, touching.state)
     points = [robot.points(state) for state in states]
     everything = np.concatenate(points)
@@ -48,3 +53,24 @@ def draw_comparison(
     ghost = 1e3 * passing.effector
     panels[2].plot(ghost[:, side.right], ghost[:, side.up], "x", ms=6, color="0.4")
     figure.savefig(path, dpi=150)
+
+
+def draw_states(robot: Robot, states: dict[str, State], side: Side, path: Path) -> None:
+    """Draw states of a robot side by side on one scale.
+
+    Args:
+        robot: the robot.
+        states: by the titles of the panels.
+        side: from which it is seen.
+        path: of the figure; its suffix decides the format.
+    """
+    everything = np.concatenate([robot.points(state) for state in states.values()])
+    figure = Figure(figsize=(4.4 * len(states), 4.4), layout="constrained")
+    panels = figure.subplots(1, len(states), sharey=True)
+    for axes, (title, state) in zip(panels, states.items(), strict=True):
+        draw_body(axes, robot.points(state), robot.triangles, side)
+        frame(axes, everything, side)
+        axes.set_title(title)
+        tips = 1e3 * robot.effector(state)
+        axes.plot(tips[:, side.right], tips[:, side.up], "o", ms=5, mfc="none", mec="k")
+    figure.savefig(path, dpi=110, bbox_inches="tight")

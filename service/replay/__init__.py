@@ -1,5 +1,6 @@
 """A run read back from its log, reported, and replayed."""
 
+from tauten.service.replay.distance import Distances, distance_rows, measure_distances
 from tauten.service.replay.recorded_setup import recorded_setup
 from tauten.service.replay.replay_report import TICKS, VERDICT, write_report
 from tauten.service.replay.replaying import (
@@ -23,6 +24,7 @@ from tauten.service.replay.report import (
 from tauten.service.replay.run import RecordedRun, Series, read_run
 
 __all__ = [
+    "Distances",
     "RecordedRun",
     "Replay",
     "RunReport",
@@ -32,8 +34,10 @@ __all__ = [
     "VERDICT",
     "actions",
     "changes",
+    "distance_rows",
     "errors_to_goal",
     "make_report",
+    "measure_distances",
     "overheads",
     "read_run",
     "recorded_setup",

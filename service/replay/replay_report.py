@@ -46,6 +46,7 @@ def write_report(replay: Replay, log: str, folder: Path) -> None:
             )
         },
         "notes": list(replay.notes),
+        "mesh_error": replay.mesh_error,
     }
     write_text(folder / VERDICT, json.dumps(verdict, indent=2) + "\n")
     write_text(folder / TICKS, tick_table(replay))

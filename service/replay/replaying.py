@@ -72,6 +72,7 @@ class Replay:
         statuses: ticks whose decision ended with another status.
         tolerance: fraction that is accepted.
         notes: other changes since the log was made.
+        mesh_error: of the robot that replayed it, in one sentence.
     """
 
     actuators: Actuators
@@ -84,6 +85,7 @@ class Replay:
     statuses: int
     tolerance: float
     notes: tuple[str, ...]
+    mesh_error: str
 
     @property
     def ticks(self) -> int:
@@ -305,6 +307,7 @@ def _compare(reader: LogReader, setup: Setup, robot: str, tolerance: float) -> R
         statuses=sum(before != now for before, now in courses.status),
         tolerance=tolerance,
         notes=tuple(changes(reader, setup)),
+        mesh_error=setup.mesh_error,
     )
 
 

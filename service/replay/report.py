@@ -291,6 +291,7 @@ def table_rows(report: RunReport) -> list[tuple[str, str]]:
         ("deepest penetration, plant", f"{_text(report.plant_penetration_mm, '{:.3f}')} mm"),
         ("largest pull", ", ".join(f"{value:.1f}" for value in report.peak_pull_mm) + " mm"),
         ("largest tension", ", ".join(f"{value:.2f}" for value in report.peak_tension_n) + " N"),
+        ("mesh error", report.metadata.get("mesh_error", "unknown")),
         ("decisions", ", ".join(f"{k} {v}" for k, v in report.statuses.items()) or "none"),
     ]
 

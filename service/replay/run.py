@@ -58,6 +58,7 @@ class RecordedRun:
         plant: values of the first effector in the plant; empty without plant.
         plant_gap: smallest gap in the plant [m]; empty without plant.
         health: last health of the node, by name.
+        plant_health: last health of the plant, by name; empty without plant.
         complete: whether the log was finished.
     """
 
@@ -74,12 +75,23 @@ class RecordedRun:
     plant: Series
     plant_gap: Series
     health: dict[str, Diagnostic]
+    plant_health: dict[str, Diagnostic]
     complete: bool
 
     @property
     def following(self) -> Array:
         """(m,) bool: ticks that followed a goal."""
         return np.array([tick.mode is Mode.RUN for tick in self.ticks])
+
+    def plant_value(self, name: str, default: str) -> str:
+        """A value of the plant's health.
+
+        Args:
+            name: of the value.
+            default: where the log has none.
+        """
+        found = self.plant_health.get("plant")
+        return default if found is None else found.values.get(name, default)
 
     @property
     def active(self) -> slice:
@@ -111,7 +123,10 @@ def read_run(path: Path) -> RecordedRun:
     if len(sizes) != 1 or len(set(*sizes)) != 1 or (0, 0) in sizes:
         raise LogError(f"{path}: no actuation in it, or actuations of different numbers of cables")
     gaps = by_key.get(keys.plant_gap, [])
-    health = [decode_health(message.payload) for message in by_key.get(keys.health, [])]
+    health, plant_health = (
+        [decode_health(message.payload) for message in by_key.get(key, [])]
+        for key in (keys.health, keys.plant_health)
+    )
     return RecordedRun(
         robot=recorded.robot,
         rate=recorded.rate,
@@ -125,7 +140,8 @@ def read_run(path: Path) -> RecordedRun:
         tension=_series([(stamp, tension) for stamp, _, tension in joints], start),
         plant=_values(by_key.get(keys.plant_effectors(("",))[0], []), kind, start),
         plant_gap=_series([(gap.logged, [_float(gap.payload)]) for gap in gaps], start),
-        health=next((found for found in reversed(health) if isinstance(found, dict)), {}),
+        health=_last(health),
+        plant_health=_last(plant_health),
         complete=reader.complete,
     )
 
@@ -142,6 +158,11 @@ def joint_values(payload: bytes) -> tuple[int, list[float], list[float]]:
     if not np.isfinite([*message.position, *message.effort]).all():
         raise LogError("a damaged actuation: a pull or tension is not finite")
     return nanoseconds(message.header.stamp), list(message.position), list(message.effort)
+
+
+def _last(health: list[dict[str, Diagnostic] | Rejection]) -> dict[str, Diagnostic]:
+    """The last of several healths that could be decoded."""
+    return next((found for found in reversed(health) if isinstance(found, dict)), {})
 
 
 def _first(values: tuple[float, ...], size: int) -> list[float]:

@@ -18,6 +18,12 @@ from tauten.service.tables.gallery import gallery_table
 from tauten.service.tables.new_robot import trial_table
 from tauten.service.tables.node import NODE_BEGIN, NODE_END, node_table, write_node_tables
 from tauten.service.tables.numbers import Numbers, PageError, milliseconds
+from tauten.service.tables.physics import (
+    energy_tables,
+    equilibria_tables,
+    write_energy_tables,
+    write_equilibria_tables,
+)
 from tauten.service.tables.qpcc import qpcc_tables, write_qpcc_tables
 from tauten.service.tables.reduced import reduced_tables, write_reduced_tables
 from tauten.service.tables.view import VIEW_BEGIN, VIEW_END, view_table, write_view_table
@@ -45,6 +51,8 @@ __all__ = [
     "closed_loop_tables",
     "contact_basis_tables",
     "element_tables",
+    "energy_tables",
+    "equilibria_tables",
     "found_robot",
     "kept_curve",
     "milliseconds",
@@ -59,6 +67,8 @@ __all__ = [
     "write_closed_loop_tables",
     "write_contact_basis_tables",
     "write_element_tables",
+    "write_energy_tables",
+    "write_equilibria_tables",
     "write_node_tables",
     "write_qpcc_tables",
     "write_reduced_tables",

@@ -9,10 +9,14 @@ import numpy as np
 import pytest
 from support.effectors import hollow_mesh
 from support.robots.bodies import beam_robot, box_mesh
+from support.robots.small_bodies import END as DRIVEN_END
+from support.robots.small_bodies import TURN, constrained
 
 from tauten.controller import Controller, ControllerSettings, Status
 from tauten.model import Pose, Robot, Simulator
+from tauten.model.load import make_robot, robot_path
 from tauten.model.numerics import Array
+from tauten.model.schema import Changes, read_toml
 
 SIZE = (0.2, 0.02, 0.02)
 END = {"lower": [0.195, -1.0, -1.0], "upper": [1.0, 1.0, 1.0]}
@@ -249,3 +253,42 @@ def test_predicted_values_are_those_of_the_next_state(tmp_path: Path) -> None:
         actuation = controller.step(goal)
     np.testing.assert_allclose(actuation.effector_values, controller.effector_values, atol=1e-7)
     np.testing.assert_allclose(actuation.effector, controller.effector, atol=1e-7)
+
+
+def test_the_frame_of_a_driven_region_turns_with_its_motor() -> None:
+    """A servo turns the end of a beam, rigid and about a fixed axis: its frame has the servo's angle."""
+    effector = {"name": "tool", "kind": "frame", "region": DRIVEN_END}
+    weight = [0.0, 0.0, 0.0, 0.0, 1.0, 0.0]
+    robot = constrained(
+        cables=None,
+        drives=[{**TURN, "region": DRIVEN_END}],
+        effectors=[{**effector, "weight": weight}],
+        integration={"scheme": "quasi-static"},
+    )
+    layout, rest = robot.effector_layout, robot.effector_values(robot.rest())
+    goal = layout.moved(rest, np.array([0.0, 0.0, 0.0, 0.0, 0.4, 0.0]))
+    controller = Controller(robot, settings=PRECISE)
+    for _ in range(20):
+        assert controller.step(goal).status.usable
+    found = layout.difference(controller.effector_values, rest)
+    np.testing.assert_allclose(found[3:], [0.0, 0.4, 0.0], atol=1e-4)
+    assert controller.pull == pytest.approx([0.4], abs=1e-4)
+
+
+def test_the_manipulator_reaches_a_position_and_points() -> None:
+    """Nine tendons for three coordinates and two angles; the roll about the tool's axis z is free."""
+    path = robot_path("manipulator")
+    contents = read_toml(path)
+    contents["effectors"][0] |= {"kind": "frame", "weight": [1.0, 1.0, 1.0, 1.0, 1.0, 0.0]}
+    contents["integration"] |= {"scheme": "quasi-static"}
+    robot = make_robot(contents, path, Changes())
+    layout, rest = robot.effector_layout, robot.effector_values(robot.rest())
+    tension = np.zeros(9)
+    tension[[0, 4, 8]] = 8.0, 5.0, 6.0
+    goal = values_under(robot, tension)
+    turned = layout.difference(goal, rest)
+    assert np.linalg.norm(turned[:3]) > 0.05
+    assert np.linalg.norm(turned[3:5]) > 0.1
+    found, _ = errors(robot, goal, steps=120)
+    assert np.linalg.norm(found[:3]) < 1e-3 * robot.size
+    assert np.linalg.norm(found[3:5]) < 2e-3

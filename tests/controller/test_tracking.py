@@ -8,6 +8,7 @@ import pytest
 from tauten.controller import Controller, closed_compliance
 from tauten.model import Robot, Simulator
 from tauten.reduction import ContactBasis
+from tauten.service.setup import load_setup
 
 
 def test_closed_compliance_is_that_of_contacts_held() -> None:
@@ -35,15 +36,21 @@ def test_closed_compliance_survives_redundant_contacts() -> None:
 
 
 @pytest.fixture(scope="module")
-def closed_tip(finger: Robot) -> np.ndarray:
+def reduced_finger() -> Robot:
+    """The model that the shipped finger is served with."""
+    return load_setup("finger").robot
+
+
+@pytest.fixture(scope="module")
+def closed_tip(reduced_finger: Robot) -> np.ndarray:
     """Where the finger's tip is with its notches closed."""
-    simulator = Simulator(finger, contact="full")
+    simulator = Simulator(reduced_finger, contact="full")
     assert simulator.settle(pull=[0.031]).converged
     return simulator.effector[0]
 
 
-def test_still_target_still_tension(finger: Robot, closed_tip: np.ndarray) -> None:
-    controller = Controller(finger, ContactBasis.load("finger"))
+def test_still_target_still_tension(reduced_finger: Robot, closed_tip: np.ndarray) -> None:
+    controller = Controller(reduced_finger, ContactBasis.load("finger"))
     start = controller.effector[0]
     for share in np.linspace(0.0, 1.0, 80):
         # the pull that ends there grows roughly along an arc; the way does not matter, the end does
@@ -53,3 +60,16 @@ def test_still_target_still_tension(finger: Robot, closed_tip: np.ndarray) -> No
     tensions = [controller.step(closed_tip).tension[0] for _ in range(50)]
     assert np.ptp(tensions) < 1e-3 * np.mean(tensions)
     assert np.linalg.norm(controller.effector[0] - closed_tip) < 0.3e-3
+
+
+@pytest.mark.parametrize("pull", [0.025, 0.031, 0.035])
+def test_the_shipped_finger_settles_from_rest_where_it_does_in_steps(
+    reduced_finger: Robot, pull: float
+) -> None:
+    """Notches are detected while they are open: flanks do not pass each other in a large step."""
+    once, stepped = (Simulator(reduced_finger, contact="full") for _ in range(2))
+    assert once.settle(pull=[pull]).converged
+    for share in (0.4, 0.6, 0.8, 0.9, 1.0):
+        assert stepped.settle(pull=[share * pull]).converged
+    np.testing.assert_allclose(once.effector, stepped.effector, atol=1e-5)
+    np.testing.assert_allclose(once.tension, stepped.tension, rtol=1e-3)

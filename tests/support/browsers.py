@@ -59,7 +59,7 @@ def page_of(address: str, loaded: str | None = None) -> Iterator[Page]:
 
 def pixels(page: Page) -> Array:
     """What the page shows: (height, width, 3), 0 … 1."""
-    picture: Array = matplotlib.image.imread(io.BytesIO(page.screenshot()))
+    picture: Array = matplotlib.image.imread(io.BytesIO(page.screenshot(timeout=120_000)))
     return picture[:, :, :3]
 
 

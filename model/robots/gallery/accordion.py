@@ -46,6 +46,9 @@ rayleigh_stiffness = 0.02
 [controller]
 rate = 50.0
 
+[model]
+order = "reduced"
+
 [service]
 target_timeout = 0.5
 release_time = 1.0
@@ -97,7 +100,8 @@ class AccordionShape:
     @property
     def crests(self) -> Array:
         """Heights of the crests [m]."""
-        return self.plate + self.pitch * (np.arange(self.folds) + 0.5)
+        first = self.plate + 0.5 * self.pitch
+        return np.linspace(first, first + (self.folds - 1) * self.pitch, self.folds)
 
 
 def make_cells(shape: AccordionShape) -> tuple[Array, Ints]:

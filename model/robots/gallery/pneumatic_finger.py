@@ -143,7 +143,7 @@ def make_text(shape: BellowsShape) -> str:
             )
     first = shape.cap + shape.wall + 0.5 * shape.room
     return HEAD.format(
-        vacuum=-12e3, pressure=25e3, volume=6e-6, rate=8e-6,
+        vacuum=-12e3, pressure=25e3, volume=6e-6, rate=2.5e-6,
         stiff=shape.z[1], folds="\n".join(folds),
         inside=f"{first:g}, 0.0, {0.5 * (shape.z[4] + shape.z[5]):g}",
         tip=f"{ends[-1]:.5f}, 0.0, {shape.z[2]:g}",

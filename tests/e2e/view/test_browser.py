@@ -5,10 +5,10 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
-from playwright.sync_api import Page
 from support.browsers import on_page, page_of, pixels
 from support.viewers import Shown, showing, wait_until
 
@@ -16,6 +16,9 @@ from tauten.model import Robot
 from tauten.service.frames import SimulatedRobot
 from tauten.service.setup import load_setup
 from tauten.service.wire import Cause, Mode
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Page
 
 
 @pytest.fixture

@@ -22,7 +22,7 @@ from tauten.model import State
 from tauten.model.constraints import ConstrainedRobot
 from tauten.model.numerics import Array
 from tauten.model.schema import RobotFileError
-from tauten.reduction.state import StateBasisError, n_elements
+from tauten.reduction.state import StateBasisError, reducible
 
 SECOND = {"name": "second", "mesh": {"file": "b.vtu"}, "position": [0.1, 0.0, 0.0]}
 FIRST = {"name": "first", "mesh": {"file": "a.vtu"}, "fixed": [ROOT]}
@@ -183,7 +183,7 @@ def test_a_fork_and_a_load_keep_the_constraints(robot: ConstrainedRobot, state: 
 
 def test_drives_have_no_state_basis(robot: ConstrainedRobot) -> None:
     with pytest.raises(StateBasisError, match="robots with drives, rigid regions or attachments"):
-        n_elements(robot)
+        reducible(robot)
 
 
 def servo(**changes: object) -> dict[str, object]:

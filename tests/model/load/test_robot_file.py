@@ -193,14 +193,16 @@ def test_digest_follows_contact_physics_and_nothing_else() -> None:
     assert digest() != digest(material=stiffer)
 
 
-def test_our_finger_is_the_papers(finger) -> None:  # type: ignore[no-untyped-def]
+def test_our_finger_is_the_papers(shipped_finger) -> None:  # type: ignore[no-untyped-def]
+    finger = shipped_finger
     assert finger.n_c == 495 and finger.n_a == 1
     assert 800 <= len(finger.mesh.nodes) <= 2500
     assert np.ptp(finger.mesh.nodes, axis=0) == pytest.approx([0.015, 0.015, 0.1])
 
 
-def test_our_finger_is_made_by_its_script(tmp_path: Path, finger) -> None:  # type: ignore[no-untyped-def]
+def test_our_finger_is_made_by_its_script(tmp_path: Path, shipped_finger) -> None:  # type: ignore[no-untyped-def]
     from tauten.model.robots.make_finger import FingerShape, make_finger
 
     nodes, tets = make_finger(FingerShape())
-    assert np.allclose(finger.mesh.nodes, nodes) and np.array_equal(finger.mesh.tets, tets)
+    mesh = shipped_finger.mesh
+    assert np.allclose(mesh.nodes, nodes) and np.array_equal(mesh.tets, tets)

@@ -176,8 +176,20 @@ def test_different_robots_have_different_digests(arm: BeamRobot, tmp_path: Path)
     assert load_robot("manipulator_1290").digest == arm.digest
     assert load_robot("manipulator").digest != arm.digest
     assert load_robot("manipulator_1290", young_scale=1.01).digest != arm.digest
-    with pytest.raises(RobotFileError, match="refinements is 1, beams are not refined"):
-        load_robot("manipulator", refinements=1)
+
+
+def test_halved_beams_are_the_same_body(arm: BeamRobot) -> None:
+    """Mass and equilibrium under gravity; the spring of the whole is that of its parts in series."""
+    halved = load_robot("manipulator_1290", refinements=1)
+    assert isinstance(halved, BeamRobot)
+    assert halved.n_nodes == arm.n_nodes + len(arm.body.ends)
+    assert halved.body.mass.sum() == pytest.approx(arm.body.mass.sum(), rel=1e-12)
+    tips = []
+    for robot in (arm, halved):
+        simulator = Simulator(robot, contact="none")
+        assert simulator.settle(tension=np.zeros(robot.n_a)).converged
+        tips.append(simulator.effector[0])
+    np.testing.assert_allclose(tips[0], tips[1], atol=1e-5)
 
 
 # ---- files that cannot be used

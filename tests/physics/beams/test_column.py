@@ -17,7 +17,7 @@ from scipy.optimize import brentq
 from scipy.special import ellipe, ellipk
 from support.robots.beam_robots import build, path_of_beams, rectangle, under_force
 
-from tauten.model import Simulator, State
+from tauten.model import Ending, Simulator, State
 from tauten.model.beams import BeamRobot, bar
 from tauten.model.numerics import Array
 
@@ -78,8 +78,49 @@ def test_the_column_stands_below_eulers_load_and_bends_above(tmp_path: Path) -> 
         assert lowest_stiffness(robot, simulator.state) > 0.0, "a stable equilibrium"
 
 
+@pytest.mark.parametrize("load", [1.02, 1.5, 5.0])
+def test_a_straight_column_leaves_the_unstable_branch(tmp_path: Path, load: float) -> None:
+    """Pushed exactly along its axis; to the side to which the other half of the elastica would bend, too."""
+    robot = column(tmp_path, 32).loaded(np.zeros(3), down(load))
+    simulator = Simulator(robot, contact="none")
+    simulator.start_from(compressed(robot, load))
+    report = simulator.settle(tension=[0.0], tolerance=1e-8)
+    assert report.converged
+    assert report.ending is Ending.SETTLED
+    assert lowest_stiffness(robot, simulator.state) > 0.0
+    m = brentq(lambda m: (2.0 * ellipk(m) / np.pi) ** 2 - load, 1e-9, 1.0 - 1e-9)
+    across = 2.0 * np.sqrt(m) / ellipk(m) * L
+    assert abs(simulator.effector[0, 0]) == pytest.approx(across, abs=1.5e-3)
+
+
+def test_a_column_that_is_left_no_iterations_is_named_buckled(tmp_path: Path) -> None:
+    robot = column(tmp_path, 16).loaded(np.zeros(3), down(1.5))
+    simulator = Simulator(robot, contact="none")
+    simulator.start_from(compressed(robot, 1.5))
+    report = simulator.settle(tension=[0.0], max_iterations=4, load_steps=False)
+    assert not report.converged
+    assert report.ending is Ending.BUCKLED
+
+
+def test_below_eulers_load_the_straight_column_is_settled(tmp_path: Path) -> None:
+    robot = column(tmp_path, 16).loaded(np.zeros(3), down(0.98))
+    simulator = Simulator(robot, contact="none")
+    report = simulator.settle(tension=[0.0], tolerance=1e-8)
+    assert report.ending is Ending.SETTLED
+    assert abs(simulator.effector[0, 0]) < 1e-9
+
+
+def test_a_cable_along_a_straight_column_bends_it(tmp_path: Path) -> None:
+    """Held pulled lengths are constraints: the straight column is unstable under them, too."""
+    robot = column(tmp_path, 32)
+    simulator = Simulator(robot, contact="none")
+    assert simulator.settle(pull=[0.1 * L], tolerance=1e-8).converged
+    m = brentq(lambda m: 2.0 * ellipe(m) / ellipk(m) - 2.0 + 0.1, 1e-9, 0.99)
+    assert simulator.tension[0] / TIED == pytest.approx((2.0 * ellipk(m) / np.pi) ** 2, rel=1e-3)
+
+
 def test_buckled_cantilever_is_the_elastica(tmp_path: Path) -> None:
-    """Five times Euler's load; it starts bent, because settling from the straight column is not certain."""
+    """Five times Euler's load."""
     loads = (1.5, 1.1, 1.02, 1.1, 1.5, 2.0, 3.0, 4.0, 5.0)
     robot = column(tmp_path, 32)
     aside = np.array([0.05 * DEAD, 0.0, 0.0])
@@ -95,8 +136,7 @@ def test_buckled_cantilever_is_the_elastica(tmp_path: Path) -> None:
 def test_cable_along_a_column_follows_the_elastica(tmp_path: Path) -> None:
     """The tension rises from Euler's load of a hinged column by the law of the elastica.
 
-    Pulling the cable of a straight column finds the unstable straight equilibrium; a small force from the
-    side makes it bend and is taken away again.
+    A small force from the side decides to which side it bends, and is taken away again.
     """
     robot = column(tmp_path, 32)
     kick = Simulator(robot.loaded(np.zeros(3), np.array([0.02 * DEAD, 0.0, 0.0])), "none")

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.robots.small_bodies import constrained
 
 from tauten.model.tetra import TetRobot
 from tauten.reduction.campaign import (
@@ -179,3 +180,13 @@ def test_dask_without_a_scheduler_is_a_sentence() -> None:
         executors.dask_cluster("tcp://127.0.0.1:9", timeout=0.5),
     ):
         pass
+
+
+def test_a_campaign_with_rotations_is_read_again(tmp_path: Path) -> None:
+    """A rigid region has seven coordinates and six velocities: snapshots hold the coordinates."""
+    end = {"kind": "half_space", "point": [0.0874, 0.0, 0.0], "normal": [1.0, 0.0, 0.0]}
+    robot = constrained(rigid=[{"name": "tip", "region": end}])
+    plan = latin_hypercube(robot, Ranges(pull=(0.1, 0.2)), runs=1, seed=0, steps=4)
+    first, second = (run_campaign(robot, plan, tmp_path, show_progress=False) for _ in range(2))
+    assert len(first.q) == robot.n + 1
+    assert_same(first, second)

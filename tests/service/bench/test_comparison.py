@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.processes import run_main
+from support.robots.thumb import write_thumb
 
 from tauten.model import Robot
 from tauten.service.bench import compare_equilibria, equilibrium
@@ -40,7 +41,7 @@ def test_command_draws_and_writes(tmp_path: Path) -> None:
     picture, numbers = tmp_path / "finger.png", tmp_path / "finger.json"
     code = run_main(
         "compare",
-        "finger",
+        write_thumb(tmp_path),
         "--tension",
         1.0,
         "--figure",
@@ -59,7 +60,7 @@ def test_command_draws_and_writes(tmp_path: Path) -> None:
     ("options", "message"),
     [
         (("--pull", "0.5"), "allowed are 0 to"),
-        (("--pull", "0.01", "--pull", "0.01"), "finger has 1 cables"),
+        (("--pull", "0.01", "--pull", "0.01"), "thumb has 1 cables"),
         (("--axes", "xx"), "two different ones"),
         (("--pull", "0.01", "--tension", "1"), "not both"),
     ],
@@ -67,6 +68,7 @@ def test_command_draws_and_writes(tmp_path: Path) -> None:
 def test_bad_options_are_refused(
     options: tuple[str, ...], message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert run_main("compare", "finger", "--figure", tmp_path / "no.png", *options) == 2
+    thumb = write_thumb(tmp_path)
+    assert run_main("compare", thumb, "--figure", tmp_path / "no.png", *options) == 2
     assert message in " ".join(capsys.readouterr().err.replace("│", " ").split())
-    assert not list(tmp_path.iterdir())
+    assert not list(tmp_path.glob("*.png"))

@@ -11,12 +11,22 @@ import numpy as np
 import pytest
 from support.processes import run_main
 from support.robots.bodies import box_mesh
+from support.robots.thumb import coarse_finger_mesh
 
 from tauten.model import Simulator, load_robot
 from tauten.model.load import robot_path
 from tauten.model.mesh import TetMesh
-from tauten.model.schema import RobotConfig, model_tables, read_toml, validated
-from tauten.service.check import CheckSettings, Finding, RobotCheck, Variant, check_robot
+from tauten.model.robots.arm import ArmShape, make_structure
+from tauten.model.robots.make_manipulator import make_file
+from tauten.service.check import (
+    CheckSettings,
+    Finding,
+    RobotCheck,
+    Variant,
+    certificate_file,
+    check_robot,
+    mesh_error_text,
+)
 from tauten.service.process import StopFlag
 
 SIZE = (0.2, 0.02, 0.02)
@@ -237,8 +247,19 @@ def test_a_robot_that_cannot_be_built_is_one_sentence_after_the_findings(
     assert "check length_unit" in said.err
 
 
-def test_beams_are_checked_as_far_as_applies() -> None:
-    result = checked("manipulator")
+def small_arm(folder: Path) -> Path:
+    """An arm of three joints and three tendons, as a file."""
+    shape = ArmShape(length=0.16, sections=1, joints=3)
+    (folder / "manipulator.json").write_text(json.dumps(make_structure(shape)), encoding="utf-8")
+    path = folder / "arm.toml"
+    text = make_file(shape, "arm", 36).replace('basis = "arm"', "")
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_beams_are_halved_until_their_limit_is_known(tmp_path: Path) -> None:
+    """Beams that are straight in their own frame converge with the square of their length."""
+    result = checked(str(small_arm(tmp_path)), shares=(0.2,), refinements=2)
     subjects = [item.subject for item in result.findings]
     assert subjects == [
         "moving mass",
@@ -246,26 +267,57 @@ def test_beams_are_checked_as_far_as_applies() -> None:
         "natural frequencies",
         "error of the mesh",
     ]
-    assert about(result, "error of the mesh").level == "doubtful"
-    assert result.estimate is None
+    assert result.estimate is not None
+    names = [item.variant.name for item in result.estimate.variants]
+    assert names == ["beam", "beam, refined once", "beam, refined twice"]
+    orders = [item.order for item in result.estimate.references if item is not None]
+    assert orders == pytest.approx([2.0] * 3, abs=0.3)
+    own, halved, _ = (item.tension for item in result.estimate.variants)
+    assert own is not None
+    assert halved is not None
+    assert 0.0 < halved < 0.3 * own
 
 
-def test_the_shipped_finger_is_too_stiff_with_linear_elements(tmp_path: Path) -> None:
-    shipped = robot_path("finger")
-    text = re.sub(r"(?m)^element = .*$", "", shipped.read_text(encoding="utf-8"))
-    mesh = validated(RobotConfig, model_tables(read_toml(shipped)), shipped).mesh.file
+def test_a_coarse_finger_is_too_stiff_with_linear_elements(tmp_path: Path) -> None:
+    mesh = coarse_finger_mesh()
+    meshio.Mesh(mesh.nodes, [("tetra", mesh.tets)]).write(tmp_path / "finger.vtu")
+    text = robot_path("finger").read_text(encoding="utf-8")
     copy = tmp_path / "finger.toml"
-    found = text.replace(
-        f'file = "{mesh}"', f'file = "{shipped.parent / mesh}"\nelement = "linear"'
-    )
-    copy.write_text(found, encoding="utf-8")
-    result = checked(str(copy), shares=(0.1,))
+    copy.write_text(re.sub(r"(?m)^element = .*$", "", text), encoding="utf-8")
+    result = checked(str(copy), shares=(0.1,), refinements=0)
     assert result.estimate is not None
     assert "linear elements are too stiff" in result.estimate.verdict
     own = result.estimate.variants[0]
     assert own.variant == Variant("linear", 0)
     assert own.tension is not None
     assert own.tension > 0.2
+
+
+def test_errors_are_saved_for_the_robot_that_was_checked(tmp_path: Path) -> None:
+    path = Path(write(tmp_path))
+    digest = load_robot(path).digest
+    assert mesh_error_text(path, digest) == "unknown, run tauten check beam --save"
+    options = ("--share", "0.2", "--refinements", "0", "--save")
+    assert run_main("--log-level", "error", "check", path, *options) == 1
+    own = checked(str(path), shares=(0.2,), refinements=0).estimate
+    assert own is not None
+    assert own.variants[0].tension is not None
+    said = mesh_error_text(path, digest)
+    assert said.startswith(f"tension {100.0 * own.variants[0].tension:+.1f} %, tip ")
+    assert "tauten check, 20" in said
+    other = load_robot(path, young_scale=1.1).digest
+    assert mesh_error_text(path, other).startswith("unknown since the robot was changed, ")
+    certificate_file(path).write_text('{"tension": 1.0}', encoding="utf-8")
+    assert "cannot be read" in mesh_error_text(path, digest)
+
+
+def test_errors_that_are_not_known_are_not_saved(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = Path(write(tmp_path))
+    assert run_main("--log-level", "error", "check", path, "--no-compare", "--save") == 2
+    assert "no errors without a comparison" in " ".join(capsys.readouterr().err.split())
+    assert not certificate_file(path).exists()
 
 
 def test_where_no_mesh_is_fine_the_better_element_is_named(tmp_path: Path) -> None:

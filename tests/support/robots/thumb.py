@@ -1,4 +1,4 @@
-"""Three blocks and two notches: a robot small enough to run campaigns in seconds, also as a file."""
+"""Robots small enough for campaigns in seconds: a thumb with two notches, a finger with a coarse mesh."""
 
 from __future__ import annotations
 
@@ -8,17 +8,59 @@ from typing import Any
 
 import meshio
 
+from tauten.model.load import build_robot, robot_path
 from tauten.model.mesh import TetMesh
 from tauten.model.robots.make_finger import FingerShape, make_finger
+from tauten.model.schema import RobotConfig, model_tables, read_toml, validated
+from tauten.model.tetra import TetRobot
 
 
 def thumb_mesh() -> TetMesh:
     """Its mesh."""
     return TetMesh(
         *make_finger(
-            FingerShape(length=0.05, opening=0.0016, blocks=3, along=2, across=2, below=1, above=2)
+            FingerShape(
+                length=0.05,
+                root=0.0004,
+                slope=0.064,
+                blocks=3,
+                insert=0.040,
+                below=(0.0, 1.0),
+                above=(0.010, 0.015),
+                across=2,
+                along=(0.0, 0.5, 1.0),
+                first=(0.0, 0.5, 1.0),
+                last=(0.0, 1.0),
+                end=1,
+            )
         )
     )
+
+
+def coarse_finger_mesh() -> TetMesh:
+    """The shape of the shipped finger with few, large tetrahedra."""
+    return TetMesh(
+        *make_finger(
+            FingerShape(
+                below=(0.0, 0.6, 1.0),
+                above=(0.010, 0.0125, 0.015),
+                across=2,
+                along=(0.0, 0.5, 1.0),
+                first=(0.0, 0.5, 1.0),
+                last=(0.0, 0.5, 1.0),
+                end=1,
+            )
+        )
+    )
+
+
+def coarse_finger() -> TetRobot:
+    """The shipped finger on a coarse mesh of linear elements: too stiff, otherwise the same."""
+    path = robot_path("finger")
+    config = validated(RobotConfig, model_tables(read_toml(path)), path).with_element("linear")
+    robot = build_robot(config, coarse_finger_mesh(), str(path))
+    assert isinstance(robot, TetRobot)
+    return robot
 
 
 def thumb_settings() -> dict[str, Any]:
@@ -27,7 +69,7 @@ def thumb_settings() -> dict[str, Any]:
     surfaces, contacts = [], []
     for notch in (1, 2):
         z = -notch * pitch
-        box = {"lower": [0.005, 0.0, z - 0.002], "upper": [0.015, 0.015, z + 0.002]}
+        box = {"lower": [0.010, 0.0, z - 0.002], "upper": [0.015, 0.015, z + 0.002]}
         for side, normal in (("above", [0.0, 0.0, -1.0]), ("below", [0.0, 0.0, 1.0])):
             surfaces.append({"name": f"notch{notch}_{side}", "box": box, "normal": normal})
         contacts.append(

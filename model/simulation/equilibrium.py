@@ -13,6 +13,7 @@ wherever the tangent is positive definite (Nocedal and Wright, Numerical Optimiz
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from enum import Enum
 from typing import Protocol, runtime_checkable
 
@@ -20,6 +21,7 @@ import numpy as np
 
 from tauten.model.contact_space import ContactSpace
 from tauten.model.enrichment import PredictedStep
+from tauten.model.forward_step import ForwardStep
 from tauten.model.interface import Command
 from tauten.model.numerics import Array
 from tauten.model.robot import Robot, State
@@ -34,6 +36,7 @@ class Ending(Enum):
     """How the search for an equilibrium ended."""
 
     SETTLED = "settled"
+    BUCKLED = "the equilibrium is unstable, and no stable one was found beside it"
     LIMIT_POINT = "the tangent loses definiteness before the load is reached"
     INVERTED = "elements turn inside out"
     NO_EQUILIBRIUM = "no forces of actuators and contacts meet their constraints"
@@ -57,12 +60,86 @@ class Invertible(Protocol):
         """Number of elements that are turned inside out."""
 
 
+@dataclass(frozen=True, slots=True)
+class Report:
+    """How a step or a settling went.
+
+    Attributes:
+        converged: whether contact, and for settling the equilibrium, met its tolerance.
+        iterations: linearised steps taken, of all attempts.
+        movement: largest displacement of a node in the last step [m].
+        residual: complementarity of the contacts [m].
+        deepest_gap: smallest predicted gap [m], +inf without any candidate in range.
+        extra_columns: unit columns in the last step.
+        ending: how it ended; for a step, whether it met its constraints.
+        share: of the way from the load before to the command that the state has come; 1 at the command.
+    """
+
+    converged: bool
+    iterations: int
+    movement: float
+    residual: float
+    deepest_gap: float
+    extra_columns: int
+    ending: Ending
+    share: float
+
+
+class EnergyAlongStep(Protocol):
+    """The part of a merit function that is no constraint."""
+
+    def change(self, solved: PredictedStep, share: float, after: State) -> float:
+        """Its change from a step's state to another [J].
+
+        Args:
+            solved: the step with its forces.
+            share: of the step that is taken.
+            after: the state it leads to.
+        """
+
+
+class StaticPotential:
+    """The potential Π of a robot at standstill."""
+
+    def __init__(self, robot: Robot) -> None:
+        """Of this robot."""
+        self._robot = robot
+
+    def change(self, solved: PredictedStep, share: float, after: State) -> float:
+        """Change of the potential in a share of a step [J]; without potential, the forces' work.
+
+        Args:
+            solved: the step with its forces.
+            share: of the step that is taken.
+            after: the state it leads to.
+        """
+        robot, state, system = self._robot, solved.step.state, solved.step.system
+        if isinstance(robot, Conservative):
+            return robot.potential(after) - robot.potential(state)
+        step = share * system.h * solved.dv
+        mean = robot.forces(state)[0] / 6.0
+        for place, weight in LOBATTO:
+            mean += (
+                weight * robot.forces(robot.advance(state, system, place * share * solved.dv))[0]
+            )
+        return -float(mean @ step)
+
+
 class Merit:
     """The merit φ along the steps of one command; weights only grow, so that φ does not cycle."""
 
-    def __init__(self, robot: Robot, space: ContactSpace, command: Command) -> None:
-        """Start with no weights."""
-        self._robot, self._space, self._command = robot, space, command
+    def __init__(
+        self, robot: Robot, space: ContactSpace, command: Command, energy: EnergyAlongStep
+    ) -> None:
+        """Start with no weights.
+
+        Args:
+            robot: whose constraints are weighted.
+            space: basis of its contact forces.
+            command: what is held.
+            energy: what is minimised under the constraints.
+        """
+        self._robot, self._space, self._command, self._energy = robot, space, command, energy
         self._weights = np.zeros(robot.n_a)
         self._modes = np.zeros(space.k)
         self._slots = np.zeros(robot.n_c)
@@ -93,7 +170,7 @@ class Merit:
         best, least = 0.0, np.inf
         for _ in range(HALVINGS + 1):
             after = self._robot.advance(state, solved.step.system, share * solved.dv)
-            change = self._energy_change(solved, share, after) + self._constraints(after) - before
+            change = self._energy.change(solved, share, after) + self._constraints(after) - before
             if change < 0.0:
                 return share
             if change < least:
@@ -128,26 +205,13 @@ class Merit:
         short = np.where(law.bilateral, np.abs(short), np.maximum(short, 0.0))
         return value + float(self._weights[stiff] @ short[stiff])
 
-    def _energy_change(self, solved: PredictedStep, share: float, after: State) -> float:
-        """Change of the potential in a share of a step [J]; without potential, the forces' work."""
-        robot, state, system = self._robot, solved.step.state, solved.step.system
-        if isinstance(robot, Conservative):
-            return robot.potential(after) - robot.potential(state)
-        step = share * system.h * solved.dv
-        mean = robot.forces(state)[0] / 6.0
-        for place, weight in LOBATTO:
-            mean += (
-                weight * robot.forces(robot.advance(state, system, place * share * solved.dv))[0]
-            )
-        return -float(mean @ step)
-
 
 class Search:
     """When steps towards an equilibrium are searched along, and with which merit."""
 
     def __init__(self, robot: Robot, space: ContactSpace, command: Command) -> None:
         """Start without a search."""
-        self._merit = Merit(robot, space, command)
+        self._merit = Merit(robot, space, command, StaticPotential(robot))
         self._shortest, self._stalled = np.inf, 0
 
     def share(self, solved: PredictedStep, movement: float, largest: float) -> float:
@@ -164,3 +228,43 @@ class Search:
             return largest
         self._merit.observe(solved)
         return self._merit.share(solved, largest)
+
+
+def make_report(
+    robot: Robot,
+    state: State,
+    result: ForwardStep,
+    iterations: int,
+    movement: float,
+    ending: Ending = Ending.SETTLED,
+) -> Report:
+    """The report of a step or a search.
+
+    Args:
+        robot: the robot.
+        state: that it led to.
+        result: the last step.
+        iterations: linearised steps taken.
+        movement: largest displacement of a node in the last step [m].
+        ending: how it ended, without the reason that the last step shows.
+    """
+    solved = result.prediction
+    met = result.converged and solved.within_tolerance
+    if not met:
+        ending = Ending.NO_EQUILIBRIUM
+    elif ending in (Ending.OUT_OF_ITERATIONS, Ending.NOT_FINITE):
+        if isinstance(robot, Invertible) and robot.inverted(state) > 0:
+            ending = Ending.INVERTED
+        elif not solved.step.system.exact:
+            ending = Ending.LIMIT_POINT
+    converged = ending is Ending.SETTLED
+    return Report(
+        converged=converged,
+        iterations=iterations,
+        movement=movement,
+        residual=result.residual,
+        deepest_gap=solved.deepest_gap,
+        extra_columns=len(solved.step.extra),
+        ending=ending,
+        share=1.0 if converged else 0.0,
+    )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
@@ -12,11 +12,13 @@ from tauten.model.compliance import row_compliance
 from tauten.model.condensed_step import Forces, condense_step, no_forces
 from tauten.model.contact_space import ContactSpace
 from tauten.model.enrichment import NO_ENRICHMENT, Enrichment, contact_model
-from tauten.model.equilibrium import Ending, Invertible, Search
 from tauten.model.forward_step import ForwardStep, forward_step
 from tauten.model.interface import Command
 from tauten.model.numerics import Anderson, Array, FactorisationError, solve_lcp
 from tauten.model.robot import Robot, State
+from tauten.model.simulation.converged_step import converged_step
+from tauten.model.simulation.equilibrium import Ending, Report, Search, make_report
+from tauten.model.simulation.stability import way_on
 from tauten.model.system import Integration
 
 LARGEST = 1e6  # m or N; no cable is pulled farther or harder
@@ -25,32 +27,8 @@ SMOOTHING = (
     1e-6  # regularisation of smooth forces relative to the diagonal of W; larger is smoother
 )
 FIRST_LOAD_STEP, LEAST_LOAD_STEP = 0.25, 1.0 / 64.0  # shares of the way to the command
+STATIC_TOLERANCE, STATIC_ITERATIONS = 1e-7, 200  # m; of a converged quasi-static step
 LOAD_STEP_ITERATIONS = 40  # for a load step; a longer search does not pay
-
-
-@dataclass(frozen=True, slots=True)
-class Report:
-    """How a step or a settling went.
-
-    Attributes:
-        converged: whether contact, and for settling the equilibrium, met its tolerance.
-        iterations: linearised steps taken, of all attempts.
-        movement: largest displacement of a node in the last step [m].
-        residual: complementarity of the contacts [m].
-        deepest_gap: smallest predicted gap [m], +inf without any candidate in range.
-        extra_columns: unit columns in the last step.
-        ending: how it ended; for a step, whether it met its constraints.
-        share: of the way from the load before to the command that the state has come; 1 at the command.
-    """
-
-    converged: bool
-    iterations: int
-    movement: float
-    residual: float
-    deepest_gap: float
-    extra_columns: int
-    ending: Ending
-    share: float
 
 
 class Simulator:
@@ -95,7 +73,7 @@ class Simulator:
             forces: constraint forces there, with the columns of this simulator's basis; None: zero.
         """
         given = no_forces(self.robot.n_a, self._space.k) if forces is None else forces.copy()
-        self._state, self._forces = State(state.q.copy(), state.v.copy()), given
+        self._state, self._forces = state.copy(), given
 
     def load(self, gravity: Array, effector_force: Array) -> None:
         """Change the loads: gravity (3,) [m/s²] and forces on the effectors (3 p,) [N]."""
@@ -104,7 +82,7 @@ class Simulator:
     @property
     def state(self) -> State:
         """Configuration and velocity."""
-        return State(self._state.q.copy(), self._state.v.copy())
+        return self._state.copy()
 
     @property
     def forces(self) -> Forces:
@@ -149,6 +127,7 @@ class Simulator:
         self,
         pull: Sequence[float] | Array | None = None,
         tension: Sequence[float] | Array | None = None,
+        converged: bool = False,
     ) -> Report:
         """One time step h under given positions or efforts of the actuators.
 
@@ -157,21 +136,38 @@ class Simulator:
         Args:
             pull: (n_a,) positions, of cables pulled lengths [m, m³].
             tension: (n_a,) efforts, of cables tensions, not negative [N, Pa].
+            converged: iterate the step until it holds at its end; it then gains no energy
+                (`tauten.model.simulation.converged_step`). Otherwise it has one linearisation, at its start.
 
         Raises:
             ValueError: not exactly one of the two for each actuator, a wrong shape, not finite, negative
-                tensions of cables, or values beyond 1e6 (efforts of other actuators 1e9).
+                tensions of cables, values beyond 1e6 (efforts of other actuators 1e9), or converged steps of
+                a robot that has none.
             FactorisationError: the state has diverged.
         """
-        result, movement = self._advance(self._checked(pull, tension))
-        return _report(result, 1, movement, self._cause(result, Ending.SETTLED))
+        command = self._checked(pull, tension)
+        if converged and self.robot.integration.static:
+            return self._attempt(command, STATIC_TOLERANCE, STATIC_ITERATIONS)
+        if converged:
+            return self._converged_step(command)
+        result, movement = self._advance(command)
+        return make_report(self.robot, self._state, result, 1, movement)
+
+    def _converged_step(self, command: Command) -> Report:
+        done = converged_step(
+            self.robot, self._space, self._enrichment, self._state, self._forces, command
+        )
+        self._state, self._forces = done.state, done.forces
+        return make_report(
+            self.robot, done.state, done.last, done.iterations, done.movement, done.ending
+        )
 
     def settle(
         self,
         pull: Sequence[float] | Array | None = None,
         tension: Sequence[float] | Array | None = None,
-        tolerance: float = 1e-7,
-        max_iterations: int = 200,
+        tolerance: float = STATIC_TOLERANCE,
+        max_iterations: int = STATIC_ITERATIONS,
         load_steps: bool = True,
     ) -> Report:
         """Move to equilibrium under given positions or efforts of the actuators, see `step`.
@@ -179,7 +175,10 @@ class Simulator:
         Newton steps of the quasi-static system, each at most a twentieth of the body long, near the end
         accelerated by Anderson's method, because the tangent leaves out how contact normals turn. Where
         steps do not become shorter, a line search on a merit function bounds them
-        (`tauten.model.equilibrium`).
+        (`tauten.model.simulation.equilibrium`).
+
+        An equilibrium that is unstable (a column pushed straight beyond Euler's load) is left along the
+        direction of its negative stiffness. Where no stable one is found, the report says BUCKLED.
 
         Where that does not converge, the load moves from that at the start to the command in steps that
         grow and shrink. Where even the shortest finds no equilibrium, the state is the last one found, and
@@ -234,7 +233,8 @@ class Simulator:
         """Newton steps to one load; where they diverge, the last finite state is kept."""
         near = 2e-3 * self.robot.size  # from here on the iteration is nearly linear
         anderson, search = Anderson(depth=5), Search(self.robot, self._space, command)
-        result, movement, taken, ending = None, np.inf, 0, Ending.OUT_OF_ITERATIONS
+        result, movement, taken, pushed = None, np.inf, 0, 0
+        ending = Ending.OUT_OF_ITERATIONS
         while taken < max_iterations:
             taken += 1
             before = self._state, self._forces
@@ -242,28 +242,22 @@ class Simulator:
                 result, movement = self._advance(command, self._static, anderson, near, search)
             except FactorisationError:
                 movement = np.nan
-            if not np.isfinite(movement) or not np.isfinite(self._state.q).all():
+            if result is None or not np.isfinite(movement) or not np.isfinite(self._state.q).all():
                 (self._state, self._forces), ending = before, Ending.NOT_FINITE
                 break
             if movement < tolerance:
-                ending = Ending.SETTLED
-                break
+                ending, push = way_on(self.robot, result, command.by_position, pushed)
+                if push is None:
+                    break
+                pushed, movement = pushed + 1, np.inf
+                self._state = self.robot.advance(self._state, result.prediction.step.system, push)
+                anderson, search = Anderson(depth=5), Search(self.robot, self._space, command)
         self._state = State(self._state.q, np.zeros_like(self._state.v))
+        if pushed > 0 and ending is not Ending.SETTLED:
+            ending = Ending.BUCKLED
         if result is None:
             return Report(False, taken, np.inf, np.inf, np.inf, 0, Ending.NOT_FINITE, 0.0)
-        return _report(result, taken, movement, self._cause(result, ending))
-
-    def _cause(self, result: ForwardStep, ending: Ending) -> Ending:
-        """The reason behind an ending, from the last step and the state it led to."""
-        if not result.converged or not result.prediction.within_tolerance:
-            return Ending.NO_EQUILIBRIUM
-        if ending is Ending.SETTLED:
-            return ending
-        if isinstance(self.robot, Invertible) and self.robot.inverted(self._state) > 0:
-            return Ending.INVERTED
-        if not result.prediction.step.system.exact:
-            return Ending.LIMIT_POINT
-        return ending
+        return make_report(self.robot, self._state, result, taken, movement, ending)
 
     def smooth_contact_forces(self) -> Array:
         """The equilibrium's contact forces of nearly least norm: (n_c,) [N].
@@ -304,6 +298,11 @@ class Simulator:
         movement, dv = self.robot.displacement(system.h * (system.v + solved.dv)), solved.dv
         if anderson is not None and movement < near:
             dv = anderson.next(system.h * dv) / system.h
+            if (
+                self.robot.displacement(system.h * dv) > near
+            ):  # extrapolated beyond where it is linear
+                dv = solved.dv
+                anderson.restart()
         elif search is not None:
             dv = dv * search.share(solved, movement, min(1.0, 0.05 * self.robot.size / movement))
         self._state = self.robot.advance(self._state, system, dv)
@@ -315,7 +314,9 @@ class Simulator:
     ) -> Command:
         """The command of given positions and efforts (n_a,)."""
         if pull is None and tension is None:
-            raise ValueError("give either pull [m] or tension [N], one value a cable")
+            raise ValueError(
+                "pull and tension: each actuator needs a number in one of them, found neither"
+            )
         n_a, cables = self.robot.n_a, ~self.robot.actuators.bilateral
         mixed = pull is not None and tension is not None
         least, most = np.full(n_a, -LARGEST), np.full(n_a, LARGEST)
@@ -355,20 +356,3 @@ def _numbers(
             f"{most.min():g}, one an actuator"
         )
     return value
-
-
-def _report(
-    result: ForwardStep, iterations: int, movement: float, ending: Ending = Ending.SETTLED
-) -> Report:
-    solved = result.prediction
-    converged = result.converged and solved.within_tolerance and ending is Ending.SETTLED
-    return Report(
-        converged=converged,
-        iterations=iterations,
-        movement=movement,
-        residual=result.residual,
-        deepest_gap=solved.deepest_gap,
-        extra_columns=len(solved.step.extra),
-        ending=ending,
-        share=1.0 if converged else 0.0,
-    )

@@ -1,0 +1,115 @@
+"""The part of a sparse robot that time steps iterated to convergence need."""
+
+from __future__ import annotations
+
+import dataclasses
+from abc import abstractmethod
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+
+from tauten.model.body.sparse_robot import SparseRobot
+from tauten.model.numerics import Array, FactorisationError
+from tauten.model.robot import State, StepStart
+from tauten.model.system import System, make_iterate
+
+
+@dataclass(frozen=True, slots=True)
+class SteppedRobot(SparseRobot):
+    """A sparse robot with energies, and with systems of the iterations of a step.
+
+    Its mass matrix is diagonal and constant.
+    """
+
+    @abstractmethod
+    def velocity(self, start: State, end: State) -> Array:
+        """The velocity (n,) that moves one state to another within a step [m/s], [rad/s]."""
+
+    def momentum_force(self, start: State, v: Array) -> Array:
+        """Derivative of ½ (v − v₀)ᵀ M (v − v₀) by the end of a step: (n,) [N].
+
+        Args:
+            start: of the step, with v₀.
+            v: (n,) velocity of the step [m/s].
+        """
+        force: Array = self.mass * (v - start.v) / self.h
+        return force
+
+    @abstractmethod
+    def potential(self, state: State) -> float:
+        """Elastic energy minus the work of gravity and outer forces since rest [J]."""
+
+    def energy(self, state: State) -> float:
+        """Potential and kinetic energy, and that stored in viscous materials [J]."""
+        return self.potential(state) + self.kinetic_energy(state.v)
+
+    def kinetic_energy(self, v: Array) -> float:
+        """½ vᵀ M v of velocities (n,) [J]."""
+        return 0.5 * float(self.mass @ (v * v))
+
+    def step_start(self, state: State, tension: Array, exact: bool) -> StepStart:
+        """The start of a step that is iterated, with the damping there.
+
+        Args:
+            state: where the step starts.
+            tension: (n_a,) tensions of the last step [N].
+            exact: whether damping is proportional to the exact tangent, as in a step with one linearisation,
+                or to the positive semidefinite one.
+        """
+        scheme = self.integration
+        damping = np.zeros(len(self.pattern.indices))
+        if scheme.rayleigh_stiffness > 0.0:
+            damping = scheme.rayleigh_stiffness * self.forces(state, tension, exact)[1]
+        damping[self.pattern.diagonal] += scheme.rayleigh_mass * self.mass
+        remembered, viscous = self.viscosity_at(state, scheme.h)
+        if viscous is not None:
+            damping += viscous
+        force = np.zeros(self.n) if remembered is None else remembered
+        return StepStart(state, scheme, damping, force)
+
+    def viscous_force(self, start: StepStart, v: Array) -> Array:
+        """C v of velocities (n,): (n,) [N]."""
+        pattern = self.pattern
+        shape = (self.n, self.n)
+        force: Array = (
+            sp.csc_array((start.damping, pattern.indices, pattern.indptr), shape=shape) @ v
+        )
+        return force
+
+    def dissipation(self, start: StepStart, v: Array) -> float:
+        """½ h vᵀ C v − h vᵀ f of velocities (n,), f the constant forces of the step [J]."""
+        return self.h * float(v @ (0.5 * self.viscous_force(start, v) - start.force))
+
+    def linearise_iterate(self, state: State, start: StepStart, tension: Array) -> System:
+        """The system of one iteration of a step that started elsewhere, without velocity of its own.
+
+        Its solution dv moves the iterate by h dv.
+
+        Args:
+            state: the iterate.
+            start: of the step.
+            tension: (n_a,) tensions of the last iteration, for the curvature they add to A [N].
+
+        Raises:
+            FactorisationError: A is not positive definite.
+        """
+        v = self.velocity(start.state, state)
+        inertia = self.momentum_force(start.state, v) + self.viscous_force(start, v) - start.force
+        for exact in (True, False):
+            force, K = self.forces(state, tension, exact)
+            try:
+                system = make_iterate(
+                    self.pattern,
+                    self.factorisation,
+                    self.h,
+                    K,
+                    start.damping,
+                    self.mass,
+                    force - inertia,
+                )
+                return system if exact else dataclasses.replace(system, exact=False)
+            except FactorisationError:
+                if not exact:
+                    raise
+        raise AssertionError("unreachable")

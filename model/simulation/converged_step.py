@@ -1,0 +1,224 @@
+"""One step of implicit Euler, iterated until it holds at its end: for a simulated robot, not for control.
+
+The end q of a step of length h from q₀, v₀ is a minimum of the incremental potential
+
+    Φ(q) = ½ (v − v₀)ᵀ M (v − v₀) + ½ h vᵀ C v + Π(q),   q = q₀ ⊕ h v                    (C1)
+
+under the constraints of cables and contacts at q; Π is the energy of elasticity, gravity and outer forces,
+C the damping at the start of the step, ⊕ moves and turns the nodes. Newton with the exact tangent, or
+the positive semidefinite one where that is not definite, solves a linear complementarity problem in each
+iteration; its first iteration is the step with one linearisation. A line search on Φ and the exact penalty of
+the constraints (`tauten.model.simulation.equilibrium`) bounds the iterations. (Kane, Marsden, Ortiz and West,
+International Journal for Numerical Methods in Engineering 49, 2000; Li et al., Incremental Potential
+Contact, 2020.)
+
+Because Φ(q) ≤ Φ(q₀), the end has Π(q) ≤ E₀ = Π(q₀) + ½ v₀ᵀ M v₀, plus the work of winches. Where Π is
+convex along the step, Π(q) + ½ vᵀ M v ≤ E₀ follows. Where it is not (a beam that snaps), implicit Euler may
+gain energy; v is then scaled down to the velocity at which the energies are equal.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+
+from tauten.model.condensed_step import Forces, condensed
+from tauten.model.contact_space import ContactSpace
+from tauten.model.enrichment import Enrichment, PredictedStep
+from tauten.model.forward_step import ForwardStep, forward_step
+from tauten.model.interface import Command
+from tauten.model.numerics import Array, FactorisationError
+from tauten.model.robot import Robot, State, StepStart
+from tauten.model.simulation.equilibrium import Ending, Merit
+from tauten.model.system import System
+
+ITERATIONS = 40  # linearisations of a step at most
+TOLERANCE = 1e-5  # of the robot's size, displacement of a node in the last iteration; its error is far below
+CONTRACTION = 0.2  # iterations that shorten by this are in Newton's basin, and taken whole
+
+
+@runtime_checkable
+class Stepped(Robot, Protocol):
+    """A robot whose time step can be iterated to convergence."""
+
+    def potential(self, state: State) -> float:
+        """Elastic energy minus the work of gravity and outer forces since rest [J]."""
+
+    def kinetic_energy(self, v: Array) -> float:
+        """½ vᵀ M v of velocities (n,) [J]."""
+
+    def step_start(self, state: State, tension: Array, exact: bool) -> StepStart:
+        """The start of a step, see `SteppedRobot.step_start`.
+
+        Args:
+            state: where the step starts.
+            tension: (n_a,) tensions of the last step [N].
+            exact: whether damping is proportional to the exact tangent.
+        """
+
+    def velocity(self, start: State, end: State) -> Array:
+        """The velocity (n,) that moves one state to another within a step [m/s]."""
+
+    def energy(self, state: State) -> float:
+        """Potential, kinetic and stored energy [J]."""
+
+    def dissipation(self, start: StepStart, v: Array) -> float:
+        """½ h vᵀ C v − h vᵀ f of velocities (n,), f the constant forces of the step [J]."""
+
+    def linearise_iterate(self, state: State, start: StepStart, tension: Array) -> System:
+        """The system of one iteration of a step, see `SteppedRobot.linearise_iterate`.
+
+        Args:
+            state: the iterate.
+            start: of the step.
+            tension: (n_a,) tensions of the last iteration [N].
+        """
+
+
+@dataclass(frozen=True, slots=True)
+class ConvergedStep:
+    """A step that was iterated.
+
+    Attributes:
+        state: at its end.
+        forces: constraint forces at its end.
+        last: the last iteration.
+        movement: largest displacement of a node in it [m].
+        iterations: linearisations.
+        ending: SETTLED where it has converged.
+    """
+
+    state: State
+    forces: Forces
+    last: ForwardStep
+    movement: float
+    iterations: int
+    ending: Ending
+
+
+class IncrementalPotential:
+    """Φ of (C1) along the iterations of one step."""
+
+    def __init__(self, robot: Stepped, start: StepStart) -> None:
+        """Of a step from `start`."""
+        self._robot, self._start = robot, start
+
+    def change(self, solved: PredictedStep, share: float, after: State) -> float:
+        """Change of Φ from an iterate to the next [J].
+
+        Args:
+            solved: the iteration.
+            share: of it that is taken.
+            after: the state it leads to.
+        """
+        return self._value(after) - self._value(solved.step.state)
+
+    def _value(self, state: State) -> float:
+        robot, start = self._robot, self._start
+        v = robot.velocity(start.state, state)
+        kinetic = robot.kinetic_energy(v - start.state.v)
+        return kinetic + robot.dissipation(start, v) + robot.potential(state)
+
+
+def converged_step(
+    robot: Robot,
+    space: ContactSpace,
+    enrichment: Enrichment,
+    state: State,
+    forces: Forces,
+    command: Command,
+) -> ConvergedStep:
+    """Iterate a step until no node moves farther than TOLERANCE allows, at most ITERATIONS times.
+
+    Args:
+        robot: its factorisation workspace is in use until the next call.
+        space: basis of the contact forces.
+        enrichment: when unit columns join.
+        state: where the step starts.
+        forces: of the last step.
+        command: pulled lengths or tensions at the end of the step.
+
+    Raises:
+        ValueError: the robot is a reduced one.
+        FactorisationError: the state has diverged.
+    """
+    if not isinstance(robot, Stepped):
+        raise ValueError(
+            f"robot {robot.name}: converged steps need a full model without drives, rigid regions and "
+            "attachments"
+        )
+    start, system = first_system(robot, state, forces.tension)
+    merit = Merit(robot, space, command, IncrementalPotential(robot, start))
+    contacts = space.k > 0 or enrichment.rounds > 0
+    iterate, lam, taken, movement = state, forces, 0, np.inf
+    last: ForwardStep | None = None
+    ending = Ending.OUT_OF_ITERATIONS
+    while taken < ITERATIONS and ending is not Ending.SETTLED:
+        if last is not None:
+            try:
+                system = robot.linearise_iterate(iterate, start, lam.tension)
+            except FactorisationError:
+                ending = Ending.NOT_FINITE
+                break
+        step = condensed(robot, space, iterate, lam, system, contacts, False)
+        found = forward_step(step, enrichment, lam, command)
+        solved, taken = found.prediction, taken + 1
+        length = robot.displacement(system.h * solved.dv)
+        if last is None and not np.isfinite(length):
+            raise FactorisationError("the first iteration of the step is not finite")
+        merit.observe(solved)
+        near = length < max(CONTRACTION * movement, TOLERANCE * robot.size)
+        share = 1.0 if near and last is not None else merit.share(solved, 1.0)
+        if not np.isfinite(length) or share == 0.0:
+            ending = Ending.NOT_FINITE
+            break
+        iterate = robot.advance(iterate, system, share * solved.dv)
+        lam, last, movement = solved.step.split(solved.lam, space.k), found, length
+        if movement < TOLERANCE * robot.size:
+            ending = Ending.SETTLED
+    if last is None:
+        raise FactorisationError("the step leads to no finite state")
+    still = replace(system, v=np.zeros_like(state.v))
+    end = robot.advance(state, still, robot.velocity(state, iterate))
+    end = without_gain(robot, state, end, lam)
+    return ConvergedStep(end, lam, last, movement, taken, ending)
+
+
+def first_system(robot: Stepped, state: State, tension: Array) -> tuple[StepStart, System]:
+    """The start of a step, damped by the exact tangent where its system is definite, and that system.
+
+    Args:
+        robot: its factorisation workspace is overwritten.
+        state: where the step starts.
+        tension: (n_a,) tensions of the last step [N].
+
+    Raises:
+        FactorisationError: the state has diverged.
+    """
+    start = robot.step_start(state, tension, exact=True)
+    try:
+        return start, robot.linearise_iterate(state, start, tension)
+    except FactorisationError:
+        start = robot.step_start(state, tension, exact=False)
+        return start, robot.linearise_iterate(state, start, tension)
+
+
+def without_gain(robot: Stepped, before: State, after: State, forces: Forces) -> State:
+    """The end of a step, with a velocity that gains no energy beyond the work of the winches.
+
+    Args:
+        robot: the robot.
+        before: the start of the step.
+        after: the end of the step.
+        forces: constraint forces at the end.
+    """
+    pulls = [robot.rows(at, contacts=False).actuators.delta for at in (before, after)]
+    work = float(forces.tension @ (pulls[1] - pulls[0]))
+    gain = robot.energy(after) - robot.energy(before) - work
+    if not gain > 0.0:
+        return after
+    kinetic = robot.kinetic_energy(after.v)
+    share = max(kinetic - gain, 0.0) / kinetic if kinetic > 0.0 else 0.0
+    return replace(after, v=np.sqrt(share) * after.v)

@@ -1,0 +1,124 @@
+"""Whether an equilibrium is stable, and along which direction it is left where it is not.
+
+With the exact tangent K (tensions included) and the rows H of cables and contacts that are taut or touch, an
+equilibrium is stable where xᵀ K x > 0 for all x ≠ 0 with H x = 0. Where K itself has a Cholesky factor
+nothing needs to be computed. Otherwise the smallest eigenvalue of
+
+    Pᵀ K P x = κ K₊ x,   P = I − K₊⁻¹ Hᵀ (H K₊⁻¹ Hᵀ)⁻¹ H                               (S1)
+
+decides, by Lanczos iterations; K₊ is the positive semidefinite tangent, whose factors the last step left, so
+that eigenvalues are clustered at one and negative ones stand apart. How the normals of contacts turn is left
+out of K, so that `way_on` does not judge robots whose contacts push.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh
+
+from tauten.model.enrichment import PredictedStep
+from tauten.model.forward_step import ForwardStep
+from tauten.model.numerics import Array, Bools
+from tauten.model.robot import Robot
+from tauten.model.simulation.equilibrium import Ending
+from tauten.model.system import Pattern
+
+NEGATIVE = -1e-6  # κ below this is unstable; rounding and the last movement are smaller
+ACCURACY = 1e-3  # of κ
+PUSHES = (0.02, -0.05)  # of the body, by which an unstable equilibrium is left
+FEWEST = 3  # degrees of freedom with which Lanczos iterations start
+
+
+@runtime_checkable
+class Sparse(Protocol):
+    """A robot whose tangent is stored as values in a pattern."""
+
+    @property
+    def pattern(self) -> Pattern:
+        """Sparsity of its tangent."""
+
+
+def unstable_direction(robot: Robot, solved: PredictedStep, held: Bools) -> Array | None:
+    """A direction (n,) in which a robot leaves an equilibrium, as long as a body; None for a stable one.
+
+    Args:
+        robot: its workspace has the factors of `solved`, which stay.
+        solved: the last quasi-static step.
+        held: (n_a,) which positions of actuators are held; taut cables among them are constraints.
+    """
+    step = solved.step
+    if step.system.exact or robot.n < FEWEST:
+        return None
+    acting = solved.lam[step.n_e :] > 0.0
+    acting[: step.n_a] = held & (acting[: step.n_a] | step.bilateral)
+    taut = step.n_e + np.flatnonzero(acting)
+    tension = solved.lam[step.n_e : step.n_e + step.n_a]
+    h, system = step.system.h, step.system
+    K, M = (tangent(robot, robot.forces(step.state, tension, exact)[1]) for exact in (True, False))
+    H, X = step.compliance.H[taut], h * h * step.compliance.X[taut]  # rows, and (K₊⁻¹ Hᵀ)ᵀ
+    W = H @ X.T
+    inverse = np.linalg.pinv(W, rcond=1e-10) if len(taut) > 0 else W
+
+    def allowed(x: Array) -> Array:
+        return x - X.T @ (inverse @ (H @ x))
+
+    def stiffness(x: Array) -> Array:
+        y = K @ allowed(np.ravel(x))
+        projected: Array = y - H.T @ (inverse @ (X @ y))
+        return projected
+
+    def solve(b: Array) -> Array:
+        answer: Array = h * h * np.ravel(system.solve(np.ravel(b)[:, None]))
+        return answer
+
+    shape = (robot.n, robot.n)
+    try:
+        kappa, vectors = eigsh(
+            LinearOperator(shape, matvec=stiffness, dtype=float), k=1, M=M, which="SA", tol=ACCURACY,
+            Minv=LinearOperator(shape, matvec=solve, dtype=float),
+            v0=np.random.default_rng(0).standard_normal(robot.n),
+        )  # fmt: skip
+    except ArpackError:
+        return None
+    if kappa[0] > NEGATIVE:
+        return None
+    direction = allowed(vectors[:, 0])
+    scaled: Array = direction * (robot.size / robot.displacement(direction))
+    return scaled
+
+
+def way_on(
+    robot: Robot, result: ForwardStep, held: Bools, pushed: int
+) -> tuple[Ending, Array | None]:
+    """How a converged search ends; a velocity (n,) [m/s] that leaves an unstable equilibrium, or None.
+
+    Where it came back to one after all pushes, it is named. Where contacts push, nothing is judged: the
+    tangent leaves out how their normals turn, which is what holds many robots that touch themselves.
+
+    Args:
+        robot: the robot.
+        result: the last step of the search.
+        held: (n_a,) which positions of actuators are held.
+        pushed: how often it was pushed away before.
+    """
+    if (result.prediction.lam[robot.n_a :] > 0.0).any():
+        return Ending.SETTLED, None
+    direction = unstable_direction(robot, result.prediction, held)
+    if direction is None:
+        return Ending.SETTLED, None
+    if pushed < len(PUSHES):
+        return Ending.OUT_OF_ITERATIONS, PUSHES[
+            pushed
+        ] * direction / result.prediction.step.system.h
+    return Ending.BUCKLED, None
+
+
+def tangent(robot: Robot, K: Array) -> sp.csc_array | Array:
+    """A tangent as a matrix (n, n), from the values as the robot stores it."""
+    if isinstance(robot, Sparse):
+        pattern = robot.pattern
+        return sp.csc_array((K, pattern.indices, pattern.indptr), shape=(robot.n, robot.n))
+    return K

@@ -1,0 +1,84 @@
+"""Trunk and diamond of SoftRobots, built from the models that SOFA computed with.
+
+They are reference data of the project, not part of it: `trunk_model.npz` and `diamond_model.npz`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tauten.model.load import build_robot
+from tauten.model.mesh import checked
+from tauten.model.numerics import Array
+from tauten.model.schema import RobotConfig
+from tauten.model.tetra import TetRobot
+
+TRUNK_CABLES = ("L0", "L1", "L2", "L3", "S0", "S1", "S2", "S3")
+MM = 1e-3
+
+
+def trunk(
+    data: Path, cables: tuple[str, ...] = TRUNK_CABLES, gravity: tuple[float, ...] = (0.0, 0.0, 0.0)
+) -> TetRobot:
+    """The trunk: 709 nodes, up to 8 cables, fixed in its lowest 20 mm.
+
+    Args:
+        data: folder of its model.
+        cables: which of its cables it has.
+        gravity: (3,) [m/s²].
+    """
+    model = np.load(data / "trunk_model.npz")
+    rows = [
+        {"name": name, "points": MM * model[f"cable_{name}_pts"], "max_pull": 0.05}
+        for name in cables
+    ]
+    tip = MM * model["tip"][0]
+    return _built("trunk", model, rows, tip, (450e3, 0.042), gravity)
+
+
+def diamond(data: Path, gravity: tuple[float, ...] = (0.0, 0.0, -9.81)) -> TetRobot:
+    """The diamond: 1,628 nodes, one cable to each of its four legs."""
+    model = np.load(data / "diamond_model.npz")
+    rows = [
+        {"name": name, "pull_point": MM * pull, "points": MM * point[None], "max_pull": 0.04}
+        for name, pull, point in zip(
+            ("north", "west", "south", "east"), model["pull"], model["pts"][1:5], strict=True
+        )
+    ]
+    return _built("diamond", model, rows, MM * model["pts"][0], (180e3, 0.5), gravity)
+
+
+def _built(
+    name: str, model: Any, cables: list[dict[str, Any]], tip: Array,
+    stiffness_and_mass: tuple[float, float], gravity: tuple[float, ...],
+) -> TetRobot:  # fmt: skip
+    """A robot in metres with the same mass on every node, as SOFA has it."""
+    nodes, fixed = MM * model["nodes"], MM * model["nodes"][model["fixed"]]
+    boxes = [{"lower": point - 1e-7, "upper": point + 1e-7} for point in fixed]
+    young_modulus, mass = stiffness_and_mass
+    for cable in cables:
+        cable |= {"max_tension": 20.0, "max_rate": 0.1, "max_outside": 5e-3}
+        cable["points"] = np.asarray(cable["points"]).tolist()
+        if "pull_point" in cable:
+            cable["pull_point"] = cable["pull_point"].tolist()
+    config = RobotConfig.model_validate(
+        {
+            "name": name,
+            "gravity": list(gravity),
+            "mesh": {"file": f"{name}_model.npz"},
+            "material": {
+                "young_modulus": young_modulus, "poisson_ratio": 0.45, "density": 1000.0
+            },
+            "fixed": [{key: box[key].tolist() for key in box} for box in boxes],
+            "cables": cables,
+            "effectors": [{"name": "tip", "point": tip.tolist(), "max_outside": 5e-3}],
+        }
+    )  # fmt: skip
+    robot = build_robot(config, checked(nodes, model["tets"].astype(np.int64), name), name)
+    assert isinstance(robot, TetRobot)  # it has no drives and no rigid parts
+    robot = replace(robot, mass=np.full(robot.n, mass / robot.n_nodes))
+    return robot.loaded(np.array(gravity), np.zeros(3))

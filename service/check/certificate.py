@@ -1,0 +1,98 @@
+"""The error of a robot's mesh as a file beside the robot, for reports of runs and benchmarks."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from datetime import UTC, datetime
+from pathlib import Path
+
+from pydantic import TypeAdapter, ValidationError
+from pydantic.dataclasses import dataclass
+
+from tauten.service.check.mesh_error import MeshErrorEstimate
+from tauten.service.process import write_text
+
+
+@dataclass(frozen=True, slots=True)
+class MeshCertificate:
+    """How wrong a robot's mesh is, as `tauten check` found it.
+
+    Attributes:
+        robot_digest: SHA-256 of the model that was checked; the numbers hold for no other one.
+        date: when, ISO 8601.
+        tension: relative error of the tension that differs most; None where none was found.
+        tip: largest error of an effector [m].
+        contact: relative error of the contact force; None where nothing touches.
+        reference: what the mesh was compared with.
+        largest_share: of every cable's range, up to which it was compared.
+    """
+
+    robot_digest: str
+    date: str
+    tension: float | None
+    tip: float | None
+    contact: float | None
+    reference: str
+    largest_share: float
+
+    def save(self, path: Path) -> None:
+        """Write as JSON beside a robot file."""
+        write_text(certificate_file(path), json.dumps(asdict(self), indent=2) + "\n")
+
+
+def certificate_file(robot_file: Path) -> Path:
+    """Where the certificate of a robot file is: finger.mesh.json beside finger.toml."""
+    return robot_file.with_suffix(".mesh.json")
+
+
+def certified(estimate: MeshErrorEstimate, robot_digest: str) -> MeshCertificate:
+    """The certificate of the robot's own mesh.
+
+    Args:
+        estimate: a complete comparison of meshes.
+        robot_digest: SHA-256 of the robot's model.
+
+    Raises:
+        ValueError: the comparison was stopped early, or found no equilibrium to compare.
+    """
+    own = estimate.variants[0] if estimate.variants else None
+    if not estimate.complete or own is None or own.tension is None or own.unsettled:
+        raise ValueError(f"there is nothing to save: {estimate.verdict}")
+    sources = dict.fromkeys(item.source for item in estimate.references if item is not None)
+    return MeshCertificate(
+        robot_digest,
+        datetime.now(UTC).isoformat(timespec="seconds"),
+        own.tension,
+        own.tip,
+        own.contact,
+        " and ".join(sources),
+        max(load.share for load in estimate.loads),
+    )
+
+
+def mesh_error_text(robot_file: Path, robot_digest: str) -> str:
+    """The error of a robot's mesh in one sentence, for reports.
+
+    Args:
+        robot_file: beside which the certificate is.
+        robot_digest: SHA-256 of the robot's model.
+    """
+    command = f"run tauten check {robot_file.stem} --save"
+    try:
+        text = certificate_file(robot_file).read_text(encoding="utf-8")
+        found = TypeAdapter(MeshCertificate).validate_json(text)
+    except FileNotFoundError:
+        return f"unknown, {command}"
+    except (OSError, UnicodeDecodeError, ValidationError):
+        return f"unknown, {certificate_file(robot_file)} cannot be read, {command}"
+    if found.robot_digest != robot_digest:
+        return f"unknown since the robot was changed, {command}"
+    parts = []
+    if found.tension is not None:
+        parts.append(f"tension {100.0 * found.tension:+.1f} %")
+    if found.tip is not None:
+        parts.append(f"tip {1e3 * found.tip:.2f} mm")
+    if found.contact is not None:
+        parts.append(f"contact force {100.0 * found.contact:+.1f} %")
+    return f"{', '.join(parts)} (tauten check, {found.date[:10]})"

@@ -1,0 +1,167 @@
+"""`tauten bench elements`, `energy` and `equilibria`: the mechanics of robots."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.console import Console
+from rich.progress import Progress
+
+from tauten.service.cli.bench import Json
+from tauten.service.process import write_text
+
+if TYPE_CHECKING:
+    from tauten.service.bench.physics import EnergyBench
+
+Markdown = Annotated[Path | None, typer.Option(help="Page to put the tables into.")]
+
+
+def elements(
+    json_file: Json = None,
+    markdown: Annotated[Path | None, typer.Option(help="Page to put the tables into.")] = None,
+    robot: Annotated[str, typer.Option(help="A shipped robot's name, or a robot file.")] = "finger",
+    law: Annotated[list[str] | None, typer.Option(help="Law of the material, or several.")] = None,
+    pull: Annotated[
+        list[float] | None,
+        typer.Option(min=0.0, max=1.0, help="Share of the largest pull, or several in order."),
+    ] = None,
+    refinements: Annotated[
+        int, typer.Option(min=0, max=2, help="Refinements of the linear mesh to compare.")
+    ] = 1,
+    reference: Annotated[
+        int, typer.Option(min=0, max=2, help="Refinements of the quadratic mesh compared with.")
+    ] = 1,
+    contact: Annotated[bool, typer.Option(help="Let surfaces touch.")] = False,
+) -> None:
+    """Tension, tip and contact force of linear, smoothed and quadratic elements against a fine mesh.
+
+    The default compares the finger at 15 mm of pull.
+    """
+    from tauten.service.bench.elements import ElementBenchSettings, bench_elements, parse_law
+    from tauten.service.tables import element_tables, write_element_tables
+
+    try:
+        laws = tuple(parse_law(name) for name in law or ("corotational",))
+    except ValueError as error:
+        raise typer.BadParameter(str(error)) from error
+    settings = ElementBenchSettings(
+        robot=robot,
+        laws=laws,
+        pulls=tuple(pull or (0.375,)),
+        refinements=refinements,
+        reference=reference,
+        contact=contact,
+    )
+    with Progress(console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("elements", total=1.0)
+        result = bench_elements(
+            settings, lambda share, what: bar.update(task, advance=share, description=what)
+        )
+    for table in element_tables(result):
+        Console(width=160).print(table.rich())
+    if json_file is not None:
+        write_text(json_file, json.dumps(asdict(result), indent=2) + "\n")
+    if markdown is not None:
+        write_element_tables(result, markdown)
+
+
+def energy(
+    json_file: Json = None,
+    markdown: Markdown = None,
+    figure: Annotated[Path | None, typer.Option(help="Figure of the energies.")] = None,
+    distance_figure: Annotated[
+        Path | None, typer.Option(help="Figure of the first robot's distance of model and plant.")
+    ] = None,
+    robot: Annotated[
+        list[str] | None, typer.Option(help="A robot's name or file; may be repeated.")
+    ] = None,
+    seconds: Annotated[float, typer.Option(min=0.1, help="Duration of each motion.")] = 10.0,
+    path_seconds: Annotated[
+        float, typer.Option(min=0.0, help="Duration of the demo's path; 0 leaves it out.")
+    ] = 10.0,
+) -> None:
+    """Energy of a free swing and of a held robot, times of steps, distance of model and plant.
+
+    Each with one linearisation a step and with steps iterated to convergence.
+    """
+    from tauten.service.bench.physics import EnergySettings, bench_energy
+    from tauten.service.plots import draw_distances, draw_energy
+    from tauten.service.tables import energy_tables, write_energy_tables
+
+    chosen = EnergySettings(tuple(robot or EnergySettings().robots), seconds, path_seconds)
+    with Progress(console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("energy", total=1.0)
+        result = bench_energy(
+            chosen, lambda share, what: bar.update(task, advance=share, description=what)
+        )
+    for table in energy_tables(result):
+        Console(width=120).print(table.rich())
+    if json_file is not None:
+        write_text(json_file, _energy_json(result))
+    if figure is not None:
+        draw_energy(result, figure)
+    if distance_figure is not None and result.paths:
+        draw_distances(result.paths[0].distances, distance_figure)
+    if markdown is not None:
+        write_energy_tables(result, markdown)
+
+
+def _energy_json(result: EnergyBench) -> str:
+    """The numbers, without the courses of distances."""
+    contents = {
+        "machine": asdict(result.machine),
+        "courses": [asdict(course) for course in result.courses],
+        "costs": [asdict(cost) for cost in result.costs],
+        "paths": {
+            item.distances.robot: {
+                name: asdict(share) for name, share in item.distances.shares().items()
+            }
+            for item in result.paths
+        },
+    }
+    return json.dumps(contents, indent=2) + "\n"
+
+
+def equilibria(
+    json_file: Json = None,
+    markdown: Markdown = None,
+    robot: Annotated[
+        list[str] | None, typer.Option(help="A robot's name or file; may be repeated.")
+    ] = None,
+    starts: Annotated[int, typer.Option(min=1, help="Random starts of each robot.")] = 200,
+    data: Annotated[
+        Path | None,
+        typer.Option(
+            envvar="TAUTEN_REFERENCE_DATA",
+            help="Folder of the reference data, for trunk and diamond; without it they are left out.",
+        ),
+    ] = None,
+    contact: Annotated[
+        bool, typer.Option("--contact", help="Let robots from random starts touch themselves.")
+    ] = False,
+) -> None:
+    """How many factorisations robots need to settle, from random starts and to large loads."""
+    from tauten.service.bench.physics import EquilibriaSettings, bench_equilibria
+    from tauten.service.tables import equilibria_tables, write_equilibria_tables
+
+    models = None if data is None else data / "sofa_robots"
+    if models is not None and not models.is_dir():
+        raise typer.BadParameter(f"{data} has no folder sofa_robots")
+    chosen = EquilibriaSettings(
+        tuple(robot or EquilibriaSettings().robots), starts, models, contact=contact
+    )
+    with Progress(console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("equilibria", total=1.0)
+        result = bench_equilibria(
+            chosen, lambda share, what: bar.update(task, advance=share, description=what)
+        )
+    for table in equilibria_tables(result):
+        Console(width=120).print(table.rich())
+    if json_file is not None:
+        write_text(json_file, json.dumps(asdict(result), indent=2) + "\n")
+    if markdown is not None:
+        write_equilibria_tables(result, markdown)

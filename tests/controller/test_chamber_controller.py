@@ -1,0 +1,91 @@
+"""Inverse control of chambers: targets are reached, limits hold, certificates are right."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from support.robots.bodies import CABLE, CHAMBER, pneumatic_robot
+
+from tauten.controller import Controller, Status, energy_scale, hold_certificate, prepare
+from tauten.model import Command, Enrichment, Simulator, forward_step
+from tauten.model.numerics import Array
+
+NONE = Enrichment(tolerance=np.inf, rounds=0, per_pair=0)
+
+
+def reachable(pressure: float) -> Array:
+    """Where the tip is under a pressure (1, 3) [m]."""
+    simulator = Simulator(pneumatic_robot(), "none")
+    assert simulator.settle(tension=[pressure]).converged
+    return simulator.effector
+
+
+@pytest.mark.parametrize("pressure", [3e4, 1e4, -4e3])
+def test_the_pressure_of_a_reachable_target_is_found(pressure: float) -> None:
+    follower, goal = Controller(pneumatic_robot()), reachable(pressure)
+    for _ in range(100):
+        actuation = follower.step(goal)
+        assert actuation.status is Status.OK
+    np.testing.assert_allclose(follower.effector, goal, atol=1e-5)
+    assert actuation.tension[0] == pytest.approx(pressure, rel=0.02)
+    assert actuation.certificate.primal < 1e-6
+
+
+def test_beyond_its_largest_pressure_the_nearest_is_decided() -> None:
+    weak = pneumatic_robot(chambers=[{**CHAMBER, "max_pressure": 1e4}])
+    follower = Controller(weak)
+    for _ in range(60):
+        actuation = follower.step(reachable(3e4))
+        assert actuation.status is Status.OK
+    assert actuation.tension[0] == pytest.approx(1e4)
+
+
+def test_the_volume_changes_no_faster_than_its_rate() -> None:
+    follower, last = Controller(pneumatic_robot()), 0.0
+    for _ in range(10):
+        pull = follower.step(reachable(4e4)).pull[0]
+        assert abs(pull - last) <= CHAMBER["max_rate"] * 0.02 * (1.0 + 1e-9)  # type: ignore[operator]
+        last = pull
+
+
+def test_a_hold_keeps_the_pressure_and_its_certificate_sees_errors() -> None:
+    follower = Controller(pneumatic_robot(cables=[CABLE]))
+    goal = follower.effector[0] + np.array([0.0, 0.0, -0.008])
+    for _ in range(30):
+        left = follower.step(goal)
+    held = follower.hold()
+    assert held.status is Status.OK
+    np.testing.assert_array_equal(held.pull[0], left.pull[0])
+    np.testing.assert_array_equal(held.tension[1], left.tension[1])
+    assert held.certificate.complementarity < 1e-9
+    robot, forces = follower.robot, follower.forces
+    prepared = prepare(robot, follower.space, follower.state, forces, NONE)
+    command = Command.of(follower.pull, None)
+    solved = forward_step(prepared.step, NONE, forces, command)
+    right = hold_certificate(solved, command, robot.limits, robot.actuators)
+    wrong = replace(solved, prediction=replace(solved.prediction, lam=1.01 * solved.prediction.lam))
+    worse = hold_certificate(wrong, command, robot.limits, robot.actuators)
+    assert right.stationarity < 1e-9
+    assert worse.stationarity > 1e-3
+    assert worse.primal > 1e-3  # the volume is another one
+
+
+def test_a_hold_beyond_the_least_pressure_names_the_chamber() -> None:
+    tight = {**CHAMBER, "held": "position", "min_pressure": -1.0, "max_pressure": 1.0}
+    robot = pneumatic_robot(chambers=[tight], gravity=[0.0, 0.0, -500.0])
+    actuation = Controller(robot).hold()
+    assert actuation.status is Status.INFEASIBLE
+    assert actuation.conflict == ("pressure of chamber bellows",)
+
+
+def test_the_weight_of_the_energy_does_not_depend_on_the_unit_of_a_pressure() -> None:
+    """Pressures in kPa and volumes in mL give the same scale s; with one group they would not."""
+    rng = np.random.default_rng(0)
+    H = rng.standard_normal((6, 8))
+    W, groups, open_ = H @ H.T, np.array([0, 0, 1]), np.zeros(0, dtype=np.bool_)
+    unit = np.diag([1.0, 1.0, 1.0, 1.0, 1.0, 1e3])  # three effector rows, two cables, a chamber
+    scale = energy_scale(W, 3, 3, open_, groups)
+    assert energy_scale(unit @ W @ unit, 3, 3, open_, groups) == pytest.approx(scale, rel=1e-12)
+    assert energy_scale(unit @ W @ unit, 3, 3, open_) != pytest.approx(scale, rel=0.1)

@@ -1,0 +1,140 @@
+"""Time steps iterated to convergence: balance of momentum, energy, order, rest."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from support.robots.bodies import beam_robot, box_mesh
+
+from tauten.model import Robot, Simulator, load_robot
+from tauten.model.beams import BeamRobot
+from tauten.model.body import SparseRobot
+from tauten.model.numerics import Array
+from tauten.model.robot import State
+from tauten.model.tetra import TetRobot
+
+SIZE, CELLS = (0.1, 0.02, 0.02), (6, 2, 2)
+
+
+def undamped(robot: Robot) -> SparseRobot:
+    """The robot without its damping."""
+    assert isinstance(robot, SparseRobot)
+    plain = replace(robot.integration, rayleigh_mass=0.0, rayleigh_stiffness=0.0)
+    return replace(robot, integration=plain)
+
+
+def bar_robot() -> TetRobot:
+    return beam_robot(box_mesh(SIZE, CELLS), SIZE)
+
+
+def energy(robot: TetRobot | BeamRobot, state: State) -> float:
+    """Potential and kinetic energy [J]."""
+    return robot.potential(state) + robot.kinetic_energy(state.v)
+
+
+def swing(robot: TetRobot | BeamRobot, start: State, steps: int) -> Array:
+    """Energy (steps + 1,) [J] of a free motion, cables slack."""
+    simulator = Simulator(robot, contact="none")
+    simulator.start_from(start)
+    energies = [energy(robot, start)]
+    for _ in range(steps):
+        assert simulator.step(tension=np.zeros(robot.n_a), converged=True).converged
+        energies.append(energy(robot, simulator.state))
+    return np.array(energies)
+
+
+def test_end_of_a_step_balances_the_forces_there() -> None:
+    """M (v − v₀) / h = f(q) − C v: the defining equation, with the forces of the model itself."""
+    robot = replace(
+        bar_robot(), integration=replace(bar_robot().integration, rayleigh_mass=3.0)
+    ).loaded(np.array([0.0, 0.0, -9.81]), np.zeros(3))
+    simulator = Simulator(robot, contact="none")
+    v = np.random.default_rng(0).standard_normal(robot.n)
+    simulator.start_from(State(robot.rest().q, v))
+    simulator.step(tension=[0.0], converged=True)
+    state, a = simulator.state, 3.0
+    balance = robot.mass * (state.v - v) / robot.h + a * robot.mass * state.v
+    force = robot.forces(state)[0]
+    assert np.abs(balance - force).max() < 1e-4 * np.abs(force).max()
+    assert np.abs((state.q - robot.rest().q) / robot.h - state.v).max() < 1e-9
+
+
+def test_momentum_of_rotating_nodes_is_the_derivative_of_their_kinetic_energy() -> None:
+    """By central differences over turns of the end about the fixed axes."""
+    robot = load_robot("manipulator")
+    assert isinstance(robot, BeamRobot)
+    generator = np.random.default_rng(1)
+    v0, v = generator.standard_normal((2, robot.n)) * 20.0
+    start = State(robot.rest().q, v0)
+
+    def moved(state: State, dq: Array) -> State:
+        system = robot.linearise(replace(state, v=np.zeros(robot.n)))
+        return robot.advance(state, replace(system, v=np.zeros(robot.n)), dq / robot.h)
+
+    end = moved(start, robot.h * v)
+    np.testing.assert_allclose(robot.velocity(start, end), v, rtol=1e-9, atol=1e-9)
+    force = robot.momentum_force(start, v)
+    for _ in range(5):
+        d = generator.standard_normal(robot.n)
+        ends = [robot.velocity(start, moved(end, sign * 1e-5 * d)) for sign in (1.0, -1.0)]
+        slope = (robot.kinetic_energy(ends[0] - v0) - robot.kinetic_energy(ends[1] - v0)) / 2e-5
+        assert slope == pytest.approx(force @ d, rel=1e-6)
+
+
+@pytest.mark.parametrize("make", [bar_robot, lambda: load_robot("manipulator")])
+def test_energy_of_a_free_swing_falls_in_every_step(make: Callable[[], Robot]) -> None:
+    """From wild velocities, which one linearisation a step turns into energy."""
+    robot = undamped(make())
+    assert isinstance(robot, TetRobot | BeamRobot)
+    robot = robot.loaded(np.zeros(3), np.zeros(3 * len(robot.effector_names)))
+    v = np.zeros((robot.n // 3, 3))
+    v[:: 2 if isinstance(robot, BeamRobot) else 1] = 5.0 * np.random.default_rng(2).standard_normal(
+        3
+    )
+    energies = swing(robot, State(robot.rest().q, v.ravel()), 60)
+    assert np.diff(energies).max() < 1e-13 * energies[0], "beyond rounding"
+    assert np.diff(energies[:15]).max() < 0.0
+
+
+def test_a_hanging_robot_with_held_cables_comes_to_rest(finger: Robot) -> None:
+    """Where its weight, the cable and contacts are in equilibrium."""
+    robot = undamped(finger)
+    simulator, still = Simulator(robot), Simulator(robot)
+    pull = 0.5 * robot.limits.pull_max
+    assert still.settle(pull=pull).converged
+    simulator.settle(pull=0.8 * pull)
+    energies = []
+    for _ in range(250):
+        assert simulator.step(pull=pull, converged=True).converged
+        energies.append(energy(robot, simulator.state))
+    assert np.diff(energies[1:]).max() < 1e-9 * energies[0]
+    assert np.abs(simulator.effector - still.effector).max() < 1e-5
+    assert np.abs(simulator.state.v).max() < 1e-4
+
+
+def test_the_first_iteration_is_the_step_with_one_linearisation() -> None:
+    """Both steps become the same as the time step becomes short, at second order."""
+    apart = []
+    for rate in (400.0, 1600.0):
+        robot = beam_robot(box_mesh(SIZE, CELLS), SIZE, controller={"rate": rate})
+        ends = []
+        for converged in (False, True):
+            simulator = Simulator(robot, contact="none")
+            v = np.zeros((robot.n // 3, 3))
+            v[:, 2] = 0.5
+            simulator.start_from(State(robot.rest().q, v.ravel()))
+            simulator.step(tension=[0.0], converged=converged)
+            ends.append(simulator.effector)
+        apart.append(float(np.abs(ends[0] - ends[1]).max()))
+    assert apart[0] > 8.0 * apart[1]
+
+
+def test_converged_quasi_static_steps_are_equilibria() -> None:
+    robot = beam_robot(box_mesh(SIZE, CELLS), SIZE, integration={"scheme": "quasi-static"})
+    simulator, still = Simulator(robot, contact="none"), Simulator(robot, contact="none")
+    assert simulator.step(pull=[0.01], converged=True).converged
+    still.settle(pull=[0.01])
+    np.testing.assert_allclose(simulator.effector, still.effector, atol=1e-9)

@@ -1,0 +1,196 @@
+"""Viscous materials: creep and relaxation of a block, dissipation, rigid motion, robot files."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from support.robots.bodies import beam_config, box_mesh
+
+from tauten.model import Simulator, State
+from tauten.model.load import build_robot
+from tauten.model.numerics import Array
+from tauten.model.schema import RobotConfig
+from tauten.model.tetra import TetRobot
+from tauten.reduction.state import StateBasisError, reducible
+
+SIDE = 0.02  # m
+E = 1e5  # Pa, without lateral contraction, so that a block under tension is one bar
+STRESS = 1.0  # Pa, a strain of 1e-5
+BLOCK = box_mesh((SIDE,) * 3, (4, 1, 1))
+
+
+def block(
+    viscosity: dict[str, object], rate: float, element: str = "linear", density: float = 1.0
+) -> TetRobot:
+    """A block held at x = 0; by default it weighs next to nothing."""
+    material = {
+        "young_modulus": E, "poisson_ratio": 0.0, "density": density, "viscosity": viscosity
+    }  # fmt: skip
+    settings = beam_config((SIDE,) * 3, material=material, controller={"rate": rate})
+    settings["mesh"] = {"file": "block.vtu", "element": element}
+    return build_robot(RobotConfig.model_validate(settings), BLOCK, "block.toml")
+
+
+def stretched(robot: TetRobot, strain: float) -> State:
+    """The block under a uniform strain along x."""
+    x = robot.mesh.nodes * [1.0 + strain, 1.0, 1.0]
+    return State(x[robot.pattern.dof >= 0].ravel(), np.zeros(robot.n))
+
+
+def pulled(robot: TetRobot, stress: float) -> TetRobot:
+    """The block under forces that cause a uniform tension."""
+    return replace(robot, load=-robot.forces(stretched(robot, stress / E))[0])
+
+
+def creep(robot: TetRobot, steps: int, converged: bool) -> tuple[Array, Array]:
+    """Times (steps,) [s] and strains (steps,) of a block under STRESS from t = 0 on."""
+    simulator = Simulator(pulled(robot, STRESS), contact="none")
+    strains = []
+    for _ in range(steps):
+        assert simulator.step(tension=[0.0], converged=converged).converged
+        strains.append((simulator.effector[0, 0] - SIDE) / SIDE)
+    return np.arange(1, steps + 1) * robot.h, np.array(strains)
+
+
+@pytest.mark.parametrize("converged", [False, True])
+@pytest.mark.parametrize("element", ["linear", "quadratic", "smoothed"])
+def test_kelvin_voigt_block_creeps_as_the_exact_solution(element: str, converged: bool) -> None:
+    """ε = σ / E (1 − exp(−E t / η)), with η = 2 μ_v; the error of implicit Euler is of first order in h."""
+    shear, errors = 5e3, []
+    tau = 2.0 * shear / E  # 0.1 s
+    for rate in (200.0, 800.0):
+        robot = block({"shear_viscosity": shear}, rate, element)
+        times, strains = creep(robot, round(0.3 * rate), converged)
+        exact = STRESS / E * (1.0 - np.exp(-times / tau))
+        errors.append(np.abs(strains - exact).max() * E / STRESS)
+    assert errors[1] < 3e-3
+    assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.1)
+
+
+@pytest.mark.parametrize("element", ["linear", "quadratic", "smoothed"])
+def test_standard_linear_solid_creeps_as_the_exact_solution(element: str) -> None:
+    """E ∥ (E₁ in series with E₁ τ): ε = σ / E (1 − E₁ / (E + E₁) exp(−t E / (τ (E + E₁))))."""
+    share, tau = 1.5, 0.1
+    robot = block({"shares": [share], "times": [tau]}, 2000.0, element)
+    times, strains = creep(robot, 600, False)
+    exact = STRESS / E * (1.0 - share / (1.0 + share) * np.exp(-times / (tau * (1.0 + share))))
+    np.testing.assert_allclose(strains[5:], exact[5:], rtol=5e-3)
+
+
+def test_prony_series_relaxes_as_the_exact_solution() -> None:
+    """The force of a body that is held: σ = E ε (1 + Σ g_i exp(−t / τ_i)), at rest the elastic law's."""
+    shares, times = (0.5, 1.0), (0.02, 0.2)
+    robot = block({"shares": shares, "times": times}, 1e4)
+    rest = robot.rest()
+    strain = 1e-5
+    moved = stretched(robot, strain).q
+    system = replace(robot.linearise(rest), h=robot.h, v=np.zeros(robot.n))
+    state = robot.advance(rest, system, (moved - rest.q) / robot.h)
+    top = np.abs(rest.q.reshape(-1, 3)[:, 0] - SIDE) < 1e-9
+    for step in range(1, 3001):
+        remembered, _ = robot.viscosity_at(state, robot.h)
+        assert remembered is not None
+        if step % 500 == 0:
+            force = -(robot.forces(state)[0] + remembered).reshape(-1, 3)[top, 0].sum()
+            decay = [
+                g * np.exp(-(step + 1) * robot.h / t) for g, t in zip(shares, times, strict=True)
+            ]
+            exact = E * strain * (1.0 + sum(decay)) * SIDE**2
+            assert force == pytest.approx(exact, rel=5e-3)
+        state = robot.advance(state, system, np.zeros(robot.n))
+
+
+def wild(robot: TetRobot) -> State:
+    """A state far from rest in fast motion, with stresses in the branches."""
+    generator, rest = np.random.default_rng(3), robot.rest()
+    system = replace(robot.linearise(rest), v=np.zeros(robot.n))
+    dv = 2e-3 * generator.standard_normal(robot.n) / robot.h
+    return replace(robot.advance(rest, system, dv), v=generator.standard_normal(robot.n))
+
+
+MIXED = {"shear_viscosity": 20.0, "volume_viscosity": 10.0, "shares": [0.5], "times": [0.05]}
+
+
+@pytest.mark.parametrize("element", ["linear", "quadratic", "smoothed"])
+def test_viscous_forces_dissipate_and_rigid_motion_has_none(element: str) -> None:
+    robot = block(MIXED, 100.0, element)
+    state = wild(robot)
+    _, C = robot.viscosity_at(state, robot.h)
+    assert C is not None
+    pattern = robot.pattern
+    dense = np.zeros((robot.n, robot.n))
+    columns = np.repeat(np.arange(robot.n), np.diff(pattern.indptr))
+    dense[pattern.indices, columns] = C
+    np.testing.assert_allclose(dense, dense.T, rtol=1e-10, atol=1e-12 * np.abs(C).max())
+    assert np.linalg.eigvalsh(dense)[0] > -1e-9 * np.abs(dense).max()
+    # elements without fixed nodes: forces of a rotation about any axis vanish on nodes away from x = 0
+    x = state.q.reshape(-1, 3)
+    spin = np.cross([0.3, -0.7, 0.5], x).ravel()
+    far = robot.rest().q.reshape(-1, 3)[:, 0] > 0.9 * SIDE
+    force = (dense @ spin).reshape(-1, 3)[far]
+    assert np.abs(force).max() < 1e-10 * np.abs(dense).max() * np.abs(spin).max()
+
+
+@pytest.mark.parametrize("converged", [False, True])
+def test_energy_falls_and_viscosity_takes_more_of_it(converged: bool) -> None:
+    left = []
+    for viscosity in ({"shear_viscosity": 1e-6}, MIXED):
+        robot = block(viscosity, 2000.0, density=1000.0)
+        simulator = Simulator(robot, contact="none")
+        simulator.start_from(replace(robot.rest(), v=0.1 * wild(robot).v))
+        energies = [robot.energy(simulator.state)]
+        for _ in range(20):
+            simulator.step(tension=[0.0], converged=converged)
+            energies.append(robot.energy(simulator.state))
+        assert np.diff(energies).max() < 1e-12 * energies[0]
+        left.append(energies[3] / energies[0])
+    assert left[1] < 0.9 * left[0]
+
+
+def test_settling_relaxes_the_branches() -> None:
+    """The equilibrium is the elastic law's, and a step from it stays there."""
+    viscous, elastic = block(MIXED, 100.0), block({"shear_viscosity": 1.0}, 100.0)
+    ends = []
+    for robot in (viscous, elastic):
+        simulator = Simulator(pulled(robot, 1e3), contact="none")
+        assert simulator.settle(tension=[0.0]).converged
+        at_rest = simulator.effector
+        simulator.step(tension=[0.0])
+        np.testing.assert_allclose(simulator.effector, at_rest, atol=1e-9)
+        ends.append(at_rest)
+    np.testing.assert_allclose(ends[0], ends[1], atol=1e-12)
+
+
+def test_contact_bases_fit_whatever_the_viscosity() -> None:
+    """They are made at rest."""
+    elastic = build_robot(
+        RobotConfig.model_validate(
+            beam_config(
+                (SIDE,) * 3, material={"young_modulus": E, "poisson_ratio": 0.0, "density": 1.0}
+            )
+        ),
+        BLOCK,
+        "block.toml",
+    )
+    assert block(MIXED, 100.0).digest == elastic.digest
+
+
+@pytest.mark.parametrize(
+    ("viscosity", "message"),
+    [
+        ({}, "needs shear_viscosity, volume_viscosity, or shares and times"),
+        ({"shares": [0.1], "times": []}, "1 shares and 0 times"),
+        ({"shares": [0.1], "times": [0.0]}, "greater than or equal to 0.000001"),
+        ({"shear_viscosity": -1.0}, "greater than or equal to 0"),
+    ],
+)
+def test_viscosities_that_are_none_are_refused(viscosity: dict[str, object], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        block(viscosity, 100.0)
+
+
+def test_state_reduction_refuses_viscous_materials() -> None:
+    with pytest.raises(StateBasisError, match=r"leave out material\.viscosity"):
+        reducible(block(MIXED, 100.0))

@@ -1,0 +1,80 @@
+"""The benchmarks of energy and equilibria on a small robot: numbers, tables, files."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tauten.service.bench.physics import (
+    EnergyBench,
+    EnergySettings,
+    EquilibriaSettings,
+    bench_energy,
+    bench_equilibria,
+)
+from tauten.service.cli import main
+from tauten.service.tables import energy_tables, write_energy_tables
+
+
+@pytest.fixture(scope="module")
+def energy(beam_file: Path) -> EnergyBench:
+    done: list[float] = []
+    settings = EnergySettings((str(beam_file),), seconds=0.5, path_seconds=0.3)
+    result = bench_energy(settings, lambda share, what: done.append(share))
+    assert sum(done) == pytest.approx(1.0)
+    return result
+
+
+def test_converged_steps_gain_no_energy(energy: EnergyBench) -> None:
+    kinds = [(course.motion, course.steps) for course in energy.courses]
+    assert len(set(kinds)) == 4
+    for course in energy.courses:
+        assert course.energy[0] > 0.0
+        if course.steps == "converged":
+            assert course.largest_rise < 1e-6
+        rises = np.diff(course.energy).max() / course.energy[0]
+        assert course.largest_rise == pytest.approx(max(rises, 0.0))
+
+
+def test_shares_of_the_distance_add_up(energy: EnergyBench) -> None:
+    """No distance is larger than the sum of the others."""
+    found = energy.paths[0].distances
+    parts = found.delay.value + found.contact_basis.value + found.reduction.value
+    assert (found.total.value <= parts + 1e-12).all()
+    assert found.shares()["linearisation"].max_mm is not None
+
+
+def test_tables_have_every_course_and_share(energy: EnergyBench, tmp_path: Path) -> None:
+    courses, costs, shares = energy_tables(energy)
+    assert (len(courses.rows), len(costs.rows), len(shares.rows)) == (4, 1, 6)
+    page = tmp_path / "page.md"
+    page.write_text("before\n<!-- tauten bench energy -->\nold\n<!-- end -->\nafter\n")
+    write_energy_tables(energy, page)
+    assert "free swing" in page.read_text()
+    assert "old" not in page.read_text()
+
+
+def test_the_command_writes_numbers_and_figures(
+    beam_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    numbers, figures = tmp_path / "energy.json", [tmp_path / "a.png", tmp_path / "b.png"]
+    command = ["tauten", "bench", "energy", "--robot", str(beam_file), "--seconds", "0.2"]
+    command += ["--path-seconds", "0.1", "--json", str(numbers)]
+    command += ["--figure", str(figures[0]), "--distance-figure", str(figures[1])]
+    monkeypatch.setattr(sys, "argv", command)
+    with pytest.raises(SystemExit) as ended:
+        main()
+    assert ended.value.code in (0, None)
+    assert json.loads(numbers.read_text())["paths"]["beam"]["linearisation"]["max_mm"] >= 0.0
+    assert all(figure.stat().st_size > 1000 for figure in figures)
+
+
+def test_every_random_start_settles(beam_file: Path) -> None:
+    result = bench_equilibria(EquilibriaSettings((str(beam_file),), 10), lambda share, what: None)
+    (group,) = result.groups
+    assert (group.searches, group.converged, group.endings) == (10, 10, {})
+    assert 1 <= group.median <= group.most

@@ -1,0 +1,128 @@
+"""What the distance of plant and model in a run consists of, on a run of a known plant."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tauten.controller import Controller
+from tauten.model import Simulator
+from tauten.service.cli import main
+from tauten.service.log import Entry, LogRecorder
+from tauten.service.node import ControlLoop, Signals
+from tauten.service.replay import Distances, measure_distances
+from tauten.service.setup import load_setup
+from tauten.service.wire import (
+    HEALTH,
+    JOINTS,
+    POINT,
+    TICK,
+    Diagnostic,
+    Joints,
+    Keys,
+    Level,
+    Point,
+    Tick,
+    encode_health,
+    encode_joints,
+    encode_point,
+    encode_tick,
+)
+
+TICKS, PERIOD = 40, 20_000_000  # ns
+
+
+def write_run(file: Path, log: Path, converged: bool) -> None:
+    """A run whose plant uses each actuation a tick later, without a clock and a network."""
+    setup = load_setup(file)
+    robot, keys = setup.robot, Keys(setup.robot.name)
+    loop, recorder = ControlLoop(Controller(robot)), LogRecorder(log, setup.metadata())
+    plant, command = Simulator(robot), np.zeros(robot.n_a)
+    rest = robot.effector(robot.rest())
+    steps = {"steps": "converged" if converged else "single", "drive": "pull"}
+    for index in range(TICKS):
+        stamp = 10**18 + index * PERIOD
+        goal = rest + 1e-4 * min(index, 20) * np.array([[0.0, 0.0, 1.0]])
+        action = loop.tick(goal, Signals(target=True))
+        loop.prepare()
+        plant.step(pull=command, converged=converged)
+        command = action.actuation.pull
+        names = robot.actuators.names
+        pull, tension = tuple(command.tolist()), tuple(action.actuation.tension.tolist())
+        x, y, z = action.actuation.effector[0].tolist()
+        tick = Tick(
+            stamp, robot.frame, index, action.mode, action.cause,
+            "" if action.status is None else action.status.name,
+            tuple((a, b, c) for a, b, c in goal.tolist()), (), 0, 0.0, 0.0, 0.0, 0.0, 0.0, 0,
+            0.0, 0.0, 0.0, 0, False,
+        )  # fmt: skip
+        health = Diagnostic("plant", Level.OK, "", steps)
+        model, real = (
+            encode_point(Point(stamp, robot.frame, (a, b, c)))
+            for a, b, c in ((x, y, z), tuple(plant.effector[0].tolist()))
+        )
+        for key, kind, payload in (
+            (
+                keys.actuation,
+                JOINTS,
+                encode_joints(Joints(stamp, robot.frame, names, pull, tension)),
+            ),
+            (keys.effectors(("",))[0], POINT, model),
+            (keys.plant_effectors(("",))[0], POINT, real),
+            (keys.plant_health, HEALTH, encode_health(stamp, robot.name, [health])),
+            (keys.tick, TICK, encode_tick(tick)),
+        ):
+            recorder.write(Entry(key, kind, payload, False, stamp, stamp, index))
+    recorder.close()
+
+
+@pytest.fixture(scope="module", params=[False, True])
+def log(
+    request: pytest.FixtureRequest, beam_file: Path, tmp_path_factory: pytest.TempPathFactory
+) -> tuple[Path, bool]:
+    folder = tmp_path_factory.mktemp("run")
+    for name in ("beam.toml", "beam.vtu"):  # a replay opens files beside the log
+        shutil.copy(beam_file.parent / name, folder)
+    write_run(folder / "beam.toml", folder / "log.mcap", request.param)
+    return folder / "log.mcap", request.param
+
+
+@pytest.fixture(scope="module")
+def found(log: tuple[Path, bool]) -> Distances:
+    return measure_distances(log[0], False, lambda share, what: None)
+
+
+def test_steps_of_the_plant_are_read_from_its_health(
+    log: tuple[Path, bool], found: Distances
+) -> None:
+    assert found.steps == ("converged" if log[1] else "single")
+
+
+def test_the_delay_is_the_motion_in_a_tick(log: tuple[Path, bool], found: Distances) -> None:
+    """The plant is a tick late, and nothing else differs between it and its simulation."""
+    shares = found.shares()
+    assert shares["state reduction"].max_mm == pytest.approx(0.0, abs=1e-4)
+    assert shares["contact basis"].max_mm == pytest.approx(0.0, abs=1e-9)
+    delay, tick = shares["delay"].max_mm, shares["motion of the model in a tick"].max_mm
+    assert delay is not None
+    assert delay == pytest.approx(tick, rel=0.1)
+    linearisation = shares["linearisation"].max_mm
+    assert linearisation is not None
+    assert 0.0 < linearisation < delay
+
+
+def test_the_command_shows_and_writes_the_shares(
+    log: tuple[Path, bool], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    command = ["tauten", "replay", str(log[0]), "--distance", "--report", str(tmp_path / "out")]
+    monkeypatch.setattr(sys, "argv", command)
+    with pytest.raises(SystemExit) as ended:
+        main()
+    assert ended.value.code == 0
+    assert json.loads((tmp_path / "out" / "distance.json").read_text())["delay"]["max_mm"] > 0.0
+    assert (tmp_path / "out" / "distance.png").stat().st_size > 1000
