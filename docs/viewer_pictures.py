@@ -33,7 +33,7 @@ ARGUMENTS = [
 SIZE = {"width": 1280, "height": 800}
 START = 180.0  # s
 PICTURES = ("simulate", "manipulator", "export")
-MORE, SETTLE = 12.0, 4.0  # s after the text is there, and after the picture stands still
+MORE, SETTLE = 12.0, 8.0  # s after the text is there, and after the picture stands still
 
 
 def free_port() -> int:
@@ -122,7 +122,7 @@ def main() -> None:
             html = Path(folder) / "run.html"
             command = [sys.executable, "-m", "tauten.service", "view", robot, "--simulate"]
             subprocess.run([*command, "--path", "reach", "--export", str(html)], check=True)
-            take(browser, html.as_uri(), "viewer-export.png", "7")
+            take(browser, html.as_uri(), "viewer-export.png", "3")
         browser.close()
 
 

@@ -141,17 +141,17 @@ def make_coordinates(frames: Frames, glued: GluedNodes, number: Ints, x0: Array)
         x0: (n_nodes, 3) positions at rest [m].
     """
     m = int(number.max(initial=-1)) + 1
-    slaves = number[glued.nodes]
+    followers = number[glued.nodes]
     is_free = np.ones(m, dtype=bool)
-    is_free[frames.nodes] = is_free[slaves] = False
+    is_free[frames.nodes] = is_free[followers] = False
     free = np.flatnonzero(is_free)
     n = 3 * len(free) + frames.n_velocities
     direct = frame_entries(frames, free)
     masters = number[glued.masters]
-    follow = glue_matrix(slaves, masters, glued.weights, m)
+    follow = glue_matrix(followers, masters, glued.weights, m)
     offset = np.zeros((m, 3))
     held = np.where(masters < 0, glued.weights, 0.0)
-    offset[slaves] = np.einsum("ga,gai->gi", held, x0[glued.masters])
+    offset[followers] = np.einsum("ga,gai->gi", held, x0[glued.masters])
     rows, columns, factors, sources = direct
     # a glued row has the entries of its masters, times their weights
     by_node = sp.csr_array(
@@ -173,7 +173,7 @@ def make_coordinates(frames: Frames, glued: GluedNodes, number: Ints, x0: Array)
         factor=weight * factors[entry],
         source=sources[entry].astype(np.int64),
         gather=sp.csr_array(sp.csr_array(follow.T)[picked]),
-        glue=follow if len(slaves) else None,
+        glue=follow if len(followers) else None,
         offset=offset.ravel(),
     )
 
@@ -207,17 +207,17 @@ def frame_entries(frames: Frames, free: Ints) -> tuple[Ints, Ints, Array, Ints]:
     return rows_, columns_, factors_, sources_
 
 
-def glue_matrix(slaves: Ints, masters: Ints, weights: Array, m: int) -> sp.csr_array:
+def glue_matrix(followers: Ints, masters: Ints, weights: Array, m: int) -> sp.csr_array:
     """Positions of all nodes that are not fixed from those that are not glued, (3 m, 3 m).
 
     Args:
-        slaves: (g,) glued nodes.
+        followers: (g,) glued nodes.
         masters: (g, 4) what they follow, −1 where that is fixed.
         weights: (g, 4) their weights.
         m: nodes that are not fixed.
     """
-    others = np.setdiff1d(np.arange(m), slaves)
-    rows = np.concatenate([others, np.repeat(slaves, 4)])
+    others = np.setdiff1d(np.arange(m), followers)
+    rows = np.concatenate([others, np.repeat(followers, 4)])
     columns = np.concatenate([others, masters.ravel()])
     values = np.concatenate([np.ones(len(others)), weights.ravel()])
     known = (columns >= 0) & (values != 0.0)

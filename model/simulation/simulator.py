@@ -314,7 +314,9 @@ class Simulator:
     ) -> Command:
         """The command of given positions and efforts (n_a,)."""
         if pull is None and tension is None:
-            raise ValueError("give either pull [m] or tension [N], one value a cable")
+            raise ValueError(
+                "pull and tension: each actuator needs a number in one of them, found neither"
+            )
         n_a, cables = self.robot.n_a, ~self.robot.actuators.bilateral
         mixed = pull is not None and tension is not None
         least, most = np.full(n_a, -LARGEST), np.full(n_a, LARGEST)

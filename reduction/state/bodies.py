@@ -27,6 +27,11 @@ def reducible(robot: Robot) -> Reducible:
             "or use the full model"
         )
     if isinstance(robot, TetRobot):
+        if robot.viscosity is not None:
+            raise StateBasisError(
+                f"robot {robot.name}: viscous materials have no state bases; leave out material.viscosity, "
+                "or use the full model"
+            )
         return ReducibleTetRobot(robot)
     if isinstance(robot, BeamRobot):
         return ReducibleBeamRobot(robot)

@@ -62,7 +62,9 @@ def named_points(config: RobotConfig) -> list[NamedPoint]:
         for j, point in enumerate(cable.points)
     ]
     for i, item in enumerate(config.effectors):
-        fields: list[tuple[str, Point | None]] = [("point", item.point), ("other", item.other)]
+        # the origin of a frame moves with its region and may lie anywhere
+        point = None if item.kind == "frame" else item.point
+        fields: list[tuple[str, Point | None]] = [("point", point), ("other", item.other)]
         fields += [(f"points.{j}", point) for j, point in enumerate(item.points or ())]
         found += [
             NamedPoint(f"effectors.{i}.{name}", np.array(point), item.max_outside)

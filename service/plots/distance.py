@@ -34,7 +34,7 @@ def draw_distances(found: Distances, path: Path) -> None:
             axes.plot(series.time, _MM * series.value, color=color, lw=1.1, label=name)
     for axes in (above, below):
         axes.set_ylabel("distance [mm]")
-        axes.set_ylim(bottom=0.0)
+        axes.set_ylim(bottom=0.0, top=1.2 * axes.get_ylim()[1])
         axes.grid(alpha=0.3)
         axes.legend(loc="upper right", ncols=3, fontsize="small")
     below.set_xlabel("time [s]")

@@ -11,7 +11,7 @@ from tauten.service.bench.physics import EnergyBench
 
 COLOURS = {"single": "#d55e00", "converged": "#0072b2"}
 NAMES = {"single": "one linearisation a step", "converged": "converged steps"}
-SMALLEST = 1e-9  # of the energy at the start, that is drawn
+SMALLEST = 1e-9  # of the energy at the start; below it is rounding, which is not drawn
 
 
 def draw_energy(result: EnergyBench, path: str | Path) -> None:
@@ -29,7 +29,7 @@ def draw_energy(result: EnergyBench, path: str | Path) -> None:
         axes = panels[robots.index(course.robot), motions.index(course.motion)]
         energy = np.array(course.energy) / course.energy[0]
         axes.semilogy(
-            course.time, np.maximum(energy, SMALLEST),
+            course.time, np.where(energy > SMALLEST, energy, np.nan),
             color=COLOURS[course.steps], label=NAMES[course.steps],
         )  # fmt: skip
         axes.set_title(f"{course.robot}, {course.motion}", fontsize="medium")

@@ -55,7 +55,7 @@ class ViewCost:
 
 def view_cost(
     look: RobotLook, frames: Sequence[ViewFrame], seconds: float, stop: StopFlag
-) -> ViewCost:
+) -> ViewCost | None:
     """Show frames again and again to one client in a process of its own.
 
     Args:
@@ -63,6 +63,9 @@ def view_cost(
         frames: at least one.
         seconds: of pictures.
         stop: ends it early.
+
+    Returns:
+        The numbers; None when stopped before there were any.
 
     Raises:
         OSError: the client does not connect.
@@ -100,6 +103,8 @@ def view_cost(
             done.set()
             client.join(5.0)
             client.kill()
+    if not times:
+        return None
     return ViewCost(
         machine=host_info(),
         robot=look.name,

@@ -60,3 +60,16 @@ def test_still_target_still_tension(reduced_finger: Robot, closed_tip: np.ndarra
     tensions = [controller.step(closed_tip).tension[0] for _ in range(50)]
     assert np.ptp(tensions) < 1e-3 * np.mean(tensions)
     assert np.linalg.norm(controller.effector[0] - closed_tip) < 0.3e-3
+
+
+@pytest.mark.parametrize("pull", [0.025, 0.031, 0.035])
+def test_the_shipped_finger_settles_from_rest_where_it_does_in_steps(
+    reduced_finger: Robot, pull: float
+) -> None:
+    """Notches are detected while they are open: flanks do not pass each other in a large step."""
+    once, stepped = (Simulator(reduced_finger, contact="full") for _ in range(2))
+    assert once.settle(pull=[pull]).converged
+    for share in (0.4, 0.6, 0.8, 0.9, 1.0):
+        assert stepped.settle(pull=[share * pull]).converged
+    np.testing.assert_allclose(once.effector, stepped.effector, atol=1e-5)
+    np.testing.assert_allclose(once.tension, stepped.tension, rtol=1e-3)

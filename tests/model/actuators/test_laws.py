@@ -4,7 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support.robots.bodies import CABLE, CHAMBER, hollow_beam, pneumatic_robot
+from support.robots.bodies import (
+    CABLE,
+    CHAMBER,
+    HOLLOW_SIZE,
+    box_mesh,
+    hollow_beam,
+    pneumatic_robot,
+    without,
+)
 
 from tauten.model import Simulator
 from tauten.model.schema import RobotFileError
@@ -65,6 +73,28 @@ def test_two_chambers_on_one_supply_share_its_pressure() -> None:
     assert coupled.limits.tension_min[0] == -5e3
 
 
+def test_volumes_of_two_chambers_on_one_supply_add() -> None:
+    sides = [np.array([0.0, 0.005, 0.01]), np.array([0.0, 0.015, 0.015])]
+    ranges = [(0.01, 0.04), (0.05, 0.09)]
+    boxes = [
+        (sides[0] + np.array([low, 0, 0]), sides[1] + np.array([high, 0, 0]))
+        for low, high in ranges
+    ]
+    mesh = without(box_mesh(HOLLOW_SIZE, (10, 4, 4)), boxes)
+    chambers = [
+        {**CHAMBER, "name": name, "inside": [x, 0.01, 0.0125]}
+        for name, x in (("near", 0.02), ("far", 0.07))
+    ]
+    supply = {**DRUM, "name": "supply", "members": ["near", "far"], "gains": [1.0, 1.0],
+              "pretensions": None, "max_position": 8e-6, "max_effort": 4e4}  # fmt: skip
+    two = Simulator(pneumatic_robot(mesh, chambers=chambers), "none")
+    one = Simulator(pneumatic_robot(mesh, chambers=chambers, couplings=[supply]), "none")
+    assert two.settle(tension=[2e4, 2e4]).converged
+    assert one.settle(pull=[two.pull.sum()]).converged
+    assert one.tension[0] == pytest.approx(2e4, rel=1e-4)
+    np.testing.assert_allclose(one.effector, two.effector, atol=1e-7)
+
+
 def test_a_spring_lengthens_by_its_tension() -> None:
     """The winch travels by the pull of the cable and the stretch of the spring."""
     stiffness, pretension = 300.0, 0.5
@@ -92,7 +122,7 @@ def test_a_spring_lengthens_by_its_tension() -> None:
         ([np.nan, 0.0], None, "pull: found"),
         (None, [-1.0, 0.0], "tension: found"),
         (None, [1.0, np.inf], "tension: found"),
-        (None, None, "give either pull"),
+        (None, None, "each actuator needs a number in one of them"),
     ],
 )
 def test_bad_commands_are_one_sentence(pull: list[float], tension: list[float], text: str) -> None:

@@ -33,7 +33,7 @@ def test_rows_and_tangent_are_those_of_the_full_robot_in_the_basis(couplings: li
     reduced = reduced_of(robot, 12)
     alpha = 2e-3 * np.random.default_rng(1).normal(size=12)
     state = State(alpha, np.zeros(12))
-    lifted, Phi = reduced.lifted(state), reduced.states.Phi
+    lifted, Phi = reduced.lifted(state), reduced.Phi
     rows, full = reduced.rows(state).actuators, robot.rows(lifted).actuators
     assert reduced.n_a == robot.n_a == len(rows)
     np.testing.assert_allclose(rows.delta, full.delta, rtol=1e-9, atol=1e-18)
