@@ -124,11 +124,29 @@ def contact() -> str:
     )
 
 
+def gallery() -> str:
+    """Robots of the gallery."""
+    found = read("gallery")
+    head = ["robot", "nodes", "actuators", "candidates", "k", "r", "full step [ms]",
+            "reduced step [ms]", "tip, mean / max [mm]", "campaign [min]"]  # fmt: skip
+    body = []
+    for row in found["robots"]:
+        reduced = row["reduced_ms"] is not None
+        tip = f"{row['tip_mean_mm']:.3f} / {row['tip_max_mm']:.3f}" if reduced else "–"
+        body.append([
+            row["robot"], str(row["nodes"]), str(row["actuators"]), str(row["candidates"]),
+            str(row["modes"] or "–"), str(row["state_modes"] or "–"), spread(row["full_ms"]),
+            spread(row["reduced_ms"]) if reduced else "–", tip, f"{row['campaign_s'] / 60.0:.1f}",
+        ])  # fmt: skip
+    return f"Whole inverse steps, median / p99. {machine_line(found)}\n\n{table(head, body)}"
+
+
 TABLES: dict[str, Callable[[], str]] = {
     "finger": finger,
     "steps": steps,
     "demo": demo,
     "contact": contact,
+    "gallery": gallery,
 }
 
 

@@ -38,7 +38,7 @@ def test_scripts_make_the_shipped_robots(made: Path, name: str) -> None:
 def test_meshes_are_good(made: Path, name: str) -> None:
     for file in made.glob(f"{name}*.vtu"):
         mesh = read_mesh(file)
-        assert mean_ratios(mesh).min() > 0.2
+        assert mean_ratios(mesh).min() > 0.15
         assert part_numbers(mesh.tets).max() == 0
 
 
