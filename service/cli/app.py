@@ -110,21 +110,22 @@ def plant(
     measure: Annotated[
         bool, typer.Option("--measure", help="Publish the effectors also as measurements.")
     ] = False,
+    model: Model = None,
     young_scale: YoungScale = 1.0,
     drive: DriveOption = "pull",
     steps: StepsOption = "single",
     port: Port = None,
     zenoh_config: ZenohConfig = None,
 ) -> None:
-    """Simulate a robot that follows the actuation: full-order model, pointwise contact."""
-    from tauten.model import load_robot
-    from tauten.service.plant import PlantSettings, simulate
+    """Simulate a robot that follows the actuation, with pointwise contact.
+
+    The model is that of the robot file, or of --model; one of another Young's modulus is always full.
+    """
+    from tauten.service.plant import PlantSettings, plant_robot, simulate
     from tauten.service.process import stop_on_signals
 
-    loaded, settings = (
-        load_robot(robot, rate=rate, young_scale=young_scale),
-        PlantSettings(measure, drive, steps),
-    )
+    loaded = plant_robot(robot, rate, model, young_scale)
+    settings = PlantSettings(measure, drive, steps)
     with stop_on_signals() as stop:
         simulate(loaded, _network(port, zenoh_config), settings, stop)
 

@@ -16,13 +16,14 @@ from tauten.service.plant.paths import (
     directions,
     make_path,
 )
-from tauten.service.plant.plant import PlantSettings, simulate
+from tauten.service.plant.plant import PlantSettings, plant_robot, simulate
 from tauten.service.plant.processes import Child, DemoError, child, free_ports
 from tauten.service.plant.receiver import Receiver, find_receiver, receiver_path
 from tauten.service.plant.streaming import StreamSettings, stream
 from tauten.service.plant.waypoints import COLUMNS, PathError, TargetPath, save_path
 
 __all__ = [
+    "plant_robot",
     "COLUMNS",
     "Child",
     "DemoError",

@@ -37,7 +37,7 @@ class DemoSettings:
         period: of one pass [s].
         fraction: of the largest pull, for "reach".
         basis: of the node, as for `tauten serve`.
-        model: of the node, as for `tauten serve`.
+        model: of node and plant, as for `tauten serve`; a plant of another stiffness is always full.
         closed_loop: whether the plant's measurements correct the targets.
         young_scale: the plant's Young's modulus, as a multiple of the robot file's.
         drive: what the plant's winches obey, as for `tauten plant`.
@@ -97,6 +97,8 @@ def run_demo(settings: DemoSettings, stop: StopFlag, notify: Callable[[str], Non
         if settings.model is not None:
             serving += ["--model", settings.model]
         behaving = ["--young-scale", repr(settings.young_scale), "--drive", settings.drive]
+        if settings.model is not None and settings.young_scale == 1.0:
+            behaving += ["--model", settings.model]
         behaving += ["--steps", settings.steps]
         if settings.closed_loop:
             serving.append("--closed-loop")

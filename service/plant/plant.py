@@ -1,4 +1,4 @@
-"""A simulated robot in its own process: full-order, pointwise contact, driven by actuation."""
+"""A simulated robot in its own process: pointwise contact, driven by actuation."""
 
 from __future__ import annotations
 
@@ -12,11 +12,12 @@ from typing import Literal
 import numpy as np
 import zenoh
 
-from tauten.model import Robot, RobotFileError, Simulator
+from tauten.model import Robot, RobotFileError, Simulator, load_robot
 from tauten.model.numerics import Array, FactorisationError
 from tauten.model.simulation import Stepped
 from tauten.service.node import Clock
 from tauten.service.process import StopFlag, manual_garbage_collection, one_blas_thread
+from tauten.service.setup import Order, load_setup
 from tauten.service.wire import (
     FLOAT,
     HEALTH,
@@ -69,6 +70,30 @@ class PlantSettings:
 _HEALTH_PERIOD = 1.0  # s
 _WARM_UP = 12  # steps
 _MOST_LOAD = 0.5  # of the period, that converged steps may take to be chosen
+
+
+def plant_robot(
+    robot: str, rate: float | None, model: Order | None, young_scale: float = 1.0
+) -> Robot:
+    """The robot that a plant simulates.
+
+    Args:
+        robot: name of a shipped robot or path of a robot file.
+        rate: another rate than the file's [Hz].
+        model: another model than the file's. A reduced one lets a plant keep the rate where the full one is
+            too slow; it then has the reduction's error, but still pointwise contact.
+        young_scale: of Young's modulus; a robot of another stiffness than the file's has no state basis.
+
+    Raises:
+        RobotFileError, MeshError, StateBasisError: the robot cannot be loaded.
+    """
+    if young_scale != 1.0:
+        if model == "reduced":
+            raise RobotFileError(
+                f"{robot}: --young-scale {young_scale:g} has no state basis; use --model full"
+            )
+        return load_robot(robot, rate=rate, young_scale=young_scale)
+    return load_setup(robot, rate, "none", model).robot
 
 
 class Plant:
