@@ -48,7 +48,7 @@ def test_a_complete_basis_gives_the_same_values_and_rows(
     np.testing.assert_allclose(found.positions, expected.positions, atol=1e-12)
     np.testing.assert_allclose(found.delta, expected.delta, atol=1e-12)
     np.testing.assert_allclose(
-        found.dense(), expected.dense() @ complete.states.Phi, rtol=1e-9, atol=1e-12
+        found.dense(), expected.dense() @ complete.Phi, rtol=1e-9, atol=1e-12
     )
     np.testing.assert_array_equal(complete.effector_values(alpha), found.values)
     assert complete.n_e == robot.n_e
@@ -86,6 +86,6 @@ def test_outer_forces_act_on_the_same_places(robot: TetRobot, complete: ReducedR
     force = np.random.default_rng(3).standard_normal(3 * len(robot.effector_names))
     full, reduced = robot.loaded(np.zeros(3), force), complete.loaded(np.zeros(3), force)
     rest = robot.rest()
-    expected = complete.states.Phi.T @ full.forces(rest)[0]
+    expected = complete.Phi.T @ full.forces(rest)[0]
     np.testing.assert_allclose(reduced.forces(complete.rest())[0], expected, atol=1e-9)
     assert np.abs(expected).max() > 1e-3
