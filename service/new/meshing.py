@@ -153,7 +153,13 @@ def _run(arguments: list[str], path: Path) -> None:
     """Run the mesher's process; its last line of output is the reason where it fails."""
     command = [sys.executable, "-m", "tauten.service.new.mesher", *arguments]
     try:
-        done = subprocess.run(command, capture_output=True, text=True, timeout=TIME_LIMIT)
+        done = subprocess.run(
+            command,
+            capture_output=True,
+            text=True,
+            timeout=TIME_LIMIT,
+            cwd=Path(arguments[-1]).parent,  # fTetWild writes files of its own there
+        )
     except subprocess.TimeoutExpired as error:
         raise PartError(
             f"{path}: meshing took more than {TIME_LIMIT:g} s; choose a larger --size"
