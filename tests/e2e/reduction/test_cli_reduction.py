@@ -193,4 +193,5 @@ def test_interrupted_campaign_goes_on(tmp_path: Path) -> None:
     written = first.stat().st_mtime_ns
     assert run_main(*command, "--out", tmp_path / "cut.basis") == 0
     assert first.stat().st_mtime_ns == written
-    assert ContactBasis.load(tmp_path / "cut.basis").provenance.snapshots == 400
+    converged = ContactBasis.load(tmp_path / "cut.basis").provenance.snapshots
+    assert 380 <= converged <= 400

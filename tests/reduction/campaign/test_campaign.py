@@ -70,7 +70,7 @@ def test_snapshots_are_as_in_the_design(
     thumb: TetRobot, design: Design, snapshots: Snapshots
 ) -> None:
     assert len(snapshots) == design.size
-    assert snapshots.converged.mean() > 0.98
+    assert np.count_nonzero(~snapshots.converged) <= 2
     np.testing.assert_array_equal(snapshots.pull, np.hstack([run.pull for run in design.runs]))
     np.testing.assert_array_equal(snapshots.run, np.repeat([0, 1, 2], STEPS))
     assert snapshots.lam.min() >= 0.0

@@ -11,6 +11,7 @@ from tauten.controller import Controller, ControllerSettings
 from tauten.model import Simulator, State
 from tauten.model.tetra import TetRobot
 from tauten.reduction.state import ReducedRobot, pod, reduced_robot
+from tauten.reduction.state.tetra import ReducibleTetRobot
 
 
 @pytest.fixture(scope="module")
@@ -32,7 +33,7 @@ def few(robot: TetRobot) -> ReducedRobot:
     for pull in np.linspace(0.0, 0.006, 13)[1:]:
         assert simulator.settle(pull=[pull]).converged
         states.append(simulator.state.q - robot.rest().q)
-    Phi = pod(np.array(states).T, robot.mass, 6).Phi
+    Phi = pod(np.array(states).T, ReducibleTetRobot(robot).weight, 6).Phi
     every = np.arange(robot.n_elements)
     return reduced_robot(robot, basis_of(robot, Phi, every, np.ones(len(every))))
 
