@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from tauten.service.wire import Network
 
 app = typer.Typer(
-    help="Real-time inverse control of cable-driven soft robots that touch themselves.",
+    help="Real-time inverse control of soft robots that touch themselves.",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
 )
