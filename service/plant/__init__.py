@@ -5,6 +5,7 @@ from tauten.service.plant.demo import (
     LOG,
     REPORT,
     TARGETS,
+    DemoResult,
     DemoSettings,
     run_demo,
 )
@@ -27,6 +28,7 @@ __all__ = [
     "COLUMNS",
     "Child",
     "DemoError",
+    "DemoResult",
     "DemoSettings",
     "FIGURE",
     "LOG",

@@ -91,7 +91,9 @@ def test_targets_locks_and_a_replay_of_both(served: Served, beam: Robot, tmp_pat
         wait_tip(served, served.keys.effectors(("tip",))[0], by_cable, 5e-4)
         done = tauten("lock", "beam", "bellows", "--force", "5000", *port)
         assert done.returncode == 0, done.stderr
-        assert done.stdout.startswith("beam: lock bellows force 5000.0, ")
+        assert (
+            "beam: lock bellows force 5000.0, " in done.stdout
+        )  # Zenoh may write lines of its own
         wait_joints(served, beam, 1, None, 5e3)
         health = wait_health(served, lambda found: found["locks"].message != "none")
         assert health["locks"].message == "bellows at pressure 5000 Pa"
