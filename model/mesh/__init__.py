@@ -20,11 +20,9 @@ from tauten.model.mesh.tet_mesh import (
     oriented,
     read_mesh,
     read_triangles,
-    read_with_meshio,
 )
 
 __all__ = [
-    "read_with_meshio",
     "BodyRange",
     "CellGroup",
     "EDGES",

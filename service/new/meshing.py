@@ -171,6 +171,3 @@ def _run(arguments: list[str], path: Path) -> None:
         if arguments[0] == "surface":
             advice += ", or use --repair"
         raise PartError(f"{path}: the mesher fails ({reason}); {advice}")
-
-
-__all__ = ["LARGE", "Part", "mesh_part", "read_part"]

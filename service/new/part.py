@@ -8,7 +8,8 @@ from typing import Literal
 
 import numpy as np
 
-from tauten.model.mesh import UNITS, read_with_meshio
+from tauten.model.actuators import enclosed_volume
+from tauten.model.mesh import read_triangles
 from tauten.model.numerics import Array, Ints
 
 SURFACES = (".stl", ".obj", ".ply")
@@ -49,12 +50,6 @@ def kind_of(path: Path) -> Kind:
     return "solid" if suffix in SOLIDS else "tetrahedra"
 
 
-def enclosed_volume(vertices: Array, triangles: Ints) -> float:
-    """Volume enclosed by triangles, negative where they are seen counter-clockwise from inside."""
-    a, b, c = (vertices[triangles[:, i]] for i in range(3))
-    return float(np.einsum("ti,ti->", a, np.cross(b, c)) / 6.0)
-
-
 def read_surface(path: Path, repair: bool) -> Surface:
     """Read a closed surface.
 
@@ -63,14 +58,11 @@ def read_surface(path: Path, repair: bool) -> Surface:
         repair: whether holes and intersections are left to the mesher, which then closes them.
 
     Raises:
-        PartError: no triangles, holes, parts inside out relative to one another, self-intersections.
+        MeshError: unreadable file, no triangles, or numbers that are not finite.
+        PartError: holes, parts inside out relative to one another, self-intersections.
     """
-    raw = read_with_meshio(path)
-    blocks = [np.asarray(block.data) for block in raw.cells if block.type == "triangle"]
-    if not blocks:
-        raise PartError(f"{path}: no triangles found; export the part's surface as STL")
-    corners = np.asarray(raw.points, dtype=float)[np.vstack(blocks)]  # (t, 3, 3)
-    vertices, triangles = welded(corners)
+    points, corners = read_triangles(path)
+    vertices, triangles = welded(points[corners])
     if repair:
         return Surface(vertices, triangles, "repaired by the mesher")
     refuse_holes(path, triangles)
@@ -173,9 +165,3 @@ def pierced(edges_of: Array, through: Array) -> np.ndarray[tuple[int], np.dtype[
             t = np.einsum("...i,...i->...", edge2, q) / scale
             found |= (u > 0.0) & (v > 0.0) & (u + v < 1.0) & (t > 0.0) & (t < 1.0)
     return found
-
-
-def in_metres(nodes: Array, unit: str) -> Array:
-    """Positions in metres of those in another unit."""
-    metres: Array = nodes * UNITS[unit]
-    return metres
