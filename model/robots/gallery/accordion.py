@@ -9,7 +9,7 @@ import numpy as np
 
 from tauten.model.numerics import Array, Ints
 from tauten.model.robots.gallery.blocks import disc, grid_cells, joined, write_mesh
-from tauten.model.robots.gallery.text import point_list
+from tauten.model.robots.gallery.text import REDUCED_TABLES, point_list
 
 HEAD = """\
 # Round bellows of cast silicone that stand on their closed lower end: air lengthens, cables bend them.
@@ -39,19 +39,6 @@ max_rate = {rate:g}
 [[effectors]]
 name = "top"
 point = [0.0, 0.0, {top:g}]
-
-[integration]
-rayleigh_stiffness = 0.02
-
-[controller]
-rate = 50.0
-
-[model]
-order = "reduced"
-
-[service]
-target_timeout = 0.5
-release_time = 1.0
 """
 
 CABLE = """
@@ -131,7 +118,7 @@ def _at_heights(flat: Array, z: Array) -> Array:
 
 def make_text(shape: AccordionShape) -> str:
     """The robot file."""
-    text = HEAD.format(
+    text = (HEAD + REDUCED_TABLES).format(
         middle=0.5 * shape.height, top=shape.height, pressure=25e3, volume=1.5e-5, rate=2e-5
     )
     r = shape.crest + 0.5 * shape.wall

@@ -9,6 +9,7 @@ import numpy as np
 
 from tauten.model.numerics import Array, Ints
 from tauten.model.robots.gallery.blocks import grid_cells, joined, write_mesh
+from tauten.model.robots.gallery.text import REDUCED_TABLES
 
 HEAD = """\
 # Four bent legs of cast silicone that carry a block; a cable pulls the knee of each towards the base.
@@ -31,19 +32,6 @@ upper = [1.0, 1.0, 0.0]
 [[effectors]]
 name = "top"
 point = [0.0, 0.0, {top:g}]
-
-[integration]
-rayleigh_stiffness = 0.02
-
-[controller]
-rate = 50.0
-
-[model]
-order = "reduced"
-
-[service]
-target_timeout = 0.5
-release_time = 1.0
 """
 
 CABLE = """
@@ -110,7 +98,7 @@ def make_cells(shape: DiamondShape) -> tuple[Array, Ints]:
 
 def make_text(shape: DiamondShape) -> str:
     """The robot file."""
-    text = HEAD.format(top=shape.outer[-1][1])
+    text = (HEAD + REDUCED_TABLES).format(top=shape.outer[-1][1])
     r, z = (0.5 * (a + b) for a, b in zip(shape.inner[1], shape.outer[1], strict=True))
     for k, name in enumerate(NAMES):
         x, y = (turn(k) @ [r, 0.0, 0.0])[:2] + 0.0

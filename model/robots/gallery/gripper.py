@@ -9,7 +9,7 @@ import numpy as np
 
 from tauten.model.numerics import Array, Ints
 from tauten.model.robots.gallery.blocks import grid_cells, write_mesh
-from tauten.model.robots.gallery.text import point_list
+from tauten.model.robots.gallery.text import REDUCED_TABLES, point_list
 
 HEAD = """\
 # Three fingers of cast silicone that hang round a palm; a cable bends each inward.
@@ -20,19 +20,6 @@ gravity = [0.0, 0.0, -9.81]
 
 [material]
 silicone = "dragon-skin-30"
-
-[integration]
-rayleigh_stiffness = 0.02
-
-[controller]
-rate = 50.0
-
-[model]
-order = "reduced"
-
-[service]
-target_timeout = 0.5
-release_time = 1.0
 """
 
 FINGER = """
@@ -99,7 +86,7 @@ def make_cells(shape: GripperShape) -> tuple[Array, Ints]:
 
 def make_text(shape: GripperShape) -> str:
     """The robot file."""
-    text = HEAD
+    text = HEAD + REDUCED_TABLES
     depth = np.linspace(0.0, shape.length, 8)
     depth[0], depth[-1] = 0.002, depth[-1] - 0.004
     r = shape.radius - 0.5 * shape.size(depth)[0] + shape.cable

@@ -4,6 +4,22 @@ from __future__ import annotations
 
 from tauten.model.numerics import Array
 
+# The tables of time steps, control and service of a robot that its reduced model decides for.
+REDUCED_TABLES = """
+[integration]
+rayleigh_stiffness = 0.02
+
+[controller]
+rate = 50.0
+
+[model]
+order = "reduced"
+
+[service]
+target_timeout = 0.5
+release_time = 1.0
+"""
+
 
 def point_list(places: Array) -> str:
     """Points (m, 3) [m] as lines of a TOML array, to a hundredth of a millimetre."""

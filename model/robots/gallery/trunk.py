@@ -9,7 +9,7 @@ import numpy as np
 
 from tauten.model.numerics import Array, Ints
 from tauten.model.robots.gallery.blocks import disc, grid_cells, write_mesh
-from tauten.model.robots.gallery.text import point_list
+from tauten.model.robots.gallery.text import REDUCED_TABLES, point_list
 
 HEAD = """\
 # A trunk of cast silicone that hangs from its base: four cables to the tip, four to the middle.
@@ -32,19 +32,6 @@ upper = [1.0, 1.0, 0.0]
 [[effectors]]
 name = "tip"
 point = [0.0, 0.0, {tip:g}]
-
-[integration]
-rayleigh_stiffness = 0.02
-
-[controller]
-rate = 50.0
-
-[model]
-order = "reduced"
-
-[service]
-target_timeout = 0.5
-release_time = 1.0
 """
 
 CABLE = """
@@ -96,7 +83,7 @@ def make_cells(shape: TrunkShape) -> tuple[Array, Ints]:
 
 def make_text(shape: TrunkShape) -> str:
     """The robot file."""
-    text = HEAD.format(tip=-shape.length)
+    text = (HEAD + REDUCED_TABLES).format(tip=-shape.length)
     for kind, angle0, share, pull in (("long", 0.0, 1.0, 0.050), ("short", 45.0, 0.5, 0.025)):
         depth = np.linspace(0.0, share * shape.length, round(share * 16) + 1)
         depth[0], depth[-1] = 0.002, depth[-1] - 0.002
