@@ -15,9 +15,10 @@ import numpy as np
 from matplotlib.animation import FuncAnimation, PillowWriter
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
-from tauten.controller import Controller, load_controller_settings
-from tauten.model import Simulator, load_robot
-from tauten.reduction import ContactBasis
+from tauten.controller import Controller
+from tauten.model import Simulator
+from tauten.service.plant import PathSettings, make_path
+from tauten.service.setup import load_setup
 
 mpl.use("Agg")
 import matplotlib.pyplot as plt
@@ -27,29 +28,16 @@ FRAMES, FRAME_RATE, STEPS = 72, 18, 4  # frames, frames a second, control steps 
 BODY, LINE, TARGET = "#9db8d9", "#5d7899", "#c0392b"
 
 
-def reached(robot_name: str) -> np.ndarray:
-    """Tip positions of equilibria along the pull, there and back: (t, 3) [m]."""
-    robot = load_robot(robot_name)
-    sim = Simulator(robot, contact="full")
-    tips = []
-    for pull in np.linspace(0.0, 0.9 * float(robot.limits.pull_max[0]), 12):
-        if sim.settle(pull=[pull]).converged:
-            tips.append(sim.effector[0])
-    there = np.array(tips)
-    phase = 0.5 - 0.5 * np.cos(np.linspace(0.0, 2.0 * np.pi, FRAMES * STEPS))
-    place = phase * (len(there) - 1)
-    columns = [np.interp(place, np.arange(len(there)), there[:, i]) for i in range(3)]
-    return np.stack(columns, axis=1)
-
-
 def run(robot_name: str) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Surface points of each frame (f, P, 3), triangles, targets (f, 3), tips (f, 3) [m]."""
-    robot, settings = load_robot(robot_name), load_controller_settings(robot_name)
-    basis = ContactBasis.load(settings.basis) if settings.basis else "none"
-    controller = Controller(robot, basis, settings=settings)
+    setup = load_setup(robot_name)
+    robot, steps = setup.robot, FRAMES * STEPS
+    path = make_path("reach", robot, PathSettings(period=steps * robot.h, fraction=0.9))
+    controller = Controller(robot, setup.contact, settings=setup.controller)
     plant = Simulator(robot, contact="full")
     surfaces, shown, tips = [], [], []
-    for step, target in enumerate(reached(robot_name)):
+    for step in range(steps):
+        target = path.at(step * robot.h)
         plant.step(pull=controller.step(target).pull)
         if step % STEPS == 0:
             surfaces.append(robot.points(plant.state))
