@@ -1,0 +1,87 @@
+"""What SOFA computes with, written plainly: rotations of elements, and the points that it maps."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any, TypeAlias
+
+import numpy as np
+import pytest
+
+from tauten.model.load import actuators
+from tauten.model.mesh import TetMesh
+from tauten.model.numerics import Array, Ints
+from tauten.model.points import MaterialPoints
+
+MM = 1e-3
+Frames: TypeAlias = Callable[[Array, Ints], Array]  # of the elements (e, 3, 3), from positions
+
+
+def polar_frames(x: Array, tets: Ints) -> Array:
+    """SOFA's 'polar': the rotation nearest to the edges from the first corner."""
+    U, _, Vt = np.linalg.svd(np.swapaxes(x[tets[:, 1:]] - x[tets[:, :1]], 1, 2))
+    rotations: Array = U @ Vt
+    return rotations
+
+
+def large_frames(x: Array, tets: Ints) -> Array:
+    """SOFA's 'large': the first edge, and the plane of the first two."""
+    first, second = x[tets[:, 1]] - x[tets[:, 0]], x[tets[:, 2]] - x[tets[:, 0]]
+    first /= np.linalg.norm(first, axis=1)[:, None]
+    normal = np.cross(first, second)
+    normal /= np.linalg.norm(normal, axis=1)[:, None]
+    return np.stack([first, np.cross(normal, first), normal], axis=2)
+
+
+def assemble_with(frames: Frames, rest: Array):  # type: ignore[no-untyped-def]
+    """`tetra.elements.assemble`, small strain in frames of SOFA's that turn with the elements."""
+
+    def assemble(x, tets, rest_arrays, lame, exact, places, force, K):  # type: ignore[no-untyped-def]
+        (gradients, volumes), (slot, length) = rest_arrays, places
+        lam, mu = lame
+        R = frames(x, tets) @ np.swapaxes(frames(rest, tets), 1, 2)
+        A = np.swapaxes(R, 1, 2) @ np.einsum("eai,eaj->eij", x[tets], gradients)
+        strain = 0.5 * (A + np.swapaxes(A, 1, 2)) - np.eye(3)
+        trace = np.trace(strain, axis1=1, axis2=2)[:, None, None]
+        P = R @ (2.0 * mu * strain + lam * trace * np.eye(3))
+        np.add.at(force, tets, -volumes[:, None, None] * np.einsum("eij,eaj->eai", P, gradients))
+        g = np.einsum("eij,eaj->eai", R, gradients)
+        blocks = (
+            lam * np.einsum("eai,ebj->eabij", g, g)
+            + mu * np.einsum("ebi,eaj->eabij", g, g)
+            + mu * np.einsum("eak,ebk,ij->eabij", g, g, np.eye(3))
+        ) * volumes[:, None, None, None, None]
+        free = slot >= 0
+        for i in range(3):
+            for j in range(3):
+                np.add.at(K, (slot + j * length[:, None, :] + i)[free], blocks[..., i, j][free])
+
+    return assemble
+
+
+@contextmanager
+def points_as_in_sofa(model: Any, *names: str) -> Iterator[None]:
+    """Robots that are built in it have points with the elements and weights of SOFA.
+
+    A point outside the mesh is extrapolated from the element with the nearest centre there, and from the one
+    with the nearest face here.
+
+    Args:
+        model: a `*_model.npz` of the reference data.
+        names: of its points, `NAME_pts` or `NAME` with `NAME_tet` and `NAME_w`.
+    """
+    keys = [f"{name}_pts" if f"{name}_pts" in model else name for name in names]
+    places = MM * np.concatenate([model[key] for key in keys])
+    tets = model["tets"][np.concatenate([model[f"{name}_tet"] for name in names])]
+    weights = np.concatenate([model[f"{name}_w"] for name in names])
+
+    def attach(mesh: TetMesh, points: Array, what: str, max_outside: float = 0.0) -> MaterialPoints:
+        apart = np.linalg.norm(places[:, None] - np.asarray(points)[None], axis=2)
+        chosen = apart.argmin(axis=0)
+        assert apart.min(axis=0).max() < 1e-9, what
+        return MaterialPoints(tets[chosen].astype(np.int64), weights[chosen])
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(actuators, "attach", attach)
+        yield
