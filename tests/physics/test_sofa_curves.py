@@ -64,11 +64,13 @@ def follow(robot: TetRobot, targets: Array, regularisation: float) -> list[Reach
     controller = Controller(still, settings=ControllerSettings(regularisation=regularisation))
     reached = []
     for target in targets:
-        before, moved = controller.effector[0], np.inf
-        while moved > 1e-9:  # m
+        before = controller.effector[0]
+        for _ in range(100):
             tension = controller.step(MM * target).tension
             moved = float(np.abs(controller.effector[0] - before).max())
             before = controller.effector[0]
+            if moved < 1e-9:  # m
+                break
         reached.append(Reached(before / MM, controller.pull / MM, tension / MM))
     return reached
 

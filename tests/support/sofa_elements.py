@@ -85,3 +85,59 @@ def points_as_in_sofa(model: Any, *names: str) -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(actuators, "attach", attach)
         yield
+
+
+def corotational_forces(x: Array, rest: Array, tets: Ints, young: Array, poisson: float) -> Array:
+    """Elastic forces (n_nodes, 3) [N] of linear tetrahedra with the rotation nearest to F.
+
+    Args:
+        x: (n_nodes, 3) positions [m].
+        rest: (n_nodes, 3) positions without stress [m].
+        tets: (e, 4) nodes.
+        young: (e,) Young's moduli [Pa].
+        poisson: Poisson's ratio.
+    """
+    edges = np.swapaxes(rest[tets[:, 1:]] - rest[tets[:, :1]], 1, 2)  # (e, 3, 3)
+    volumes = np.linalg.det(edges) / 6.0
+    moved = np.swapaxes(x[tets[:, 1:]] - x[tets[:, :1]], 1, 2)
+    inverse = np.linalg.inv(edges)
+    F = moved @ inverse
+    U, _, Vt = np.linalg.svd(F)
+    R = U @ Vt
+    assert (np.linalg.det(R) > 0.0).all(), "an element is inverted"
+    strain = np.swapaxes(R, 1, 2) @ F
+    strain = 0.5 * (strain + np.swapaxes(strain, 1, 2)) - np.eye(3)
+    mu = (0.5 * young / (1.0 + poisson))[:, None, None]
+    lam = 2.0 * mu * poisson / (1.0 - 2.0 * poisson)
+    P = R @ (
+        2.0 * mu * strain + lam * np.trace(strain, axis1=1, axis2=2)[:, None, None] * np.eye(3)
+    )
+    corners = -volumes[:, None, None] * P @ np.swapaxes(inverse, 1, 2)  # (e, 3, corners 1 to 3)
+    forces = np.zeros_like(x)
+    np.add.at(forces, tets[:, 1:], np.swapaxes(corners, 1, 2))
+    np.add.at(forces, tets[:, 0], -corners.sum(axis=2))
+    return forces
+
+
+def pressure_forces(x: Array, triangles: Ints, pressure: float) -> Array:
+    """Forces (p, 3) [N] on the points (p, 3) of a closed surface, a third of each triangle's to each corner.
+
+    Args:
+        x: (p, 3) positions [m].
+        triangles: (t, 3), normals into the material.
+        pressure: [Pa].
+    """
+    a, b, c = (x[triangles[:, i]] for i in range(3))
+    forces = np.zeros_like(x)
+    np.add.at(forces, triangles, (pressure * np.cross(b - a, c - a) / 6.0)[:, None])
+    return forces
+
+
+def cable_forces(route: Array, tension: float) -> Array:
+    """Forces (p, 3) [N] on the points of a cable (p, 3) [m], the first of which pulls it in."""
+    along = np.diff(route, axis=0)
+    along *= tension / np.linalg.norm(along, axis=1)[:, None]
+    forces = np.zeros_like(route)
+    forces[:-1] += along
+    forces[1:] -= along
+    return forces
