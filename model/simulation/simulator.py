@@ -17,7 +17,13 @@ from tauten.model.interface import Command
 from tauten.model.numerics import Anderson, Array, FactorisationError, solve_lcp
 from tauten.model.robot import Robot, State
 from tauten.model.simulation.converged_step import converged_step
-from tauten.model.simulation.equilibrium import Ending, Report, Search, make_report
+from tauten.model.simulation.equilibrium import (
+    PATIENCE,
+    Ending,
+    Report,
+    Search,
+    make_report,
+)
 from tauten.model.simulation.stability import way_on
 from tauten.model.system import Integration
 
@@ -29,6 +35,7 @@ SMOOTHING = (
 FIRST_LOAD_STEP, LEAST_LOAD_STEP = 0.25, 1.0 / 64.0  # shares of the way to the command
 STATIC_TOLERANCE, STATIC_ITERATIONS = 1e-7, 200  # m; of a converged quasi-static step
 LOAD_STEP_ITERATIONS = 40  # for a load step; a longer search does not pay
+LOAD_STEP_PATIENCE = 6  # see `PATIENCE`; a load step starts near its end, and full steps lead away from it
 
 
 class Simulator:
@@ -215,7 +222,8 @@ class Simulator:
             following = min(share + step, 1.0)
             good = self._state, self._forces
             load = command.between(pull, tension, following)
-            report = self._attempt(load, tolerance, min(LOAD_STEP_ITERATIONS, max_iterations))
+            most = min(LOAD_STEP_ITERATIONS, max_iterations)
+            report = self._attempt(load, tolerance, most, LOAD_STEP_PATIENCE)
             taken += report.iterations
             if report.converged:
                 share, step = following, 2.0 * step
@@ -229,10 +237,12 @@ class Simulator:
                 step *= 0.5
         return replace(failed, iterations=failed.iterations + taken, share=share)
 
-    def _attempt(self, command: Command, tolerance: float, max_iterations: int) -> Report:
+    def _attempt(
+        self, command: Command, tolerance: float, max_iterations: int, patience: int = PATIENCE
+    ) -> Report:
         """Newton steps to one load; where they diverge, the last finite state is kept."""
         near = 2e-3 * self.robot.size  # from here on the iteration is nearly linear
-        anderson, search = Anderson(depth=5), Search(self.robot, self._space, command)
+        anderson, search = Anderson(depth=5), self._search(command, patience)
         result, movement, taken, pushed = None, np.inf, 0, 0
         ending = Ending.OUT_OF_ITERATIONS
         while taken < max_iterations:
@@ -251,13 +261,16 @@ class Simulator:
                     break
                 pushed, movement = pushed + 1, np.inf
                 self._state = self.robot.advance(self._state, result.prediction.step.system, push)
-                anderson, search = Anderson(depth=5), Search(self.robot, self._space, command)
+                anderson, search = Anderson(depth=5), self._search(command, patience)
         self._state = State(self._state.q, np.zeros_like(self._state.v))
         if pushed > 0 and ending is not Ending.SETTLED:
             ending = Ending.BUCKLED
         if result is None:
             return Report(False, taken, np.inf, np.inf, np.inf, 0, Ending.NOT_FINITE, 0.0)
         return make_report(self.robot, self._state, result, taken, movement, ending)
+
+    def _search(self, command: Command, patience: int) -> Search:
+        return Search(self.robot, self._space, command, patience)
 
     def smooth_contact_forces(self) -> Array:
         """The equilibrium's contact forces of nearly least norm: (n_c,) [N].
