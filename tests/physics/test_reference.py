@@ -20,7 +20,7 @@ from tauten.model.mesh import TetMesh, checked, read_mesh
 from tauten.model.numerics import Array
 from tauten.model.schema import RobotConfig
 from tauten.model.tetra import TetRobot
-from tauten.model.tetra import robot as robot_module
+from tauten.model.tetra import solid as solid_module
 
 ROUTE = np.array(
     [[-x, 12.5, 2.5] for x in (17.5, 32.5, 47.5, 62.5, 77.5)]
@@ -75,7 +75,8 @@ def test_finger_with_sofas_rotations_gives_sofas_digits(
     reference: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     mesh = read_mesh(reference / "softrobots_finger.vtk", "mm")
-    monkeypatch.setattr(robot_module, "assemble", assemble_with(polar_frames, mesh.nodes))
+    patched = assemble_with(polar_frames, mesh)
+    monkeypatch.setattr(solid_module, "assemble_corotational", patched)
     _, tip_error, tension_error = pull_curve(softrobots_finger(mesh), reference, every=10)
     assert tip_error.max() < 1e-4  # mm, of up to 78 mm of travel
     assert np.abs(tension_error).max() < 1e-5
@@ -133,8 +134,8 @@ def test_beam_under_gravity_follows_sofas_load_curve(
 ) -> None:
     robot = beam(reference)
     if sofas_rotations:
-        patched = assemble_with(polar_frames, robot.mesh.nodes)
-        monkeypatch.setattr(robot_module, "assemble", patched)
+        patched = assemble_with(polar_frames, robot.mesh)
+        monkeypatch.setattr(solid_module, "assemble_corotational", patched)
     curve = np.loadtxt(reference / "beam_coarse_gravity_polar.csv", delimiter=",", skiprows=1)
     end = robot.mesh.nodes[:, 0] > 1.0 - 1e-9
     state = Simulator(robot, contact="none").state

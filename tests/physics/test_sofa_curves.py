@@ -18,7 +18,7 @@ from tauten.controller import Controller, ControllerSettings
 from tauten.model import Simulator
 from tauten.model.numerics import Array
 from tauten.model.tetra import TetRobot
-from tauten.model.tetra import robot as robot_module
+from tauten.model.tetra import solid as solid_module
 from tauten.service.bench.physics import diamond, trunk
 
 SETTLED = 2e-6  # mm; rows of SOFA that moved more in their last step are no equilibria
@@ -126,7 +126,8 @@ def test_diamond_with_sofas_elements_and_points_has_sofas_digits(
     """The 17 settled states of SOFA's inverse: under its tensions the tip and all lengths are the same."""
     with points_as_in_sofa(np.load(data / "diamond_model.npz"), "pts"):
         robot = diamond(data)
-    monkeypatch.setattr(robot_module, "assemble", assemble_with(large_frames, robot.mesh.nodes))
+    patched = assemble_with(large_frames, robot.mesh)
+    monkeypatch.setattr(solid_module, "assemble_corotational", patched)
     simulator = Simulator(robot, contact="none")
     for row in read_curve(data / "diamond_large_settled.csv")[states]:
         tension = MM * numbers(row, [f"tension{i}" for i in range(4)])

@@ -10,9 +10,11 @@ import numpy as np
 import pytest
 
 from tauten.model.load import actuators
+from tauten.model.materials import NO_TANGENT
 from tauten.model.mesh import TetMesh
 from tauten.model.numerics import Array, Ints
 from tauten.model.points import MaterialPoints
+from tauten.model.tetra.corotational import assemble_corotational
 
 MM = 1e-3
 Frames: TypeAlias = Callable[[Array, Ints], Array]  # of the elements (e, 3, 3), from positions
@@ -34,28 +36,29 @@ def large_frames(x: Array, tets: Ints) -> Array:
     return np.stack([first, np.cross(normal, first), normal], axis=2)
 
 
-def assemble_with(frames: Frames, rest: Array):  # type: ignore[no-untyped-def]
-    """`tetra.elements.assemble`, small strain in frames of SOFA's that turn with the elements."""
+def assemble_with(frames: Frames, mesh: TetMesh):  # type: ignore[no-untyped-def]
+    """`assemble_corotational`, small strain in frames of SOFA's that turn with the elements."""
 
-    def assemble(x, tets, rest_arrays, lame, exact, places, force, K):  # type: ignore[no-untyped-def]
-        (gradients, volumes), (slot, length) = rest_arrays, places
-        lam, mu = lame
-        R = frames(x, tets) @ np.swapaxes(frames(rest, tets), 1, 2)
-        A = np.swapaxes(R, 1, 2) @ np.einsum("eai,eaj->eij", x[tets], gradients)
+    def assemble(x, elements, tangent, slot, force, blocks):  # type: ignore[no-untyped-def]
+        nodes, gradients, stiffness = elements
+        if tangent == NO_TANGENT:
+            return assemble_corotational(x, elements, tangent, slot, force, blocks)
+        lam, mu = stiffness[:, :1], stiffness[:, 1:]  # times the volume
+        R = frames(x, mesh.tets) @ np.swapaxes(frames(mesh.nodes, mesh.tets), 1, 2)
+        A = np.swapaxes(R, 1, 2) @ np.einsum("eai,eaj->eij", x[nodes], gradients)
         strain = 0.5 * (A + np.swapaxes(A, 1, 2)) - np.eye(3)
         trace = np.trace(strain, axis1=1, axis2=2)[:, None, None]
-        P = R @ (2.0 * mu * strain + lam * trace * np.eye(3))
-        np.add.at(force, tets, -volumes[:, None, None] * np.einsum("eij,eaj->eai", P, gradients))
+        P = R @ (2.0 * mu[..., None] * strain + lam[..., None] * trace * np.eye(3))
+        np.add.at(force, nodes, -np.einsum("eij,eaj->eai", P, gradients))
         g = np.einsum("eij,eaj->eai", R, gradients)
-        blocks = (
-            lam * np.einsum("eai,ebj->eabij", g, g)
-            + mu * np.einsum("ebi,eaj->eabij", g, g)
-            + mu * np.einsum("eak,ebk,ij->eabij", g, g, np.eye(3))
-        ) * volumes[:, None, None, None, None]
-        free = slot >= 0
-        for i in range(3):
-            for j in range(3):
-                np.add.at(K, (slot + j * length[:, None, :] + i)[free], blocks[..., i, j][free])
+        for pair, (a, b) in enumerate(zip(*np.triu_indices(4), strict=True)):
+            block = lam[..., None] * np.einsum("ei,ej->eij", g[:, a], g[:, b])
+            block += mu[..., None] * np.einsum("ei,ej->eij", g[:, b], g[:, a])
+            dot = (g[:, a] * g[:, b]).sum(axis=1)
+            block += mu[..., None] * dot[:, None, None] * np.eye(3)
+            free = slot[:, pair] >= 0
+            np.add.at(blocks, slot[free, pair], block[free].reshape(-1, 9))
+        return 0.0
 
     return assemble
 
