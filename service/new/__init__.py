@@ -1,5 +1,6 @@
 """From a part of CAD to a robot file: surface checks, tetrahedra, guesses of the fields."""
 
+from tauten.service.new.cable import TENSION, NewCable, add_cable
 from tauten.service.new.make import Made, NewRobot, Trial, make_new_robot
 from tauten.service.new.meshing import LARGE, Part, read_part
 from tauten.service.new.part import PartError
@@ -7,10 +8,13 @@ from tauten.service.new.part import PartError
 __all__ = [
     "LARGE",
     "Made",
+    "NewCable",
     "NewRobot",
     "Part",
     "PartError",
+    "TENSION",
     "Trial",
+    "add_cable",
     "make_new_robot",
     "read_part",
 ]

@@ -46,9 +46,9 @@ def check_lengths(robot: Robot, state: State) -> None:
 
 def lengths(robot: Robot, state: State) -> np.ndarray:
     """Lengths of the drawn cables (n_a,) [m]."""
-    ends = robot.cable_segments(state)
+    ends = robot.actuator_segments(state)
     pieces = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
-    return np.bincount(robot.cable_owners, pieces, minlength=robot.n_a)
+    return np.bincount(robot.segment_owners, pieces, minlength=robot.n_a)
 
 
 def test_drawn_forces_open_the_contacts(bent: tuple[Robot, State]) -> None:
