@@ -58,6 +58,7 @@ class ViewSession:
     Attributes:
         source: of the frames.
         targets: what is followed while it is armed.
+        cable: that is being drawn; None: none can be.
     """
 
     def __init__(
@@ -87,9 +88,9 @@ class ViewSession:
         self._elapsed = 0.0  # s of the robot
         self._frames = 0
         self._clicks: SimpleQueue[tuple[Array, Array]] = SimpleQueue()
-        self._cable: CableDrawing | None = None
+        self.cable: CableDrawing | None = None
         if robot_file is not None:
-            self._cable = CableDrawing(server.scene, look, robot_file)
+            self.cable = CableDrawing(server.scene, look, robot_file)
             server.scene.on_click()(self._clicked)
         self._scene.on_drag(self._dragged)
         self._panel.on_follow(self._arm)
@@ -202,22 +203,22 @@ class ViewSession:
             content = self.waypoints.csv(self._panel.pace).encode()
             for client in self._server.get_clients().values():
                 client.send_file_download("waypoints.csv", content, save_immediately=True)
-        elif request is Request.UNDO and self._cable is not None:
-            self._cable.undo()
-        elif request is Request.SAVE_CABLE and self._cable is not None:
-            self._panel.say_about_cable(self._cable.save(self._panel.cable_name))
+        elif request is Request.UNDO and self.cable is not None:
+            self.cable.undo()
+        elif request is Request.SAVE_CABLE and self.cable is not None:
+            self._panel.say_about_cable(self.cable.save(self._panel.cable_name))
         else:
             self._change_waypoints(request)
 
     def _draw_cable(self, frame: ViewFrame) -> None:
         """Take clicks as points of a new cable while it is drawn, and show it."""
-        if self._cable is None:
+        if self.cable is None:
             return
         while not self._clicks.empty():
             origin, direction = self._clicks.get()
             if self._panel.draws:
-                self._cable.click(origin, direction, frame.geometry.vertices)
-        self._cable.draw(frame.geometry.vertices)
+                self.cable.click(origin, direction, frame.geometry.vertices)
+        self.cable.draw(frame.geometry.vertices)
 
     def _clicked(self, event: viser.SceneClickEvent) -> None:
         self._clicks.put((np.array(event.ray_origin), np.array(event.ray_direction)))
