@@ -25,7 +25,7 @@ from tauten.service.wire import Network
 
 log = logging.getLogger(__name__)
 
-_BENCH_MOTION = 2.0  # s of the robot that are shown again and again
+_BENCH_MOTION = 1.0  # s of the robot that are shown again and again
 
 
 @dataclass(frozen=True, slots=True)
