@@ -74,7 +74,9 @@ def add_cable(file: Path, cable: NewCable) -> None:
     """
     if len(cable.points) < 2:
         raise RobotFileError(f"{file}: cable {cable.name!r} needs two points, found 1 or none")
-    text = file.read_text(encoding="utf-8").rstrip("\n") + "\n" + cable_text(cable)
+    file = file.resolve()  # not a link to it
+    mode, text = file.stat().st_mode, file.read_text(encoding="utf-8").rstrip("\n") + "\n"
+    text += cable_text(cable)
     # beside the file, because its paths are relative to it
     descriptor, name = tempfile.mkstemp(dir=file.parent, prefix=f".{file.stem}-", suffix=".toml")
     trial = Path(name)
@@ -87,3 +89,4 @@ def add_cable(file: Path, cable: NewCable) -> None:
     finally:
         trial.unlink()
     write_text(file, text)
+    file.chmod(mode)

@@ -34,6 +34,7 @@ def page_of(address: str, loaded: str | None = None) -> Iterator[Page]:
     pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
     with chromium.launched() as browser:
         page = browser.new_page(viewport={"width": WIDTH, "height": HEIGHT})
+        page.set_default_timeout(120_000)  # ms; without a graphics card, on a busy machine
         page.goto(address)
         page.wait_for_selector("canvas", timeout=60_000)
         if loaded is not None:
