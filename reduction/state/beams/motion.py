@@ -1,11 +1,10 @@
 """Motion of a tree of beams: positions, rotations and their derivatives from natural strains.
 
-With the strains of an element, its frame R and the chord r = R u in space, (B2) of
-`tauten.model.beams.elements` solved for the end b gives, from velocity v_a and angular velocity w_a of the
-other end a,
+With R the frame of the first end a of an element, r and T of `tauten.reduction.state.beams.helix`, and
+velocity v_a and angular velocity w_a of that end, those of the other end b are
 
-    w_b = w_a + R Γ⁻¹ dφ,            Γ⁻¹ = (I − η φ φᵀ) / γ
-    v_b = v_a + R du + (w_a + R (½ Γ⁻¹ − τ/(2 γ) [φ]) dφ) x r                     (B4)
+    w_b = w_a + R T dφ
+    v_b = v_a + w_a x R r + R (T dε + ∂r/∂φ dφ)                                   (B4)
 
 so one pass from the fixed nodes outwards gives all of them.
 """
@@ -14,14 +13,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from tauten.model.beams import BeamArrays, angle_functions
+from tauten.model.beams import BeamArrays
 from tauten.model.numerics import (
     Array,
     Ints,
     Vector3,
     conjugate,
     cross,
-    dot,
     from_rotation_vector,
     kernel,
     normalised,
@@ -29,9 +27,8 @@ from tauten.model.numerics import (
     quaternion,
     rotate,
     row,
-    scale,
-    subtract,
 )
+from tauten.reduction.state.beams.helix import along_helix, chord_change
 
 
 @kernel
@@ -55,25 +52,22 @@ def follow(strains: Array, Phi: Array, beams: BeamArrays, x: Array, Q: Array, J:
     """
     for k in range(beams.ends.shape[0]):
         a, b, s = beams.ends[k, 0], beams.ends[k, 1], 6 * k
-        u = (strains[s] + beams.length[k], strains[s + 1], strains[s + 2])
+        e = (strains[s] + beams.length[k], strains[s + 1], strains[s + 2])
         phi = (strains[s + 3], strains[s + 4], strains[s + 5])
-        axes, half = quaternion(beams.axes, k), from_rotation_vector(scale(0.5, phi))
-        frame = product(product(quaternion(Q, a), axes), half)
-        end = normalised(product(product(frame, half), conjugate(axes)))
-        chord = rotate(frame, u)
+        axes = quaternion(beams.axes, k)
+        frame = product(quaternion(Q, a), axes)
+        end = normalised(product(product(frame, from_rotation_vector(phi)), conjugate(axes)))
+        chord = rotate(frame, along_helix(phi, e))
         for i in range(3):
             x[b, i] = x[a, i] + chord[i]
         for i in range(4):
             Q[b, i] = end[i]
-        gamma, eta, tau, _, _, _ = angle_functions(dot(phi, phi) ** 0.5)
         for i in range(3):
             unit = unit_vector(i)
-            along = rotate(frame, unit)
-            turn = scale(1.0 / gamma, subtract(unit, scale(eta * phi[i], phi)))
-            lean = subtract(scale(0.5, turn), scale(0.5 * tau / gamma, cross(phi, unit)))
+            along = rotate(frame, along_helix(phi, unit))
+            moved = rotate(frame, chord_change(phi, e, unit))
             add_strain(s + i, along, (0.0, 0.0, 0.0), i == 0, 6 * a, 6 * b, Phi, J)
-            moved = cross(rotate(frame, lean), chord)
-            add_strain(s + 3 + i, moved, rotate(frame, turn), False, 6 * a, 6 * b, Phi, J)
+            add_strain(s + 3 + i, moved, along, False, 6 * a, 6 * b, Phi, J)
         add_lever(chord, 6 * a, 6 * b, J)
 
 
