@@ -199,7 +199,7 @@ class Simulator:
             pull: (n_a,) positions, of cables pulled lengths [m, m³].
             tension: (n_a,) efforts, of cables tensions, not negative [N, Pa].
             tolerance: largest displacement of a node in the last step [m].
-            max_iterations: linearised steps at most, at least 1: of the first attempt, of all load steps, and
+            max_iterations: linearised steps at most, at least 1: of the first attempt, of all load steps and
                 of the attempt after them; then `converged` is False.
             load_steps: without them there is one attempt, and its last finite state is kept.
 

@@ -33,6 +33,21 @@ class Child:
     process: subprocess.Popen[bytes]
     output: Path
 
+    @property
+    def ended(self) -> bool:
+        """Whether the process has ended."""
+        return self.process.poll() is not None
+
+    @property
+    def processor_time(self) -> float:
+        """Processor time of the process so far [s]; NaN where the system has no /proc."""
+        try:
+            facts = Path(f"/proc/{self.process.pid}/stat").read_text(encoding="ascii")
+        except OSError:
+            return float("nan")
+        user, system = facts.rpartition(")")[2].split()[11:13]
+        return (int(user) + int(system)) / os.sysconf("SC_CLK_TCK")
+
     def check(self) -> None:
         """Check that the process has not ended with an error.
 

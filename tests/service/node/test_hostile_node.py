@@ -17,6 +17,7 @@ import pytest
 import zenoh
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
+from support.messages import decode_point
 
 from tauten.service.log import Entry
 from tauten.service.node import Beat, Clock, ControlLoop, Node
@@ -35,7 +36,6 @@ from tauten.service.wire import (
     Role,
     Tick,
     decode_joints,
-    decode_point,
     decode_tick,
     encode_command,
     encode_point,
