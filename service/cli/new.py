@@ -8,7 +8,8 @@ from typing import Annotated, Literal
 
 import typer
 from rich.console import Console
-from rich.progress import Progress
+
+from tauten.service.cli.terminal import progress_bar, show_tables
 
 
 def new(
@@ -60,16 +61,9 @@ def new(
             raise typer.BadParameter(f"{text}; choose a larger size, or add --yes")
         typer.confirm(f"{text}, go on?", abort=True, err=True)
     console = Console(stderr=True)
-    with stop_on_signals() as stop, Progress(console=console, transient=True) as bar:
-        task = bar.add_task("mesh", total=1.0)
-        with one_blas_thread():
-            made = make_new_robot(
-                wanted,
-                folder or Path(name),
-                stop,
-                lambda done, what: bar.update(task, advance=done, description=what or "mesh"),
-            )
-    Console(width=120).print(trial_table(made.trials, made.chosen).rich())
+    with stop_on_signals() as stop, progress_bar("mesh") as report, one_blas_thread():
+        made = make_new_robot(wanted, folder or Path(name), stop, report)
+    show_tables([trial_table(made.trials, made.chosen)], 120)
     if made.note:
         console.print(f"{mesh}: the surface {made.note}", highlight=False)
     worst = made.trials[made.chosen].error

@@ -114,7 +114,7 @@ def settle_from_random_starts(robot: Robot, count: int) -> None:
 
 
 def test_finger_settles_from_random_starts(finger: Robot) -> None:
-    settle_from_random_starts(finger, 50)
+    settle_from_random_starts(finger, 12)
 
 
 @pytest.mark.slow
