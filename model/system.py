@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from tauten.model.numerics import Array, Bools, Factorisation, Ints
+from tauten.model.numerics import Array, Bools, Factorisation, Ints, kernel
 from tauten.model.schema import RobotSettings
 
 
@@ -185,8 +185,7 @@ def make_system(
         return System(h, np.zeros_like(v), dv, float(np.linalg.norm(force)), factorisation)
     a, b_K = integration.rayleigh_mass, integration.rayleigh_stiffness
     n = pattern.n
-    Kv = sp.csc_array((K, pattern.indices, pattern.indptr), shape=(n, n)) @ v
-    A = (h * b_K + h * h) * K
+    A, Kv = _scaled_with_product(pattern.indptr, pattern.indices, K, h * b_K + h * h, v)
     if len(mass) == n:
         Mv = mass * v
         A[pattern.diagonal] += (1.0 + h * a) * mass
@@ -199,6 +198,29 @@ def make_system(
         A += h * viscous
     factorisation.refactor(A)
     return System(h, v, v + factorisation.solve(b), float(np.linalg.norm(force)), factorisation)
+
+
+@kernel
+def _scaled_with_product(
+    indptr: Ints, indices: Ints, K: Array, scale: float, v: Array
+) -> tuple[Array, Array]:
+    """Values (nnz,) of scale K, and K v (n,), of a symmetric K.
+
+    Args:
+        indptr: (n + 1,) CSC column pointers.
+        indices: (nnz,) row indices.
+        K: (nnz,) values.
+        scale: factor.
+        v: (n,) vector.
+    """
+    A, product = np.empty_like(K), np.empty_like(v)
+    for column in range(v.shape[0]):
+        total = 0.0  # of the column, which is the row
+        for place in range(indptr[column], indptr[column + 1]):
+            A[place] = scale * K[place]
+            total += K[place] * v[indices[place]]
+        product[column] = total
+    return A, product
 
 
 def make_iterate(

@@ -110,11 +110,16 @@ class BeamRobot(SteppedRobot):
         return self.contacts.normals(points)
 
     @property
-    def cable_owners(self) -> Ints:
-        """The actuator of every segment that `cable_segments` gives: (s,)."""
-        return self.actuator_set.cable_owners
+    def segment_owners(self) -> Ints:
+        """The actuator of every segment that `actuator_segments` gives: (s,)."""
+        return self.actuator_set.segment_owners
 
-    def cable_segments(self, state: State) -> Array:
+    @property
+    def chamber_owners(self) -> Ints:
+        """No triangle encloses a chamber: (t,) of −1."""
+        return np.full(len(self.triangles), -1)
+
+    def actuator_segments(self, state: State) -> Array:
         """Both ends of every straight piece of the cables: (s, 2, 3) [m]."""
         return self.actuator_set.cables.segments(*self.pose(state))
 

@@ -24,7 +24,6 @@ from tauten.model.load.bodies import AnyMesh, build_bodies, read_bodies
 from tauten.model.load.constraints import build_constraints, constrained, require_held
 from tauten.model.load.contacts import build_contacts
 from tauten.model.load.effectors import build_nodal_effectors
-from tauten.model.load.elements import place_elements, place_viscosity
 from tauten.model.numerics import Bools, make_factorisation
 from tauten.model.robot import Robot, names_of
 from tauten.model.schema import (
@@ -40,7 +39,7 @@ from tauten.model.schema import (
     validated,
 )
 from tauten.model.system import integration_of, make_pattern
-from tauten.model.tetra import BodyParts, TetRobot
+from tauten.model.tetra import BodyParts, TetRobot, make_solid, make_viscoelasticity
 
 C = TypeVar("C", RobotConfig, BeamConfig)
 M = TypeVar("M", bound=MaterialSettings)
@@ -215,7 +214,10 @@ def build_robot(
     contacts = build_contacts(config, selector)
     place = partial(place_points, body.mesh)
     mass = body.mass[~fixed]  # (n / 3,)
-    elements = place_elements(body, pattern)
+    elements = make_solid(body.domains, body.laws, pattern, body.n_elements)
+    viscosity = None
+    if body.is_viscous:
+        viscosity = make_viscoelasticity(elements, body.laws, body.viscosities)
     if constraints and body.is_viscous:
         raise RobotFileError(
             f"{source}: material.viscosity: bodies with drives, rigid regions or attachments are elastic, "
@@ -229,11 +231,10 @@ def build_robot(
         gravity=np.array(config.gravity),
         tolerance=config.contact.tolerance,
         mesh=body.mesh,
-        material=material,
         integration=integration_of(config),
         pattern=pattern,
         elements=elements,
-        viscosity=place_viscosity(body, elements),
+        viscosity=viscosity,
         mass=np.repeat(mass, 3),
         load=np.outer(mass, config.gravity).ravel(),
         actuators=actuators_of(config),

@@ -13,6 +13,7 @@ from tauten.model.materials.law import (
     stable_neo_hookean,
     yeoh,
 )
+from tauten.model.materials.projection import symmetric_eigen
 from tauten.model.materials.silicones import SILICONES, find_silicone
 from tauten.model.materials.viscosity import ELASTIC, Viscosity
 
@@ -35,5 +36,6 @@ __all__ = [
     "neo_hookean",
     "response",
     "stable_neo_hookean",
+    "symmetric_eigen",
     "yeoh",
 ]

@@ -16,7 +16,7 @@ from tauten.model.numerics.factorisation import (
 from tauten.model.numerics.jit import kernel
 from tauten.model.numerics.lcp import LcpResult, complementarity, solve_lcp, solve_pgs
 from tauten.model.numerics.nnls import coordinates, distances
-from tauten.model.numerics.polar import LANES, mirrored_rotation, polar_rotations
+from tauten.model.numerics.polar import LANES, mirrored_rotation, polar_lanes, polar_rotations
 from tauten.model.numerics.quaternions import (
     conjugate,
     from_rotation_vector,
@@ -83,6 +83,7 @@ __all__ = [
     "matrix_quaternion",
     "mirrored_rotation",
     "normalised",
+    "polar_lanes",
     "polar_rotations",
     "product",
     "quaternion",

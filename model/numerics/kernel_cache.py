@@ -4,21 +4,33 @@ Numba caches the machine code of a kernel together with that of every kernel it 
 fresh while the kernel's own file is unchanged. Here it is fresh while `sources_digest` is unchanged, which
 covers the called kernels in other files, imported constants and named tuples, the compiler's options
 and numba's version. Entries of older sources are overwritten, so the cache does not grow.
+
+A kernel that several processes need at once, as those of a demo after installation, is compiled by the first
+of them, the others wait for its entry.
 """
 
 from __future__ import annotations
 
 import hashlib
 import linecache
+import sys
+import time
 from collections.abc import Callable
 from functools import cache
+from pathlib import Path
 from pickle import UnpicklingError
-from typing import Any, get_type_hints
+from typing import Any, TextIO, get_type_hints
 
 import numba
 import numpy as np
 from numba.core.caching import FunctionCache, IndexDataCacheFile
 from numba.core.dispatcher import Dispatcher
+
+if sys.platform != "win32":
+    import fcntl
+
+_LONGEST_COMPILATION = 60.0  # s; then another process has been stopped, or failed to compile it
+_GLANCE = 0.02  # s between two looks at whether another process has finished
 
 
 class KernelCacheFile(IndexDataCacheFile):
@@ -52,6 +64,51 @@ class KernelCache(FunctionCache):
             filename_base=self._impl.filename_base,
             source_stamp=self.digest,
         )
+        self._lock: TextIO | None = None
+
+    def load_overload(self, signature: Any, target_context: Any) -> Any:
+        """The machine code of a signature; None where this process has to compile it."""
+        found = super().load_overload(signature, target_context)  # type: ignore[no-untyped-call]
+        if found is None and self._begin():
+            # compiled by another process in the meantime, perhaps
+            found = super().load_overload(signature, target_context)  # type: ignore[no-untyped-call]
+            if found is not None:
+                self._end()
+        return found
+
+    def save_overload(self, signature: Any, data: Any) -> None:
+        """Save the machine code of a signature."""
+        try:
+            super().save_overload(signature, data)  # type: ignore[no-untyped-call]
+        finally:
+            self._end()
+
+    def _begin(self) -> bool:
+        """Wait until no other process compiles this function; False where that cannot be found out."""
+        if sys.platform == "win32" or self._lock is not None:
+            return False
+        try:
+            self._impl.locator.ensure_cache_path()
+            file = Path(self._cache_path, f"{self._impl.filename_base}.lock").open("a")  # noqa: SIM115, closed in _end
+        except OSError:  # a folder without permission: nothing is cached there
+            return False
+        end = time.monotonic() + _LONGEST_COMPILATION
+        while True:
+            try:
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except OSError:
+                if time.monotonic() > end:
+                    file.close()
+                    return False
+                time.sleep(_GLANCE)
+            else:
+                self._lock = file
+                return True
+
+    def _end(self) -> None:
+        if self._lock is not None:
+            self._lock.close()
+            self._lock = None
 
 
 def sources_digest(function: Callable[..., Any], decorator: Callable[..., Any]) -> str:

@@ -24,40 +24,60 @@ def polar_rotations(F: Array, R: Array) -> None:
         R: (n, 3, 3) output.
     """
     n = F.shape[0]
-    X = np.empty(9 * LANES)
+    X, Y = np.empty(9 * LANES), np.empty(9 * LANES)
     for first in range(0, n, LANES):
-        fill(X, F, first)
-        change = np.inf
-        for _ in range(30):
-            # scaling makes the first iterations quadratic even for large stretch
-            change = newton(X, change > 1e-2)
-            if change < 1e-16:  # convergence is quadratic: what is left is rounding
-                break
+        for lane in range(LANES):  # lanes past the last matrix repeat it
+            e = min(first + lane, n - 1)
+            for k in range(9):
+                X[k * LANES + lane] = F[e, k // 3, k % 3]
+        polar_lanes(X, Y)
         for e in range(first, min(first + LANES, n)):
             for k in range(9):
-                R[e, k // 3, k % 3] = X[k * LANES + e - first]
-            if is_inverted(F[e]):
-                R[e] = mirrored_rotation(F[e])
+                R[e, k // 3, k % 3] = Y[k * LANES + e - first]
 
 
 @kernel
-def fill(X: Array, F: Array, first: int) -> None:
-    """Matrices from `first` on into X (9 LANES,), entry 3 i + j of all lanes in a row.
-
-    Inverted ones are left out: their lanes get the identity.
+def polar_lanes(F: Array, R: Array) -> None:
+    """`polar_rotations` of LANES matrices at a time.
 
     Args:
-        X: (9 LANES,) output.
-        F: (e, 3, 3) matrices.
-        first: number of the first one; past the last, the last is repeated.
+        F: (9 LANES,) matrices, entry 3 i + j of all lanes in a row.
+        R: (9 LANES,) output, in the same order.
     """
+    inverted = start_lanes(F, R)
+    change = np.inf
+    for _ in range(30):
+        # scaling makes the first iterations quadratic even for large stretch
+        change = newton(R, change > 1e-2)
+        if change < 1e-16:  # convergence is quadratic: what is left is rounding
+            break
+    if inverted == 0:
+        return
+    A = np.empty((3, 3))
     for lane in range(LANES):
-        e = min(first + lane, F.shape[0] - 1)
-        inverted = is_inverted(F[e])
         for k in range(9):
-            X[k * LANES + lane] = F[e, k // 3, k % 3]
-            if inverted:
-                X[k * LANES + lane] = 1.0 if k % 4 == 0 else 0.0
+            A[k // 3, k % 3] = F[k * LANES + lane]
+        if is_inverted(determinant(A)):
+            Q = mirrored_rotation(A)
+            for k in range(9):
+                R[k * LANES + lane] = Q[k // 3, k % 3]
+
+
+@kernel
+def start_lanes(F: Array, R: Array) -> int:
+    """Matrices F into R, and the identity instead of inverted ones; returns how many these are."""
+    count = 0
+    for lane in range(LANES):
+        a, b, c = F[lane], F[LANES + lane], F[2 * LANES + lane]
+        d, e, f = F[3 * LANES + lane], F[4 * LANES + lane], F[5 * LANES + lane]
+        g, h, i = F[6 * LANES + lane], F[7 * LANES + lane], F[8 * LANES + lane]
+        det = a * (e * i - f * h) + b * (f * g - d * i) + c * (d * h - e * g)
+        inverted = is_inverted(det)
+        count += 1 if inverted else 0
+        for k in range(9):
+            start = 1.0 if k % 4 == 0 else 0.0
+            R[k * LANES + lane] = start if inverted else F[k * LANES + lane]
+    return count
 
 
 @kernel
@@ -91,9 +111,12 @@ def newton(X: Array, scaled: bool) -> float:
 
 
 @kernel
-def is_inverted(F: Array) -> bool:
-    """Whether a finite 3x3 matrix is no rotation and stretch: numba's decomposition fails on infinity."""
-    return bool(-np.inf < determinant(F) <= FLAT)
+def is_inverted(det: float) -> bool:
+    """Whether a matrix with this determinant is no rotation and stretch.
+
+    Not where it is not finite: numba's singular value decomposition fails on infinity.
+    """
+    return bool(-np.inf < det <= FLAT)
 
 
 @kernel

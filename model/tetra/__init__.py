@@ -1,10 +1,11 @@
 """Robots made of tetrahedra."""
 
 from tauten.model.tetra.body import BodyParts, body_parts, join_bodies
+from tauten.model.tetra.corotational import HELD
 from tauten.model.tetra.domains import Domains, linear_domains
-from tauten.model.tetra.elements import assemble, lumped_mass, rest_gradients
+from tauten.model.tetra.elements import lumped_mass, rest_gradients
 from tauten.model.tetra.quadratic import quadratic_domains, quadratic_lumped_mass, shape_functions
-from tauten.model.tetra.robot import Elements, TetRobot
+from tauten.model.tetra.robot import TetRobot
 from tauten.model.tetra.smoothed import smoothed_domains
 from tauten.model.tetra.solid import Solid, make_solid
 from tauten.model.tetra.viscoelastic import Viscoelasticity, make_viscoelasticity
@@ -12,11 +13,10 @@ from tauten.model.tetra.viscoelastic import Viscoelasticity, make_viscoelasticit
 __all__ = [
     "BodyParts",
     "Domains",
-    "Elements",
+    "HELD",
     "Solid",
     "TetRobot",
     "Viscoelasticity",
-    "assemble",
     "body_parts",
     "join_bodies",
     "linear_domains",

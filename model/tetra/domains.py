@@ -12,14 +12,14 @@ edge, a face or a node have.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from tauten.model.materials import NO_TANGENT, WORK, response
 from tauten.model.mesh import TetMesh
 from tauten.model.numerics import Array, Ints, kernel, polar_rotations
-from tauten.model.tetra.elements import rest_gradients, scatter
+from tauten.model.tetra.elements import rest_gradients
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,6 +37,15 @@ class Domains:
     gradients: Array
     volumes: Array
     law: Ints
+
+    def ascending(self) -> Domains:
+        """The same domains with the nodes of each in ascending order."""
+        order = np.argsort(self.nodes, axis=1, kind="stable")  # (d, s)
+        return replace(
+            self,
+            nodes=np.take_along_axis(self.nodes, order, axis=1),
+            gradients=np.take_along_axis(self.gradients, order[:, None, :, None], axis=2),
+        )
 
 
 @kernel
@@ -66,33 +75,31 @@ def assemble_domains(
     domains: tuple[Ints, Array, Array, Ints],
     laws: tuple[Ints, Array],
     tangent: int,
-    slots: tuple[Ints, Ints],
+    slot: Ints,
     force: Array,
-    K: Array,
+    blocks: Array,
 ) -> float:
-    """Add internal forces to `force` (n_nodes, 3) and the tangent to the CSC values `K` (nnz,).
+    """Add internal forces to `force` (n_nodes, 3) and the tangent to `blocks` (m, 9).
 
     Args:
         x: (n_nodes, 3) positions [m].
-        domains: nodes, gradients, volumes and law of `Domains`.
+        domains: nodes (ascending in each domain), gradients, volumes and law of `Domains`.
         laws: kinds (m,) and constants (m, 5) of the laws.
         tangent: NO_TANGENT, EXACT or PROJECTED.
-        slots: (d, s, s) place of block (a, b) in K, −1 where a node is fixed, and (d, s) entries in each
-            column of node b; see `Pattern.blocks`.
+        slot: (d, s (s + 1) / 2) numbers of the blocks, see `lower_blocks`; not read without tangent.
         force: (n_nodes, 3) output, accumulated [N].
-        K: (nnz,) output, accumulated [N/m].
+        blocks: output, accumulated [N/m].
 
     Returns:
         The elastic energy [J].
     """
     nodes, gradients, volumes, law = domains
     kinds, constants = laws
-    slot, column_length = slots
     n_nodes, n_points = nodes.shape[1], gradients.shape[1]
     F = gradients_at_points(x, nodes, gradients)
     R = np.empty_like(F)
     polar_rotations(F, R)
-    P, C, B = np.empty((3, 3)), np.empty((9, 9)), np.empty((3, 3))
+    P, C = np.empty((3, 3)), np.empty((9, 9))
     work = np.empty(WORK)
     D = np.empty((n_nodes, 3, 9))
     Ke = np.empty((n_nodes, n_nodes, 3, 3))
@@ -111,11 +118,28 @@ def assemble_domains(
             if tangent != NO_TANGENT:
                 add_stiffness(V, g, C, D, Ke)
         if tangent != NO_TANGENT:
-            for a in range(n_nodes):
-                for b in range(a, n_nodes):
-                    B[:] = Ke[a, b]
-                    scatter(B, slot[e], column_length[e], a, b, K)
+            add_blocks(Ke, slot[e], blocks)
     return energy
+
+
+@kernel
+def add_blocks(Ke: Array, slot: Ints, blocks: Array) -> None:
+    """Add the blocks Ke[a, b] with b ≥ a of a domain to its blocks of the tangent.
+
+    Args:
+        Ke: (s, s, 3, 3) blocks [N/m].
+        slot: (s (s + 1) / 2,) numbers of the blocks, see `lower_blocks`.
+        blocks: (m, 9) output, accumulated [N/m].
+    """
+    pair = 0
+    for a in range(Ke.shape[0]):
+        for b in range(a, Ke.shape[0]):
+            place = slot[pair]
+            if place >= 0:
+                for j in range(3):  # K_ab by rows is the block of row b and column a by columns
+                    for i in range(3):
+                        blocks[place, 3 * j + i] += Ke[a, b, j, i]
+            pair += 1
 
 
 @kernel

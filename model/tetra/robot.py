@@ -8,28 +8,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from tauten.model.actuators import ActuatorSet
-from tauten.model.body import Material, SteppedRobot
+from tauten.model.body import SteppedRobot
 from tauten.model.contact import contact_rows
 from tauten.model.effectors import NodalEffectors
-from tauten.model.materials import EXACT, PROJECTED
+from tauten.model.materials import EXACT
 from tauten.model.mesh import TetMesh, boundary_triangles
 from tauten.model.numerics import Array, Ints
 from tauten.model.robot import RobotRows, State
 from tauten.model.rows import ContactRows
 from tauten.model.system import System
-from tauten.model.tetra.elements import assemble
-from tauten.model.tetra.solid import Solid, linear_energy
+from tauten.model.tetra.solid import Solid
 from tauten.model.tetra.viscoelastic import Viscoelasticity
-
-
-@dataclass(frozen=True, slots=True)
-class Elements:
-    """Linear corotational tetrahedra: rest data, and where they enter the pattern (see `assemble`)."""
-
-    gradients: Array
-    volumes: Array
-    slot: Ints
-    column_length: Ints
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,8 +27,7 @@ class TetRobot(SteppedRobot):
 
     Attributes, beside those of every sparse robot:
         mesh: linear tetrahedra on all nodes at rest; quadratic elements are cut into eight.
-        material: its material; of a `Solid`, that outside the regions with another.
-        elements: its elements: linear corotational tetrahedra of one material, or a `Solid`.
+        elements: its elements.
         load: (n,) gravity and outer forces on the effectors [N].
         viscosity: of its materials; None: they are elastic.
     """
@@ -47,8 +35,7 @@ class TetRobot(SteppedRobot):
     actuator_set: ActuatorSet
     effectors: NodalEffectors
     mesh: TetMesh
-    material: Material
-    elements: Elements | Solid
+    elements: Solid
     load: Array
     viscosity: Viscoelasticity | None = None
 
@@ -65,23 +52,7 @@ class TetRobot(SteppedRobot):
     @property
     def n_elements(self) -> int:
         """Tetrahedra, of smoothed elements those that are averaged."""
-        if isinstance(self.elements, Solid):
-            return self.elements.n_elements
-        return len(self.mesh.tets)
-
-    @property
-    def corotational(self) -> Elements:
-        """Its linear corotational tetrahedra.
-
-        Raises:
-            ValueError: it is made of other elements or of several materials.
-        """
-        if isinstance(self.elements, Solid):
-            raise ValueError(
-                f'robot {self.name}: needs mesh.element = "linear" and one material with the law '
-                "'corotational'"
-            )
-        return self.elements
+        return self.elements.n_elements
 
     @property
     def triangles(self) -> Ints:
@@ -121,13 +92,18 @@ class TetRobot(SteppedRobot):
         return self.contacts.normals(self.nodes(state))
 
     @property
-    def cable_owners(self) -> Ints:
-        """The actuator of every segment that `cable_segments` gives: (s,)."""
-        return self.actuator_set.cable_owners
+    def segment_owners(self) -> Ints:
+        """The actuator of every segment that `actuator_segments` gives: (s,)."""
+        return self.actuator_set.motors(self.actuator_set.segment_members)
 
-    def cable_segments(self, state: State) -> Array:
-        """Both ends of every straight piece of the cables: (s, 2, 3) [m]."""
-        return self.actuator_set.cables.segments(self.nodes(state))
+    @property
+    def chamber_owners(self) -> Ints:
+        """The actuator whose chamber each of `triangles` encloses, −1 where none: (t,)."""
+        return self.actuator_set.motors(self.actuator_set.chamber_members(self.triangles))
+
+    def actuator_segments(self, state: State) -> Array:
+        """Segments by which cables and forces are drawn: (s, 2, 3) [m], see `Robot`."""
+        return self.actuator_set.segments(self.nodes(state))
 
     def loaded(self, gravity: Array, effector_force: Array) -> TetRobot:
         """The robot under another gravity (3,) [m/s²] and forces on its effectors (3 p,) [N]."""
@@ -155,20 +131,7 @@ class TetRobot(SteppedRobot):
         """
         x, dof = self.nodes(state), self.pattern.dof
         force, K = np.zeros_like(x), np.zeros(len(self.pattern.indices))
-        part = self.elements
-        if isinstance(part, Solid):
-            part.assemble(x, EXACT if exact else PROJECTED, force, K)
-        else:
-            assemble(
-                x,
-                self.mesh.tets,
-                (part.gradients, part.volumes),
-                self.material.lame,
-                exact,
-                (part.slot, part.column_length),
-                force,
-                K,
-            )
+        self.elements.assemble(x, EXACT if exact else self.elements.semidefinite, force, K)
         self.actuator_set.add_stiffness(x, tension, exact, K)
         total = force[dof >= 0].ravel() + self.load
         preload = self.actuator_set.preload(x, dof, self.n)
@@ -176,16 +139,10 @@ class TetRobot(SteppedRobot):
 
     def potential(self, state: State) -> float:
         """Elastic energy minus the work of gravity and outer forces since rest [J]."""
-        x, part = self.nodes(state), self.elements
-        if isinstance(part, Solid):
-            energy = part.energy(x)
-        else:
-            energy = linear_energy(
-                x, self.mesh.tets, part.gradients, part.volumes, self.material.lame
-            )
+        x = self.nodes(state)
         preload = self.actuator_set.preload(x, self.pattern.dof, self.n)
         work = float(self.load @ (state.q - self.rest().q)) + (preload[1] if preload else 0.0)
-        return energy - work
+        return self.elements.energy(x) - work
 
     def inverted(self, state: State) -> int:
         """Number of tetrahedra that are turned inside out."""
@@ -200,7 +157,7 @@ class TetRobot(SteppedRobot):
             state: where a step starts.
             h: its length [s].
         """
-        if self.viscosity is None or not isinstance(self.elements, Solid):
+        if self.viscosity is None:
             return None, None
         x = self.nodes(state)
         force, C = self.viscosity.assemble(self.elements, x, state.memory, h)
@@ -239,7 +196,7 @@ class TetRobot(SteppedRobot):
         """
         v = system.v + dv
         after = State(state.q + system.h * v, v)
-        if self.viscosity is None or not isinstance(self.elements, Solid):
+        if self.viscosity is None:
             return after
         before, end = self.nodes(state), self.nodes(after)
         memory = self.viscosity.remembered(self.elements, before, end, state.memory, system.h)

@@ -6,9 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tauten.model.materials import COROTATIONAL, NO_TANGENT, Law, law_arrays
+from tauten.model.materials import COROTATIONAL, NO_TANGENT, PROJECTED, Law, law_arrays
 from tauten.model.numerics import Array, Ints
 from tauten.model.system import Pattern
+from tauten.model.tetra.blocks import LowerBlocks, lower_blocks
+from tauten.model.tetra.corotational import HELD, assemble_corotational
 from tauten.model.tetra.domains import Domains, assemble_domains
 
 
@@ -17,40 +19,60 @@ class Solid:
     """Domains of integration that make up a body; made by `make_solid`.
 
     Attributes:
-        domains: the domains, one entry for each shape.
-        slots: place of each domain's blocks in the tangent, see `Pattern.blocks`.
+        domains: the domains, one entry for each shape, the nodes of each domain ascending.
+        slots: numbers of each domain's blocks, see `lower_blocks`.
+        blocks: the blocks of the tangent.
         laws: kinds (m,) and constants (m, 5) that the domains' `law` points to.
+        stiffness: V λ and V μ (d, 2) [N m] of the domains of each shape where all laws are corotational and
+            domains have one point; None elsewhere.
         n_elements: tetrahedra they are made from.
-        nonzeros: entries of the tangent.
     """
 
     domains: tuple[Domains, ...]
-    slots: tuple[tuple[Ints, Ints], ...]
+    slots: tuple[Ints, ...]
+    blocks: LowerBlocks
     laws: tuple[Ints, Array]
+    stiffness: tuple[Array, ...] | None
     n_elements: int
-    nonzeros: int
 
     def assemble(self, x: Array, tangent: int, force: Array, K: Array) -> float:
         """Add internal forces to `force` (n_nodes, 3) and the tangent to the CSC values `K` (nnz,).
 
         Args:
             x: (n_nodes, 3) positions [m].
-            tangent: NO_TANGENT, EXACT or PROJECTED.
+            tangent: NO_TANGENT, EXACT or PROJECTED, for corotational laws also HELD.
             force: output [N].
             K: output [N/m]; left alone without tangent.
 
         Returns:
             The elastic energy [J].
         """
-        energy = 0.0
-        for part, slots in zip(self.domains, self.slots, strict=True):
-            arrays = (part.nodes, part.gradients, part.volumes, part.law)
-            energy += assemble_domains(x, arrays, self.laws, tangent, slots, force, K)
+        energy, blocks = 0.0, self.blocks.zeros()
+        for index, (part, slot) in enumerate(zip(self.domains, self.slots, strict=True)):
+            if self.stiffness is not None:
+                elements = (part.nodes, part.gradients[:, 0], self.stiffness[index])
+                energy += assemble_corotational(x, elements, tangent, slot, force, blocks)
+            else:
+                arrays = (part.nodes, part.gradients, part.volumes, part.law)
+                energy += assemble_domains(x, arrays, self.laws, tangent, slot, force, blocks)
+        if tangent != NO_TANGENT:
+            self.blocks.add_to(K, blocks)
         return energy
 
     def energy(self, x: Array) -> float:
         """The elastic energy at positions x (n_nodes, 3) [J]."""
         return self.assemble(x, NO_TANGENT, np.zeros_like(x), np.zeros(0))
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether it is made of linear corotational tetrahedra of one law."""
+        shapes = [part.gradients.shape[1:3] for part in self.domains]
+        return shapes == [(1, 4)] and self.stiffness is not None and len(self.laws[0]) == 1
+
+    @property
+    def semidefinite(self) -> int:
+        """The tangent that is positive semidefinite at any deformation."""
+        return HELD if self.is_plain else PROJECTED
 
 
 def make_solid(domains: list[Domains], laws: list[Law], pattern: Pattern, n_elements: int) -> Solid:
@@ -62,30 +84,11 @@ def make_solid(domains: list[Domains], laws: list[Law], pattern: Pattern, n_elem
         pattern: sparsity of the tangent.
         n_elements: tetrahedra they are made from.
     """
-    return Solid(
-        domains=tuple(domains),
-        slots=tuple(pattern.blocks(part.nodes) for part in domains),
-        laws=law_arrays(laws),
-        n_elements=n_elements,
-        nonzeros=len(pattern.indices),
-    )
-
-
-def linear_energy(
-    x: Array, tets: Ints, gradients: Array, volumes: Array, lame: tuple[float, float]
-) -> float:
-    """The elastic energy of linear corotational tetrahedra [J]; arguments as in `assemble`.
-
-    Args:
-        x: (n_nodes, 3) positions [m].
-        tets: (e, 4) corners.
-        gradients: (e, 4, 3) at rest [1/m].
-        volumes: (e,) at rest [m³].
-        lame: (λ, μ) [Pa].
-    """
-    none = np.zeros((len(tets), 4, 4), dtype=np.int64)
-    first = np.zeros(len(tets), dtype=np.int64)
-    laws = (np.array([COROTATIONAL]), np.array([[*lame, 0.0, 0.0, 0.0]]))
-    domains = (tets, gradients[:, None], volumes[:, None], first)
-    slots = (none, none[:, 0])
-    return assemble_domains(x, domains, laws, NO_TANGENT, slots, np.zeros_like(x), np.zeros(0))
+    parts = tuple(part.ascending() for part in domains)
+    blocks, slots = lower_blocks(pattern, [part.nodes for part in parts])
+    kinds, constants = law_arrays(laws)
+    one_point = all(part.volumes.shape[1] == 1 for part in parts)
+    stiffness = None
+    if one_point and (kinds == COROTATIONAL).all():
+        stiffness = tuple(part.volumes * constants[part.law, :2] for part in parts)
+    return Solid(parts, slots, blocks, (kinds, constants), stiffness, n_elements)

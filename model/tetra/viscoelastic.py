@@ -17,8 +17,7 @@ import numpy as np
 
 from tauten.model.materials import Law, Viscosity
 from tauten.model.numerics import Array, Ints, kernel
-from tauten.model.tetra.domains import gradients_at_points
-from tauten.model.tetra.elements import scatter
+from tauten.model.tetra.domains import add_blocks, gradients_at_points
 from tauten.model.tetra.solid import Solid
 
 
@@ -66,13 +65,15 @@ class Viscoelasticity:
         alpha = 1.0 / (1.0 + h / self.times)  # (m, b)
         lame = self.viscous + h * np.einsum("mb,mbk->mk", alpha, self.moduli)  # (m, 2)
         stress = np.einsum("pb,pbs->ps", alpha[self.law], self.branches(memory))  # (p, 6)
-        force, C = np.zeros_like(x), np.zeros(solid.nonzeros)
+        force, blocks = np.zeros_like(x), solid.blocks.zeros()
         first = 0
-        for part, slots in zip(solid.domains, solid.slots, strict=True):
+        for part, slot in zip(solid.domains, solid.slots, strict=True):
             count = part.volumes.size
             arrays = (part.nodes, part.gradients, part.volumes, part.law)
-            assemble_viscous(x, arrays, lame, stress[first : first + count], slots, force, C)
+            assemble_viscous(x, arrays, lame, stress[first : first + count], slot, force, blocks)
             first += count
+        C = np.zeros(solid.blocks.nonzeros)
+        solid.blocks.add_to(C, blocks)
         return force, C
 
     def remembered(
@@ -158,11 +159,11 @@ def assemble_viscous(  # noqa: C901  one flat loop nest is what numba compiles b
     domains: tuple[Ints, Array, Array, Ints],
     lame: Array,
     stress: Array,
-    slots: tuple[Ints, Ints],
+    slot: Ints,
     force: Array,
-    C: Array,
+    blocks: Array,
 ) -> None:
-    """Add −V F S g_a to `force` (n_nodes, 3), and the viscous matrix to the CSC values `C` (nnz,).
+    """Add −V F S g_a to `force` (n_nodes, 3), and the viscous matrix to `blocks` (m, 9).
 
     With a = F g_a, b = F g_b, its blocks are V (λ a bᵀ + μ (b aᵀ + (g_a·g_b) F Fᵀ)).
 
@@ -171,20 +172,19 @@ def assemble_viscous(  # noqa: C901  one flat loop nest is what numba compiles b
         domains: nodes, gradients, volumes and law of `Domains`.
         lame: (m, 2) λ and μ of each law [Pa s].
         stress: (d p, 6) second Piola-Kirchhoff stress S at each point [Pa].
-        slots: places of the blocks, see `assemble_domains`.
+        slot: numbers of the blocks, see `assemble_domains`.
         force: output, accumulated [N].
-        C: output, accumulated [N s/m].
+        blocks: output, accumulated [N s/m].
     """
     nodes, gradients, volumes, law = domains
-    slot, column_length = slots
     n_nodes, n_points = nodes.shape[1], gradients.shape[1]
     all_F = gradients_at_points(x, nodes, gradients)
-    FF, P, block = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
+    FF, P = np.empty((3, 3)), np.empty((3, 3))
     a = np.empty((n_nodes, 3))
-    blocks = np.empty((n_nodes, n_nodes, 3, 3))
+    Ke = np.empty((n_nodes, n_nodes, 3, 3))
     for e in range(nodes.shape[0]):
         lam, mu = lame[law[e], 0], lame[law[e], 1]
-        blocks[:] = 0.0
+        Ke[:] = 0.0
         for p in range(n_points):
             V, g, point = volumes[e, p], gradients[e, p], e * n_points + p
             F, S = all_F[point], stress[point]
@@ -205,8 +205,5 @@ def assemble_viscous(  # noqa: C901  one flat loop nest is what numba compiles b
                     for i in range(3):
                         for j in range(3):
                             shear = a[m, i] * a[n, j] + dot * FF[i, j]
-                            blocks[n, m, i, j] += V * (lam * a[n, i] * a[m, j] + mu * shear)
-        for n in range(n_nodes):
-            for m in range(n, n_nodes):
-                block[:] = blocks[n, m]
-                scatter(block, slot[e], column_length[e], n, m, C)
+                            Ke[n, m, i, j] += V * (lam * a[n, i] * a[m, j] + mu * shear)
+        add_blocks(Ke, slot[e], blocks)

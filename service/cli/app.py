@@ -12,18 +12,19 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from tauten.service.cli.bench import bench
-from tauten.service.cli.bench_mechanics import elements, energy, equilibria
-from tauten.service.cli.bench_node import node
 from tauten.service.cli.check import check, schema
-from tauten.service.cli.closed_loop import closed_loop
 from tauten.service.cli.compare import compare
 from tauten.service.cli.new import new
 from tauten.service.cli.operate import alive, command, doctor, lock, metrics, record, unlock
-from tauten.service.cli.options import (
+from tauten.service.cli.reduction import inspect, reduce
+from tauten.service.cli.runs import demo, replay
+from tauten.service.cli.solve import solve
+from tauten.service.cli.terminal import (
     AcceptError,
     Basis,
     ClosedLoop,
     DriveOption,
+    ExtraError,
     Model,
     Port,
     Rate,
@@ -32,10 +33,7 @@ from tauten.service.cli.options import (
     YoungScale,
     ZenohConfig,
 )
-from tauten.service.cli.reduction import inspect, reduce
-from tauten.service.cli.runs import demo, replay
-from tauten.service.cli.solve import solve
-from tauten.service.cli.view import ExtraError, bench_view, view
+from tauten.service.cli.view import view
 from tauten.service.process import set_up_logging
 
 if TYPE_CHECKING:
@@ -186,12 +184,6 @@ _COMMANDS = (
 )
 for _command in _COMMANDS:
     app.command()(_command)
-bench.command("closed-loop")(closed_loop)
-bench.command("elements")(elements)
-bench.command("energy")(energy)
-bench.command("equilibria")(equilibria)
-bench.command("node")(node)
-bench.command("view")(bench_view)
 app.add_typer(bench, name="bench")
 
 

@@ -8,11 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
-from rich.progress import Progress
 
-from tauten.service.cli.bench import Json
-from tauten.service.process import write_text
+from tauten.service.cli.terminal import Json, Markdown, progress_bar, show_tables, write_json
 
 if TYPE_CHECKING:
     from tauten.service.check import MeshErrorEstimate, RobotCheck
@@ -27,7 +24,7 @@ def check(
     regions: Annotated[
         Path | None, typer.Option(help="Picture of what each region selects, to draw.")
     ] = None,
-    markdown: Annotated[Path | None, typer.Option(help="Page to put the tables into.")] = None,
+    markdown: Markdown = None,
     share: Annotated[
         list[float] | None,
         typer.Option(min=0.01, max=1.0, help="Share of each cable's largest pull, or several."),
@@ -57,16 +54,10 @@ def check(
 
     shares = tuple(share or (0.25, 0.5)) if compare else ()
     settings = CheckSettings(robot, shares, refinements)
-    with stop_on_signals() as stop, Progress(console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("check", total=1.0)
-        result = check_robot(
-            settings, stop, lambda done, what: bar.update(task, advance=done, description=what)
-        )
-    for table in check_tables(result):
-        Console(width=200).print(table.rich())
-    if json_file is not None:
-        numbers = {**asdict(result), "level": result.level}
-        write_text(json_file, json.dumps(numbers, indent=2) + "\n")
+    with stop_on_signals() as stop, progress_bar("check") as report:
+        result = check_robot(settings, stop, report)
+    show_tables(check_tables(result), 200)
+    write_json({**asdict(result), "level": result.level}, json_file)
     if result.refused:
         raise RobotFileError(result.refused)
     if save:

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import json
-from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
 
-from tauten.service.cli.bench import show_mesh_error
-from tauten.service.process import write_text
+from tauten.service.cli.terminal import Json, show_mesh_error, write_json
 
 if TYPE_CHECKING:
     from tauten.model import Robot
@@ -33,9 +30,7 @@ def compare(
     ] = None,
     axes: Annotated[str, typer.Option(help="Axes of the picture: right, then up.")] = "xz",
     figure: Annotated[Path, typer.Option(help="Picture to draw.")] = Path("compare.png"),
-    json_file: Annotated[
-        Path | None, typer.Option("--json", help="Write the numbers to this file.")
-    ] = None,
+    json_file: Json = None,
 ) -> None:
     """Apply the same command with and without contact: figure, and distance of the effectors."""
     from tauten.model import load_robot
@@ -62,8 +57,7 @@ def compare(
     found = compare_equilibria(loaded, touching, passing)
     side = Side("xyz".index(axes[0]), "xyz".index(axes[1]))
     draw_comparison(loaded, touching, passing, side, figure)
-    if json_file is not None:
-        write_text(json_file, json.dumps(asdict(found), indent=2) + "\n")
+    write_json(found, json_file)
     if loaded.n_c == 0:
         Console().print(
             f"{loaded.name} has no contacts: at rest and under the command in {figure}."

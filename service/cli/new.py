@@ -8,7 +8,8 @@ from typing import Annotated, Literal
 
 import typer
 from rich.console import Console
-from rich.progress import Progress
+
+from tauten.service.cli.terminal import progress_bar, show_tables
 
 
 def new(
@@ -46,30 +47,21 @@ def new(
     ] = None,
 ) -> None:
     """Make a robot file from a part of CAD, to edit. Ctrl-C chooses among the meshes done."""
-    from tauten.service.new import LARGE, NewRobot, elements_needed, make_new_robot
+    from tauten.service.new import LARGE, NewRobot, make_new_robot, read_part
     from tauten.service.process import one_blas_thread, stop_on_signals
     from tauten.service.tables import trial_table
 
-    wanted = NewRobot(
-        name, mesh, unit, None if size is None else 1e-3 * size, accuracy, young, repair
-    )
-    count = elements_needed(wanted)
-    if count > LARGE and not yes:
-        text = f"--size {size:g}: makes about {count} tetrahedra"
+    part = read_part(mesh, unit, repair)
+    wanted = NewRobot(name, part, None if size is None else 1e-3 * size, accuracy, young)
+    if wanted.elements > LARGE and not yes:
+        text = f"--size {size:g}: makes about {wanted.elements} tetrahedra"
         if not sys.stdin.isatty():
             raise typer.BadParameter(f"{text}; choose a larger size, or add --yes")
         typer.confirm(f"{text}, go on?", abort=True, err=True)
     console = Console(stderr=True)
-    with stop_on_signals() as stop, Progress(console=console, transient=True) as bar:
-        task = bar.add_task("mesh", total=1.0)
-        with one_blas_thread():
-            made = make_new_robot(
-                wanted,
-                folder or Path(name),
-                stop,
-                lambda done, what: bar.update(task, advance=done, description=what or "mesh"),
-            )
-    Console(width=120).print(trial_table(made.trials, made.chosen).rich())
+    with stop_on_signals() as stop, progress_bar("mesh") as report, one_blas_thread():
+        made = make_new_robot(wanted, folder or Path(name), stop, report)
+    show_tables([trial_table(made.trials, made.chosen)], 120)
     if made.note:
         console.print(f"{mesh}: the surface {made.note}", highlight=False)
     worst = made.trials[made.chosen].error

@@ -9,7 +9,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from tauten.service.cli.options import Port, ZenohConfig
+from tauten.service.cli.terminal import Port, ZenohConfig
 
 if TYPE_CHECKING:
     from tauten.service.wire import LockOrder

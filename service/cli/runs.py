@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import asdict
 from datetime import datetime
 from pathlib import Path
@@ -10,16 +9,17 @@ from typing import Annotated, Literal
 
 import typer
 from rich.console import Console
-from rich.progress import Progress
 from rich.table import Table
 
-from tauten.service.cli.options import (
+from tauten.service.cli.terminal import (
     Basis,
     ClosedLoop,
     DriveOption,
     Model,
     StepsOption,
     YoungScale,
+    progress_bar,
+    write_json,
 )
 
 
@@ -150,21 +150,15 @@ def replay(
 def _show_distances(log: Path, recorded_paths: bool, report: Path | None, console: Console) -> None:
     """What the distance of plant and model consists of: a table, and files in a folder."""
     from tauten.service.plots import draw_distances
-    from tauten.service.process import write_text
     from tauten.service.replay import distance_rows, measure_distances
 
-    with Progress(console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("simulating", total=1.0)
-        found = measure_distances(
-            log,
-            recorded_paths,
-            lambda share, what: bar.update(task, advance=share, description=what),
-        )
+    with progress_bar("simulating") as bar:
+        found = measure_distances(log, recorded_paths, bar)
     table = Table("first effector", f"{found.robot}, plant: {found.steps}", title="plant and model")
     for row in distance_rows(found):
         table.add_row(*row)
     console.print(table)
     if report is not None:
         shares = {name: asdict(share) for name, share in found.shares().items()}
-        write_text(report / "distance.json", json.dumps(shares, indent=2) + "\n")
+        write_json(shares, report / "distance.json")
         draw_distances(found, report / "distance.png")

@@ -2,23 +2,12 @@
 
 from __future__ import annotations
 
-import json
-from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
-from tauten.service.cli.bench import Json
-from tauten.service.cli.options import Basis, Model, Port, YoungScale, ZenohConfig
-
-# packages of the extra `viewer`, which the viewer imports
-_EXTRA = ("viser", "websockets", "msgspec")
-
-
-class ExtraError(ImportError):
-    """An extra that is not installed."""
+from tauten.service.cli.terminal import Basis, Model, Port, YoungScale, ZenohConfig, missing_extra
 
 
 def view(
@@ -65,7 +54,7 @@ def view(
     try:
         from tauten.service import view as viewer
     except ModuleNotFoundError as error:
-        raise missing(error) from error
+        raise missing_extra(error) from error
 
     settings = viewer.ViewSettings(web_port, browser, seconds)
     simulation = viewer.SimulationSettings(robot, basis, model, young_scale, path)
@@ -85,50 +74,3 @@ def view(
             viewer.view_simulation(simulation, settings, stop)
         else:
             viewer.view_served(robot, Network(port, zenoh_config), settings, stop)
-
-
-def bench_view(
-    robots: Annotated[list[str], typer.Argument(help="Shipped robots' names, or robot files.")],
-    seconds: Annotated[float, typer.Option(min=1.0, help="Duration of the pictures.")] = 20.0,
-    path: Annotated[str, typer.Option(help="What the target follows meanwhile.")] = "circle",
-    basis: Basis = None,
-    model: Model = None,
-    json_file: Json = None,
-    markdown: Annotated[Path | None, typer.Option(help="Page to put the table into.")] = None,
-) -> None:
-    """Measure what the viewer costs: pictures a second, processor share, time of a picture.
-
-    Motion is simulated first and then shown to a client in a process of its own. Ctrl-C keeps
-    finished results.
-    """
-    from tauten.service.process import stop_on_signals, write_text
-    from tauten.service.tables import view_table, write_view_table
-
-    try:
-        from tauten.service import view as viewer
-    except ModuleNotFoundError as error:
-        raise missing(error) from error
-
-    costs = []
-    with stop_on_signals() as stop:
-        for robot in robots:
-            simulation = viewer.SimulationSettings(robot, basis, model, 1.0, path)
-            found = viewer.simulation_cost(simulation, seconds, stop)
-            if found is not None:
-                costs.append(found)
-    if not costs:
-        return
-    if json_file is not None:
-        write_text(json_file, json.dumps([asdict(cost) for cost in costs], indent=2) + "\n")
-    if markdown is not None:
-        write_view_table(costs, markdown)
-    Console().print(view_table(costs).rich())
-
-
-def missing(error: ModuleNotFoundError) -> ImportError:
-    """What to install for a module that is not found; the error itself for any other module."""
-    if (error.name or "").partition(".")[0] not in _EXTRA:
-        return error
-    return ExtraError(
-        f"the viewer needs {error.name}, which is not installed: pip install 'tauten[viewer]'"
-    )

@@ -26,6 +26,7 @@ from tauten.service.tables.physics import (
 )
 from tauten.service.tables.qpcc import qpcc_tables, write_qpcc_tables
 from tauten.service.tables.reduced import reduced_tables, write_reduced_tables
+from tauten.service.tables.steps import control_table, steps_table, tip_sentences
 from tauten.service.tables.view import VIEW_BEGIN, VIEW_END, view_table, write_view_table
 
 __all__ = [
@@ -50,6 +51,7 @@ __all__ = [
     "check_tables",
     "closed_loop_tables",
     "contact_basis_tables",
+    "control_table",
     "element_tables",
     "energy_tables",
     "equilibria_tables",
@@ -62,6 +64,8 @@ __all__ = [
     "ranges",
     "reduced_tables",
     "sentences",
+    "steps_table",
+    "tip_sentences",
     "write_arm_tables",
     "write_check_tables",
     "write_closed_loop_tables",

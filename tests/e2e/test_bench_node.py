@@ -73,9 +73,9 @@ def test_a_node_that_ends_is_an_error_with_its_last_words(beam_file: Path) -> No
 def test_a_served_robot_is_measured(beam_file: Path, tmp_path: Path) -> None:
     page, file = tmp_path / "page.md", tmp_path / "node.json"
     page.write_text(f"before\n{NODE_BEGIN}\nold\n{NODE_END}\nafter\n", encoding="utf-8")
-    options = ["--seconds", "2", "--targets", "25", "--json", str(file), "--markdown", str(page)]
-    found = bench(str(beam_file), options, file)
-    assert (found["model"], found["rate_hz"], found["target_rate_hz"]) == ("full", 50.0, 25.0)
+    slow = ["--rate", "10", "--targets", "10", "--seconds", "4"]  # followed on a busy machine too
+    found = bench(str(beam_file), [*slow, "--json", str(file), "--markdown", str(page)], file)
+    assert (found["model"], found["rate_hz"], found["target_rate_hz"]) == ("full", 10.0, 10.0)
     assert found["deadlines"]["ticks"] > 10
     assert 0.0 < found["decide_ms"]["p50"] < found["step_ms"]["p50"]
     assert found["decide_ms"]["p50"] < found["latency_ms"]["p50"]
@@ -83,7 +83,7 @@ def test_a_served_robot_is_measured(beam_file: Path, tmp_path: Path) -> None:
     text = page.read_text(encoding="utf-8")
     assert "old" not in text
     assert text.startswith("before\n")
-    assert "| node, 50 Hz |" in text
+    assert "| node, 10 Hz |" in text
     assert "| busy with nothing |" in text
 
 

@@ -190,7 +190,7 @@ def test_the_loop_gets_its_priority_and_processor_where_permitted(
 def test_the_doctor_measures_what_a_node_needs(beam_file: Path) -> None:
     found = {finding.what: finding for finding in examine(load_setup(beam_file), 1.0)}
     assert "in use" in found["factorisation"].found
-    assert 1.0 < float(found["rate, requested / achieved"].found.split()[2]) < 51.0
+    assert 0.0 < float(found["rate, requested / achieved"].found.split()[2]) < 51.0
     assert found["clock resolution"].found.endswith(" ns")
     assert "numpy" in found
     assert found["threads of BLAS and OpenMP"].advice == ""

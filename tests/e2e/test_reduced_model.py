@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 import time
 from pathlib import Path
@@ -9,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.nodes import last_health, point_at
-from support.processes import Served, run_main, start, wait_alive
+from support.processes import Served, at_ordinary_priority, run_main, start, wait_alive
 from support.robots.thumb import write_thumb
 
 from tauten.controller import Controller
@@ -132,6 +133,7 @@ def test_full_model_watches_and_takes_over(thumb_file: Path) -> None:
             loop.prepare()
         end = time.monotonic() + 60.0
         while not fall_back.wanted and time.monotonic() < end:
+            at_ordinary_priority(os.getpid())
             fall_back.watch.look(loop.controller)
             time.sleep(0.01)
         assert fall_back.wanted
@@ -161,6 +163,7 @@ def test_model_where_it_was_trained_is_well(thumb_file: Path) -> None:
     try:
         end = time.monotonic() + 60.0
         while fall_back.watch.error is None and time.monotonic() < end:
+            at_ordinary_priority(os.getpid())
             fall_back.watch.look(controller)
             time.sleep(0.01)
         assert fall_back.watch.diagnostic().level is Level.OK
@@ -190,6 +193,7 @@ def test_run_of_the_reduced_model_replays(thumb_file: Path, tmp_path: Path) -> N
         served = Served(process, session, keys, port, log)
         end, found = time.monotonic() + 60.0, last_health(served)["model"]
         while "error_mm" not in found.values and time.monotonic() < end:
+            at_ordinary_priority(process.process.pid)
             for _ in range(25):
                 targets.put(encode_point(point_at(robot, 0.001, robot.frame)))
                 time.sleep(0.02)

@@ -45,6 +45,12 @@ print(value, sum(outer.stats.cache_hits.values()), sum(outer.stats.cache_misses.
 """
 
 
+def write(folder: Path) -> None:
+    """The package's files."""
+    for name, text in (("callee", CALLEE), ("caller", CALLER), ("main", MAIN)):
+        (folder / f"{name}.py").write_text(text)
+
+
 def run(folder: Path) -> tuple[float, int, int]:
     """Value of the outer kernel, cache hits and cache misses, in a new process."""
     environment = {**os.environ, "PYTHONPATH": str(folder), "PYTHONDONTWRITEBYTECODE": "1"}
@@ -60,8 +66,7 @@ def test_changed_callee_is_compiled_into_its_caller(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
-    for name, text in (("callee", CALLEE), ("caller", CALLER), ("main", MAIN)):
-        (tmp_path / f"{name}.py").write_text(text)
+    write(tmp_path)
     assert run(tmp_path) == (6.0, 0, 1)
     assert run(tmp_path) == (6.0, 1, 0), "unchanged sources are not compiled again"
     files = {path.name for path in tmp_path.rglob("*.nb?")}
@@ -82,8 +87,7 @@ def test_a_renamed_module_of_a_callee_is_compiled_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
-    for name, text in (("callee", CALLEE), ("caller", CALLER), ("main", MAIN)):
-        (tmp_path / f"{name}.py").write_text(text)
+    write(tmp_path)
     assert run(tmp_path) == (6.0, 0, 1)
     for name in ("caller", "main"):
         file = tmp_path / f"{name}.py"
@@ -91,3 +95,18 @@ def test_a_renamed_module_of_a_callee_is_compiled_again(
     os.utime(tmp_path / "caller.py")
     (tmp_path / "callee.py").rename(tmp_path / "renamed.py")
     assert run(tmp_path) == (6.0, 0, 1)
+
+
+def test_processes_that_start_together_compile_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
+    write(tmp_path)
+    environment = {**os.environ, "PYTHONPATH": str(tmp_path)}
+    command = [sys.executable, "main.py"]
+    together = [
+        subprocess.Popen(command, cwd=tmp_path, env=environment, stdout=subprocess.PIPE, text=True)
+        for _ in range(3)
+    ]
+    misses = [int(process.communicate(timeout=100)[0].split()[2]) for process in together]
+    assert sum(misses) == 1

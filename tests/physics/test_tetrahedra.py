@@ -9,19 +9,22 @@ from scipy.spatial.transform import Rotation
 from support.robots.bodies import box_mesh
 
 from tauten.model import make_pattern
+from tauten.model.materials import COROTATIONAL, EXACT, Law
 from tauten.model.mesh import TetMesh
 from tauten.model.numerics import Array
-from tauten.model.tetra import assemble, lumped_mass, rest_gradients
+from tauten.model.tetra import HELD, linear_domains, lumped_mass, make_solid
 
 LAME = (3e5, 2e5)  # Pa
 
 
 def forces(mesh: TetMesh, x: Array, exact: bool) -> tuple[Array, sp.csc_array]:
     pattern = make_pattern(np.zeros(len(mesh.nodes), dtype=bool), [mesh.tets])
-    slot, length = pattern.blocks(mesh.tets)
+    domains = [linear_domains(mesh, np.zeros(len(mesh.tets), dtype=np.int64))]
+    law = Law("of given constants", COROTATIONAL, (*LAME, 0.0, 0.0, 0.0), LAME)
+    solid = make_solid(domains, [law], pattern, len(mesh.tets))
+    assert solid.is_plain
     f, K = np.zeros_like(x), np.zeros(len(pattern.indices))
-    rest = (rest_gradients(mesh), mesh.volumes)
-    assemble(x, mesh.tets, rest, LAME, exact, (slot, length), f, K)
+    solid.assemble(x, EXACT if exact else HELD, f, K)
     return f, sp.csc_array((K, pattern.indices, pattern.indptr))
 
 

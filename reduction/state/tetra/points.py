@@ -11,9 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tauten.model.materials import COROTATIONAL
 from tauten.model.numerics import Array, Ints
-from tauten.model.tetra import Domains, Solid, TetRobot
+from tauten.model.tetra import Domains, TetRobot
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -38,14 +37,7 @@ class IntegrationPoints:
 
 def integration_points(robot: TetRobot) -> IntegrationPoints:
     """The integration points of a robot's body."""
-    part = robot.elements
-    if isinstance(part, Solid):
-        domains, (kinds, constants) = part.domains, part.laws
-    else:
-        first = np.zeros(len(part.volumes), dtype=np.int64)
-        domains = (Domains(robot.mesh.tets, part.gradients[:, None], part.volumes[:, None], first),)
-        kinds, constants = np.array([COROTATIONAL]), np.zeros((1, 5))
-        constants[0, :2] = robot.material.lame
+    domains, (kinds, constants) = robot.elements.domains, robot.elements.laws
     law = np.concatenate([np.repeat(part.law, part.volumes.shape[1]) for part in domains])
     return IntegrationPoints(
         domains=domains,

@@ -14,6 +14,7 @@ from support.effectors import BEAM_KINDS, END, beams, disturbed, moved, solid
 from tauten.model import EffectorLayout, Pose, State
 from tauten.model.effectors import FrameMeasure, frame_coefficients
 from tauten.model.numerics import Array, matrix_quaternion, rotated_by, rotation_between
+from tauten.model.tetra import TetRobot
 
 FRAME = {"name": "tool", "kind": "frame", "region": END, "point": [0.12, 0.0, 0.01]}
 vectors = st.lists(st.floats(-3.0, 3.0), min_size=3, max_size=3).map(np.array)
@@ -24,10 +25,18 @@ def wxyz(rotation: Rotation) -> Array:
     return found if found[0] >= 0.0 else -found
 
 
-@settings(max_examples=50, deadline=None)
-@given(vectors, vectors)
-def test_a_rigid_motion_of_all_nodes_is_that_of_the_frame(turn: Array, shift: Array) -> None:
-    robot, rotation = solid([FRAME]), Rotation.from_rotvec(turn)
+@pytest.fixture(scope="module")
+def framed() -> TetRobot:
+    """A solid with a frame."""
+    return solid([FRAME])
+
+
+@settings(max_examples=50)
+@given(turn=vectors, shift=vectors)
+def test_a_rigid_motion_of_all_nodes_is_that_of_the_frame(
+    framed: TetRobot, turn: Array, shift: Array
+) -> None:
+    robot, rotation = framed, Rotation.from_rotvec(turn)
     x = rotation.apply(robot.mesh.nodes) + shift
     values = robot.effectors.values(x)
     np.testing.assert_allclose(values[:3], rotation.apply([0.12, 0.0, 0.01]) + shift, atol=1e-12)

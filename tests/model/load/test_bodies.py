@@ -17,7 +17,6 @@ from tauten.model.load import build_robot, make_robot
 from tauten.model.mesh import MeshError
 from tauten.model.numerics import Array
 from tauten.model.schema import Changes, RobotConfig, RobotFileError, validated
-from tauten.model.tetra import Elements, Solid
 
 SIZE = (0.1, 0.02, 0.02)
 MESH = box_mesh(SIZE, (8, 2, 2))
@@ -90,7 +89,7 @@ def test_three_fingers_of_one_mesh_move_like_one(element: str) -> None:
         turn, place = pose(angle)
         expected = turn.apply(one.robot.nodes(one.state)) + place  # type: ignore[attr-defined]
         assert np.allclose(found, expected, atol=1e-8)
-    assert isinstance(three.robot.elements, Elements) == (element == "linear")  # type: ignore[attr-defined]
+    assert three.robot.elements.is_plain == (element == "linear")  # type: ignore[attr-defined]
 
 
 def test_bodies_do_not_couple_without_attachments() -> None:
@@ -119,7 +118,7 @@ def test_scale_and_materials_of_each_body() -> None:
     settings = beam_config(SIZE, bodies=bodies, regions=[region], material=RUBBER, fixed=[])
     del settings["mesh"]
     robot = built(settings, 2)
-    assert isinstance(robot.elements, Solid)
+    assert not robot.elements.is_plain
     volume = np.prod(SIZE)
     assert robot.mesh.volumes.sum() == pytest.approx(9.0 * volume)
     assert np.ptp(robot.mesh.nodes[:, 0]) == pytest.approx(0.2)

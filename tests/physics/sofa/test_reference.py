@@ -12,14 +12,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.sofa_elements import assemble_with, polar_frames
 
 from tauten.model import Simulator
 from tauten.model.load import build_robot
 from tauten.model.mesh import TetMesh, checked, read_mesh
-from tauten.model.numerics import Array, Ints
+from tauten.model.numerics import Array
 from tauten.model.schema import RobotConfig
 from tauten.model.tetra import TetRobot
-from tauten.model.tetra import robot as robot_module
+from tauten.model.tetra import solid as solid_module
 
 ROUTE = np.array(
     [[-x, 12.5, 2.5] for x in (17.5, 32.5, 47.5, 62.5, 77.5)]
@@ -53,38 +54,6 @@ def softrobots_finger(mesh: TetMesh) -> TetRobot:
     return build_robot(config, mesh, "softrobots_finger")
 
 
-def edge_rotations(x: Array, tets: Ints) -> Array:
-    U, _, Vt = np.linalg.svd(np.swapaxes(x[tets[:, 1:]] - x[tets[:, :1]], 1, 2))
-    rotations: Array = U @ Vt
-    return rotations
-
-
-def assemble_with_edge_rotations(rest: Array):  # type: ignore[no-untyped-def]
-    """`tetrahedra.assemble`, rotations from the edges as SOFA's 'polar' has them, written plainly."""
-
-    def assemble(x, tets, rest_arrays, lame, exact, places, force, K):  # type: ignore[no-untyped-def]
-        (gradients, volumes), (slot, length) = rest_arrays, places
-        lam, mu = lame
-        R = edge_rotations(x, tets) @ np.swapaxes(edge_rotations(rest, tets), 1, 2)
-        A = np.swapaxes(R, 1, 2) @ np.einsum("eai,eaj->eij", x[tets], gradients)
-        strain = 0.5 * (A + np.swapaxes(A, 1, 2)) - np.eye(3)
-        trace = np.trace(strain, axis1=1, axis2=2)[:, None, None]
-        P = R @ (2.0 * mu * strain + lam * trace * np.eye(3))
-        np.add.at(force, tets, -volumes[:, None, None] * np.einsum("eij,eaj->eai", P, gradients))
-        g = np.einsum("eij,eaj->eai", R, gradients)
-        blocks = (
-            lam * np.einsum("eai,ebj->eabij", g, g)
-            + mu * np.einsum("ebi,eaj->eabij", g, g)
-            + mu * np.einsum("eak,ebk,ij->eabij", g, g, np.eye(3))
-        ) * volumes[:, None, None, None, None]
-        free = slot >= 0
-        for i in range(3):
-            for j in range(3):
-                np.add.at(K, (slot + j * length[:, None, :] + i)[free], blocks[..., i, j][free])
-
-    return assemble
-
-
 def pull_curve(robot: TetRobot, reference: Path, every: int) -> tuple[Array, Array, Array]:
     """Pulls [mm], tip errors [mm] and relative tension errors against the reference curve."""
     curve = np.loadtxt(reference / "softrobots_finger_pull_polar.csv", delimiter=",", skiprows=1)
@@ -106,7 +75,8 @@ def test_finger_with_sofas_rotations_gives_sofas_digits(
     reference: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     mesh = read_mesh(reference / "softrobots_finger.vtk", "mm")
-    monkeypatch.setattr(robot_module, "assemble", assemble_with_edge_rotations(mesh.nodes))
+    patched = assemble_with(polar_frames, mesh)
+    monkeypatch.setattr(solid_module, "assemble_corotational", patched)
     _, tip_error, tension_error = pull_curve(softrobots_finger(mesh), reference, every=10)
     assert tip_error.max() < 1e-4  # mm, of up to 78 mm of travel
     assert np.abs(tension_error).max() < 1e-5
@@ -164,8 +134,8 @@ def test_beam_under_gravity_follows_sofas_load_curve(
 ) -> None:
     robot = beam(reference)
     if sofas_rotations:
-        patched = assemble_with_edge_rotations(robot.mesh.nodes)
-        monkeypatch.setattr(robot_module, "assemble", patched)
+        patched = assemble_with(polar_frames, robot.mesh)
+        monkeypatch.setattr(solid_module, "assemble_corotational", patched)
     curve = np.loadtxt(reference / "beam_coarse_gravity_polar.csv", delimiter=",", skiprows=1)
     end = robot.mesh.nodes[:, 0] > 1.0 - 1e-9
     state = Simulator(robot, contact="none").state

@@ -2,27 +2,21 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.console import Console
-from rich.progress import Progress
 
-from tauten.service.cli.bench import Json
-from tauten.service.process import write_text
+from tauten.service.cli.terminal import Json, Markdown, progress_bar, show_tables, write_json
 
 if TYPE_CHECKING:
     from tauten.service.bench.physics import EnergyBench
 
-Markdown = Annotated[Path | None, typer.Option(help="Page to put the tables into.")]
-
 
 def elements(
     json_file: Json = None,
-    markdown: Annotated[Path | None, typer.Option(help="Page to put the tables into.")] = None,
+    markdown: Markdown = None,
     robot: Annotated[str, typer.Option(help="A shipped robot's name, or a robot file.")] = "finger",
     law: Annotated[list[str] | None, typer.Option(help="Law of the material, or several.")] = None,
     pull: Annotated[
@@ -56,15 +50,10 @@ def elements(
         reference=reference,
         contact=contact,
     )
-    with Progress(console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("elements", total=1.0)
-        result = bench_elements(
-            settings, lambda share, what: bar.update(task, advance=share, description=what)
-        )
-    for table in element_tables(result):
-        Console(width=160).print(table.rich())
-    if json_file is not None:
-        write_text(json_file, json.dumps(asdict(result), indent=2) + "\n")
+    with progress_bar("elements") as report:
+        result = bench_elements(settings, report)
+    show_tables(element_tables(result), 160)
+    write_json(result, json_file)
     if markdown is not None:
         write_element_tables(result, markdown)
 
@@ -93,15 +82,10 @@ def energy(
     from tauten.service.tables import energy_tables, write_energy_tables
 
     chosen = EnergySettings(tuple(robot or EnergySettings().robots), seconds, path_seconds)
-    with Progress(console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("energy", total=1.0)
-        result = bench_energy(
-            chosen, lambda share, what: bar.update(task, advance=share, description=what)
-        )
-    for table in energy_tables(result):
-        Console(width=120).print(table.rich())
-    if json_file is not None:
-        write_text(json_file, _energy_json(result))
+    with progress_bar("energy") as report:
+        result = bench_energy(chosen, report)
+    show_tables(energy_tables(result), 120)
+    write_json(_energy_numbers(result), json_file)
     if figure is not None:
         draw_energy(result, figure)
     if distance_figure is not None and result.paths:
@@ -110,9 +94,9 @@ def energy(
         write_energy_tables(result, markdown)
 
 
-def _energy_json(result: EnergyBench) -> str:
+def _energy_numbers(result: EnergyBench) -> dict[str, Any]:
     """The numbers, without the courses of distances."""
-    contents = {
+    return {
         "machine": asdict(result.machine),
         "courses": [asdict(course) for course in result.courses],
         "costs": [asdict(cost) for cost in result.costs],
@@ -123,7 +107,6 @@ def _energy_json(result: EnergyBench) -> str:
             for item in result.paths
         },
     }
-    return json.dumps(contents, indent=2) + "\n"
 
 
 def equilibria(
@@ -154,14 +137,9 @@ def equilibria(
     chosen = EquilibriaSettings(
         tuple(robot or EquilibriaSettings().robots), starts, models, contact=contact
     )
-    with Progress(console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("equilibria", total=1.0)
-        result = bench_equilibria(
-            chosen, lambda share, what: bar.update(task, advance=share, description=what)
-        )
-    for table in equilibria_tables(result):
-        Console(width=120).print(table.rich())
-    if json_file is not None:
-        write_text(json_file, json.dumps(asdict(result), indent=2) + "\n")
+    with progress_bar("equilibria") as report:
+        result = bench_equilibria(chosen, report)
+    show_tables(equilibria_tables(result), 120)
+    write_json(result, json_file)
     if markdown is not None:
         write_equilibria_tables(result, markdown)

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-import json
-from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
 
-from tauten.service.cli.bench import Json
-from tauten.service.cli.options import Model
-from tauten.service.process import write_text
+from tauten.service.cli.terminal import Json, Markdown, Model, show_tables, write_json
 
 if TYPE_CHECKING:
     from tauten.service.bench import NodeBench
@@ -35,7 +31,7 @@ def node(
         bool, typer.Option("--viewer", help="Also show the robot with `tauten view` meanwhile.")
     ] = False,
     json_file: Json = None,
-    markdown: Annotated[Path | None, typer.Option(help="Page to put the table into.")] = None,
+    markdown: Markdown = None,
 ) -> None:
     """Serve a robot, stream targets, and show deadlines, step, overhead and latency of its ticks.
 
@@ -68,14 +64,13 @@ def node(
             results.append(found)
             _keep(results, json_file, markdown)
     if results:
-        Console().print(node_table(results).rich())
+        show_tables([node_table(results)])
 
 
 def _keep(results: list[NodeBench], json_file: Path | None, markdown: Path | None) -> None:
     """Write the results so far into files."""
     from tauten.service.tables import write_node_tables
 
-    if json_file is not None:
-        write_text(json_file, json.dumps([asdict(result) for result in results], indent=2) + "\n")
+    write_json(results, json_file)
     if markdown is not None:
         write_node_tables(results, markdown)

@@ -56,3 +56,5 @@ DriveOption = Annotated[
     Literal["pull", "tension"],
     typer.Option("--drive", help="Command that the plant's winches follow."),
 ]
+Json = Annotated[Path | None, typer.Option("--json", help="Write the numbers to this file.")]
+Markdown = Annotated[Path | None, typer.Option(help="Page to put the tables into.")]

@@ -2,24 +2,27 @@
 
 from __future__ import annotations
 
-import json
-from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated
 
 import typer
 from rich.console import Console
-from rich.progress import Progress
 
-from tauten.service.cli.bench import Json, show_mesh_error
-from tauten.service.process import write_text
+from tauten.service.cli.terminal import (
+    Json,
+    Markdown,
+    progress_bar,
+    show_mesh_error,
+    show_tables,
+    write_json,
+)
 
 
 def closed_loop(
     robot: Annotated[str, typer.Argument(help="A shipped robot's name, or a robot file.")],
     json_file: Json = None,
     figures: Annotated[Path | None, typer.Option(help="Folder for a figure of each case.")] = None,
-    markdown: Annotated[Path | None, typer.Option(help="Page to put the tables into.")] = None,
+    markdown: Markdown = None,
     seconds: Annotated[float, typer.Option(min=1.0, help="Duration of each case.")] = 4.0,
     seed: Annotated[int, typer.Option(help="Seed of the random walk.")] = 0,
 ) -> None:
@@ -34,25 +37,15 @@ def closed_loop(
     if isinstance(setup.contact, str):
         raise typer.BadParameter(f"{robot} has no contact basis: tauten reduce {robot} makes one")
     settings = ClosedLoopSettings(seconds, seed)
-    with (
-        stop_on_signals() as stop,
-        Progress(console=Console(stderr=True), transient=True) as bar,
-    ):
-        task = bar.add_task("targets in reach", total=1.0)
-
-        def progress(share: float, what: str) -> None:
-            bar.update(task, advance=share, description=what)
-
+    with stop_on_signals() as stop, progress_bar("targets in reach") as report:
         result, runs = bench_closed_loop(
-            setup.robot, setup.path, setup.contact, settings, stop, progress
+            setup.robot, setup.path, setup.contact, settings, stop, report
         )
-    for table in closed_loop_tables(result):
-        Console().print(table.rich())
+    show_tables(closed_loop_tables(result))
     show_mesh_error(setup.path, setup.robot)
     if not result.complete:
         Console().print("stopped early: the tables have the runs that were done")
-    if json_file is not None:
-        write_text(json_file, json.dumps(asdict(result), indent=2) + "\n")
+    write_json(result, json_file)
     if figures is not None:
         figures.mkdir(parents=True, exist_ok=True)
         for one in runs:

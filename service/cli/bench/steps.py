@@ -1,0 +1,48 @@
+"""`tauten bench steps` and `gallery`: times of whole steps."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from tauten.service.cli.terminal import Json, progress_bar, show_mesh_error, show_tables, write_json
+
+
+def steps(
+    robot: Annotated[str, typer.Argument(help="A robot file.")],
+    refinements: Annotated[int, typer.Option(min=0, max=3, help="Uniform refinements.")] = 0,
+    factorisation: Annotated[str, typer.Option(help="auto, pardiso, cholmod, superlu.")] = "auto",
+    count: Annotated[int, typer.Option("--steps", min=5, help="Number of steps to measure.")] = 100,
+    json_file: Json = None,
+) -> None:
+    """Forward and inverse steps without contact, on a mesh and its refinements."""
+    from tauten.model import load_robot
+    from tauten.model.load import robot_path
+    from tauten.service.bench import bench_steps
+    from tauten.service.tables import steps_table
+
+    with progress_bar(f"steps of {robot}") as report:
+        result = bench_steps(robot, refinements, factorisation, count, report)
+    show_tables([steps_table(result)])
+    show_mesh_error(robot_path(robot), load_robot(robot, refinements=refinements))
+    write_json(result, json_file)
+
+
+def gallery(
+    robots: Annotated[
+        list[str] | None, typer.Argument(help="Robots to measure; default: all of the gallery.")
+    ] = None,
+    count: Annotated[int, typer.Option("--steps", min=20, help="Inverse steps of each.")] = 300,
+    json_file: Json = None,
+) -> None:
+    """Sizes, inverse steps of full and reduced model, errors and campaigns of the gallery's robots."""
+    from tauten.model.robots.gallery import ROBOTS
+    from tauten.service.bench import bench_gallery
+    from tauten.service.tables import gallery_table
+
+    names = tuple(robots or ROBOTS)
+    with progress_bar("gallery") as report:
+        result = bench_gallery(names, count, report)
+    show_tables([gallery_table(result)], 200)
+    write_json(result, json_file)

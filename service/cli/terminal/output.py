@@ -1,0 +1,88 @@
+"""Progress bars, tables and JSON files of commands."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol
+
+from rich.console import Console
+from rich.progress import Progress
+
+from tauten.service.process import write_text
+
+if TYPE_CHECKING:
+    from tauten.model import Robot
+    from tauten.service.tables import Numbers
+
+
+class ShowProgress(Protocol):
+    """What a computation calls when a share of it is done."""
+
+    def __call__(self, share: float, what: str = "") -> None:
+        """Show that `share` more of the whole (1) is done, and what comes next."""
+
+
+@contextmanager
+def progress_bar(title: str) -> Iterator[ShowProgress]:
+    """A bar on stderr while a command works.
+
+    Args:
+        title: text beside the bar until the first report.
+
+    Yields:
+        What the work calls with the share that is done since the last call (1 is all), and a text.
+    """
+    with Progress(console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task(title, total=1.0)
+
+        def report(share: float, what: str = "") -> None:
+            bar.update(task, advance=share, description=what or title)
+
+        yield report
+
+
+def show_tables(tables: Iterable[Numbers], width: int | None = None) -> None:
+    """Print tables to stdout.
+
+    Args:
+        tables: to print, in this order.
+        width: of the output in characters; None: that of the terminal.
+    """
+    console = Console(width=width)
+    for table in tables:
+        console.print(table.rich())
+
+
+def show_mesh_error(path: Path, robot: Robot) -> None:
+    """Print the error of a robot's mesh, as far as it is known.
+
+    Args:
+        path: of the robot file.
+        robot: made from it.
+    """
+    from tauten.service.check import mesh_error_text
+
+    Console().print(f"mesh error: {mesh_error_text(path, robot.digest)}")
+
+
+def write_json(result: Any, path: Path | None) -> None:
+    """Write numbers as JSON, the whole file or nothing.
+
+    Args:
+        result: a dataclass, a sequence of them, or a mapping of what JSON can hold.
+        path: of the file; None: nothing is written.
+    """
+    if path is None:
+        return
+    contents: Any
+    if isinstance(result, Mapping):
+        contents = result
+    elif isinstance(result, (list, tuple)):
+        contents = [asdict(item) for item in result]
+    else:
+        contents = asdict(result)
+    write_text(path, json.dumps(contents, indent=2) + "\n")

@@ -1,0 +1,48 @@
+"""Times of steps as tables: by stage for each kind of contact, and by mesh without contact."""
+
+from __future__ import annotations
+
+from tauten.service.bench import ControlBench, StepBench
+from tauten.service.tables.numbers import Numbers, milliseconds
+
+
+def control_table(result: ControlBench) -> Numbers:
+    """Stages of a control step with contact none, full and reduced, and errors of the tip."""
+    sizes = result.sizes
+    title = (
+        f"{result.robot}: {sizes.nodes} nodes, {sizes.elements} elements, {sizes.candidates} candidates; "
+        f"{result.factorisation}; median / p99 in ms"
+    )
+    rows = []
+    for stage in (*result.control[0].stages_ms, *result.control[0].whole_ms):
+        spreads = [{**times.stages_ms, **times.whole_ms}[stage] for times in result.control]
+        rows.append((stage, *(milliseconds(value) for value in spreads)))
+    rows.append(("tip error [mm]", *(milliseconds(times.tip_error_mm) for times in result.control)))
+    rows.append(("status", *(", ".join(times.statuses) for times in result.control)))
+    return Numbers(title, ("stage", *(times.contact for times in result.control)), tuple(rows))
+
+
+def tip_sentences(result: ControlBench) -> list[str]:
+    """How far the tip is with reduced contact from where it is with pointwise contact."""
+    return [
+        f"tip of reduced against pointwise contact, {'with' if error.enriched else 'without'} enrichment: "
+        f"mean {error.mean_mm:.3f}, max {error.max_mm:.3f} mm at {error.pulls} pulls; deepest gap "
+        f"{error.deepest_gap_mm:.3f} mm"
+        for error in result.tip_error
+    ]
+
+
+def steps_table(result: StepBench) -> Numbers:
+    """Forward and inverse steps without contact, on a mesh and its refinements."""
+    rows = tuple(
+        (
+            str(mesh.sizes.nodes),
+            str(mesh.sizes.elements),
+            mesh.factorisation,
+            milliseconds(mesh.forward_ms),
+            milliseconds(mesh.inverse_ms),
+        )
+        for mesh in result.meshes
+    )
+    title = f"{result.robot}: one step without contact, median / p99 in ms"
+    return Numbers(title, ("nodes", "elements", "factorisation", "forward", "inverse"), rows, 0)
