@@ -21,6 +21,7 @@ class Body(NamedTuple):
         kind: (s,) density of each element's law.
         constants: (s, 5) constants of its law, (λ, μ) of a corotational one [Pa].
         corotational: whether all laws are corotational.
+        turns: whether any is, and needs the rotations of F.
         stiffness: (r, r) Σ 2 μ w V GᵀG where they are, else zero.
         drift: (r,) Σ 2 μ w V Gᵀ I where they are, else zero.
     """
@@ -30,6 +31,7 @@ class Body(NamedTuple):
     kind: Ints
     constants: Array
     corotational: bool
+    turns: bool
     stiffness: Array
     drift: Array
 

@@ -44,8 +44,11 @@ def assemble_elements(alpha: Array, exact: bool, body: Body, work: Work) -> int:
     np.dot(body.gradient, alpha, work.F.reshape(-1))
     for i in range(3):
         work.F[:, i, i] += 1.0
-    polar_rotations(work.F, work.R)
     n = len(body.volume)
+    if body.turns or not exact:
+        polar_rotations(work.F, work.R)
+    else:
+        work.R[:] = 0.0  # no law reads it
     if body.corotational:
         for e in range(n):
             lam, mu = body.constants[e, 0], body.constants[e, 1]
