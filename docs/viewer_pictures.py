@@ -9,7 +9,6 @@ playwright, and writes `docs/figures/viewer-*.png`.
 from __future__ import annotations
 
 import argparse
-import shutil
 import socket
 import subprocess
 import sys
@@ -20,16 +19,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from playwright.sync_api import Browser, Page, sync_playwright
+import chromium
+from playwright.sync_api import Browser, Page
 
 FIGURES = Path(__file__).resolve().parent / "figures"
-ARGUMENTS = [
-    "--no-sandbox",
-    "--use-gl=angle",
-    "--use-angle=swiftshader",
-    "--enable-unsafe-swiftshader",
-    "--ignore-gpu-blocklist",
-]
 SIZE = {"width": 1280, "height": 800}
 START = 180.0  # s
 PICTURES = ("simulate", "manipulator", "export")
@@ -108,9 +101,7 @@ def main() -> None:
     )
     parser.add_argument("--only", nargs="*", choices=PICTURES, help="default: all")
     settings = parser.parse_args()
-    path = shutil.which("chromium") or shutil.which("google-chrome")
-    with sync_playwright() as driver, tempfile.TemporaryDirectory() as folder:
-        browser = driver.chromium.launch(executable_path=path, args=ARGUMENTS)
+    with chromium.launched() as browser, tempfile.TemporaryDirectory() as folder:
         robot, wanted = settings.robot, settings.only or list(PICTURES)
         if "simulate" in wanted:
             with viewer(robot, "--simulate", "--path", "reach") as address:
@@ -123,7 +114,6 @@ def main() -> None:
             command = [sys.executable, "-m", "tauten.service", "view", robot, "--simulate"]
             subprocess.run([*command, "--path", "reach", "--export", str(html)], check=True)
             take(browser, html.as_uri(), "viewer-export.png", "3")
-        browser.close()
 
 
 if __name__ == "__main__":

@@ -206,11 +206,19 @@ class Robot(Protocol):
         """Directions in which contacts push the candidates, NaN out of range: (n_c, 3), for drawing."""
 
     @property
-    def cable_owners(self) -> Ints:
-        """The actuator of every segment that `cable_segments` gives: (s,)."""
+    def segment_owners(self) -> Ints:
+        """The actuator of every segment that `actuator_segments` gives: (s,)."""
 
-    def cable_segments(self, state: State) -> Array:
-        """Both ends of every straight piece of the cables: (s, 2, 3) [m], for drawing."""
+    def actuator_segments(self, state: State) -> Array:
+        """Segments by which actuators are drawn: (s, 2, 3) [m].
+
+        Of cables both ends of every straight piece; of forces, drives and slides where they act, and the
+        point one metre along their direction or axis.
+        """
+
+    @property
+    def chamber_owners(self) -> Ints:
+        """The actuator whose chamber each of `triangles` encloses, −1 where none: (t,)."""
 
     def displacement(self, dq: Array) -> float:
         """Largest displacement of a node in a change dq (n,) of the configuration [m]."""

@@ -1,4 +1,4 @@
-"""What of a robot is drawn: the skin of its deformed body, its cables, the contacts that push."""
+"""What of a robot is drawn: the skin of its deformed body, its actuators, the contacts that push."""
 
 from __future__ import annotations
 
@@ -38,12 +38,12 @@ class Geometry:
 
     Attributes:
         vertices: (P, 3) of its skin [m].
-        cables: (s, 2, 3) ends of the cable segments [m].
+        segments: (s, 2, 3) segments of the actuators [m], see `Robot.actuator_segments`.
         contacts: that push.
     """
 
     vertices: Floats
-    cables: Floats
+    segments: Floats
     contacts: Contacts
 
 
@@ -69,7 +69,7 @@ class SkinMesh:
         """
         return Geometry(
             robot.points(state)[self.used].astype(np.float32),
-            robot.cable_segments(state).astype(np.float32),
+            robot.actuator_segments(state).astype(np.float32),
             NO_CONTACTS if lam is None else pushing_contacts(robot, state, lam),
         )
 

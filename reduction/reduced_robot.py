@@ -141,13 +141,18 @@ class ReducedRobot(ABC):
         return self.full.pairs
 
     @property
-    def cable_owners(self) -> Ints:
-        """The actuator of every segment that `cable_segments` gives: (s,)."""
-        return self.full.cable_owners
+    def segment_owners(self) -> Ints:
+        """The actuator of every segment that `actuator_segments` gives: (s,)."""
+        return self.full.segment_owners
 
-    def cable_segments(self, state: State) -> Array:
+    @property
+    def chamber_owners(self) -> Ints:
+        """The actuator whose chamber each of `triangles` encloses, −1 where none: (t,)."""
+        return self.full.chamber_owners
+
+    def actuator_segments(self, state: State) -> Array:
         """Both ends of every straight piece of the cables: (s, 2, 3) [m]; as long as the mesh."""
-        return self.full.cable_segments(self.lifted(state))
+        return self.full.actuator_segments(self.lifted(state))
 
     def rest(self) -> State:
         """The stress-free state at standstill."""

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import os
 import re
-import shlex
-import shutil
 import subprocess
 import sys
 from pathlib import Path
 
+import chromium
+import film_strip
 import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
-TUTORIAL = ROOT / "docs" / "tutorials" / "own_robot.md"
+PAGES = [ROOT / "docs" / "start.md", ROOT / "docs" / "tutorials" / "own_robot.md"]
 
 
 @pytest.fixture(scope="module")
@@ -51,27 +50,97 @@ def test_the_reference_has_every_table_and_command(site: Path) -> None:
         assert f"tauten {command}" in commands
 
 
-def tutorial_commands() -> list[str]:
-    """The commands of the tutorial that are marked to be run."""
-    text = TUTORIAL.read_text(encoding="utf-8")
-    return re.findall(r"<!-- run -->\n```sh\n(.*?)\n```", text, flags=re.DOTALL)
+@pytest.mark.slow
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_the_commands_of_a_page_run_as_written(page: Path, tmp_path: Path) -> None:
+    """In the environment of the tests; the picture shows every step."""
+    pytest.importorskip("netgen", reason="tauten[mesh] is not installed")
+    pytest.importorskip("playwright", reason="playwright is not installed")
+    if chromium.installed() is None:
+        pytest.skip("no Chromium on this computer: apt-get install chromium")
+    shots = film_strip.film(page, film_strip.copy_of_repository(tmp_path), here=True)
+    commands = " ".join(shot.step.code for shot in shots)
+    for command in ("view", "demo", "serve", "stream"):
+        assert f"tauten {command}" in commands
+    assert sum(shot.picture is not None for shot in shots) >= 2
+    film_strip.draw(shots, tmp_path / "strip.png")
+    assert (tmp_path / "strip.png").stat().st_size > 100_000
 
 
 @pytest.mark.slow
-def test_the_commands_of_the_tutorial_run_as_written(tmp_path: Path) -> None:
-    pytest.importorskip("netgen", reason="tauten[mesh] is not installed")
-    shutil.copytree(ROOT / "examples", tmp_path / "examples")
-    commands = tutorial_commands()
-    assert len(commands) >= 3
-    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
-    for command in commands:
-        done = subprocess.run(
-            shlex.split(command),
-            cwd=tmp_path,
-            env={**os.environ, "PATH": path},
-            capture_output=True,
-            text=True,
-        )
-        assert done.returncode == 0, f"{command}\n{done.stdout}\n{done.stderr}"
-    assert (tmp_path / "bender" / "check.png").stat().st_size > 10_000
-    assert (tmp_path / "bender" / "demo" / "run.mcap").exists()
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_the_commands_of_a_page_run_in_a_new_environment(page: Path, tmp_path: Path) -> None:
+    """With everything installed and compiled anew, as a newcomer does it."""
+    pytest.importorskip("playwright", reason="playwright is not installed")
+    if chromium.installed() is None:
+        pytest.skip("no Chromium on this computer: apt-get install chromium")
+    try:
+        shots = film_strip.film(page, film_strip.copy_of_repository(tmp_path))
+    except film_strip.StepError as error:
+        if "No matching distribution" in str(error) or "connection" in str(error).lower():
+            pytest.skip(f"packages cannot be installed here: {str(error).splitlines()[-1]}")
+        raise
+    assert any(film_strip.INSTALLS in shot.step.code for shot in shots)
+
+
+def test_blocks_are_run_as_their_comments_say(tmp_path: Path) -> None:
+    page = tmp_path / "page.md"
+    page.write_text(
+        """# Page
+## First
+
+<!-- run beside; until: ready -->
+```sh
+trap 'echo over > ended' INT; echo ready; sleep 60 & wait
+```
+
+<!-- run; picture: made-* -->
+```sh
+export WHO=there
+echo hello > made-1.png
+```
+
+```sh
+touch not-marked
+```
+
+## Second
+
+<!-- run -->
+```python
+import os; print("hello", os.environ["WHO"], os.path.exists("ended"))
+```
+
+<!-- run for 0 s; until: sending -->
+```sh
+trap 'exit 0' INT; echo sending; sleep 60 & wait
+```
+""",
+        encoding="utf-8",
+    )
+    folder = tmp_path / "folder"
+    folder.mkdir()
+    beside, run, python, ended = film_strip.film(page, folder)
+    assert (beside.step.section, beside.output) == ("First", "ready\n")
+    assert run.picture == folder / "made-1.png"
+    assert python.output == "hello there True\n"
+    assert ended.output == "sending\n"
+    assert not (folder / "not-marked").exists()
+
+
+@pytest.mark.parametrize(
+    ("block", "match"),
+    [
+        ("<!-- run -->\n```sh\nfalse\n```", "ended with 1"),
+        ("<!-- run; picture: none.png -->\n```sh\ntrue\n```", "has not written none.png"),
+        ("<!-- run beside; until: never -->\n```sh\necho ready\n```", "has not printed 'never'"),
+        ("<!-- run in a browser -->\n```sh\ntrue\n```", "has opened no page"),
+    ],
+)
+def test_a_block_that_does_not_do_what_its_page_says(
+    block: str, match: str, tmp_path: Path
+) -> None:
+    page = tmp_path / "page.md"
+    page.write_text(f"# Page\n\n{block}\n", encoding="utf-8")
+    with pytest.raises(film_strip.StepError, match=match):
+        film_strip.film(page, tmp_path)

@@ -68,10 +68,33 @@ class ActuatorSet:
         return self.cables.n_a + len(self.chambers) + len(self.forces)
 
     @property
-    def cable_owners(self) -> Ints:
-        """The actuator of every segment of a cable: (s,)."""
-        owners = self.cables.owner
-        return owners if self.coupling is None else self.coupling.motors[owners]
+    def segment_members(self) -> Ints:
+        """The single actuator of every segment that `segments` gives: (s,)."""
+        first = self.cables.n_a + len(self.chambers)
+        return np.concatenate([self.cables.owner, first + np.arange(len(self.forces))])
+
+    def segments(self, x: Array) -> Array:
+        """Segments by which cables and forces are drawn: (s, 2, 3) [m].
+
+        Args:
+            x: (n_nodes, 3) node positions [m].
+        """
+        return np.concatenate([self.cables.segments(x), self.forces.segments(x)])
+
+    def chamber_members(self, triangles: Ints) -> Ints:
+        """The single actuator whose chamber each of some triangles (t, 3) encloses; −1 where none: (t,)."""
+        members = np.full(len(triangles), -1)
+        number = {tuple(one): i for i, one in enumerate(np.sort(triangles, axis=1).tolist())}
+        for corners, chamber in zip(
+            np.sort(self.chambers.triangles, axis=1).tolist(), self.chambers.owner, strict=True
+        ):
+            if tuple(corners) in number:
+                members[number[tuple(corners)]] = self.cables.n_a + chamber
+        return members
+
+    def motors(self, members: Ints) -> Ints:
+        """The actuators (m,) that drive single actuators (m,); −1 remains −1."""
+        return members if self.coupling is None else self.coupling.motors_of(members)
 
     def rows(self, x: Array, dof: Ints, n: int) -> Rows:
         """Positions δ_a and H_a: Rows of (n_a, n).

@@ -27,10 +27,10 @@ class BeamActuators:
     cable_slot: tuple[Ints, Ints]
 
     @property
-    def cable_owners(self) -> Ints:
+    def segment_owners(self) -> Ints:
         """The actuator of every segment of a cable: (s,)."""
         owners = self.cables.owner
-        return owners if self.coupling is None else self.coupling.motors[owners]
+        return owners if self.coupling is None else self.coupling.motors_of(owners)
 
     def rows(self, x: Array, Q: Array, dof: Ints, n: int) -> Rows:
         """Positions δ_a and H_a: Rows of (n_a, n) [m].

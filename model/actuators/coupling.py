@@ -50,6 +50,11 @@ class Coupling:
         motors[gains.col] = gains.row
         return motors
 
+    def motors_of(self, members: Ints) -> Ints:
+        """The motors (m,) of members (m,); −1 remains −1."""
+        motors: Ints = np.append(self.motors, -1)[members]
+        return motors
+
     def rows(self, members: Rows) -> Rows:
         """Rows of the motors (n_a, n) from those of the members."""
         return Rows(sp.csr_array(self.gains @ members.H), self.gains @ members.delta)

@@ -33,13 +33,22 @@ class ForceSet:
     Attributes:
         H: (f, n) constant rows.
         rest: (f,) H q₀ [m].
+        weights: (f, n_nodes) of the nodes in the point of each force.
+        directions: (f, 3) unit vectors.
     """
 
     H: sp.csr_array
     rest: Array
+    weights: sp.csr_array
+    directions: Array
 
     def __len__(self) -> int:
         return len(self.rest)
+
+    def segments(self, x: Array) -> Array:
+        """Points of the forces at node positions x (n_nodes, 3), and one metre along them: (f, 2, 3) [m]."""
+        points = self.weights @ x
+        return np.stack([points, points + self.directions], axis=1)
 
     def rows(self, q: Array) -> Rows:
         """Displacements along the directions: Rows of (f, n) [m].
@@ -68,4 +77,9 @@ def make_forces(forces: list[PointForce], x0: Array, dof: Ints, n: int) -> Force
         starts.append(starts[-1] + len(data[-1]))
     H = sp.csr_array((np.concatenate(data), np.concatenate(columns), starts), (len(forces), n))
     H.sum_duplicates()
-    return ForceSet(H, np.asarray(H @ x0[dof >= 0].ravel()))
+    counts = [len(force.nodes) for force in forces]
+    nodes = np.concatenate([np.zeros(0, dtype=np.int64), *(force.nodes for force in forces)])
+    shares = np.concatenate([np.zeros(0), *(force.weights for force in forces)])
+    weights = sp.csr_array((shares, nodes, np.cumsum([0, *counts])), (len(forces), len(x0)))
+    directions = np.array([force.direction for force in forces]).reshape(-1, 3)
+    return ForceSet(H, np.asarray(H @ x0[dof >= 0].ravel()), weights, directions)

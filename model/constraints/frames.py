@@ -122,6 +122,20 @@ class Frames:
             poses, theta, self.owner, self.offsets, self.axes, self.through, self.turns
         )
 
+    def drive_segments(self, q: Array) -> Array:
+        """For each drive the point of its axis beside its region, and one metre along: (n_drives, 2, 3) [m].
+
+        Args:
+            q: (7 n_rigid + n_drives,) coordinates.
+        """
+        points = np.zeros((self.n_drives, 3))
+        for drive in range(self.n_drives):
+            middle = self.offsets[self.owner == self.n_rigid + drive].mean(axis=0)
+            axis, travel = self.axes[drive], q[7 * self.n_rigid + drive]
+            shift = (middle @ axis) * axis if self.turns[drive] else middle + travel * axis
+            points[drive] = self.through[drive] + shift
+        return np.stack([points, points + self.axes], axis=1)
+
     def centripetal(self, levers: Array, v: Array) -> Array:
         """Accelerations of the nodes at constant velocities of the regions: (k, 3) [m/s²].
 

@@ -114,14 +114,33 @@ class ConstrainedRobot(SparseRobot):
         return self.raw.contact_normals(self.placed(state)[0])
 
     @property
-    def cable_owners(self) -> Ints:
-        """The actuator of every segment that `cable_segments` gives: (s,)."""
-        owners = self.raw.cable_owners
-        return owners if self.coupling is None else self.coupling.motors[owners]
+    def segment_owners(self) -> Ints:
+        """The actuator of every segment that `actuator_segments` gives: (s,)."""
+        others = self.member_numbers(self.raw.actuator_set.segment_members)
+        return self.motors(np.concatenate([others, self.drive_places]))
 
-    def cable_segments(self, state: State) -> Array:
-        """Both ends of every straight piece of the cables: (s, 2, 3) [m]."""
-        return self.raw.cable_segments(self.placed(state)[0])
+    @property
+    def chamber_owners(self) -> Ints:
+        """The actuator whose chamber each of `triangles` encloses, −1 where none: (t,)."""
+        return self.motors(
+            self.member_numbers(self.raw.actuator_set.chamber_members(self.triangles))
+        )
+
+    def actuator_segments(self, state: State) -> Array:
+        """Segments by which actuators are drawn: (s, 2, 3) [m], see `Robot`."""
+        raw_state = self.placed(state)[0]
+        drives = self.frames.drive_segments(state.q[3 * len(self.coordinates.free) :])
+        return np.concatenate([self.raw.actuator_segments(raw_state), drives[self.driven]])
+
+    def member_numbers(self, others: Ints) -> Ints:
+        """Numbers among all single actuators, of numbers (m,) among those that are no drives; −1 remains."""
+        count = self.raw.actuator_set.n_members + len(self.drive_places)
+        numbers: Ints = np.append(np.setdiff1d(np.arange(count), self.drive_places), -1)[others]
+        return numbers
+
+    def motors(self, members: Ints) -> Ints:
+        """The actuators (m,) that drive single actuators (m,); −1 remains −1."""
+        return members if self.coupling is None else self.coupling.motors_of(members)
 
     def loaded(self, gravity: Array, effector_force: Array) -> ConstrainedRobot:
         """The robot under another gravity (3,) [m/s²] and forces on its effectors (3 p,) [N]."""
@@ -304,6 +323,7 @@ class ConstrainedRobot(SparseRobot):
             found.contacts,
             self.member_rows(self.through(found.actuators, T), state),
         )
+        assert isinstance(touching.rows, Rows)  # of a mesh
         return RobotRows(
             effectors=self.through(found.effectors, T),
             actuators=members if self.coupling is None else self.coupling.rows(members),

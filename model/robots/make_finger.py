@@ -10,8 +10,8 @@ above `flush_from` they point to the centre of rotation of the hinge.
 
 from __future__ import annotations
 
-import sys
-from dataclasses import dataclass
+import argparse
+from dataclasses import dataclass, replace
 from itertools import permutations
 from pathlib import Path
 
@@ -126,10 +126,15 @@ def split_cells(numbers: Ints, mirror_from: int) -> Ints:
 
 
 def main() -> None:
-    """Write finger.vtu into the folder given, by default beside this script."""
-    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).parent
-    nodes, tets = make_finger(FingerShape())
-    path = folder / "finger.vtu"
+    """Write finger.vtu into a folder."""
+    parser = argparse.ArgumentParser(description="Write finger.vtu into a folder.")
+    parser.add_argument("folder", type=Path, nargs="?", default=Path(__file__).parent)
+    default = FingerShape()
+    parser.add_argument("--across", type=int, default=default.across, help="cells over the width")
+    settings = parser.parse_args()
+    nodes, tets = make_finger(replace(default, across=settings.across))
+    path = settings.folder / "finger.vtu"
+    path.parent.mkdir(parents=True, exist_ok=True)
     meshio.write(path, meshio.Mesh(nodes, [("tetra", tets)]))
     print(f"{path}: {len(nodes)} nodes, {len(tets)} tetrahedra")
 

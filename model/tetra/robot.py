@@ -92,13 +92,18 @@ class TetRobot(SteppedRobot):
         return self.contacts.normals(self.nodes(state))
 
     @property
-    def cable_owners(self) -> Ints:
-        """The actuator of every segment that `cable_segments` gives: (s,)."""
-        return self.actuator_set.cable_owners
+    def segment_owners(self) -> Ints:
+        """The actuator of every segment that `actuator_segments` gives: (s,)."""
+        return self.actuator_set.motors(self.actuator_set.segment_members)
 
-    def cable_segments(self, state: State) -> Array:
-        """Both ends of every straight piece of the cables: (s, 2, 3) [m]."""
-        return self.actuator_set.cables.segments(self.nodes(state))
+    @property
+    def chamber_owners(self) -> Ints:
+        """The actuator whose chamber each of `triangles` encloses, −1 where none: (t,)."""
+        return self.actuator_set.motors(self.actuator_set.chamber_members(self.triangles))
+
+    def actuator_segments(self, state: State) -> Array:
+        """Segments by which cables and forces are drawn: (s, 2, 3) [m], see `Robot`."""
+        return self.actuator_set.segments(self.nodes(state))
 
     def loaded(self, gravity: Array, effector_force: Array) -> TetRobot:
         """The robot under another gravity (3,) [m/s²] and forces on its effectors (3 p,) [N]."""

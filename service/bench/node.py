@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 from tempfile import mkdtemp
@@ -16,7 +16,16 @@ import numpy as np
 import zenoh
 
 from tauten.service.node import punctual_clock
-from tauten.service.plant import Child, DemoError, child, free_ports
+from tauten.service.plant import (
+    Child,
+    DemoError,
+    PathSettings,
+    TargetPath,
+    child,
+    free_ports,
+    make_path,
+    save_path,
+)
 from tauten.service.process import (
     ORDINARY,
     HostInfo,
@@ -31,7 +40,6 @@ from tauten.service.wire import (
     Keys,
     Mode,
     Network,
-    Rejection,
     Role,
     Tick,
     decode_health,
@@ -43,6 +51,8 @@ from tauten.service.wire import (
 _START = 300.0  # s; kernels are compiled when a robot runs for the first time
 _SETTLE = 1.0  # s of ticks that are left out at the start
 _IDLE = 10.0  # s of the loop that does nothing
+_PATIENCE = 60.0  # s longer than it should take
+_RING = 100_000  # ticks
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,6 +115,8 @@ class NodeBench:
         lateness_ms: of the beginning of a tick.
         latency_ms: from a target's header to its actuation.
         surfaces_hz: surfaces a second that were published for a viewer; 0 without one.
+        processor_share: processor time of the node over time, while it follows targets.
+        viewer_share: the same of the viewer; 0 without one.
     """
 
     machine: HostInfo
@@ -122,6 +134,25 @@ class NodeBench:
     lateness_ms: Spread
     latency_ms: Spread
     surfaces_hz: float
+    processor_share: float
+    viewer_share: float
+
+
+@dataclass(frozen=True, slots=True)
+class _Run:
+    """What was seen of a node.
+
+    Attributes:
+        ticks: while it followed targets, and before.
+        surfaces_hz: surfaces a second that were published for a viewer.
+        node_share: processor time of the node over time.
+        viewer_share: the same of the viewer.
+    """
+
+    ticks: tuple[Tick, ...]
+    surfaces_hz: float
+    node_share: float
+    viewer_share: float
 
 
 def bench_node(
@@ -147,11 +178,13 @@ def bench_node(
         DemoError: a process failed, or no target was followed.
     """
     rate = setup.robot.integration.rate
+    notify("finding a path that the robot can follow")
+    with stop.interruptible():
+        path = make_path("reach", setup.robot, PathSettings())
     notify(f"{rate:g} Hz: starting the node, kernels are compiled the first time")
-    ticks, surfaces = _served(setup.robot.name, rate, robot, settings, stop, notify)
-    surfaces_hz = surfaces * rate / max(len(ticks), 1)
-    first = next((i for i, tick in enumerate(ticks) if tick.mode is Mode.RUN), len(ticks))
-    ticks = ticks[first + int(_SETTLE * rate) :]
+    run = _served(setup, robot, path, settings, stop, notify)
+    first = next((i for i, tick in enumerate(run.ticks) if tick.mode is Mode.RUN), len(run.ticks))
+    ticks = run.ticks[first + int(_SETTLE * rate) :]
     if not any(tick.status for tick in ticks) or len(ticks) < 2:
         if stop.requested:
             return None
@@ -160,17 +193,11 @@ def bench_node(
             f"{settings.target_rate:g} targets a second"
         )
     notify(f"{rate:g} Hz: the machine alone")
-    return _numbers(setup, settings, ticks, surfaces_hz, stop)
+    return _numbers(setup, settings, replace(run, ticks=ticks), stop)
 
 
-def _numbers(
-    setup: Setup,
-    settings: NodeBenchSettings,
-    ticks: Sequence[Tick],
-    surfaces_hz: float,
-    stop: StopFlag,
-) -> NodeBench:
-    rate = setup.robot.integration.rate
+def _numbers(setup: Setup, settings: NodeBenchSettings, run: _Run, stop: StopFlag) -> NodeBench:
+    rate, ticks = setup.robot.integration.rate, run.ticks
     followed = [tick for tick in ticks if tick.status]
     pairs = [pair for pair in pairwise(ticks) if pair[1].index == pair[0].index + 1]
     overhead = [value for pair in pairs for value in overheads(pair, 1.0 / rate)]
@@ -190,7 +217,9 @@ def _numbers(
         overhead_ms=spread(overhead),
         lateness_ms=spread([1e3 * tick.lateness for tick in ticks]),
         latency_ms=spread([1e3 * tick.latency for tick in ticks]),
-        surfaces_hz=surfaces_hz,
+        surfaces_hz=run.surfaces_hz,
+        processor_share=run.node_share,
+        viewer_share=run.viewer_share,
     )
 
 
@@ -233,45 +262,106 @@ def idle_loop(
         return thread.submit(loop).result()
 
 
+class _Observer:
+    """Receives what a node says while it follows targets.
+
+    Attributes:
+        ticks: that were read.
+    """
+
+    def __init__(self, session: zenoh.Session, keys: Keys) -> None:
+        """Subscribe.
+
+        Args:
+            session: open Zenoh session.
+            keys: of the robot.
+        """
+        self.ticks: list[Tick] = []
+        self._published: list[tuple[float, int]] = []  # time of arrival [s], surfaces so far
+        self._source = session.declare_subscriber(keys.tick, zenoh.handlers.RingChannel(_RING))
+        self._health = session.declare_subscriber(keys.health, self._heard)
+
+    @property
+    def follows(self) -> bool:
+        """Whether the node follows targets now."""
+        self.read()
+        return bool(self.ticks) and self.ticks[-1].mode is Mode.RUN
+
+    @property
+    def is_watched(self) -> bool:
+        """Whether the node has published surfaces."""
+        return bool(self._published) and self._published[-1][1] > 0
+
+    def read(self) -> None:
+        """Read the ticks that have arrived."""
+        while (sample := self._source.try_recv()) is not None:
+            tick = decode_tick(bytes(sample.payload))
+            if isinstance(tick, Tick):
+                self.ticks.append(tick)
+
+    def surfaces_hz(self, begin: float) -> float:
+        """Surfaces a second since a time [s]."""
+        found = [one for one in self._published if one[0] >= begin]
+        if len(found) < 2:
+            return 0.0
+        (first, before), (last, after) = found[0], found[-1]
+        return (after - before) / (last - first)
+
+    def _heard(self, sample: zenoh.Sample) -> None:
+        health = decode_health(bytes(sample.payload))
+        if isinstance(health, dict):
+            self._published.append((time.monotonic(), int(health["surface"].values["published"])))
+
+
 def _served(
-    name: str,
-    rate: float,
+    setup: Setup,
     robot: str,
+    path: TargetPath,
     settings: NodeBenchSettings,
     stop: StopFlag,
     notify: Callable[[str], None],
-) -> tuple[list[Tick], int]:
-    """The ticks of a node that follows targets, and the number of surfaces it has published."""
-    port = free_ports()
-    network, keys = Network(port), Keys(name)
-    common = ["--port", str(port)]
+) -> _Run:
+    """What a node does that follows a path, without and with a viewer.
+
+    Args:
+        setup: the robot at the rate that is served.
+        robot: name or file, for the processes.
+        path: of the targets.
+        settings: how.
+        stop: raised to end early.
+        notify: called with a sentence before each part of the work.
+    """
+    port, name, rate = free_ports(), setup.robot.name, setup.robot.integration.rate
+    keys, common = Keys(name), ["--port", str(port)]
     with ExitStack() as stack:
         folder = Path(mkdtemp(prefix="tauten-bench-"))
         # an error message names the files of output: they are kept then
         stack.push(lambda error, *_: None if error else shutil.rmtree(folder))
+        save_path(path, folder / "path.csv")
         node = stack.enter_context(child("serve", [robot, *settings.options, *common], folder))
-        session = open_session(network, Role.OTHER, name)
+        session = open_session(Network(port), Role.OTHER, name)
         stack.callback(session.close)
-        capacity = int(2 * rate * (settings.seconds + _SETTLE)) + 1
-        source = session.declare_subscriber(keys.tick, zenoh.handlers.RingChannel(capacity))
+        observer = _Observer(session, keys)
         _await(lambda: is_alive(session, keys.token), (node,), _START, stop)
-        health = session.declare_subscriber(keys.health, zenoh.handlers.RingChannel(1))
+        watched = [node]
         if settings.viewer:
+            notify(f"{rate:g} Hz: starting the viewer")
             shown = [name, "--no-browser", "--web-port", "0", *common]
-            stack.enter_context(child("view", shown, folder))
+            watched.append(stack.enter_context(child("view", shown, folder)))
+            _await(lambda: observer.is_watched, (watched[-1], node), _START, stop)
+        sending = [str(folder / "path.csv"), "--robot", robot, "--repeat"]
+        sending += ["--rate", repr(settings.target_rate), "--duration", repr(settings.seconds)]
+        sender = stack.enter_context(child("stream", [*sending, *common], folder))
+        _await(lambda: sender.ended or observer.follows, (sender, *watched), _START, stop)
         notify(f"{rate:g} Hz: following targets for {settings.seconds:g} s")
-        sending = ["reach", "--robot", robot, "--rate", repr(settings.target_rate)]
-        sending += ["--duration", repr(settings.seconds), *common]
-        sender = stack.enter_context(child("stream", sending, folder))
-        patience = _START + settings.seconds
-        _await(lambda: sender.process.poll() is not None, (sender, node), patience, stop)
-        found = []
-        while (sample := source.try_recv()) is not None:
-            found.append(decode_tick(bytes(sample.payload)))
-        last = health.try_recv()
-        told = None if last is None else decode_health(bytes(last.payload))
-        surfaces = int(told["surface"].values["published"]) if isinstance(told, dict) else 0
-    return [tick for tick in found if not isinstance(tick, Rejection)], surfaces
+        begin, before = time.monotonic(), [one.processor_time for one in watched]
+        _await(lambda: sender.ended, (sender, *watched), _PATIENCE + settings.seconds, stop)
+        lasted = time.monotonic() - begin
+        used = [one.processor_time - then for one, then in zip(watched, before, strict=True)]
+        observer.read()
+    return _Run(
+        tuple(observer.ticks), observer.surfaces_hz(begin), used[0] / lasted, sum(used[1:]) / lasted
+    )
 
 
 def _await(

@@ -47,16 +47,14 @@ def new(
     ] = None,
 ) -> None:
     """Make a robot file from a part of CAD, to edit. Ctrl-C chooses among the meshes done."""
-    from tauten.service.new import LARGE, NewRobot, elements_needed, make_new_robot
+    from tauten.service.new import LARGE, NewRobot, make_new_robot, read_part
     from tauten.service.process import one_blas_thread, stop_on_signals
     from tauten.service.tables import trial_table
 
-    wanted = NewRobot(
-        name, mesh, unit, None if size is None else 1e-3 * size, accuracy, young, repair
-    )
-    count = elements_needed(wanted)
-    if count > LARGE and not yes:
-        text = f"--size {size:g}: makes about {count} tetrahedra"
+    part = read_part(mesh, unit, repair)
+    wanted = NewRobot(name, part, None if size is None else 1e-3 * size, accuracy, young)
+    if wanted.elements > LARGE and not yes:
+        text = f"--size {size:g}: makes about {wanted.elements} tetrahedra"
         if not sys.stdin.isatty():
             raise typer.BadParameter(f"{text}; choose a larger size, or add --yes")
         typer.confirm(f"{text}, go on?", abort=True, err=True)

@@ -33,6 +33,7 @@ class _Actuator(_Described):
     kind: ActuatorKind
     tension: _Limits
     pull: _Limits
+    flexibility: Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
 
 
 class _Effector(_Described):
@@ -44,7 +45,8 @@ class _Effector(_Described):
 class _Surface(_Described):
     vertices: Annotated[int, Field(ge=3)]
     triangles: Annotated[str, Field(max_length=_MOST)]
-    cables: Annotated[str, Field(max_length=_MOST)]
+    segments: Annotated[str, Field(max_length=_MOST)]
+    chambers: Annotated[str, Field(max_length=_MOST)]
 
 
 class RobotDescription(_Described):
@@ -63,20 +65,26 @@ class RobotDescription(_Described):
         """The looks of the robot; its vertices are known with the first message.
 
         Raises:
-            NetworkError: triangles or cables that do not fit.
+            NetworkError: triangles, segments or chambers that do not fit.
         """
         surface = self.surface
-        triangles = _numbers(self.robot, surface.triangles, surface.vertices).reshape(-1, 3)
+        triangles = _numbers(self.robot, surface.triangles, surface.vertices)
+        count = len(self.actuators)
+        chambers = _numbers(self.robot, surface.chambers, count + 1) - 1
+        if len(triangles) != 3 * len(chambers):
+            raise NetworkError(f"the node of {self.robot!r}: its surface is damaged")
         return RobotLook(
             name=self.robot,
             frame=self.frame,
             rate=self.rate,
             size=self.size,
             vertices=np.zeros((surface.vertices, 3), np.float32),
-            triangles=triangles,
-            cable_owners=_numbers(self.robot, surface.cables, len(self.actuators)),
+            triangles=triangles.reshape(-1, 3),
+            segment_owners=_numbers(self.robot, surface.segments, count),
+            chamber_owners=chambers,
             actuators=tuple(
-                ActuatorLook(one.name, one.kind, one.pull, one.tension) for one in self.actuators
+                ActuatorLook(one.name, one.kind, one.pull, one.tension, one.flexibility)
+                for one in self.actuators
             ),
             effectors=self._effectors(),
         )

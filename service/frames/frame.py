@@ -26,12 +26,14 @@ class ActuatorLook:
         kind: cable, chamber or another, with its units.
         pull: limits of its position δ_a [SI].
         tension: limits of its effort λ_a [SI].
+        flexibility: inverse stiffness of the spring between motor and cable [m/N]; 0 without one.
     """
 
     name: str
     kind: ActuatorKind
     pull: tuple[float, float]
     tension: tuple[float, float]
+    flexibility: float = 0.0
 
     @property
     def position(self) -> Quantity:
@@ -55,9 +57,11 @@ class RobotLook:
         size: diagonal of its bounding box at rest [m].
         vertices: (P, 3) of its skin at rest [m].
         triangles: (t, 3) of its skin.
-        cable_owners: (s,) the actuator of every cable segment.
+        segment_owners: (s,) the actuator of every segment, see `Robot.actuator_segments`.
+        chamber_owners: (t,) the actuator whose chamber a triangle encloses; −1: none.
         actuators: in the order of λ_a.
         effectors: in the order of their goal values.
+        ghost: (t, 3) triangles of the model beside the robot, for a simulation; None: there is none.
     """
 
     name: str
@@ -66,9 +70,11 @@ class RobotLook:
     size: float
     vertices: Floats
     triangles: Ints
-    cable_owners: Ints
+    segment_owners: Ints
+    chamber_owners: Ints
     actuators: tuple[ActuatorLook, ...]
     effectors: tuple[EffectorLook, ...]
+    ghost: Ints | None = None
 
     @property
     def rest(self) -> Array:
@@ -99,6 +105,7 @@ class ViewFrame:
         goal: (n_v,) goal values that are followed, NaN where none are.
         values: (n_v,) goal values where the effectors are.
         step: time of the control step [s].
+        ghost: (P, 3) vertices of the model beside the robot [m]; None: there is none.
     """
 
     time: float
@@ -111,14 +118,16 @@ class ViewFrame:
     goal: Array
     values: Array
     step: float
+    ghost: Floats | None = None
 
     @property
     def nbytes(self) -> int:
         """Memory of its large arrays [bytes]."""
         geometry = self.geometry
         contacts = geometry.contacts
-        arrays = (geometry.vertices, geometry.cables, contacts.points, contacts.forces)
-        return sum(array.nbytes for array in arrays)
+        arrays = (geometry.vertices, geometry.segments, contacts.points, contacts.forces)
+        ghost = 0 if self.ghost is None else self.ghost.nbytes
+        return ghost + sum(array.nbytes for array in arrays)
 
 
 def look_of(robot: Robot, skin: SkinMesh) -> RobotLook:
@@ -129,6 +138,7 @@ def look_of(robot: Robot, skin: SkinMesh) -> RobotLook:
         skin: its skin.
     """
     limits, rest, layout = robot.limits, robot.rest(), robot.effector_layout
+    springs = robot.actuators.springs
     at_rest = robot.effector_values(rest)
     values = [tuple(at_rest[layout.values_of(i)].tolist()) for i in range(len(layout))]
     actuators = tuple(
@@ -137,6 +147,7 @@ def look_of(robot: Robot, skin: SkinMesh) -> RobotLook:
             kind,
             (float(limits.pull_min[i]), float(limits.pull_max[i])),
             (float(limits.tension_min[i]), float(limits.tension_max[i])),
+            float(springs.flexibility[i]) if springs is not None else 0.0,
         )
         for i, (name, kind) in enumerate(
             zip(robot.actuators.names, robot.actuators.kinds, strict=True)
@@ -149,7 +160,8 @@ def look_of(robot: Robot, skin: SkinMesh) -> RobotLook:
         size=robot.size,
         vertices=robot.points(rest)[skin.used].astype(np.float32),
         triangles=skin.triangles,
-        cable_owners=robot.cable_owners,
+        segment_owners=robot.segment_owners,
+        chamber_owners=robot.chamber_owners,
         actuators=actuators,
         effectors=effector_looks(robot.effector_names, layout.kinds, values),
     )

@@ -195,7 +195,7 @@ class ServedRobot:
     def _decoded_skin(self, payload: bytes) -> Cloud | Rejection:
         """A surface with as many points as the description says."""
         cloud = decode_cloud(payload, SKIN_FIELDS)
-        expected = len(self.look.vertices) + 2 * len(self.look.cable_owners)
+        expected = len(self.look.vertices) + 2 * len(self.look.segment_owners)
         if isinstance(cloud, Cloud) and len(cloud.values) != expected:
             detail = f"{len(cloud.values)} points, expected {expected}"
             return Rejection(RejectionReason.WRONG_SHAPE, detail)
@@ -207,7 +207,7 @@ class ServedRobot:
             return None
         count = len(self.look.vertices)
         vertices: Floats = skin.values[:count]
-        cables: Floats = skin.values[count:].reshape(-1, 2, 3)
+        segments: Floats = skin.values[count:].reshape(-1, 2, 3)
         goal = np.array(tick.goal_values)
         if goal.shape != self._values.shape:
             goal = np.full_like(self._values, np.nan)
@@ -216,7 +216,7 @@ class ServedRobot:
             mode=Mode(tick.mode),
             cause=Cause(tick.cause),
             status=tick.status,
-            geometry=Geometry(vertices, cables, self._pushing(skin)),
+            geometry=Geometry(vertices, segments, self._pushing(skin)),
             pull=np.array(joints.pull),
             tension=np.array(joints.tension),
             goal=goal,

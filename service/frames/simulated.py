@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 
 import numpy as np
 
@@ -37,12 +38,12 @@ class SimulatedRobot:
         self._simulator = Simulator(plant, contact="full")
         self._simulator.step(tension=np.zeros(plant.n_a))
         self._simulator.reset()
-        self._skin = skin_of(plant)
+        self._skin, self._ghost = skin_of(plant), skin_of(setup.robot)
         self._h = plant.h
         self._steps = 0
         self._seconds = 0.0  # of model and plant together, in the mean
         self._resets = 0
-        self.look: RobotLook = look_of(plant, self._skin)
+        self.look: RobotLook = replace(look_of(plant, self._skin), ghost=self._ghost.triangles)
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -82,7 +83,7 @@ class SimulatedRobot:
         self._seconds += _PACE * (time.perf_counter() - begin - self._seconds)
         if not drawn:
             return None
-        state = simulator.state
+        state, model = simulator.state, self._loop.controller
         values = simulator.robot.effector_values(state)
         return ViewFrame(
             time=self._steps * self._h,
@@ -95,4 +96,5 @@ class SimulatedRobot:
             goal=np.full_like(values, np.nan) if goal is None else goal,
             values=values,
             step=step,
+            ghost=self._ghost.geometry(model.robot, model.state, None).vertices,
         )

@@ -1,7 +1,20 @@
 """From a part of CAD to a robot file: surface checks, tetrahedra, guesses of the fields."""
 
-from tauten.service.new.make import Made, NewRobot, Trial, elements_needed, make_new_robot
-from tauten.service.new.meshing import LARGE
+from tauten.service.new.cable import TENSION, NewCable, add_cable
+from tauten.service.new.make import Made, NewRobot, Trial, make_new_robot
+from tauten.service.new.meshing import LARGE, Part, read_part
 from tauten.service.new.part import PartError
 
-__all__ = ["LARGE", "Made", "NewRobot", "PartError", "Trial", "elements_needed", "make_new_robot"]
+__all__ = [
+    "LARGE",
+    "Made",
+    "NewCable",
+    "NewRobot",
+    "Part",
+    "PartError",
+    "TENSION",
+    "Trial",
+    "add_cable",
+    "make_new_robot",
+    "read_part",
+]

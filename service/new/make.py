@@ -13,7 +13,7 @@ import numpy as np
 from tauten.model import Robot, Simulator, load_robot
 from tauten.model.mesh import TetMesh
 from tauten.service.new.guesses import Guess, guess_fields
-from tauten.service.new.meshing import LARGE, Part, mesh_part, read_part
+from tauten.service.new.meshing import LARGE, Part, mesh_part
 from tauten.service.new.part import PartError
 from tauten.service.new.template import Values, robot_text
 from tauten.service.process import StopFlag
@@ -33,21 +33,22 @@ class NewRobot:
 
     Attributes:
         name: of the robot, its files and its folder.
-        part: STL, OBJ, PLY, STEP, BREP, or a file with tetrahedra.
-        unit: of the part's coordinates: "m", "cm" or "mm".
+        part: that becomes its body, from `read_part`.
         size: of the elements [m]; None: chosen by the error of the mesh.
         accuracy: largest difference of tension and tip to the finest mesh that is accepted.
         young: Young's modulus [Pa].
-        repair: whether the mesher closes holes of a surface.
     """
 
     name: str
-    part: Path
-    unit: str = "mm"
+    part: Part
     size: float | None = None
     accuracy: float = 0.1
     young: float = 0.3e6
-    repair: bool = False
+
+    @property
+    def elements(self) -> int:
+        """About how many elements the part needs at the size that is given; 0 where none is."""
+        return 0 if self.size is None else self.part.tetrahedra(self.size)
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,15 +97,6 @@ class _Draft:
     trial: Trial
 
 
-def elements_needed(new: NewRobot) -> int:
-    """About how many elements the part needs at the size that is asked for; 0 where none is.
-
-    Raises:
-        PartError, MeshError: the part cannot be used.
-    """
-    return 0 if new.size is None else read_part(new.part, new.unit, new.repair).tetrahedra(new.size)
-
-
 def make_new_robot(new: NewRobot, folder: Path, stop: StopFlag, progress: Progress) -> Made:
     """Make the robot; nothing is written before everything is known.
 
@@ -120,7 +112,7 @@ def make_new_robot(new: NewRobot, folder: Path, stop: StopFlag, progress: Progre
     """
     if folder.exists():
         raise PartError(f"{folder}: exists already; choose another name, or delete it")
-    part = read_part(new.part, new.unit, new.repair)
+    part = new.part
     drafts: list[_Draft] = []
     sizes = [part.size_for(nodes) for nodes in NODES] if new.size is None else [new.size]
     if part.kind == "tetrahedra":
@@ -130,7 +122,7 @@ def make_new_robot(new: NewRobot, folder: Path, stop: StopFlag, progress: Progre
             break
         progress(0.0, f"elements of {1e3 * size:.3g} mm")
         try:
-            drafts.append(_draft(new, part, size))
+            drafts.append(_draft(new, size))
         except PartError:
             if not drafts and index == len(sizes) - 1:
                 raise
@@ -170,25 +162,26 @@ def compared(trials: list[Trial]) -> tuple[Trial, ...]:
     )
 
 
-def _draft(new: NewRobot, part: Part, size: float) -> _Draft:
+def _draft(new: NewRobot, size: float) -> _Draft:
     """Mesh, try and describe one size."""
+    part = new.part
     if part.tetrahedra(size) > 10 * LARGE:
         raise PartError(
-            f"{new.part}: elements of {1e3 * size:.3g} mm make about {part.tetrahedra(size)} tetrahedra; "
+            f"{part.path}: elements of {1e3 * size:.3g} mm make about {part.tetrahedra(size)} tetrahedra; "
             f"choose a --size above {1e3 * part.size_for(50_000):.3g} mm"
         )
     mesh = mesh_part(part, size)
     guess = guess_fields(mesh)
-    first = Values(new.name, new.part.name, len(mesh.nodes), size, new.young, 1e3, RATE)
+    first = Values(new.name, part.path.name, len(mesh.nodes), size, new.young, 1e3, RATE)
     robot = _robot(robot_text(first, guess, guess.max_pull), mesh, new.name)
     share, tension, tip = _pulled(robot, guess)
     if share < LEAST_SHARE:
         raise PartError(
-            f"{new.part}: the guessed cable finds no equilibrium at "
+            f"{part.path}: the guessed cable finds no equilibrium at "
             f"{1e3 * LEAST_SHARE * guess.max_pull:.2g} mm of pull; turn the part so that its longest side "
             "runs from where it is held to its tip"
         )
-    values = Values(new.name, new.part.name, len(mesh.nodes), size, new.young, 4.0 * tension, RATE)
+    values = Values(new.name, part.path.name, len(mesh.nodes), size, new.young, 4.0 * tension, RATE)
     text = robot_text(values, guess, share * guess.max_pull)
     return _Draft(mesh, text, Trial(size, len(mesh.nodes), tension, tip, share))
 

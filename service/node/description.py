@@ -16,7 +16,7 @@ from tauten.service.wire import CLOUD, HEALTH, JOINTS, MESSAGE_TYPES, TEXT, TICK
 def description(setup: Setup) -> dict[str, Any]:
     """All that a client needs, in SI units; `tension` and `pull` of an actuator are in its units of both."""
     robot, keys = setup.robot, Keys(setup.robot.name)
-    limits = robot.limits
+    limits, springs = robot.limits, robot.actuators.springs
     actuators = [
         {
             "name": name,
@@ -25,6 +25,7 @@ def description(setup: Setup) -> dict[str, Any]:
             "tension": [float(limits.tension_min[i]), float(limits.tension_max[i])],
             "pull": [float(limits.pull_min[i]), float(limits.pull_max[i])],
             "rate": float(limits.rate[i]),
+            "flexibility": float(springs.flexibility[i]) if springs is not None else 0.0,
         }
         for i, (name, kind) in enumerate(
             zip(robot.actuators.names, robot.actuators.kinds, strict=True)
@@ -54,7 +55,8 @@ def description(setup: Setup) -> dict[str, Any]:
         "type": CLOUD,
         "vertices": len(skin.used),
         "triangles": numbers_text(skin.triangles),
-        "cables": numbers_text(robot.cable_owners),
+        "segments": numbers_text(robot.segment_owners),
+        "chambers": numbers_text(robot.chamber_owners + 1),
     }
     return {
         "robot": robot.name,

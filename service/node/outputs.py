@@ -165,7 +165,7 @@ class ShapePublisher:
         lam = controller.lam_c if wants_contacts else None
         geometry = self._skin.geometry(controller.robot, state, lam)
         stamp = time.time_ns()
-        points = np.concatenate([geometry.vertices, geometry.cables.reshape(-1, 3)])
+        points = np.concatenate([geometry.vertices, geometry.segments.reshape(-1, 3)])
         self._surface.put(encode_cloud(Cloud(stamp, self._frame, points), SKIN_FIELDS))
         if wants_contacts:
             pushing = np.hstack([geometry.contacts.points, geometry.contacts.forces])  # (c, 6)

@@ -90,6 +90,7 @@ def _send(
     end = settings.duration
     if end is None and not path.repeats:
         end = path.duration
+    log.info("sending targets to %s at %g Hz", receiver.name, settings.rate)
     clock, count, elapsed = Clock(1.0 / settings.rate), 0, 0.0
     while not stop.requested and (end is None or elapsed <= end):
         values = tuple(path.at(elapsed).tolist())

@@ -16,14 +16,14 @@ def node_table(results: Sequence[NodeBench]) -> Numbers:
     first = results[0]
     columns = (
         "loop", "ticks", "missed", "skipped", "decide", "step", "the rest", "begins late",
-        "target to actuation",
+        "target to actuation", "processor",
     )  # fmt: skip
     title = f"{first.robot}, model {first.model}: median / 99 % in ms"
     return Numbers(title, columns, tuple(row for result in results for row in rows(result)))
 
 
-def rows(result: NodeBench) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """The node at one rate, and the loop beside it."""
+def rows(result: NodeBench) -> list[tuple[str, ...]]:
+    """The node at one rate, its viewer where there was one, and the loop beside it."""
     spreads = (
         result.decide_ms,
         result.step_ms,
@@ -31,16 +31,25 @@ def rows(result: NodeBench) -> tuple[tuple[str, ...], tuple[str, ...]]:
         result.lateness_ms,
         result.latency_ms,
     )
-    watched = f", {result.surfaces_hz:.0f} surfaces a second" if result.surfaces_hz else ""
-    name = f"node, {result.rate_hz:g} Hz{watched}"
-    node = (name, *counts(result.deadlines), *(milliseconds(spread) for spread in spreads))
-    return node, ("busy with nothing", *counts(result.idle), *("" for _ in spreads))
+    times = (milliseconds(spread) for spread in spreads)
+    none = ("",) * len(spreads)
+    name = f"node, {result.rate_hz:g} Hz"
+    found = [(name, *counts(result.deadlines), *times, share(result.processor_share))]
+    if result.surfaces_hz:
+        viewer = f"viewer, {result.surfaces_hz:.0f} surfaces a second"
+        found.append((viewer, "", "", "", *none, share(result.viewer_share)))
+    return [*found, ("busy with nothing", *counts(result.idle), *none, "")]
+
+
+def share(value: float) -> str:
+    """A share in percent."""
+    return f"{100.0 * value:.1f} %" if value == value else "-"
 
 
 def counts(deadlines: Deadlines) -> tuple[str, str, str]:
     """Ticks, missed ones and their share, skipped ones."""
-    share = f"{deadlines.missed:,} ({100.0 * deadlines.share:.2f} %)"
-    return f"{deadlines.ticks:,}", share, f"{deadlines.skipped:,}"
+    missed = f"{deadlines.missed:,} ({100.0 * deadlines.share:.2f} %)"
+    return f"{deadlines.ticks:,}", missed, f"{deadlines.skipped:,}"
 
 
 def write_node_tables(results: Sequence[NodeBench], path: Path) -> None:

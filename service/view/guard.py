@@ -39,6 +39,7 @@ _INPUT = frozenset(
         "TransformControlsDragStartMessage",
         "TransformControlsDragEndMessage",
         "FileTransferPartAck",
+        "ScenePointerMessage",
     }
 )
 _MOST_TEXT = 200  # characters
@@ -203,6 +204,14 @@ def _is_update(content: dict[str, Any]) -> bool:
     )
 
 
+def _is_click(content: dict[str, Any]) -> bool:
+    return (
+        content.get("event_type") == "click"
+        and _is_numbers(content.get("ray_origin"), 3)
+        and _is_numbers(content.get("ray_direction"), 3)
+    )
+
+
 def _is_camera(content: dict[str, Any]) -> bool:
     return _is_numbers(content.get("position"), 3) and _is_numbers(content.get("wxyz"), 4)
 
@@ -210,5 +219,6 @@ def _is_camera(content: dict[str, Any]) -> bool:
 _SHAPES: dict[str, Callable[[dict[str, Any]], bool]] = {
     "TransformControlsUpdateMessage": _is_transform,
     "GuiUpdateMessage": _is_update,
+    "ScenePointerMessage": _is_click,
     _CAMERA: _is_camera,
 }

@@ -13,6 +13,7 @@ import viser
 from tauten.model.numerics import Array
 from tauten.service.frames import LARGEST_SCALAR, LEAST_SCALAR, EffectorLook, RobotLook
 from tauten.service.view.charts import Charts
+from tauten.service.view.legend import legend_html
 
 SPEEDS = {"1": 1.0, "1/2": 0.5, "1/4": 0.25, "1/10": 0.1}
 _SLOWEST, _FASTEST = 1.0, 500.0  # mm/s of the target along waypoints
@@ -30,18 +31,23 @@ class Request(Enum):
     CLEAR = "clear"
     PLAY = "play"
     SAVE = "save"
+    UNDO = "undo"
+    SAVE_CABLE = "save cable"
 
 
 class ViewPanel:
     """Inputs of the operator. Callbacks of the browser only note what happened; the loop reads it."""
 
-    def __init__(self, server: viser.ViserServer, look: RobotLook, operates: bool) -> None:
+    def __init__(
+        self, server: viser.ViserServer, look: RobotLook, operates: bool, draws: bool = False
+    ) -> None:
         """Add all elements.
 
         Args:
             server: whose panel is used.
             look: of the robot.
             operates: whether the robot can be operated: not in a log.
+            draws: whether cables can be drawn: only with a robot file of one's own.
         """
         self._requests: SimpleQueue[Request] = SimpleQueue()
         self._scrubbed: float | None = None
@@ -84,6 +90,26 @@ class ViewPanel:
                     "set: keep the target's position. play: move the target through all. save: as tauten "
                     "stream reads them.",
                 )
+        self._drawing: viser.GuiCheckboxHandle | None = None
+        if draws:
+            with gui.add_folder("New cable", expand_by_default=False):
+                self._drawing = gui.add_checkbox(
+                    "draw", False, hint="Click points of the skin: first where the cable leaves."
+                )
+                self._cable = gui.add_text("name", "new_cable")
+                self._buttons(
+                    server,
+                    (Request.UNDO, Request.SAVE_CABLE),
+                    "undo: remove the last point. save cable: append it to the robot file.",
+                )
+                self._cable_words = gui.add_markdown("")
+        self._ghost: viser.GuiCheckboxHandle | None = None
+        with gui.add_folder("Legend", expand_by_default=False):
+            if look.ghost is not None:
+                self._ghost = gui.add_checkbox(
+                    "show the model", False, hint="The model that decides, beside the robot."
+                )
+            gui.add_html(legend_html(look))
         with gui.add_folder("Plots"):
             self.charts = Charts(server, look)
         self._slider.on_update(self._on_scrub)
@@ -156,6 +182,25 @@ class ViewPanel:
         if self._effector is None or self._effector.value not in self._names:
             return 0
         return self._names.index(str(self._effector.value))
+
+    @property
+    def draws(self) -> bool:
+        """Whether clicks add points to a new cable."""
+        return self._drawing is not None and bool(self._drawing.value)
+
+    @property
+    def cable_name(self) -> str:
+        """Name of the new cable."""
+        return str(self._cable.value)
+
+    def say_about_cable(self, words: str) -> None:
+        """Show a text beside the new cable."""
+        self._cable_words.content = words
+
+    @property
+    def shows_ghost(self) -> bool:
+        """Whether the model is shown beside the robot."""
+        return self._ghost is not None and bool(self._ghost.value)
 
     def take_scrubbed(self) -> float | None:
         """The time [s] that the operator has moved the slider to since the last call."""

@@ -1,4 +1,4 @@
-"""The picture: skin, cables by tension, contact forces, targets and effectors with their trails."""
+"""The picture: skin, actuators, contact forces, targets and effectors with their trails."""
 
 from __future__ import annotations
 
@@ -11,25 +11,20 @@ from numpy.typing import NDArray
 
 from tauten.model import Contacts, Floats
 from tauten.model.numerics import Array
-from tauten.service.frames import ActuatorLook, RobotLook, ViewFrame
+from tauten.service.frames import RobotLook, ViewFrame
+from tauten.service.view.actuators import drawings_of
 
 _SILICONE = (140, 160, 185)
-_SLACK, _MIDDLE, _TIGHT = (
-    (30, 80, 200),
-    (235, 170, 20),
-    (215, 20, 20),
-)  # cables from slack to the limit
-_THIN, _THICK = 0.06, 0.15  # thickness of a cable, as a share of the robot's width
-_TARGET, _EFFECTOR, _CONTACT, _WAYPOINT = (
+TARGET, EFFECTOR, CONTACT, WAYPOINT, GHOST = (
     (215, 60, 40),
     (40, 90, 160),
     (0, 140, 70),
     (120, 60, 160),
+    (240, 150, 40),
 )
 _ARROW = 0.15  # length of the arrow of the largest force, as a share of the robot's size
 TRAIL = 4.0  # s
 _TRAIL = 120  # pieces of a trail
-_STEPS = 16  # levels of a cable's colour: nothing is sent while the level remains
 
 
 class RobotScene:
@@ -45,36 +40,30 @@ class RobotScene:
         """
         self._look, self._scene = look, server.scene
         size = look.size
-        self._width = width_of(look)
         self._largest = 0.0  # contact force so far [N]
-        self._levels = [-1] * len(look.actuators)
         scene = server.scene
         scene.set_up_direction("+z")
         _place_camera(server, look)
         self._skin = scene.add_mesh_simple(
-            "/skin", look.vertices, look.triangles.astype(np.uint32), color=_SILICONE, opacity=0.5,
-            side="double", flat_shading=True, cast_shadow=False, receive_shadow=False,
+            "/skin", look.vertices, look.triangles[look.chamber_owners < 0].astype(np.uint32),
+            color=_SILICONE, opacity=0.5, side="double", flat_shading=True, cast_shadow=False,
+            receive_shadow=False,
         )  # fmt: skip
-        self._cables = [
-            scene.add_line_segments(
-                f"/cables/{actuator.name}",
-                np.zeros((int((look.cable_owners == i).sum()), 2, 3), np.float32),
-                _SLACK,
-                thickness=_THIN * self._width,
-            )
-            for i, actuator in enumerate(look.actuators)
-            if (look.cable_owners == i).any()
-        ]
-        self._cable_numbers = [
-            i for i in range(len(look.actuators)) if (look.cable_owners == i).any()
-        ]
+        self._ghost = None
+        if look.ghost is not None:
+            self._ghost = scene.add_mesh_simple(
+                "/ghost", np.zeros((int(look.ghost.max()) + 1, 3), np.float32),
+                look.ghost.astype(np.uint32), color=GHOST, wireframe=True, cast_shadow=False,
+                receive_shadow=False, visible=False,
+            )  # fmt: skip
+        self._drawings = drawings_of(scene, look)
         self._arrows: viser.ArrowsHandle | None = None
         self._effectors = [
-            scene.add_icosphere(f"/effectors/{one.name}", 0.012 * size, _EFFECTOR, subdivisions=2)
+            scene.add_icosphere(f"/effectors/{one.name}", 0.012 * size, EFFECTOR, subdivisions=2)
             for one in look.effectors
         ]
         self._targets = [
-            scene.add_icosphere(f"/targets/{one.name}", 0.012 * size, _TARGET, subdivisions=2)
+            scene.add_icosphere(f"/targets/{one.name}", 0.012 * size, TARGET, subdivisions=2)
             for one in look.effectors
         ]
         self.gizmos = {
@@ -88,7 +77,7 @@ class RobotScene:
         count = len(look.effectors)
         self._trails = [
             _Trail(server, f"/trails/{kind}/{look.effectors[i].name}", colour, 0.0025 * size)
-            for kind, colour in (("target", _TARGET), ("effector", _EFFECTOR))
+            for kind, colour in (("target", TARGET), ("effector", EFFECTOR))
             for i in range(count)
         ]
 
@@ -101,7 +90,11 @@ class RobotScene:
         """
         geometry = frame.geometry
         self._skin.vertices = geometry.vertices
-        self._draw_cables(geometry.cables, frame.tension)
+        for i, drawing in self._drawings:
+            own = geometry.segments[self._look.segment_owners == i]
+            drawing.draw(geometry.vertices, own, float(frame.pull[i]), float(frame.tension[i]))
+        if self._ghost is not None and self._ghost.visible and frame.ghost is not None:
+            self._ghost.vertices = frame.ghost
         self._draw_contacts(geometry.contacts)
         look = self._look
         for shown, values in ((self._effectors, frame.values), (self._targets, frame.goal)):
@@ -114,6 +107,11 @@ class RobotScene:
         for i in range(count):
             self._trails[i].draw(targets.reshape(-1, count, 3)[:, i])
             self._trails[count + i].draw(effectors.reshape(-1, count, 3)[:, i])
+
+    def show_ghost(self, shown: bool) -> None:
+        """Show or hide the model beside the robot."""
+        if self._ghost is not None and self._ghost.visible != shown:
+            self._ghost.visible = shown
 
     def place_gizmos(self, values: Array) -> None:
         """Move gizmos that are not where goal values (n_v,) say."""
@@ -135,23 +133,9 @@ class RobotScene:
         self._scene.remove_by_name("/waypoints")
         if len(points):
             self._scene.add_point_cloud(
-                "/waypoints", points.astype(np.float32), _WAYPOINT, point_size=0.025 * self._look.size,
+                "/waypoints", points.astype(np.float32), WAYPOINT, point_size=0.025 * self._look.size,
                 point_shape="circle", precision="float32",
             )  # fmt: skip
-
-    def _draw_cables(self, ends: Floats, tension: Array) -> None:
-        owners = self._look.cable_owners
-        for handle, i in zip(self._cables, self._cable_numbers, strict=True):
-            handle.points = ends[owners == i]
-            share = tension_share(self._look.actuators[i], float(tension[i]))
-            level = round(share * _STEPS)
-            if level != self._levels[i]:
-                self._levels[i] = level
-                pieces = len(handle.points)
-                handle.colors = np.tile(
-                    np.array(cable_colour(level / _STEPS), np.uint8), (pieces, 2, 1)
-                )
-                handle.thickness = self._width * (_THIN + (_THICK - _THIN) * level / _STEPS)
 
     def _draw_contacts(self, contacts: Contacts) -> None:
         """Arrows whose tips touch the contact points: forces push there."""
@@ -166,7 +150,7 @@ class RobotScene:
         points = np.stack([contacts.points - drawn, contacts.points], axis=1).astype(np.float32)
         if self._arrows is None:
             self._arrows = self._scene.add_arrows(
-                "/contacts", points, _CONTACT, shaft_radius=0.004 * size, head_radius=0.009 * size,
+                "/contacts", points, CONTACT, shaft_radius=0.004 * size, head_radius=0.009 * size,
                 head_length=0.02 * size,
             )  # fmt: skip
             return
@@ -206,26 +190,6 @@ def line_pieces(points: Array) -> Floats | None:
     pieces = np.repeat(found[-1:, 1:], _TRAIL * 2, axis=0).reshape(_TRAIL, 2, 3)
     pieces[: len(found)] = found
     return pieces.astype(np.float32)
-
-
-def width_of(look: RobotLook) -> float:
-    """Width of a robot [m]: the middle one of the extents of its skin at rest."""
-    extents = np.sort(np.ptp(look.vertices, axis=0).astype(float))
-    return float(extents[1])
-
-
-def tension_share(actuator: ActuatorLook, tension: float) -> float:
-    """Tension as a share of its limit, 0 … 1; of a pressure that may be negative, of the farther limit."""
-    limit = max(abs(actuator.tension[0]), abs(actuator.tension[1]))
-    return min(abs(tension) / limit, 1.0) if limit > 0.0 and np.isfinite(tension) else 0.0
-
-
-def cable_colour(share: float) -> tuple[int, int, int]:
-    """Colour of a cable at a share 0 … 1 of its largest tension."""
-    first, second = (_SLACK, _MIDDLE) if share < 0.5 else (_MIDDLE, _TIGHT)
-    t = 2.0 * share if share < 0.5 else 2.0 * share - 1.0
-    r, g, b = (round(a + t * (c - a)) for a, c in zip(first, second, strict=True))
-    return r, g, b
 
 
 def _show_at(sphere: viser.IcosphereHandle, position: Array) -> None:

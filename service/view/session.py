@@ -5,12 +5,18 @@ from __future__ import annotations
 import logging
 import time
 from dataclasses import dataclass
+from pathlib import Path
+from queue import SimpleQueue
+
+import numpy as np
+import viser
 
 from tauten.model.numerics import Array
 from tauten.service.frames import FrameHistory, FrameSource, TargetStore, ViewFrame, WaypointList
 from tauten.service.node import Clock
 from tauten.service.plant import TargetPath
 from tauten.service.process import StopFlag
+from tauten.service.view.cable_drawing import CableDrawing
 from tauten.service.view.charts import SPAN
 from tauten.service.view.guard import Guard
 from tauten.service.view.panel import Request, ViewPanel
@@ -52,19 +58,27 @@ class ViewSession:
     Attributes:
         source: of the frames.
         targets: what is followed while it is armed.
+        cable: that is being drawn; None: none can be.
     """
 
-    def __init__(self, source: FrameSource, server: LoopbackServer, guard: Guard) -> None:
+    def __init__(
+        self,
+        source: FrameSource,
+        server: LoopbackServer,
+        guard: Guard,
+        robot_file: Path | None = None,
+    ) -> None:
         """Fill scene and panel.
 
         Args:
             source: of the frames.
             server: that shows them.
             guard: tells when the operator's browser leaves.
+            robot_file: that cables are drawn into; None: none are drawn.
         """
         look = source.look
         self.source, self._server = source, server
-        self._panel = ViewPanel(server, look, operates=True)
+        self._panel = ViewPanel(server, look, operates=True, draws=robot_file is not None)
         self._scene = RobotScene(server, look, draggable=True)
         self.targets = TargetStore(look.effectors, look.size)
         self._history = FrameHistory(whole=False)
@@ -73,6 +87,11 @@ class ViewSession:
         self._shown: float | None = None  # time of the frame that is shown; None: the newest
         self._elapsed = 0.0  # s of the robot
         self._frames = 0
+        self._clicks: SimpleQueue[tuple[Array, Array]] = SimpleQueue()
+        self.cable: CableDrawing | None = None
+        if robot_file is not None:
+            self.cable = CableDrawing(server.scene, look, robot_file)
+            server.scene.on_click()(self._clicked)
         self._scene.on_drag(self._dragged)
         self._panel.on_follow(self._arm)
         self._panel.on_scalar(self._slid)
@@ -151,6 +170,8 @@ class ViewSession:
         if frame is None:
             return
         self._frames += 1
+        self._draw_cable(frame)
+        self._scene.show_ghost(panel.shows_ghost)
         with self._server.atomic():
             self._scene.draw(frame, history.between(frame.time - TRAIL, frame.time))
             self._scene.place_gizmos(self.targets.values)
@@ -182,8 +203,25 @@ class ViewSession:
             content = self.waypoints.csv(self._panel.pace).encode()
             for client in self._server.get_clients().values():
                 client.send_file_download("waypoints.csv", content, save_immediately=True)
+        elif request is Request.UNDO and self.cable is not None:
+            self.cable.undo()
+        elif request is Request.SAVE_CABLE and self.cable is not None:
+            self._panel.say_about_cable(self.cable.save(self._panel.cable_name))
         else:
             self._change_waypoints(request)
+
+    def _draw_cable(self, frame: ViewFrame) -> None:
+        """Take clicks as points of a new cable while it is drawn, and show it."""
+        if self.cable is None:
+            return
+        while not self._clicks.empty():
+            origin, direction = self._clicks.get()
+            if self._panel.draws:
+                self.cable.click(origin, direction, frame.geometry.vertices)
+        self.cable.draw(frame.geometry.vertices)
+
+    def _clicked(self, event: viser.SceneClickEvent) -> None:
+        self._clicks.put((np.array(event.ray_origin), np.array(event.ray_direction)))
 
     def _command(self, command: OperatorCommand) -> None:
         self.source.command(command)

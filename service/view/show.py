@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tauten.model import load_robot
+from tauten.model.constraints import ConstrainedRobot
+from tauten.model.tetra import TetRobot
 from tauten.service.frames import RecordedRobot, ServedRobot, SimulatedRobot, ViewFrame
 from tauten.service.operate import node_of
 from tauten.service.plant import PathError, PathSettings, TargetPath, make_path
@@ -23,7 +25,7 @@ from tauten.service.wire import Network
 
 log = logging.getLogger(__name__)
 
-_BENCH_MOTION = 2.0  # s of the robot that are shown again and again
+_BENCH_MOTION = 1.0  # s of the robot that are shown again and again
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,9 +79,9 @@ def view_simulation(
     """
     with one_blas_thread():
         with stop.interruptible():
-            source, path = _simulated(simulation)
+            source, path, file = _simulated(simulation)
         with open_server(settings.port, source.look.name) as (server, guard):
-            session = ViewSession(source, server, guard)
+            session = ViewSession(source, server, guard, file)
             session.arm()
             if path is not None:
                 session.follow_path(path)
@@ -105,7 +107,7 @@ def export_simulation(
     """
     with one_blas_thread():
         with stop.interruptible():
-            source, path = _simulated(simulation)
+            source, path, _ = _simulated(simulation)
         if path is None:
             raise PathError(
                 "an export of a simulation needs a path: give --path, for instance reach"
@@ -130,20 +132,25 @@ def simulation_cost(
     """
     with one_blas_thread():
         with stop.interruptible():
-            source, path = _simulated(simulation)
+            source, path, _ = _simulated(simulation)
         if path is None:
             raise PathError("a benchmark of the viewer needs a path: give --path")
         frames = list(_following(source, path, min(path.duration, _BENCH_MOTION), stop))
         return view_cost(source.look, frames, seconds, stop) if frames else None
 
 
-def _simulated(simulation: SimulationSettings) -> tuple[SimulatedRobot, TargetPath | None]:
+def _simulated(
+    simulation: SimulationSettings,
+) -> tuple[SimulatedRobot, TargetPath | None, Path | None]:
+    """A simulated robot, the path of its target, and the file that cables can be drawn into."""
     setup = load_setup(simulation.robot, basis=simulation.basis, model=simulation.model)
     plant = load_robot(simulation.robot, young_scale=simulation.young_scale)
     path = None
     if simulation.path is not None:
         path = make_path(simulation.path, plant, PathSettings(repeats=True))
-    return SimulatedRobot(setup, plant), path
+    file = Path(simulation.robot)
+    own = file.suffix == ".toml" and isinstance(plant, TetRobot | ConstrainedRobot)
+    return SimulatedRobot(setup, plant), path, file if own else None
 
 
 def _following(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from multiprocessing import get_context
 from multiprocessing.synchronize import Event
 
@@ -119,10 +119,7 @@ def view_cost(
 
 def _at(frame: ViewFrame, time_: float) -> ViewFrame:
     """The frame at another time [s]."""
-    return ViewFrame(
-        time_, frame.mode, frame.cause, frame.status, frame.geometry, frame.pull, frame.tension,
-        frame.goal, frame.values, frame.step,
-    )  # fmt: skip
+    return replace(frame, time=time_)
 
 
 def _receive(port: int, done: Event) -> None:

@@ -53,10 +53,7 @@ from tauten.service.wire.messages import (
     TICK,
     Joints,
     Point,
-    Rejection,
-    RejectionReason,
     decode_joints,
-    decode_point,
     definition,
     encode_float,
     encode_joints,
@@ -79,6 +76,7 @@ from tauten.service.wire.network import (
 )
 from tauten.service.wire.publisher import Publisher
 from tauten.service.wire.questions import ask_description, wait_for
+from tauten.service.wire.rejection import Rejection, RejectionReason
 from tauten.service.wire.tick import Positions, Tick, decode_tick, encode_tick
 
 __all__ = [
@@ -132,7 +130,6 @@ __all__ = [
     "decode_cloud",
     "decode_health",
     "decode_joints",
-    "decode_point",
     "decode_tick",
     "default_port",
     "definition",

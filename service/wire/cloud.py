@@ -17,13 +17,12 @@ from rosbags.typesys import Stores, get_typestore
 from rosbags.typesys.store import Typestore
 
 from tauten.service.wire.messages import (
-    Rejection,
-    RejectionReason,
     header,
     nanoseconds,
     new,
     to_cdr,
 )
+from tauten.service.wire.rejection import Rejection, RejectionReason
 
 CLOUD = "sensor_msgs/msg/PointCloud2"
 LARGEST_CLOUD = 2**20  # bytes; Zenoh assembles no larger message here

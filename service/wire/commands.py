@@ -6,23 +6,22 @@
 
 from __future__ import annotations
 
-import json
 import math
 from dataclasses import dataclass
 
 from tauten.service.wire.effector_subscriber import Source, payload_of
 from tauten.service.wire.health import MessageCounts
+from tauten.service.wire.json_messages import JsonText, from_json
 from tauten.service.wire.messages import (
     JSON,
     TEXT,
-    Rejection,
-    RejectionReason,
     from_cdr,
     new,
     payload_format,
     to_cdr,
 )
 from tauten.service.wire.modes import LockOrder, OperatorCommand, OperatorOrder
+from tauten.service.wire.rejection import Rejection, RejectionReason
 
 COMMAND_RING = 16
 
@@ -115,9 +114,5 @@ def _cdr_text(payload: bytes) -> str | Rejection:
 
 
 def _json_text(payload: bytes) -> str | Rejection:
-    try:
-        return str(json.loads(payload)["data"])
-    except (ValueError, TypeError, KeyError, IndexError, RecursionError) as error:
-        return Rejection(
-            RejectionReason.MALFORMED, f"not a {TEXT} as JSON: {type(error).__name__} {error}"
-        )
+    found = from_json(JsonText, TEXT, payload)
+    return found if isinstance(found, Rejection) else found.data

@@ -20,34 +20,37 @@ import numpy as np
 
 from tauten.model import UNIT_LENGTH
 from tauten.model.schema import EffectorKind
+from tauten.service.wire.json_messages import (
+    JsonJointState,
+    JsonPointStamped,
+    JsonPoseStamped,
+    from_json,
+)
 from tauten.service.wire.messages import (
     JOINTS,
     JSON,
-    JSON_ERRORS,
     POINT,
     POSE,
     Point,
-    Rejection,
-    RejectionReason,
-    decode_point,
     encode_point,
     from_cdr,
     header,
-    header_from_json,
     header_json,
     new,
-    number,
     payload_format,
     point_json,
     time_of,
     to_cdr,
 )
+from tauten.service.wire.rejection import Rejection, RejectionReason
 
 MESSAGE_TYPES: dict[EffectorKind, str] = {
     "point": POINT, "centre": POINT, "frame": POSE, "distance": JOINTS, "length": JOINTS,
     "volume": JOINTS,
 }  # fmt: skip
-_FIELDS = {POINT: "point", POSE: "pose", JOINTS: "position"}  # by which JSON shows its type
+_MODELS: dict[str, type[JsonPointStamped | JsonPoseStamped | JsonJointState]] = {
+    POINT: JsonPointStamped, POSE: JsonPoseStamped, JOINTS: JsonJointState,
+}  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,60 +134,51 @@ def decode_effector(
             detail = f"{form.detail} for effector {name!r} of kind {kind!r}"
             return Rejection(RejectionReason.WRONG_TYPE, detail)
         return form
-    if form == JSON:
-        other = _other_type(payload, expected)
-        if other:
-            detail = f"found {other}, expected {expected} for effector {name!r} of kind {kind!r}"
-            return Rejection(RejectionReason.WRONG_TYPE, detail)
-    if expected == POINT:
-        point = decode_point(payload, encoding)
-        if isinstance(point, Rejection):
-            return point
-        return EffectorMessage(point.stamp, point.frame, point.xyz)
     read = _from_json if form == JSON else _from_cdr
-    return _checked(read(expected, name, payload), kind)
+    return _checked(read(kind, name, payload), kind)
 
 
-def _other_type(payload: bytes, expected: str) -> str:
-    """The type whose field a JSON message has instead of the expected one's; "" where there is none."""
-    try:
-        fields = json.loads(payload)
-        if _FIELDS[expected] in fields:
-            return ""
-        return next((kind for kind, field in _FIELDS.items() if field in fields), "")
-    except JSON_ERRORS:
-        return ""
-
-
-def _from_cdr(expected: str, name: str, payload: bytes) -> EffectorMessage | Rejection:
-    message = from_cdr(expected, payload)
+def _from_cdr(kind: EffectorKind, name: str, payload: bytes) -> EffectorMessage | Rejection:
+    message = from_cdr(MESSAGE_TYPES[kind], payload)
     if isinstance(message, Rejection):
         return message
     stamp, frame = time_of(message.header.stamp), str(message.header.frame_id)
     if isinstance(stamp, Rejection):
         return stamp
-    if expected == JOINTS:
+    if MESSAGE_TYPES[kind] == POINT:
+        point = message.point
+        return EffectorMessage(stamp, frame, (point.x, point.y, point.z))
+    if MESSAGE_TYPES[kind] == JOINTS:
         positions = tuple(map(float, message.position))
         return _scalar(EffectorMessage(stamp, frame, positions), tuple(message.name), name)
     p, q = message.pose.position, message.pose.orientation
     return EffectorMessage(stamp, frame, (p.x, p.y, p.z, q.w, q.x, q.y, q.z))
 
 
-def _from_json(expected: str, name: str, payload: bytes) -> EffectorMessage | Rejection:
-    try:
-        fields = json.loads(payload)
-        stamp, frame = header_from_json(fields)
-        if expected == JOINTS:
-            positions = {str(i): value for i, value in enumerate(fields["position"])}
-            values = tuple(number(positions, i) for i in positions)
-            names = tuple(str(item) for item in fields.get("name", []))
-            return _scalar(EffectorMessage(stamp, frame, values), names, name)
-        p, q = fields["pose"]["position"], fields["pose"]["orientation"]
-        values = tuple(number(p, i) for i in "xyz") + tuple(number(q, i) for i in "wxyz")
-        return EffectorMessage(stamp, frame, values)
-    except JSON_ERRORS as error:
-        detail = f"not a {expected} as JSON: {type(error).__name__} {error}"
-        return Rejection(RejectionReason.MALFORMED, detail)
+def _from_json(kind: EffectorKind, name: str, payload: bytes) -> EffectorMessage | Rejection:
+    expected = MESSAGE_TYPES[kind]
+    found = from_json(_MODELS[expected], expected, payload)
+    if isinstance(found, Rejection):
+        other = _other_type(payload, expected)
+        if not other:
+            return found
+        detail = f"found {other}, expected {expected} for effector {name!r} of kind {kind!r}"
+        return Rejection(RejectionReason.WRONG_TYPE, detail)
+    stamp, frame = found.header.nanoseconds, found.header.frame_id
+    if isinstance(found, JsonPointStamped):
+        return EffectorMessage(stamp, frame, (found.point.x, found.point.y, found.point.z))
+    if isinstance(found, JsonJointState):
+        return _scalar(EffectorMessage(stamp, frame, found.position), found.name, name)
+    p, q = found.pose.position, found.pose.orientation
+    return EffectorMessage(stamp, frame, (p.x, p.y, p.z, q.w, q.x, q.y, q.z))
+
+
+def _other_type(payload: bytes, expected: str) -> str:
+    """The type as which a message that is not of the expected one can be read; "" where there is none."""
+    for kind, model in _MODELS.items():
+        if kind != expected and not isinstance(from_json(model, kind, payload), Rejection):
+            return kind
+    return ""
 
 
 def _scalar(

@@ -12,13 +12,12 @@ import numpy as np
 from tauten.model.numerics import Array
 from tauten.service.wire.messages import (
     HEALTH,
-    Rejection,
-    RejectionReason,
     from_cdr,
     header,
     new,
     to_cdr,
 )
+from tauten.service.wire.rejection import Rejection, RejectionReason
 
 
 class Level(IntEnum):

@@ -18,9 +18,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
-from enum import Enum
 from functools import cache
 from typing import Any
 
@@ -28,6 +26,9 @@ import numpy as np
 from rosbags.serde import SerdeError
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
+
+from tauten.service.wire.json_messages import NANO, SECONDS
+from tauten.service.wire.rejection import Rejection, RejectionReason
 
 POINT = "geometry_msgs/msg/PointStamped"
 POSE = "geometry_msgs/msg/PoseStamped"
@@ -69,36 +70,6 @@ JSON = "application/json"
 # zenoh/bytes is the encoding of a publisher that names none
 _CDR_ENCODINGS = frozenset({CDR, "zenoh/bytes", "application/octet-stream"})
 MAX_PAYLOAD = 16_384  # bytes; the largest correct message has a few hundred
-_NANO = 1_000_000_000
-# exceptions of reading fields of a JSON value of any shape, depth and size
-JSON_ERRORS = (ValueError, TypeError, KeyError, AttributeError, OverflowError, RecursionError)
-
-
-class RejectionReason(Enum):
-    """Why a message was refused; the value is its name in counters."""
-
-    TOO_LARGE = "too_large"
-    ENCODING = "unknown_encoding"
-    WRONG_TYPE = "wrong_type"
-    MALFORMED = "malformed"
-    WRONG_FRAME = "wrong_frame"
-    WRONG_SHAPE = "wrong_shape"
-    NOT_FINITE = "not_finite"
-    NO_ROTATION = "no_rotation"
-    OUT_OF_REACH = "out_of_reach"
-    TOO_OLD = "too_old"
-    NOT_PLAUSIBLE = "not_plausible"
-    UNKNOWN = "unknown_command"
-    NOT_NOW = "not_possible_now"
-    LOCK_REFUSED = "lock_refused"
-
-
-@dataclass(frozen=True, slots=True)
-class Rejection:
-    """A message that was refused: the reason, and a sentence with what was found and what is allowed."""
-
-    reason: RejectionReason
-    detail: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -163,18 +134,18 @@ def header(stamp: int, frame: str) -> Any:
 
 def header_json(stamp: int, frame: str) -> dict[str, Any]:
     """The fields of a std_msgs/Header of a time [ns since the epoch]."""
-    sec, nanosec = divmod(stamp, _NANO)
+    sec, nanosec = divmod(stamp, NANO)
     return {"stamp": {"sec": sec, "nanosec": nanosec}, "frame_id": frame}
 
 
 def time_message(stamp: int) -> Any:
     """builtin_interfaces/Time of a time [ns since the epoch]."""
-    return new("builtin_interfaces/msg/Time", sec=stamp // _NANO, nanosec=stamp % _NANO)
+    return new("builtin_interfaces/msg/Time", sec=stamp // NANO, nanosec=stamp % NANO)
 
 
 def nanoseconds(time: Any) -> int:
     """Nanoseconds since the epoch of a builtin_interfaces/Time."""
-    return int(time.sec) * _NANO + int(time.nanosec)
+    return int(time.sec) * NANO + int(time.nanosec)
 
 
 def encode_point(point: Point) -> bytes:
@@ -189,17 +160,6 @@ def point_json(point: Point) -> bytes:
     x, y, z = point.xyz
     fields = {"header": header_json(point.stamp, point.frame), "point": {"x": x, "y": y, "z": z}}
     return json.dumps(fields).encode()
-
-
-def decode_point(payload: bytes, encoding: str) -> Point | Rejection:
-    """A point from CDR or JSON, whichever the encoding names; its numbers are finite."""
-    form = payload_format(payload, encoding, POINT)
-    if isinstance(form, Rejection):
-        return form
-    point = _point_from_json(payload) if form == JSON else _point_from_cdr(payload)
-    if isinstance(point, Point) and not all(map(math.isfinite, point.xyz)):
-        return Rejection(RejectionReason.NOT_FINITE, f"point {point.xyz} is not finite")
-    return point
 
 
 def encode_joints(joints: Joints) -> bytes:
@@ -280,60 +240,9 @@ def payload_format(payload: bytes, encoding: str, kind: str) -> str | Rejection:
     return Rejection(RejectionReason.ENCODING, f"found {encoding}, allowed are {CDR} and {JSON}")
 
 
-def _point_from_cdr(payload: bytes) -> Point | Rejection:
-    message = from_cdr(POINT, payload)
-    if isinstance(message, Rejection):
-        return message
-    point, time = message.point, time_of(message.header.stamp)
-    if isinstance(time, Rejection):
-        return time
-    return Point(time, str(message.header.frame_id), (point.x, point.y, point.z))
-
-
-def _point_from_json(payload: bytes) -> Point | Rejection:
-    try:
-        fields = json.loads(payload)
-        x, y, z = (number(fields["point"], name) for name in "xyz")
-        return Point(*header_from_json(fields), (x, y, z))
-    except JSON_ERRORS as error:
-        return Rejection(
-            RejectionReason.MALFORMED, f"not a {POINT} as JSON: {type(error).__name__} {error}"
-        )
-
-
 def time_of(time: Any) -> int | Rejection:
     """Nanoseconds since the epoch of a builtin_interfaces/Time that has arrived."""
-    if not _is_time(time.sec, time.nanosec):
+    if not (0 <= time.sec < SECONDS and 0 <= time.nanosec < NANO):
         detail = f"stamp {time.sec} s {time.nanosec} ns is not a time"
         return Rejection(RejectionReason.MALFORMED, detail)
     return nanoseconds(time)
-
-
-def header_from_json(fields: Mapping[str, Any]) -> tuple[int, str]:
-    """Time [ns since the epoch] and frame of a message, 0 and "" where it names none.
-
-    Raises:
-        ValueError, TypeError, AttributeError: they are none, see `JSON_ERRORS`.
-    """
-    head = fields.get("header", {})
-    stamp = head.get("stamp", {})
-    sec, nanosec = (int(stamp.get(name, 0)) for name in ("sec", "nanosec"))
-    if not _is_time(sec, nanosec):
-        raise ValueError(f"stamp {sec} s {nanosec} ns is not a time")
-    return sec * _NANO + nanosec, str(head.get("frame_id", ""))
-
-
-def _is_time(sec: int, nanosec: int) -> bool:
-    return 0 <= sec < 2**31 and 0 <= nanosec < _NANO
-
-
-def number(fields: Mapping[str, object], name: str) -> float:
-    """A number of a JSON object.
-
-    Raises:
-        KeyError, TypeError: there is none.
-    """
-    value = fields[name]
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise TypeError(f"{name} is not a number")
-    return float(value)

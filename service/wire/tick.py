@@ -14,8 +14,6 @@ import numpy as np
 from tauten.service.wire.messages import (
     TICK,
     TICK_OF_POINTS,
-    Rejection,
-    RejectionReason,
     from_cdr,
     header,
     nanoseconds,
@@ -24,6 +22,7 @@ from tauten.service.wire.messages import (
     to_cdr,
 )
 from tauten.service.wire.modes import Cause, Mode
+from tauten.service.wire.rejection import Rejection, RejectionReason
 
 Positions = tuple[tuple[float, float, float], ...]
 

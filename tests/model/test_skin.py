@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from support.robots.small_bodies import END, MIDDLE, SLIDE, TURN, constrained, moved
 
 from tauten.model import Robot, Simulator, State, load_robot, skin_of
+from tauten.model.actuators import enclosed_volume
 from tauten.reduction.state import StateBasis, reduced_robot
 
 
@@ -46,9 +48,9 @@ def check_lengths(robot: Robot, state: State) -> None:
 
 def lengths(robot: Robot, state: State) -> np.ndarray:
     """Lengths of the drawn cables (n_a,) [m]."""
-    ends = robot.cable_segments(state)
+    ends = robot.actuator_segments(state)
     pieces = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
-    return np.bincount(robot.cable_owners, pieces, minlength=robot.n_a)
+    return np.bincount(robot.segment_owners, pieces, minlength=robot.n_a)
 
 
 def test_drawn_forces_open_the_contacts(bent: tuple[Robot, State]) -> None:
@@ -78,3 +80,51 @@ def test_the_skin_is_the_surface_and_forces_in_it_push(bent: tuple[Robot, State]
     total = np.linalg.norm(contacts.forces, axis=1).sum()
     assert total == pytest.approx(simulator.lam_c.sum(), rel=0.02)
     assert len(contacts.points) > 10
+
+
+def test_drawn_drives_and_forces_move_by_their_position() -> None:
+    """Along their directions by δ; the axis of a servo stays; motors of couplings own their members."""
+    push = {
+        "name": "push", "point": [0.1, 0.01, 0.01], "direction": [0.0, 0.0, 2.0],
+        "max_force": 5.0, "max_travel": 0.02, "max_rate": 0.1,
+    }  # fmt: skip
+    robot = constrained(
+        drives=[{**TURN, "region": MIDDLE}, {**SLIDE, "region": END}],
+        forces=[push],
+        couplings=[
+            {
+                "name": "motor", "members": ["push"], "gains": [2.0],
+                "max_position": 1.0, "max_effort": 10.0, "max_rate": 1.0,
+            }
+        ],
+    )  # fmt: skip
+    rest = robot.rest()
+    state = moved(robot, rest, 2e-3 * np.random.default_rng(3).standard_normal(robot.n))
+    owner = {name: i for i, name in enumerate(robot.actuators.names)}
+    delta = robot.rows(state, contacts=False).actuators.delta
+    before, after = robot.actuator_segments(rest), robot.actuator_segments(state)
+    assert sorted(set(robot.segment_owners.tolist())) == list(range(robot.n_a))
+    for name, gain in (("motor", 2.0), ("slider", 1.0)):
+        (place,) = np.flatnonzero(robot.segment_owners == owner[name])
+        along = after[place, 1] - after[place, 0]
+        assert along == pytest.approx([0.0, 0.0, 1.0])
+        shift = (after[place, 0] - before[place, 0]) @ along
+        assert gain * shift == pytest.approx(delta[owner[name]], rel=1e-9)
+    (servo,) = np.flatnonzero(robot.segment_owners == owner["servo"])
+    assert after[servo] == pytest.approx(before[servo])
+    assert before[servo, 1] - before[servo, 0] == pytest.approx([0.0, 1.0, 0.0])
+    assert (robot.chamber_owners == -1).all()
+
+
+def test_the_drawn_chamber_has_the_volume_of_the_chamber() -> None:
+    robot = load_robot("pneumatic_finger")
+    rng = np.random.default_rng(4)
+    rest = robot.rest()
+    state = State(rest.q + 1e-4 * rng.standard_normal(robot.n), rest.v)
+    delta = robot.rows(state, contacts=False).actuators.delta
+    for chamber in range(robot.n_a):
+        triangles = robot.triangles[robot.chamber_owners == chamber]
+        assert len(triangles) > 100
+        volumes = [-enclosed_volume(robot.points(at), triangles) for at in (rest, state)]
+        assert volumes[0] > 0.0
+        assert volumes[1] - volumes[0] == pytest.approx(delta[chamber], rel=1e-6)

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import io
-import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
+import chromium
 import matplotlib.image
 import numpy as np
 import pytest
@@ -19,19 +19,6 @@ if TYPE_CHECKING:
 
 WIDTH, HEIGHT = 1600, 800
 FIELD_OF_VIEW = np.radians(75.0)  # of viser's camera, from bottom to top
-ARGUMENTS = [
-    "--no-sandbox",
-    "--use-gl=angle",
-    "--use-angle=swiftshader",
-    "--enable-unsafe-swiftshader",
-    "--ignore-gpu-blocklist",
-]
-
-
-def chromium() -> str | None:
-    """Path of a Chromium on this computer."""
-    names = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
-    return next((path for name in names if (path := shutil.which(name))), None)
 
 
 @contextmanager
@@ -42,19 +29,17 @@ def page_of(address: str, loaded: str | None = None) -> Iterator[Page]:
         address: to open.
         loaded: text that shows that it is there; None: its canvas does.
     """
-    path = chromium()
-    if path is None:
+    if chromium.installed() is None:
         pytest.skip("no Chromium on this computer: apt-get install chromium")
-    playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-    with playwright.sync_playwright() as driver:
-        browser = driver.chromium.launch(executable_path=path, args=ARGUMENTS)
+    pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+    with chromium.launched() as browser:
         page = browser.new_page(viewport={"width": WIDTH, "height": HEIGHT})
+        page.set_default_timeout(120_000)  # ms; without a graphics card, on a busy machine
         page.goto(address)
         page.wait_for_selector("canvas", timeout=60_000)
         if loaded is not None:
             page.get_by_text(loaded).first.wait_for(timeout=60_000)
         yield page
-        browser.close()
 
 
 def pixels(page: Page) -> Array:

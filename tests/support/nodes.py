@@ -12,6 +12,7 @@ from typing import TypeVar
 import numpy as np
 import zenoh
 
+from support.messages import decode_point
 from support.processes import Served
 from tauten.model import Robot, Simulator
 from tauten.service.log import LogReader
@@ -27,7 +28,6 @@ from tauten.service.wire import (
     Tick,
     decode_health,
     decode_joints,
-    decode_point,
     decode_tick,
     encode_point,
     point_json,

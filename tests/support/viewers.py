@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import msgspec
@@ -37,11 +38,16 @@ class Shown:
 
 
 @contextmanager
-def showing(source: FrameSource) -> Iterator[Shown]:
-    """Show a robot until the block ends."""
+def showing(source: FrameSource, robot_file: Path | None = None) -> Iterator[Shown]:
+    """Show a robot until the block ends.
+
+    Args:
+        source: of the frames.
+        robot_file: that cables are drawn into.
+    """
     stop = StopFlag()
     with open_server(0, "test") as (server, guard):
-        session = ViewSession(source, server, guard)
+        session = ViewSession(source, server, guard, robot_file)
         thread = threading.Thread(target=session.run, args=(stop,))
         thread.start()
         try:

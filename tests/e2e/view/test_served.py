@@ -64,7 +64,7 @@ def test_the_surface_is_that_of_the_model(shown: Shown, beam: Robot) -> None:
     skin = skin_of(beam)
     rest = beam.points(beam.rest())[skin.used]
     assert frame.geometry.vertices == pytest.approx(rest, abs=1e-5)
-    assert frame.geometry.cables == pytest.approx(beam.cable_segments(beam.rest()), abs=1e-5)
+    assert frame.geometry.segments == pytest.approx(beam.actuator_segments(beam.rest()), abs=1e-5)
 
 
 def test_the_surface_leaves_the_node_only_while_somebody_listens(served: Served) -> None:

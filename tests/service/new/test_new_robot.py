@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 import meshio
@@ -10,7 +9,7 @@ import numpy as np
 import pytest
 
 from tauten.model import Simulator, load_robot
-from tauten.service.new import NewRobot, PartError, elements_needed, make_new_robot
+from tauten.service.new import NewRobot, Part, PartError, make_new_robot, read_part
 from tauten.service.process import StopFlag
 
 BOX = np.array([[x, y, z] for x in (0, 12) for y in (0, 12) for z in (0, 60)], dtype=float)  # mm
@@ -32,6 +31,10 @@ def write_stl(path: Path, vertices: np.ndarray, triangles: np.ndarray) -> Path:
     return path
 
 
+def read(path: Path, unit: str = "mm", repair: bool = False) -> Part:
+    return read_part(path, unit, repair)
+
+
 def make(new: NewRobot, folder: Path) -> object:
     return make_new_robot(new, folder, StopFlag(), lambda done, what: None)
 
@@ -39,7 +42,10 @@ def make(new: NewRobot, folder: Path) -> object:
 def test_a_box_becomes_a_robot_that_bends(tmp_path: Path) -> None:
     part = write_stl(tmp_path / "bar.stl", *box())
     made = make_new_robot(
-        NewRobot("bar", part, size=4e-3), tmp_path / "bar", StopFlag(), lambda done, what: None
+        NewRobot("bar", read(part), size=4e-3),
+        tmp_path / "bar",
+        StopFlag(),
+        lambda done, what: None,
     )
     robot = load_robot(made.file)
     assert len(made.trials) == 1 and np.isnan(made.trials[0].error)
@@ -55,7 +61,7 @@ def test_a_box_becomes_a_robot_that_bends(tmp_path: Path) -> None:
 def test_the_size_is_chosen_by_the_error_of_the_mesh(tmp_path: Path) -> None:
     part = write_stl(tmp_path / "bar.stl", *box())
     made = make_new_robot(
-        NewRobot("a", part, accuracy=0.2), tmp_path / "a", StopFlag(), lambda done, what: None
+        NewRobot("a", read(part), accuracy=0.2), tmp_path / "a", StopFlag(), lambda done, what: None
     )
     assert made.chosen < len(made.trials) - 1
     assert made.trials[made.chosen].error <= 0.2
@@ -65,7 +71,10 @@ def test_a_surface_that_is_inside_out_is_turned(tmp_path: Path) -> None:
     vertices, triangles = box()
     part = write_stl(tmp_path / "bar.stl", vertices, triangles[:, ::-1])
     made = make_new_robot(
-        NewRobot("bar", part, size=6e-3), tmp_path / "bar", StopFlag(), lambda done, what: None
+        NewRobot("bar", read(part), size=6e-3),
+        tmp_path / "bar",
+        StopFlag(),
+        lambda done, what: None,
     )
     assert "inside out" in made.note
 
@@ -73,13 +82,10 @@ def test_a_surface_that_is_inside_out_is_turned(tmp_path: Path) -> None:
 def test_holes_are_refused_and_repaired(tmp_path: Path) -> None:
     vertices, triangles = box()
     part = write_stl(tmp_path / "open.stl", vertices, triangles[1:])
-    new = NewRobot("bar", part, size=6e-3)
     with pytest.raises(PartError, match=r"open.stl: the surface has holes, 3 edges .*--repair"):
-        make(new, tmp_path / "bar")
-    assert not (tmp_path / "bar").exists()
-    made = make_new_robot(
-        replace(new, repair=True), tmp_path / "bar", StopFlag(), lambda done, what: None
-    )
+        read(part)
+    new = NewRobot("bar", read(part, repair=True), size=6e-3)
+    made = make_new_robot(new, tmp_path / "bar", StopFlag(), lambda done, what: None)
     assert load_robot(made.file).n_elements > 100
 
 
@@ -88,7 +94,7 @@ def test_triangles_that_cross_are_refused(tmp_path: Path) -> None:
     vertices = np.vstack([first[0], second[0]])
     part = write_stl(tmp_path / "two.stl", vertices, np.vstack([first[1], second[1] + 8]))
     with pytest.raises(PartError, match="cross each other near"):
-        make(NewRobot("two", part, size=6e-3), tmp_path / "two")
+        make(NewRobot("two", read(part), size=6e-3), tmp_path / "two")
 
 
 def test_a_triangle_that_is_turned_is_refused(tmp_path: Path) -> None:
@@ -97,7 +103,7 @@ def test_a_triangle_that_is_turned_is_refused(tmp_path: Path) -> None:
     triangles[0] = triangles[0, ::-1]
     part = write_stl(tmp_path / "turned.stl", vertices, triangles)
     with pytest.raises(PartError, match="inside out beside others"):
-        make(NewRobot("turned", part, size=6e-3), tmp_path / "turned")
+        make(NewRobot("turned", read(part), size=6e-3), tmp_path / "turned")
 
 
 def test_an_assembly_is_refused_and_a_solid_is_meshed(tmp_path: Path) -> None:
@@ -106,9 +112,9 @@ def test_an_assembly_is_refused_and_a_solid_is_meshed(tmp_path: Path) -> None:
     solid.WriteStep(str(tmp_path / "one.step"))
     occ.Compound([solid, occ.Box((30, 0, 0), (42, 12, 60))]).WriteStep(str(tmp_path / "two.step"))
     with pytest.raises(PartError, match=r"two.step: holds 2 solids, one is needed"):
-        make(NewRobot("two", tmp_path / "two.step", size=6e-3), tmp_path / "two")
+        make(NewRobot("two", read(tmp_path / "two.step"), size=6e-3), tmp_path / "two")
     made = make_new_robot(
-        NewRobot("one", tmp_path / "one.step", size=6e-3),
+        NewRobot("one", read(tmp_path / "one.step"), size=6e-3),
         tmp_path / "one",
         StopFlag(),
         lambda done, what: None,
@@ -120,10 +126,13 @@ def test_an_assembly_is_refused_and_a_solid_is_meshed(tmp_path: Path) -> None:
 def test_tetrahedra_of_a_file_are_taken_as_they_are(tmp_path: Path) -> None:
     part = write_stl(tmp_path / "bar.stl", *box())
     first = make_new_robot(
-        NewRobot("bar", part, size=6e-3), tmp_path / "bar", StopFlag(), lambda done, what: None
+        NewRobot("bar", read(part), size=6e-3),
+        tmp_path / "bar",
+        StopFlag(),
+        lambda done, what: None,
     )
     again = make_new_robot(
-        NewRobot("same", tmp_path / "bar" / "bar.vtu", unit="m"),
+        NewRobot("same", read(tmp_path / "bar" / "bar.vtu", unit="m")),
         tmp_path / "same",
         StopFlag(),
         lambda done, what: None,
@@ -133,16 +142,16 @@ def test_tetrahedra_of_a_file_are_taken_as_they_are(tmp_path: Path) -> None:
 
 def test_a_tiny_size_is_counted_before_it_is_meshed(tmp_path: Path) -> None:
     part = write_stl(tmp_path / "bar.stl", *box())
-    assert elements_needed(NewRobot("bar", part, size=1e-4)) > 1_000_000
+    assert NewRobot("bar", read(part), size=1e-4).elements > 1_000_000
     with pytest.raises(PartError, match="choose a --size above"):
-        make(NewRobot("bar", part, size=1e-4), tmp_path / "bar")
+        make(NewRobot("bar", read(part), size=1e-4), tmp_path / "bar")
 
 
 def test_a_folder_that_exists_is_not_touched(tmp_path: Path) -> None:
     part = write_stl(tmp_path / "bar.stl", *box())
     (tmp_path / "bar").mkdir()
     with pytest.raises(PartError, match="exists already"):
-        make(NewRobot("bar", part), tmp_path / "bar")
+        make(NewRobot("bar", read(part)), tmp_path / "bar")
 
 
 @pytest.mark.parametrize("contents", [b"", b"solid x\nendsolid x\n", b"\x00" * 84, b"not a mesh"])
@@ -150,5 +159,5 @@ def test_files_that_hold_no_surface(tmp_path: Path, contents: bytes) -> None:
     part = tmp_path / "bad.stl"
     part.write_bytes(contents)
     with pytest.raises(ValueError, match=r"bad.stl"):
-        make(NewRobot("bad", part), tmp_path / "bad")
+        make(NewRobot("bad", read(part)), tmp_path / "bad")
     assert not (tmp_path / "bad").exists()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -17,6 +18,13 @@ from tauten.service.setup import load_setup
 from tauten.service.view import ViewError, open_server
 from tauten.service.wire import reach_of
 
+CLICK: dict[str, object] = {
+    "event_type": "click",
+    "ray_origin": (0.05, -1.0, 0.01),
+    "ray_direction": (0.0, 1.0, 0.0),
+    "screen_pos": ((0.5, 0.5),),
+    "modifier": None,
+}
 NEAR = (0.1, 0.01, 0.013)  # 3 mm above the tip at rest
 
 
@@ -95,6 +103,44 @@ def test_inputs_keep_their_limits_and_the_rest_of_the_panel_cannot_be_changed(sh
         assert wait_until(lambda: shown.guard.refused.total() == 2 * len(sliders) + 4)
         page.send(b"\x00" * 100_000)  # beyond the largest message: the connection is closed
         assert wait_until(lambda: shown.guard.browsers == 0)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"event_type": "rect-select"},
+        {"ray_origin": None},
+        {"ray_direction": (0.0, 1.0)},
+        {"ray_direction": (0.0, math.nan, 0.0)},
+    ],
+)
+def test_what_is_no_click_is_refused(shown: Shown, change: dict[str, object]) -> None:
+    with browser(shown) as page:
+        send(page, "ScenePointerMessage", **{**CLICK, **change})
+        assert wait_until(lambda: shown.guard.refused.total() == 1)
+
+
+def test_clicks_draw_only_where_it_is_allowed(beam_file: Path, beam: Robot, tmp_path: Path) -> None:
+    file = Path(shutil.copytree(beam_file.parent, tmp_path / "own")) / beam_file.name
+    text = file.read_bytes()
+    with showing(SimulatedRobot(load_setup(file), beam), file) as shown, browser(shown) as page:
+        cable, panel = shown.session.cable, shown.session._panel
+        assert cable is not None and panel._drawing is not None
+        before = shown.session.newest
+        send(page, "ScenePointerMessage", **CLICK)
+        assert wait_until(lambda: shown.session.newest is not before)
+        assert len(cable) == 0  # *draw* is off
+        panel._drawing.value = True  # type: ignore[misc]
+
+        def clicked() -> bool:
+            send(page, "ScenePointerMessage", **CLICK)
+            return wait_until(lambda: len(cable) > 1, 1.0)
+
+        assert wait_until(clicked)
+        assert cable.rest[0] == pytest.approx([0.05, 0.0, 0.01], abs=1e-6)
+        for name in ("lower", "a b", "../x", 'x"\nrate = 1e9 #', ""):
+            assert cable.save(name).startswith("not saved: ")
+    assert file.read_bytes() == text
 
 
 def test_a_second_browser_looks_on(shown: Shown, beam: Robot) -> None:

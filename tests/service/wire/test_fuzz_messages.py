@@ -7,6 +7,7 @@ import random
 from collections.abc import Callable
 
 import pytest
+from support.messages import decode_point
 
 from tauten.service.wire import (
     CDR,
@@ -25,7 +26,6 @@ from tauten.service.wire import (
     decode_command,
     decode_health,
     decode_joints,
-    decode_point,
     decode_tick,
     encode_command,
     encode_health,

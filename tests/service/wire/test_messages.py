@@ -6,6 +6,7 @@ import math
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
+from support.messages import decode_point
 
 from tauten.service.wire import (
     CDR,
@@ -20,7 +21,6 @@ from tauten.service.wire import (
     Rejection,
     RejectionReason,
     decode_joints,
-    decode_point,
     definition,
     encode_joints,
     encode_point,
@@ -83,7 +83,7 @@ def test_encodings_of_cdr_that_are_read(encoding: str) -> None:
         (
             b'{"point": {"x": 1' + b"0" * 400 + b', "y": 0, "z": 0}}',
             JSON,
-            RejectionReason.MALFORMED,
+            RejectionReason.NOT_FINITE,
         ),
         (b"[" * 10_000, JSON, RejectionReason.MALFORMED),
         (b"[]", JSON, RejectionReason.MALFORMED),

@@ -1,0 +1,271 @@
+"""How actuators are drawn: cables with their springs, chambers, forces, drives and slides.
+
+A drawing is made once for each actuator and updated with each frame; nothing is sent while nothing changes.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+import viser
+
+from tauten.model import ActuatorKind, Floats
+from tauten.model.numerics import Array, Ints
+from tauten.service.frames import ActuatorLook, RobotLook
+
+Colour = tuple[int, int, int]
+SLACK, MIDDLE, TIGHT = (30, 80, 200), (235, 170, 20), (215, 20, 20)  # effort from none to its limit
+VACUUM, NO_PRESSURE, PRESSURE = (40, 90, 220), (225, 225, 225), (215, 20, 20)
+FORCE, AXIS, SPRING = (200, 30, 130), (90, 60, 30), (60, 60, 60)
+LEVELS = 16  # of a colour: nothing is sent while the level remains
+_THIN, _THICK = 0.06, 0.15  # thickness of a cable, as a share of the robot's width
+_ARROW = 0.2  # length of the arrow of the largest force, as a share of the robot's size
+_RADIUS = 0.12  # of the arc of a drive, as a share of the robot's size
+_ARC = 24  # pieces of the arc of an angle
+_COILS = 6
+_SPRING = 0.06  # length of a spring without force, as a share of the robot's size
+
+
+class Drawing(Protocol):
+    """One actuator in the scene."""
+
+    def draw(self, vertices: Floats, segments: Floats, position: float, effort: float) -> None:
+        """Show it.
+
+        Args:
+            vertices: (P, 3) of the skin [m].
+            segments: (s, 2, 3) of this actuator [m], see `Robot.actuator_segments`.
+            position: δ [SI].
+            effort: λ [SI].
+        """
+
+
+def drawings_of(scene: viser.SceneApi, look: RobotLook) -> list[tuple[int, Drawing]]:
+    """Drawings of the actuators, each with the number of its actuator.
+
+    Args:
+        scene: to add them to.
+        look: of the robot.
+    """
+    found: list[tuple[int, Drawing]] = []
+    for i, actuator in enumerate(look.actuators):
+        count = int((look.segment_owners == i).sum())
+        triangles = look.triangles[look.chamber_owners == i]
+        if len(triangles):
+            found.append((i, _Chamber(scene, look, actuator, triangles)))
+        if count == 0:
+            continue
+        if actuator.kind is ActuatorKind.CABLE:
+            found.append((i, _Cable(scene, look, actuator, count)))
+            if actuator.flexibility > 0.0:
+                found.append((i, _Spring(scene, look, actuator)))
+        elif actuator.kind is ActuatorKind.FORCE:
+            found.append((i, _Force(scene, look, actuator, count)))
+        else:
+            found.append((i, _Drive(scene, look, actuator, count)))
+    return found
+
+
+class _Cable:
+    """A line, from blue and thin to red and thick."""
+
+    def __init__(
+        self, scene: viser.SceneApi, look: RobotLook, actuator: ActuatorLook, count: int
+    ) -> None:
+        self._actuator, self._width, self._level = actuator, width_of(look), -1
+        self._handle = scene.add_line_segments(
+            f"/actuators/{actuator.name}",
+            np.zeros((count, 2, 3), np.float32),
+            SLACK,
+            thickness=_THIN * self._width,
+        )
+
+    def draw(self, vertices: Floats, segments: Floats, position: float, effort: float) -> None:
+        handle = self._handle
+        handle.points = segments
+        level = round(effort_share(self._actuator, effort) * LEVELS)
+        if level != self._level:
+            self._level = level
+            colour = np.array(cable_colour(level / LEVELS), np.uint8)
+            handle.colors = np.tile(colour, (len(segments), 2, 1))
+            handle.thickness = self._width * (_THIN + (_THICK - _THIN) * level / LEVELS)
+
+
+class _Spring:
+    """A zigzag before the first piece of a cable, as much longer as the spring is."""
+
+    def __init__(self, scene: viser.SceneApi, look: RobotLook, actuator: ActuatorLook) -> None:
+        self._actuator, self._length = actuator, _SPRING * look.size
+        self._across = 0.15 * width_of(look)
+        self._handle = scene.add_line_segments(
+            f"/springs/{actuator.name}", np.zeros((2 * _COILS, 2, 3), np.float32), SPRING,
+            thickness=0.04 * width_of(look),
+        )  # fmt: skip
+
+    def draw(self, vertices: Floats, segments: Floats, position: float, effort: float) -> None:
+        start, first = segments[0].astype(float)
+        length = self._length + self._actuator.flexibility * max(effort, 0.0)
+        self._handle.points = zigzag(start, start - first, length, self._across)
+
+
+class _Chamber:
+    """The inner surface, from blue (vacuum) over white to red (pressure)."""
+
+    def __init__(
+        self, scene: viser.SceneApi, look: RobotLook, actuator: ActuatorLook, triangles: Ints
+    ) -> None:
+        self._actuator, self._level = actuator, 0
+        self._used, corners = np.unique(triangles, return_inverse=True)
+        self._handle = scene.add_mesh_simple(
+            f"/actuators/{actuator.name}", look.vertices[self._used],
+            corners.reshape(-1, 3).astype(np.uint32), color=NO_PRESSURE, opacity=0.85, side="double",
+            flat_shading=True, cast_shadow=False, receive_shadow=False,
+        )  # fmt: skip
+
+    def draw(self, vertices: Floats, segments: Floats, position: float, effort: float) -> None:
+        self._handle.vertices = vertices[self._used]
+        share = effort_share(self._actuator, effort)
+        level = round(share * LEVELS) * (1 if effort >= 0.0 else -1)
+        if level != self._level:
+            self._level = level
+            self._handle.color = chamber_colour(level / LEVELS)
+
+
+class _Force:
+    """An arrow from each point of action, as long as the force is large."""
+
+    def __init__(
+        self, scene: viser.SceneApi, look: RobotLook, actuator: ActuatorLook, count: int
+    ) -> None:
+        self._actuator, self._length = actuator, _ARROW * look.size
+        self._handle = scene.add_arrows(
+            f"/actuators/{actuator.name}", np.zeros((count, 2, 3), np.float32), FORCE,
+            shaft_radius=0.006 * look.size, head_radius=0.014 * look.size,
+            head_length=0.03 * look.size, visible=False,
+        )  # fmt: skip
+
+    def draw(self, vertices: Floats, segments: Floats, position: float, effort: float) -> None:
+        share = effort_share(self._actuator, effort) * (1.0 if effort >= 0.0 else -1.0)
+        seen = abs(share) > 0.01
+        if self._handle.visible != seen:
+            self._handle.visible = seen
+        if seen:
+            starts = segments[:, 0]
+            along = (segments[:, 1] - starts) * np.float32(share * self._length)
+            self._handle.points = np.stack([starts, starts + along], axis=1)
+
+
+class _Drive:
+    """An axis; of a drive that turns also a hand and the arc of its angle, of a slide its travel."""
+
+    def __init__(
+        self, scene: viser.SceneApi, look: RobotLook, actuator: ActuatorLook, count: int
+    ) -> None:
+        self._turns, self._radius = actuator.kind is ActuatorKind.DRIVE, _RADIUS * look.size
+        pieces = count * (_ARC + 3)
+        self._handle = scene.add_line_segments(
+            f"/actuators/{actuator.name}", np.zeros((pieces, 2, 3), np.float32), AXIS,
+            thickness=0.005 * look.size,
+        )  # fmt: skip
+
+    def draw(self, vertices: Floats, segments: Floats, position: float, effort: float) -> None:
+        shown = turn_pieces if self._turns else travel_pieces
+        pieces = [
+            shown(start, end - start, position, self._radius)
+            for start, end in segments.astype(float)
+        ]
+        self._handle.points = np.concatenate(pieces).astype(np.float32)
+
+
+def turn_pieces(start: Array, axis: Array, angle: float, radius: float) -> Array:
+    """An axis, the hand at angle zero, the hand now, and the arc between them: (_ARC + 3, 2, 3) [m].
+
+    Args:
+        start: (3,) point of the axis [m].
+        axis: (3,) unit direction.
+        angle: of the drive [rad].
+        radius: of the arc [m].
+    """
+    u = across(axis)
+    v = np.cross(axis, u)
+    angles = np.linspace(0.0, angle, _ARC + 1)[:, None]
+    rim = start + radius * (np.cos(angles) * u + np.sin(angles) * v)  # (_ARC + 1, 3)
+    lines = [[start - radius * axis, start + radius * axis], [start, rim[0]], [start, rim[-1]]]
+    return np.concatenate([np.array(lines), np.stack([rim[:-1], rim[1:]], axis=1)])
+
+
+def travel_pieces(start: Array, axis: Array, travel: float, radius: float) -> Array:
+    """An axis, and a bar across it where the slide is and where it was at rest: (_ARC + 3, 2, 3) [m].
+
+    Args:
+        start: (3,) where the slide is [m].
+        axis: (3,) unit direction.
+        travel: of the slide [m].
+        radius: half length of the axis [m].
+    """
+    side, rest = 0.5 * radius * across(axis), start - travel * axis
+    pieces = np.tile(start, (_ARC + 3, 2, 1))
+    pieces[0] = [rest - radius * axis, rest + radius * axis]
+    pieces[1], pieces[2] = [rest - side, rest + side], [start - side, start + side]
+    return pieces
+
+
+def zigzag(start: Array, direction: Array, length: float, width: float) -> Floats:
+    """A zigzag from a point: (2 _COILS, 2, 3) [m].
+
+    Args:
+        start: (3,) [m].
+        direction: (3,) of its axis, of any length.
+        length: [m].
+        width: from its axis to a corner [m].
+    """
+    axis = direction / max(float(np.linalg.norm(direction)), 1e-12)
+    along = np.linspace(0.0, length, 2 * _COILS + 1)[:, None]
+    side = np.where(np.arange(2 * _COILS + 1) % 2 == 0, -1.0, 1.0)[:, None]
+    side[0] = side[-1] = 0.0
+    corners = start + along * axis + width * side * across(axis)
+    return np.stack([corners[:-1], corners[1:]], axis=1).astype(np.float32)
+
+
+def across(axis: Array) -> Array:
+    """A unit vector (3,) at right angles to a unit vector (3,)."""
+    other = np.eye(3)[int(np.argmin(np.abs(axis)))]
+    found: Array = np.cross(axis, other)
+    return found / np.linalg.norm(found)
+
+
+def width_of(look: RobotLook) -> float:
+    """Width of a robot [m]: the middle one of the extents of its skin at rest."""
+    extents = np.sort(np.ptp(look.vertices, axis=0).astype(float))
+    return float(extents[1])
+
+
+def effort_share(actuator: ActuatorLook, effort: float) -> float:
+    """Effort as a share of its limit, 0 … 1; of one of either sign, of the farther limit."""
+    limit = max(abs(actuator.tension[0]), abs(actuator.tension[1]))
+    return min(abs(effort) / limit, 1.0) if limit > 0.0 and np.isfinite(effort) else 0.0
+
+
+def cable_colour(share: float) -> Colour:
+    """Colour of a cable at a share 0 … 1 of its largest tension."""
+    if share < 0.5:
+        return between(SLACK, MIDDLE, 2.0 * share)
+    return between(MIDDLE, TIGHT, 2.0 * share - 1.0)
+
+
+def chamber_colour(share: float) -> Colour:
+    """Colour of a chamber at a share −1 (vacuum) … 1 of its largest pressure."""
+    return between(NO_PRESSURE, PRESSURE if share >= 0.0 else VACUUM, abs(share))
+
+
+def between(first: Colour, second: Colour, t: float) -> Colour:
+    """A colour between two others.
+
+    Args:
+        first: at t = 0.
+        second: at t = 1.
+        t: 0 … 1.
+    """
+    r, g, b = (round(a + t * (c - a)) for a, c in zip(first, second, strict=True))
+    return r, g, b
