@@ -32,7 +32,7 @@ from tauten.model.interface import (
 from tauten.model.load.robot import load_robot
 from tauten.model.mesh.tet_mesh import MeshError
 from tauten.model.robot import Robot, RobotRows, State
-from tauten.model.rows import ContactRows, EffectorRows, PairSlots, Rows
+from tauten.model.rows import ChainedRows, ContactRows, EffectorRows, PairSlots, Rows
 from tauten.model.schema.section import RobotFileError
 from tauten.model.simulation import Ending, Report, Simulator
 from tauten.model.skin import NO_CONTACTS, Contacts, Floats, Geometry, SkinMesh, skin_of
@@ -42,6 +42,7 @@ from tauten.model.tetra.robot import TetRobot
 __all__ = [
     "ActuatorKind",
     "Actuators",
+    "ChainedRows",
     "Command",
     "Compliance",
     "CondensedStep",

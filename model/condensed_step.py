@@ -16,7 +16,7 @@ from tauten.model.compliance import Compliance, extended, row_compliance
 from tauten.model.contact_space import ContactSpace, ReducedContacts
 from tauten.model.numerics import Array, Bools, Ints
 from tauten.model.robot import Robot, RobotRows, State
-from tauten.model.rows import ContactRows, dense
+from tauten.model.rows import ContactRows
 from tauten.model.system import Integration, System
 
 
@@ -192,4 +192,4 @@ def condensed(
 
 def unit_rows(contacts: ContactRows, chosen: Ints) -> tuple[Array, Array]:
     """Dense H (r, n) and gaps (r,) [m] of single candidates."""
-    return dense(contacts.rows.H[chosen]), contacts.rows.delta[chosen]
+    return contacts.rows.chosen(chosen), contacts.rows.delta[chosen]

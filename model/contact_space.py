@@ -64,8 +64,9 @@ class EmptySpace:
 
     def reduce(self, contacts: ContactRows) -> ReducedContacts:
         """No rows."""
-        n = contacts.rows.H.shape[1]
-        return ReducedContacts(np.zeros((0, n)), np.zeros(0), np.zeros(0, dtype=np.int64))
+        return ReducedContacts(
+            np.zeros((0, contacts.rows.n)), np.zeros(0), np.zeros(0, dtype=np.int64)
+        )
 
     def lift(self, beta: Array) -> Array:
         """No forces: zeros (n_c,)."""

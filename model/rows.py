@@ -7,6 +7,7 @@ from typing import TypeAlias
 
 import numpy as np
 import scipy.sparse as sp
+from numpy.typing import NDArray
 
 from tauten.model.numerics import Array, Ints, kernel
 
@@ -29,9 +30,18 @@ class Rows:
     def __len__(self) -> int:
         return int(self.delta.shape[0])
 
+    @property
+    def n(self) -> int:
+        """Unknowns."""
+        return int(self.H.shape[1])
+
     def dense(self) -> Array:
         """H (m, n) as a dense array."""
         return dense(self.H)
+
+    def chosen(self, rows: Ints) -> Array:
+        """Some rows (r,) of H as a dense array: (r, n)."""
+        return dense(self.H[rows])
 
     def after(self, h: float, v: Array) -> Array:
         """Row values after a time h [s] at velocity v (n,), to first order: δ + h H v (m,)."""
@@ -39,6 +49,47 @@ class Rows:
             values: Array = self.delta + h * (self.H @ v)
             return values
         return _after(self.delta, self.H.indptr, self.H.indices, self.H.data, h, v)
+
+
+@dataclass(frozen=True, slots=True)
+class ChainedRows:
+    """Many rows with the Jacobian H = S J: over many coordinates S, which few unknowns move by J.
+
+    S is sparse, and the product is computed for the rows that are used.
+
+    Attributes:
+        starts: (m + 1,) where each row of S starts, as in CSR.
+        columns: (nnz,) coordinate of each entry.
+        data: (nnz,) entries of S.
+        motion: (N, n) J.
+        delta: (m,) row values [m].
+    """
+
+    starts: NDArray[np.int32]
+    columns: NDArray[np.int32]
+    data: Array
+    motion: Array
+    delta: Array
+
+    def __len__(self) -> int:
+        return len(self.delta)
+
+    @property
+    def n(self) -> int:
+        """Unknowns."""
+        return int(self.motion.shape[1])
+
+    def dense(self) -> Array:
+        """H (m, n) as a dense array."""
+        return self.chosen(np.arange(len(self)))
+
+    def chosen(self, rows: Ints) -> Array:
+        """Some rows (r,) of H as a dense array: (r, n)."""
+        return _chained(rows, self.starts, self.columns, self.data, self.motion)
+
+    def after(self, h: float, v: Array) -> Array:
+        """Row values after a time h [s] at velocity v (n,), to first order: δ + h H v (m,)."""
+        return _after(self.delta, self.starts, self.columns, self.data, h, self.motion @ v)
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +118,7 @@ class ContactRows:
         n_slots: n_c, number of slots in λ_c.
     """
 
-    rows: Rows
+    rows: Rows | ChainedRows
     slots: Ints
     pair: Ints
     n_slots: int
@@ -98,7 +149,14 @@ class ContactRows:
 
 
 @kernel
-def _after(delta: Array, indptr: Ints, indices: Ints, data: Array, h: float, v: Array) -> Array:
+def _after(
+    delta: Array,
+    indptr: NDArray[np.int32],
+    indices: NDArray[np.int32],
+    data: Array,
+    h: float,
+    v: Array,
+) -> Array:
     """`Rows.after` of a sparse H, faster than the general product of scipy."""
     values = delta.copy()
     for i in range(delta.shape[0]):
@@ -107,6 +165,25 @@ def _after(delta: Array, indptr: Ints, indices: Ints, data: Array, h: float, v: 
             change += data[place] * v[indices[place]]
         values[i] += h * change
     return values
+
+
+@kernel
+def _chained(
+    rows: Ints,
+    starts: NDArray[np.int32],
+    columns: NDArray[np.int32],
+    data: Array,
+    motion: Array,
+) -> Array:
+    """`ChainedRows.chosen`; arguments as there and in the attributes."""
+    n = motion.shape[1]
+    H = np.zeros((rows.shape[0], n))
+    for i in range(rows.shape[0]):
+        for place in range(starts[rows[i]], starts[rows[i] + 1]):
+            value, column = data[place], columns[place]
+            for j in range(n):
+                H[i, j] += value * motion[column, j]
+    return H
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,7 +1,15 @@
 """Robots made of beams."""
 
 from tauten.model.beams.body import BeamBody, BeamError, make_body
-from tauten.model.beams.elements import BeamArrays, angle_functions, assemble_beams, element
+from tauten.model.beams.elements import (
+    BeamArrays,
+    assemble_beams,
+    element,
+    stretch_change,
+    stretch_functions,
+    stretched,
+    turn_functions,
+)
 from tauten.model.beams.profile import Profile, bar, natural_stiffness, section, tube
 from tauten.model.beams.robot import BeamRobot, gap_entries
 from tauten.model.beams.surfaces import BeamSurfaces, build_beam_surfaces
@@ -13,7 +21,6 @@ __all__ = [
     "BeamRobot",
     "BeamSurfaces",
     "Profile",
-    "angle_functions",
     "assemble_beams",
     "bar",
     "build_beam_surfaces",
@@ -22,5 +29,9 @@ __all__ = [
     "make_body",
     "natural_stiffness",
     "section",
+    "stretch_change",
+    "stretch_functions",
+    "stretched",
     "tube",
+    "turn_functions",
 ]

@@ -1,4 +1,4 @@
-"""Corotational beams in space: nodes with position and rotation, small strains, any motion.
+"""Beams in space with large rotations: nodes with position and rotation, constant curvature and more.
 
 The frame of an element is the mean of the rotations R_A and R_B of its ends, with the axes of the element
 (along the beam, and the principal axes of its cross-section):
@@ -7,26 +7,36 @@ The frame of an element is the mean of the rotations R_A and R_B of its ends, wi
     R_e = R_A exp(φ / 2)         the frame
     u = R_eᵀ (x_B − x_A)         the chord in this frame
 
-Rigid motion does not change (u, φ). The deformations u − (L, 0, 0) and φ are Argyris' natural
-modes: stretch, two antisymmetric bendings with shear, torsion, two pure bendings. They
-are decoupled, so that the energy
+Rigid motion does not change (u, φ). A beam with the same strains in every cross-section is a helix, and its
+chord is the mean of exp(s φ), −½ ≤ s ≤ ½, times the length of the axis with its strains. With θ = |φ| and
+n = φ / θ,
 
-    E = ½ (u − u₀)ᵀ D_u (u − u₀) + ½ φᵀ D_φ φ                                     (B1)
+    ε = Γ u − (L, 0, 0),   Γ = γ (I − n nᵀ) + n nᵀ = γ I + η φ φᵀ,   γ = (θ/2) / sin(θ/2)
 
-with six stiffnesses is that of the exact linear Timoshenko beam, and of Euler and Bernoulli's when
-shear is rigid: one element bends as the cubic does, without locking. With small rotations δa, δb of the
-ends in this frame, θ = |φ|, n = φ / θ,
+are the stretch and shear of the helix times L. The six numbers (ε, φ) are the natural strains: stretch, two
+antisymmetric bendings with shear, torsion, two pure bendings, Argyris' natural modes. They are decoupled,
+so that the energy
 
-    δφ = Γ (δb − δa),   Γ = γ (I − n nᵀ) + n nᵀ,   γ = (θ/2) / sin(θ/2)
+    E = ½ εᵀ D_ε ε + ½ φᵀ D_φ φ                                                   (B1)
+
+with six stiffnesses is, at small φ, that of the exact linear Timoshenko beam, and of Euler and Bernoulli's
+when shear is rigid: one element bends as the cubic does, without locking. An arc or a helix is exact with
+one element, whatever its angle. With small rotations δa, δb of the ends in this frame,
+
+    δφ = Γ (δb − δa)
     δw = ½ (δa + δb) − ½ τ φ x (δb − δa),   τ = tan(θ/4) / θ      turn of the frame
-    δu = δp_B − δp_A + u x δw                                                     (B2)
+    δu = δp_B − δp_A + u x δw
+    δε = Γ δu + G(φ, u) δφ                                                        (B2)
+    G(φ, u) = ∂(Γ u)/∂φ = γ' u φᵀ + η (φ·u I + φ uᵀ) + η' (φ·u) φ φᵀ
 
-Forces and the tangent follow by differentiation, the latter exactly. Increments of rotation are about
-fixed axes, so that the tangent is symmetric in equilibrium only; its symmetric part is used (Simo,
-Computer Methods in Applied Mechanics and Engineering 96, 1992).
+where a prime is the derivative by θ divided by θ. Forces and the tangent follow by differentiation, the
+latter exactly. Increments of rotation are about fixed axes, so that the tangent is symmetric in
+equilibrium only; its symmetric part is used (Simo, Computer Methods in Applied Mechanics and Engineering
+96, 1992).
 
 Sources: Argyris et al., Computer Methods in Applied Mechanics and Engineering 17/18, 1979 (natural
-modes); Crisfield, 81, 1990 (corotational frame in the middle of the end rotations).
+modes); Crisfield, 81, 1990 (corotational frame in the middle of the end rotations); Sonneville, Cardona
+and Brüls, 268, 2014 (helices as elements).
 """
 
 from __future__ import annotations
@@ -38,6 +48,7 @@ import numpy as np
 from tauten.model.numerics import (
     Array,
     Ints,
+    Vector3,
     add,
     conjugate,
     cross,
@@ -53,7 +64,10 @@ from tauten.model.numerics import (
     subtract,
 )
 
-C8 = 127.0 / 154828800.0  # of θ⁸ in γ
+# γ = Σ c_k θ^2k, the series of (θ/2) / sin(θ/2)
+C1, C2, C3, C4 = 1.0 / 24.0, 7.0 / 5760.0, 31.0 / 967680.0, 127.0 / 154828800.0
+C5, C6 = 73.0 / 3503554560.0, 1414477.0 / 2678117105664000.0
+C7, C8 = 8191.0 / 612141052723200.0, 16931177.0 / 49950709902213120000.0
 
 
 class BeamArrays(NamedTuple):
@@ -73,26 +87,68 @@ class BeamArrays(NamedTuple):
 
 
 @kernel
-def angle_functions(theta: float) -> tuple[float, float, float, float, float, float]:
-    """γ, η = (1 − γ) / θ², τ of (B2) and their derivatives divided by θ."""
+def stretch_functions(theta: float) -> tuple[float, float, float, float, float, float]:
+    """γ and η = (1 − γ) / θ² of (B1), γ' and η' of (B2), and γ'' and η'', formed alike."""
     t2 = theta * theta
-    if theta < 0.1:  # Taylor series, exact to rounding here
-        gamma = 1.0 + t2 * (1.0 / 24.0 + t2 * (7.0 / 5760.0 + t2 * 31.0 / 967680.0))
-        eta = -1.0 / 24.0 - t2 * (7.0 / 5760.0 + t2 * (31.0 / 967680.0 + t2 * C8))
-        tau = 0.25 + t2 * (1.0 / 192.0 + t2 * (1.0 / 7680.0 + t2 * 17.0 / 5160960.0))
-        d_gamma = 1.0 / 12.0 + t2 * (7.0 / 1440.0 + t2 * 31.0 / 161280.0)
-        d_eta = -7.0 / 2880.0 - t2 * (31.0 / 241920.0 + t2 * 6.0 * C8)
-        d_tau = 1.0 / 96.0 + t2 * (1.0 / 1920.0 + t2 * 17.0 / 860160.0)
-        return gamma, eta, tau, d_gamma, d_eta, d_tau
+    if theta < 0.3:  # Taylor series, exact to rounding here
+        c3 = C3 + t2 * (C4 + t2 * (C5 + t2 * (C6 + t2 * (C7 + t2 * C8))))
+        gamma = 1.0 + t2 * (C1 + t2 * (C2 + t2 * c3))
+        eta = -C1 - t2 * (C2 + t2 * c3)
+        e3 = C3 + t2 * (4 / 3 * C4 + t2 * (5 / 3 * C5 + t2 * (2.0 * C6 + t2 * 7 / 3 * C7)))
+        d_gamma = 2.0 * C1 + t2 * (4.0 * C2 + t2 * 6.0 * e3)
+        f3 = C3 + t2 * (1.5 * C4 + t2 * (2.0 * C5 + t2 * (2.5 * C6 + t2 * (3.0 * C7))))
+        d_eta = -2.0 * C2 - t2 * 4.0 * f3
+        g3 = C3 + t2 * (2.0 * C4 + t2 * (10 / 3 * C5 + t2 * (5.0 * C6 + t2 * 7.0 * C7)))
+        dd_gamma = 8.0 * C2 + t2 * 24.0 * g3
+        h3 = C3 + t2 * (3.0 * C4 + t2 * (6.0 * C5 + t2 * (10.0 * C6 + t2 * (15.0 * C7))))
+        return gamma, eta, d_gamma, d_eta, dd_gamma, -8.0 * h3
     sine, cosine = np.sin(0.5 * theta), np.cos(0.5 * theta)
     gamma = 0.5 * theta / sine
     eta = (1.0 - gamma) / t2
-    tangent = np.tan(0.25 * theta)
-    tau = tangent / theta
     d_gamma = (0.5 / sine - 0.25 * theta * cosine / (sine * sine)) / theta
     d_eta = -(d_gamma + 2.0 * eta) / t2
-    d_tau = (0.25 * (1.0 + tangent * tangent) - tau) / t2
-    return gamma, eta, tau, d_gamma, d_eta, d_tau
+    second = 0.125 * theta / sine - 0.5 * cosine / (sine * sine)
+    second += 0.25 * theta * cosine * cosine / (sine * sine * sine)
+    dd_gamma = (second - d_gamma) / t2
+    return gamma, eta, d_gamma, d_eta, dd_gamma, -(dd_gamma + 4.0 * d_eta) / t2
+
+
+@kernel
+def turn_functions(theta: float) -> tuple[float, float]:
+    """τ of (B2) and its derivative divided by θ."""
+    t2 = theta * theta
+    if theta < 0.1:  # Taylor series, exact to rounding here
+        tau = 0.25 + t2 * (1.0 / 192.0 + t2 * (1.0 / 7680.0 + t2 * 17.0 / 5160960.0))
+        return tau, 1.0 / 96.0 + t2 * (1.0 / 1920.0 + t2 * 17.0 / 860160.0)
+    tangent = np.tan(0.25 * theta)
+    tau = tangent / theta
+    return tau, (0.25 * (1.0 + tangent * tangent) - tau) / t2
+
+
+@kernel
+def stretched(u: Vector3, phi: Vector3, gamma: float, eta: float) -> Vector3:
+    """Γ u of (B1): stretch and shear, times its length, of the helix whose chord is u."""
+    return add(scale(gamma, u), scale(eta * dot(phi, u), phi))
+
+
+@kernel
+def stretch_change(
+    u: Vector3, phi: Vector3, dphi: Vector3, eta: float, d_gamma: float, d_eta: float
+) -> Vector3:
+    """G(φ, u) dφ of (B2), the change of Γ u with φ."""
+    along, turned = dot(phi, u), dot(phi, dphi)
+    part = add(scale(d_gamma * turned, u), scale(eta * along, dphi))
+    return add(part, scale(eta * dot(dphi, u) + d_eta * along * turned, phi))
+
+
+@kernel
+def stretch_moment(
+    u: Vector3, phi: Vector3, N: Vector3, eta: float, d_gamma: float, d_eta: float
+) -> Vector3:
+    """G(φ, u)ᵀ N of (B2)."""
+    along, pull = dot(phi, u), dot(phi, N)
+    part = add(scale(eta * along, N), scale(eta * pull, u))
+    return add(part, scale(d_gamma * dot(u, N) + d_eta * along * pull, phi))
 
 
 @kernel
@@ -120,11 +176,16 @@ def element(
     frame = product(first, normalised((1.0 + relative[0], relative[1], relative[2], relative[3])))
     u = rotate(conjugate(frame), subtract(row(x, b), row(x, a)))
     theta = dot(phi, phi) ** 0.5
-    gamma, eta, tau, d_gamma, d_eta, d_tau = angle_functions(theta)
-    N = (D[0] * (u[0] - rest), D[1] * u[1], D[2] * u[2])
-    M = (D[3] * phi[0], D[4] * phi[1], D[5] * phi[2])
+    gamma, eta, d_gamma, d_eta, dd_gamma, dd_eta = stretch_functions(theta)
+    tau, d_tau = turn_functions(theta)
+    strain = subtract(stretched(u, phi, gamma, eta), (rest, 0.0, 0.0))
+    P = (D[0] * strain[0], D[1] * strain[1], D[2] * strain[2])
+    bent = (D[3] * phi[0], D[4] * phi[1], D[5] * phi[2])
+    N = stretched(P, phi, gamma, eta)  # ∂E for u
+    M = add(bent, stretch_moment(u, phi, P, eta, d_gamma, d_eta))  # ∂E for φ
     t = cross(N, u)
     phi_t, phi_M = cross(phi, t), dot(phi, M)
+    phi_u, phi_P, u_P = dot(phi, u), dot(phi, P), dot(u, P)
     # half the moments on b minus those on a
     c = add(scale(0.5 * tau, phi_t), add(scale(gamma, M), scale(eta * phi_M, phi)))
     g = (N, add(scale(0.5, t), c), subtract(scale(0.5, t), c))  # ∂E for p_B, b, a
@@ -138,20 +199,31 @@ def element(
         turn = subtract(db, da)
         w = subtract(scale(0.5, add(da, db)), scale(0.5 * tau, cross(phi, turn)))
         du = add(dp, cross(u, w))
-        along = dot(phi, turn)
-        dphi = add(scale(gamma, turn), scale(eta * along, phi))
-        dN = (D[0] * du[0], D[1] * du[1], D[2] * du[2])
+        dphi = stretched(turn, phi, gamma, eta)
+        changed = add(
+            stretched(du, phi, gamma, eta), stretch_change(u, phi, dphi, eta, d_gamma, d_eta)
+        )
+        dP = (D[0] * changed[0], D[1] * changed[1], D[2] * changed[2])
+        dN = stretched(dP, phi, gamma, eta)
         dM = (D[3] * dphi[0], D[4] * dphi[1], D[5] * dphi[2])
-        dt = add(cross(dN, u), scale(s, cross(N, du)))
-        dc = add(scale(0.5 * tau, cross(phi, dt)), scale(gamma, dM))
-        dc = add(dc, scale(eta * dot(phi, dM), phi))
+        dM = add(dM, stretch_moment(u, phi, dP, eta, d_gamma, d_eta))
+        theta_d = dot(phi, dphi)  # θ dθ
         if exact:
-            theta_d = dot(phi, dphi)  # θ dθ
+            dN = add(dN, stretch_change(P, phi, dphi, eta, d_gamma, d_eta))
+            d_phi_u, d_phi_P = dot(dphi, u) + dot(phi, du), dot(dphi, P)
+            factor = d_gamma * dot(du, P) + d_eta * (d_phi_u * phi_P + phi_u * d_phi_P)
+            factor += theta_d * (dd_gamma * u_P + dd_eta * phi_u * phi_P)
+            dM = add(dM, scale(factor, phi))
+            dM = add(dM, scale(d_gamma * u_P + d_eta * phi_u * phi_P, dphi))
+            dM = add(dM, scale(d_eta * theta_d * phi_u + eta * d_phi_u, P))
+            dM = add(dM, scale(d_eta * theta_d * phi_P + eta * d_phi_P, u))
+            dM = add(dM, scale(eta * phi_P, du))
+        dt = add(cross(dN, u), scale(s, cross(N, du)))
+        dc = add(scale(0.5 * tau, cross(phi, dt)), stretched(dM, phi, gamma, eta))
+        if exact:
             dc = add(dc, scale(0.5 * d_tau * theta_d, phi_t))
             dc = add(dc, scale(0.5 * tau, cross(dphi, t)))
-            dc = add(dc, scale(d_gamma * theta_d, M))
-            dc = add(dc, scale(d_eta * theta_d * phi_M, phi))
-            dc = add(dc, scale(eta, add(scale(phi_M, dphi), scale(dot(dphi, M), phi))))
+            dc = add(dc, stretch_change(M, phi, dphi, eta, d_gamma, d_eta))
         # derivatives of forces seen from outside turn with the frame
         dforce = add(dN, scale(s, cross(w, g[0])))
         db_moment = add(add(scale(0.5, dt), dc), scale(s, cross(w, g[1])))
@@ -164,7 +236,7 @@ def element(
     for i in range(3):
         force[i], force[6 + i] = N_out[i], -N_out[i]
         force[3 + i], force[9 + i] = -a_out[i], -b_out[i]
-    return float(0.5 * (N[0] * (u[0] - rest) + N[1] * u[1] + N[2] * u[2] + dot(M, phi)))
+    return float(0.5 * (dot(P, strain) + dot(bent, phi)))
 
 
 @kernel

@@ -14,7 +14,7 @@ from tauten.model.beams.surfaces import BeamSurfaces
 from tauten.model.body import SteppedRobot
 from tauten.model.contact import Detection
 from tauten.model.effectors import BeamEffectors
-from tauten.model.numerics import Array, Ints, rotations_between, turned
+from tauten.model.numerics import Array, Ints, kernel, rotations_between, turned
 from tauten.model.points import Entries
 from tauten.model.robot import RobotRows, State
 from tauten.model.rows import ContactRows, Rows
@@ -230,6 +230,23 @@ class BeamRobot(SteppedRobot):
 
 def gap_entries(found: Detection) -> Entries:
     """Gaps of detected contacts as rows over the points of the surfaces (T2)."""
-    vectors = found.coefficients[:, :, None] * found.normal[:, None, :]  # (m, 6, 3)
     starts = np.arange(0, 6 * len(found) + 1, 6)
-    return Entries(starts, found.vertices.ravel(), vectors.reshape(-1, 3))
+    vectors = gap_vectors(found.coefficients, found.normal)
+    return Entries(starts, found.vertices.ravel(), vectors)
+
+
+@kernel
+def gap_vectors(coefficients: Array, normal: Array) -> Array:
+    """Derivative of each gap by the positions of its six vertices: (6 m, 3).
+
+    Args:
+        coefficients: (m, 6) of the vertices.
+        normal: (m, 3) unit normals.
+    """
+    m = normal.shape[0]
+    vectors = np.empty((6 * m, 3))
+    for k in range(m):
+        for j in range(6):
+            for i in range(3):
+                vectors[6 * k + j, i] = coefficients[k, j] * normal[k, i]
+    return vectors

@@ -323,6 +323,7 @@ class ConstrainedRobot(SparseRobot):
             found.contacts,
             self.member_rows(self.through(found.actuators, T), state),
         )
+        assert isinstance(touching.rows, Rows)  # of a mesh
         return RobotRows(
             effectors=self.through(found.effectors, T),
             actuators=members if self.coupling is None else self.coupling.rows(members),

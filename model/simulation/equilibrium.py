@@ -27,7 +27,7 @@ from tauten.model.numerics import Array
 from tauten.model.robot import Robot, State
 
 WEIGHT = 2.0  # of a constraint's violation, relative to the largest force on it
-PATIENCE = 16  # steps that may be longer than the shortest so far, before they are searched along
+PATIENCE = 16  # default of `Search`
 HALVINGS = 6  # of a step at most
 LOBATTO = ((0.5, 4.0 / 6.0), (1.0, 1.0 / 6.0))  # Simpson's rule without its first point
 
@@ -209,8 +209,18 @@ class Merit:
 class Search:
     """When steps towards an equilibrium are searched along, and with which merit."""
 
-    def __init__(self, robot: Robot, space: ContactSpace, command: Command) -> None:
-        """Start without a search."""
+    def __init__(
+        self, robot: Robot, space: ContactSpace, command: Command, patience: int = PATIENCE
+    ) -> None:
+        """Start without a search.
+
+        Args:
+            robot: that moves.
+            space: basis of its contact forces.
+            command: what is held.
+            patience: steps that may be longer than the shortest so far, before they are searched along.
+        """
+        self._patience = patience
         self._merit = Merit(robot, space, command, StaticPotential(robot))
         self._shortest, self._stalled = np.inf, 0
 
@@ -224,7 +234,7 @@ class Search:
         """
         self._stalled = 0 if movement < self._shortest else self._stalled + 1
         self._shortest = min(self._shortest, movement)
-        if self._stalled <= PATIENCE:
+        if self._stalled <= self._patience:
             return largest
         self._merit.observe(solved)
         return self._merit.share(solved, largest)

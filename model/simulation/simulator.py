@@ -17,7 +17,13 @@ from tauten.model.interface import Command
 from tauten.model.numerics import Anderson, Array, FactorisationError, solve_lcp
 from tauten.model.robot import Robot, State
 from tauten.model.simulation.converged_step import converged_step
-from tauten.model.simulation.equilibrium import Ending, Report, Search, make_report
+from tauten.model.simulation.equilibrium import (
+    PATIENCE,
+    Ending,
+    Report,
+    Search,
+    make_report,
+)
 from tauten.model.simulation.stability import way_on
 from tauten.model.system import Integration
 
@@ -28,7 +34,11 @@ SMOOTHING = (
 )
 FIRST_LOAD_STEP, LEAST_LOAD_STEP = 0.25, 1.0 / 64.0  # shares of the way to the command
 STATIC_TOLERANCE, STATIC_ITERATIONS = 1e-7, 200  # m; of a converged quasi-static step
-LOAD_STEP_ITERATIONS = 40  # for a load step; a longer search does not pay
+LOAD_STEP_ITERATIONS = 30  # for a load step; a longer search does not pay
+FEW_ITERATIONS = 12  # after a load step with no more of them the next one is twice as long
+LOAD_STEP_PATIENCE = (
+    6  # see `PATIENCE`; a load step starts near its end, and full steps lead away from it
+)
 
 
 class Simulator:
@@ -181,15 +191,16 @@ class Simulator:
         direction of its negative stiffness. Where no stable one is found, the report says BUCKLED.
 
         Where that does not converge, the load moves from that at the start to the command in steps that
-        grow and shrink. Where even the shortest finds no equilibrium, the state is the last one found, and
-        the report says for which share of the way and why.
+        grow and shrink. Where even the shortest finds no equilibrium, the last attempt goes from the last one
+        found to the whole load, searched along from its first step. Where it fails too, the state is the
+        last equilibrium found, and the report says for which share of the way and why.
 
         Args:
             pull: (n_a,) positions, of cables pulled lengths [m, m³].
             tension: (n_a,) efforts, of cables tensions, not negative [N, Pa].
             tolerance: largest displacement of a node in the last step [m].
-            max_iterations: linearised steps at most, at least 1, of the first attempt, and again of all load
-                steps; then `converged` is False.
+            max_iterations: linearised steps at most, at least 1: of the first attempt, of all load steps and
+                of the attempt after them; then `converged` is False.
             load_steps: without them there is one attempt, and its last finite state is kept.
 
         Raises:
@@ -208,31 +219,41 @@ class Simulator:
     def _in_load_steps(
         self, command: Command, tolerance: float, max_iterations: int, failed: Report
     ) -> Report:
-        """Settle in load steps after a failed attempt; the state is the last equilibrium found."""
+        """Settle in load steps after a failed attempt; the state is the last equilibrium found.
+
+        A load step that takes many iterations is followed by one no longer. Where the shortest fails, the
+        branch ends: the last attempt descends along the merit at the whole load, as a robot that snaps does.
+        """
         pull, tension = self.pull, self._forces.tension
-        share, step, taken = 0.0, FIRST_LOAD_STEP, 0
+        share, step, taken, last = 0.0, FIRST_LOAD_STEP, 0, failed
+        most = min(LOAD_STEP_ITERATIONS, max_iterations)
         while share < 1.0 and step >= LEAST_LOAD_STEP and taken < max_iterations:
             following = min(share + step, 1.0)
             good = self._state, self._forces
             load = command.between(pull, tension, following)
-            report = self._attempt(load, tolerance, min(LOAD_STEP_ITERATIONS, max_iterations))
-            taken += report.iterations
-            if report.converged:
-                share, step = following, 2.0 * step
-                if share == 1.0:
-                    return replace(report, iterations=failed.iterations + taken)
+            last = self._attempt(load, tolerance, most, LOAD_STEP_PATIENCE)
+            taken += last.iterations
+            if last.converged:
+                share = following
+                step *= 2.0 if last.iterations <= FEW_ITERATIONS else 1.0
             else:
-                (self._state, self._forces), failed = (
-                    good,
-                    replace(report, iterations=failed.iterations),
-                )
+                self._state, self._forces = good
                 step *= 0.5
-        return replace(failed, iterations=failed.iterations + taken, share=share)
+        if share < 1.0:
+            good = self._state, self._forces
+            last = self._attempt(command, tolerance, max_iterations, 0)
+            taken += last.iterations
+            share = 1.0 if last.converged else share
+            if not last.converged:
+                self._state, self._forces = good
+        return replace(last, iterations=failed.iterations + taken, share=share)
 
-    def _attempt(self, command: Command, tolerance: float, max_iterations: int) -> Report:
+    def _attempt(
+        self, command: Command, tolerance: float, max_iterations: int, patience: int = PATIENCE
+    ) -> Report:
         """Newton steps to one load; where they diverge, the last finite state is kept."""
         near = 2e-3 * self.robot.size  # from here on the iteration is nearly linear
-        anderson, search = Anderson(depth=5), Search(self.robot, self._space, command)
+        anderson, search = Anderson(depth=5), self._search(command, patience)
         result, movement, taken, pushed = None, np.inf, 0, 0
         ending = Ending.OUT_OF_ITERATIONS
         while taken < max_iterations:
@@ -251,13 +272,16 @@ class Simulator:
                     break
                 pushed, movement = pushed + 1, np.inf
                 self._state = self.robot.advance(self._state, result.prediction.step.system, push)
-                anderson, search = Anderson(depth=5), Search(self.robot, self._space, command)
+                anderson, search = Anderson(depth=5), self._search(command, patience)
         self._state = State(self._state.q, np.zeros_like(self._state.v))
         if pushed > 0 and ending is not Ending.SETTLED:
             ending = Ending.BUCKLED
         if result is None:
             return Report(False, taken, np.inf, np.inf, np.inf, 0, Ending.NOT_FINITE, 0.0)
         return make_report(self.robot, self._state, result, taken, movement, ending)
+
+    def _search(self, command: Command, patience: int) -> Search:
+        return Search(self.robot, self._space, command, patience)
 
     def smooth_contact_forces(self) -> Array:
         """The equilibrium's contact forces of nearly least norm: (n_c,) [N].

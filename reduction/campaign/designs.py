@@ -14,7 +14,6 @@ from time import perf_counter
 import numpy as np
 from scipy.linalg import null_space
 from scipy.spatial.transform import Rotation
-from scipy.stats.qmc import LatinHypercube
 
 from tauten.model import Robot, Simulator
 from tauten.model.numerics import Array
@@ -260,6 +259,10 @@ def latin_hypercube_levels(runs: int, factors: int, seed: int) -> Array:
     Returns:
         (runs, factors).
     """
+    from scipy.stats.qmc import (
+        LatinHypercube,
+    )  # here, because it is slow and not every process needs it
+
     sampler = LatinHypercube(
         factors, optimization="random-cd" if runs > 1 else None, seed=np.random.default_rng(seed)
     )

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from tauten.model import ContactRows, ReducedContacts, Robot
-from tauten.model.numerics import Array, Ints, kernel
+from tauten.model import ChainedRows, ContactRows, ReducedContacts, Robot
+from tauten.model.numerics import Array, Bools, Ints, kernel
 from tauten.reduction.provenance import Provenance
 from tauten.reduction.storage import DamagedFile, UnknownFile, located, parsed, read, write
 
@@ -67,6 +67,10 @@ class ContactBasis:
             H (k', n) dense, so that Hᵀ is a Fortran-ordered right-hand side without a copy;
             delta (k',) [m]; modes (k',) columns of Ψ, ascending.
         """
+        if isinstance(contacts.rows, ChainedRows):
+            used = np.flatnonzero(touched_slots(self.Psi, contacts.slots))
+            H, delta = contacts.rows.chosen(used), contacts.rows.delta[used]
+            return ReducedContacts(*_condense(self.Psi, contacts.slots[used], H, delta))
         if isinstance(contacts.rows.H, np.ndarray):
             return ReducedContacts(
                 *_condense(self.Psi, contacts.slots, contacts.rows.H, contacts.rows.delta)
@@ -144,6 +148,16 @@ def _load(path: Path) -> ContactBasis:
         raise BasisError(str(error)) from error
     except (BasisError, KeyError, TypeError, ValueError) as error:
         raise BasisError(f"{path}: this basis file is damaged ({error})") from error
+
+
+@kernel
+def touched_slots(Psi: Array, slots: Ints) -> Bools:
+    """Which of the slots (m,) have a force in a mode: (m,)."""
+    touched = np.zeros(slots.shape[0], np.bool_)
+    for row in range(slots.shape[0]):
+        for mode in range(Psi.shape[1]):
+            touched[row] |= Psi[slots[row], mode] != 0.0
+    return touched
 
 
 @kernel

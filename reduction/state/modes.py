@@ -17,6 +17,7 @@ from tauten.reduction.campaign import Snapshots
 from tauten.reduction.reduced_robot import Reducible
 
 RESPONSE_STATES = 3  # states of the campaign whose responses enrich a basis
+NEGLIGIBLE = 1e-9  # response to a unit force, relative to the largest
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -118,6 +119,8 @@ def campaign_responses(
         state = State(snapshots.q[:, i], np.zeros(robot.n))
         motion = responses(robot, space, state, snapshots.tension[:, i])  # (n, k)
         found = body.rates(state.q, motion)  # (m, k)
-        parts.append(found / np.sqrt(body.weight @ found**2))
+        size = np.sqrt(body.weight @ found**2)  # (k,) per newton
+        felt = size > NEGLIGIBLE * size.max()  # a mode may have nothing but tiny weights in range
+        parts.append(found[:, felt] / size[felt])
     every = np.concatenate(parts, axis=1)
     return pod(every, body.weight, every.shape[1]).Phi

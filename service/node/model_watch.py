@@ -137,8 +137,10 @@ class ModelWatch:
         )
 
     def close(self) -> None:
-        """End the process."""
+        """End the process, also on a machine that leaves an idle-class process no time."""
         self._pipe.close()
+        assert self._process.pid is not None
+        leave_idle_class(self._process.pid)
         self._process.join(1.0)
         if self._process.is_alive():
             self._process.kill()
@@ -213,6 +215,16 @@ def _give_way() -> None:
         os.sched_setscheduler(0, os.SCHED_IDLE, os.sched_param(0))
     except OSError:  # some sandboxes
         os.nice(_NICE)
+
+
+def leave_idle_class(process: int) -> None:
+    """Give a process the ordinary class again: on a busy machine one of the idle class cannot even be killed.
+
+    Args:
+        process: its number.
+    """
+    with suppress(OSError):  # it has ended, or never was of that class
+        os.sched_setscheduler(process, os.SCHED_OTHER, os.sched_param(0))
 
 
 def _leave_processor(process: int, allowed: set[int]) -> None:

@@ -35,17 +35,17 @@ def test_the_pressure_of_a_reachable_target_is_found(pressure: float) -> None:
 
 def test_beyond_its_largest_pressure_the_nearest_is_decided() -> None:
     weak = pneumatic_robot(chambers=[{**CHAMBER, "max_pressure": 1e4}])
-    follower = Controller(weak)
+    follower, goal = Controller(weak), reachable(3e4)
     for _ in range(60):
-        actuation = follower.step(reachable(3e4))
+        actuation = follower.step(goal)
         assert actuation.status is Status.OK
     assert actuation.tension[0] == pytest.approx(1e4)
 
 
 def test_the_volume_changes_no_faster_than_its_rate() -> None:
-    follower, last = Controller(pneumatic_robot()), 0.0
+    follower, goal, last = Controller(pneumatic_robot()), reachable(4e4), 0.0
     for _ in range(10):
-        pull = follower.step(reachable(4e4)).pull[0]
+        pull = follower.step(goal).pull[0]
         assert abs(pull - last) <= CHAMBER["max_rate"] * 0.02 * (1.0 + 1e-9)  # type: ignore[operator]
         last = pull
 

@@ -8,7 +8,7 @@ import meshio
 import numpy as np
 import pytest
 from support.nodes import check_limits, recorded, streaming, wait_for, wait_health, wait_tip
-from support.processes import Served, tauten
+from support.processes import Served, run_main, tauten
 from support.robots.bodies import hollow_beam
 
 from tauten.model import Robot, Simulator, load_robot
@@ -123,8 +123,7 @@ def test_targets_locks_and_a_replay_of_both(served: Served, beam: Robot, tmp_pat
     ],
 )
 def test_a_lock_that_is_not_possible_is_refused(
-    shared: Served, arguments: tuple[str, ...], text: str
+    shared: Served, arguments: tuple[str, ...], text: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    done = tauten(*arguments, "--port", shared.port)
-    assert done.returncode == 2
-    assert text in " ".join(done.stderr.replace("│", " ").split())
+    assert run_main(*arguments, "--port", shared.port) == 2
+    assert text in " ".join(capsys.readouterr().err.replace("│", " ").split())

@@ -65,6 +65,18 @@ def test_trunk_settles_from_rest_under_pairs(data: Path, gravity: tuple[float, .
     print(f"linearised steps: median {np.median(taken):.0f}, most {max(taken)}")
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("cable", [1, 2])
+def test_trunk_settles_where_a_branch_ends_on_the_way(data: Path, cable: int) -> None:
+    """With gravity across it; of the third cable the branch ends at 44 mm, and the trunk snaps."""
+    simulator = Simulator(trunk(data, gravity=HANGING), contact="none")
+    pull = np.zeros(8)
+    pull[cable] = 0.05
+    report = simulator.settle(pull=pull)
+    assert report.converged, report
+    assert simulator.pull[cable] == pytest.approx(0.05, abs=1e-6)
+
+
 @pytest.mark.parametrize("tension", [4.6, 10.0])
 def test_diamond_settles_with_a_leg_at_its_winch(data: Path, tension: float) -> None:
     """Above about 5 N the cable is wound in whole: its end stays where the winch is."""

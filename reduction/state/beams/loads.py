@@ -1,14 +1,13 @@
 """How the turning of a tree of beams changes the power of loads: second derivatives of loaded points.
 
 Loads are forces on points that move with the nodes. The points beyond an element have, in the frame of its
-first end, the positions y = r + ρ with the chord r = exp(φ/2) u and ρ turned by exp(φ). Strain rates dε
-move them by V + Ω x ρ, and with θ(a) = J_l(a) da, the spin of exp(a),
+first end, the positions y = r + ρ with the chord r = T(φ) e of `tauten.reduction.state.beams.helix` and ρ
+turned by exp(φ). Strain rates dε, dφ move them by V + Ω x ρ, and
 
-    V = exp(φ/2) du + θ(φ/2) x r,   Ω = θ(φ)
+    V = T dε + dT e,   Ω = T dφ                 dT and d²T: first and second change of T with dφ
     ∂²(Σ F·y) = ω·(V x F + A Ω)                                  one turn ω before the element
-              + F·(2 θ(φ/2) x exp(φ/2) du)                       and within the element
-              + θ(φ/2)ᵀ (r Fᵀ − r·F I) θ(φ/2) + (r x F)·dθ(φ/2)
-              + θ(φ)ᵀ A θ(φ) + (Σ ρ x F)·dθ(φ),   A = S − tr(S) I,   S = Σ ρ Fᵀ         (B5)
+              + F·(2 dT dε + d²T e)                              and within the element
+              + Ωᵀ A Ω + (Σ ρ x F)·dT dφ,   A = S − tr(S) I,   S = Σ ρ Fᵀ              (B5)
 
 so that F and S, summed over what lies beyond, are all that is needed of it. (Park, Kim and Ploen compute such
 derivatives for serial chains: ASME Journal of Mechanical Design 121, 1999.)
@@ -23,10 +22,10 @@ from tauten.model.numerics import (
     Array,
     Ints,
     Vector3,
+    add,
     conjugate,
     cross,
     dot,
-    from_rotation_vector,
     kernel,
     product,
     quaternion,
@@ -34,6 +33,13 @@ from tauten.model.numerics import (
     row,
     scale,
     subtract,
+)
+from tauten.reduction.state.beams.helix import (
+    along_helix,
+    chord_change,
+    first_derivatives,
+    helix_functions,
+    second_derivatives,
 )
 from tauten.reduction.state.beams.motion import unit_vector
 
@@ -85,80 +91,84 @@ def add_point_loads(
 
 
 @kernel
-def spin_functions(t: float) -> tuple[float, float, float, float, float, float]:
-    """A, B, C of J_l(a) da = A da + B a x da + C (a·da) a and their derivatives by t = |a|, divided by t."""
-    t2 = t * t
-    if t < 0.3:  # Taylor series, exact to rounding here
-        A = 1.0 - t2 / 6.0 * (1.0 - t2 / 20.0 * (1.0 - t2 / 42.0 * (1.0 - t2 / 72.0)))
-        B = 0.5 - t2 / 24.0 * (1.0 - t2 / 30.0 * (1.0 - t2 / 56.0 * (1.0 - t2 / 90.0)))
-        C = 1.0 / 6.0 - t2 / 120.0 * (1.0 - t2 / 42.0 * (1.0 - t2 / 72.0 * (1.0 - t2 / 110.0)))
-        dA = -1.0 / 3.0 + t2 * (1.0 / 30.0 - t2 * (1.0 / 840.0 - t2 * (1.0 / 45360.0)))
-        dB = -1.0 / 12.0 + t2 * (1.0 / 180.0 - t2 * (1.0 / 6720.0 - t2 * (1.0 / 453600.0)))
-        dC = -1.0 / 60.0 + t2 * (1.0 / 1260.0 - t2 * (1.0 / 60480.0 - t2 * (1.0 / 4989600.0)))
-        return A, B, C, dA, dB, dC
-    sine, cosine = np.sin(t), np.cos(t)
-    A, B, C = sine / t, (1.0 - cosine) / t2, (t - sine) / (t2 * t)
-    return A, B, C, (cosine - A) / t2, (A - 2.0 * B) / t2, (B - 3.0 * C) / t2
+def add_chord_change(f: Vector3, phi: Vector3, e: Vector3, C: Array) -> None:
+    """Add f·(2 dT dε + d²T e), a quadratic form of (dε, dφ), to the symmetric C (6, 6).
+
+    Args:
+        f: load beyond the element, in the frame of its first end [N].
+        phi: its relative rotation.
+        e: its length with stretch and shear [m].
+        C: (6, 6) accumulated.
+    """
+    t = dot(phi, phi) ** 0.5
+    _, b, c = helix_functions(t)
+    dA, dB, dC = first_derivatives(t)
+    ddA, ddB, ddC = second_derivatives(t)
+    phi_e, phi_f, e_f, across = dot(phi, e), dot(phi, f), dot(e, f), cross(e, f)
+    triple = dot(phi, across)
+    p = dA * e_f + dB * triple + dC * phi_e * phi_f
+    q = ddA * e_f + ddB * triple + ddC * phi_e * phi_f
+    w = add(scale(dB, across), scale(dC, add(scale(phi_f, e), scale(phi_e, f))))
+    g = add(scale(dA, f), add(scale(dB, cross(f, phi)), scale(dC * phi_f, phi)))
+    for j in range(3):
+        turned = cross(f, unit_vector(j))
+        for i in range(3):
+            value = q * phi[i] * phi[j] + phi[i] * w[j] + w[i] * phi[j]
+            value += c * (e[i] * f[j] + f[i] * e[j])
+            mixed = g[i] * phi[j] + b * turned[i] + c * phi[i] * f[j]
+            if i == j:
+                value, mixed = value + p, mixed + c * phi_f
+            C[3 + i, 3 + j] += value
+            C[i, 3 + j] += mixed
+            C[3 + j, i] += mixed
 
 
 @kernel
-def spin(a: Vector3, da: Vector3) -> Vector3:
-    """J_l(a) da, the spin of exp(a) in a change da of its rotation vector."""
-    A, B, C, _, _, _ = spin_functions(dot(a, a) ** 0.5)
-    across, along = cross(a, da), C * dot(a, da)
-    return (
-        A * da[0] + B * across[0] + along * a[0],
-        A * da[1] + B * across[1] + along * a[1],
-        A * da[2] + B * across[2] + along * a[2],
-    )
-
-
-@kernel
-def add_spin_change(m: Vector3, a: Vector3, factor: float, C: Array) -> None:
-    """Add factor m·dθ(a), a quadratic form of da, to the block of φ of the symmetric C (6, 6).
+def add_spin_change(m: Vector3, phi: Vector3, C: Array) -> None:
+    """Add m·dT dφ, a quadratic form of dφ, to the block of φ of the symmetric C (6, 6).
 
     Args:
         m: moment [N m].
-        a: rotation vector.
-        factor: of the form.
+        phi: rotation vector.
         C: (6, 6) accumulated.
     """
-    _, _, c, dA, dB, dC = spin_functions(dot(a, a) ** 0.5)
-    along, across = dot(a, m), cross(m, a)
+    t = dot(phi, phi) ** 0.5
+    _, _, c = helix_functions(t)
+    dA, dB, dC = first_derivatives(t)
+    along, across = dot(phi, m), cross(m, phi)
     for i in range(3):
         for j in range(3):
-            b_i = (dA + c) * m[i] + dB * across[i] + dC * along * a[i]
-            b_j = (dA + c) * m[j] + dB * across[j] + dC * along * a[j]
-            value = 0.5 * (a[i] * b_j + b_i * a[j])
+            b_i = (dA + c) * m[i] + dB * across[i] + dC * along * phi[i]
+            b_j = (dA + c) * m[j] + dB * across[j] + dC * along * phi[j]
+            value = 0.5 * (phi[i] * b_j + b_i * phi[j])
             if i == j:
                 value += c * along
-            C[3 + i, 3 + j] += factor * value
+            C[3 + i, 3 + j] += value
 
 
 @kernel
 def load_terms(
     frame: tuple[float, float, float, float],
-    u: Vector3,
+    e: Vector3,
     phi: Vector3,
     F: Array,
     S: Array,
     B: Array,
     C: Array,
 ) -> None:
-    """The terms of (B5) of one element: ω·B dε with a turn ω in space, and dεᵀ C dε.
+    """The terms of (B5) of one element: ω·B (dε, dφ) with a turn ω in space, and the form C of (dε, dφ).
 
     Args:
         frame: rotation of its first end with its axes.
-        u: its chord in the mean frame [m].
+        e: its length with stretch and shear [m].
         phi: its relative rotation.
         F: (3,) load beyond it [N].
         S: (3, 3) Σ ρ Fᵀ of it, ρ from its second end [N m].
         B: (3, 6) output.
         C: (6, 6) output, symmetric.
     """
-    back, half = conjugate(frame), scale(0.5, phi)
-    turn = from_rotation_vector(half)
-    f, r = rotate(back, row(F.reshape(1, 3), 0)), rotate(turn, u)
+    back = conjugate(frame)
+    f = rotate(back, (F[0], F[1], F[2]))
     s = np.empty((3, 3))  # S in the frame
     for j in range(3):
         column = rotate(back, (S[0, j], S[1, j], S[2, j]))
@@ -166,36 +176,24 @@ def load_terms(
     for i in range(3):
         s[i, 0], s[i, 1], s[i, 2] = rotate(back, (s[i, 0], s[i, 1], s[i, 2]))
     trace = s[0, 0] + s[1, 1] + s[2, 2]
-    theta_h, theta = np.empty((3, 3)), np.empty((3, 3))  # columns: spins of unit changes of φ
-    moved = np.empty((6, 3))  # V of each strain
+    theta = np.empty((3, 3))  # columns: spins of unit changes of φ
     for i in range(3):
         unit = unit_vector(i)
-        h, e = spin(half, scale(0.5, unit)), spin(phi, unit)
-        along, across = rotate(turn, unit), cross(h, r)
-        for k in range(3):
-            theta_h[k, i], theta[k, i] = h[k], e[k]
-            moved[i, k], moved[3 + i, k] = along[k], across[k]
-    for i in range(6):
-        b = cross(row(moved, i), f)
-        if i >= 3:
-            e = (theta[0, i - 3], theta[1, i - 3], theta[2, i - 3])
-            b = (
-                b[0] + s[0, 0] * e[0] + s[0, 1] * e[1] + s[0, 2] * e[2] - trace * e[0],
-                b[1] + s[1, 0] * e[0] + s[1, 1] * e[1] + s[1, 2] * e[2] - trace * e[1],
-                b[2] + s[2, 0] * e[0] + s[2, 1] * e[1] + s[2, 2] * e[2] - trace * e[2],
-            )
-        B[0, i], B[1, i], B[2, i] = rotate(frame, b)
+        j_i = along_helix(phi, unit)
+        by_strain, by_turn = cross(j_i, f), cross(chord_change(phi, e, unit), f)
+        by_turn = (
+            by_turn[0] + s[0, 0] * j_i[0] + s[0, 1] * j_i[1] + s[0, 2] * j_i[2] - trace * j_i[0],
+            by_turn[1] + s[1, 0] * j_i[0] + s[1, 1] * j_i[1] + s[1, 2] * j_i[2] - trace * j_i[1],
+            by_turn[2] + s[2, 0] * j_i[0] + s[2, 1] * j_i[1] + s[2, 2] * j_i[2] - trace * j_i[2],
+        )
+        B[0, i], B[1, i], B[2, i] = rotate(frame, by_strain)
+        B[0, 3 + i], B[1, 3 + i], B[2, 3 + i] = rotate(frame, by_turn)
+        theta[0, i], theta[1, i], theta[2, i] = j_i
     C[:] = 0.0
-    for j in range(3):
-        h_j = (theta_h[0, j], theta_h[1, j], theta_h[2, j])
-        for i in range(3):
-            C[i, 3 + j] = dot(f, cross(h_j, row(moved, i)))
-            C[3 + j, i] = C[i, 3 + j]
-    add_form(np.outer(np.array(r), np.array(f)), theta_h, C)
+    add_chord_change(f, phi, e, C)
     add_form(s, theta, C)
-    add_spin_change(cross(r, f), half, 0.25, C)
     moment = (s[1, 2] - s[2, 1], s[2, 0] - s[0, 2], s[0, 1] - s[1, 0])
-    add_spin_change(moment, phi, 1.0, C)
+    add_spin_change(moment, phi, C)
 
 
 @kernel
@@ -246,10 +244,10 @@ def load_rows(
     for at in range(elements.shape[0]):
         k = elements[at]
         a, b, first = beams.ends[k, 0], beams.ends[k, 1], 6 * k
-        u = (strains[first] + beams.length[k], strains[first + 1], strains[first + 2])
+        e = (strains[first] + beams.length[k], strains[first + 1], strains[first + 2])
         phi = (strains[first + 3], strains[first + 4], strains[first + 5])
         frame = product(quaternion(Q, a), quaternion(beams.axes, k))
-        load_terms(frame, u, phi, F[b], S[b], B, C)
+        load_terms(frame, e, phi, F[b], S[b], B, C)
         n = 6 * a + 3
         for i in range(6):
             B0, B1, B2 = B[0, i], B[1, i], B[2, i]

@@ -1,11 +1,10 @@
 """Motion of a tree of beams: positions, rotations and their derivatives from natural strains.
 
-With the strains of an element, its frame R and the chord r = R u in space, (B2) of
-`tauten.model.beams.elements` solved for the end b gives, from velocity v_a and angular velocity w_a of the
-other end a,
+With R the frame of the first end a of an element, r and T of `tauten.reduction.state.beams.helix`, and
+velocity v_a and angular velocity w_a of that end, those of the other end b are
 
-    w_b = w_a + R Γ⁻¹ dφ,            Γ⁻¹ = (I − η φ φᵀ) / γ
-    v_b = v_a + R du + (w_a + R (½ Γ⁻¹ − τ/(2 γ) [φ]) dφ) x r                     (B4)
+    w_b = w_a + R T dφ
+    v_b = v_a + w_a x R r + R (T dε + ∂r/∂φ dφ)                                   (B4)
 
 so one pass from the fixed nodes outwards gives all of them.
 """
@@ -14,14 +13,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from tauten.model.beams import BeamArrays, angle_functions
+from tauten.model.beams import BeamArrays
 from tauten.model.numerics import (
     Array,
     Ints,
     Vector3,
     conjugate,
     cross,
-    dot,
     from_rotation_vector,
     kernel,
     normalised,
@@ -29,9 +27,8 @@ from tauten.model.numerics import (
     quaternion,
     rotate,
     row,
-    scale,
-    subtract,
 )
+from tauten.reduction.state.beams.helix import along_helix, chord_change
 
 
 @kernel
@@ -53,80 +50,61 @@ def follow(strains: Array, Phi: Array, beams: BeamArrays, x: Array, Q: Array, J:
         J: (6 n_nodes, r) output: velocity and angular velocity of each node per rate of each mode; rows of
             fixed nodes are given as zero.
     """
+    along, moved = np.empty((3, 3)), np.empty((3, 3))  # R T and R ∂r/∂φ, by columns
     for k in range(beams.ends.shape[0]):
         a, b, s = beams.ends[k, 0], beams.ends[k, 1], 6 * k
-        u = (strains[s] + beams.length[k], strains[s + 1], strains[s + 2])
+        e = (strains[s] + beams.length[k], strains[s + 1], strains[s + 2])
         phi = (strains[s + 3], strains[s + 4], strains[s + 5])
-        axes, half = quaternion(beams.axes, k), from_rotation_vector(scale(0.5, phi))
-        frame = product(product(quaternion(Q, a), axes), half)
-        end = normalised(product(product(frame, half), conjugate(axes)))
-        chord = rotate(frame, u)
+        axes = quaternion(beams.axes, k)
+        frame = product(quaternion(Q, a), axes)
+        end = normalised(product(product(frame, from_rotation_vector(phi)), conjugate(axes)))
+        chord = rotate(frame, along_helix(phi, e))
         for i in range(3):
             x[b, i] = x[a, i] + chord[i]
         for i in range(4):
             Q[b, i] = end[i]
-        gamma, eta, tau, _, _, _ = angle_functions(dot(phi, phi) ** 0.5)
         for i in range(3):
             unit = unit_vector(i)
-            along = rotate(frame, unit)
-            turn = scale(1.0 / gamma, subtract(unit, scale(eta * phi[i], phi)))
-            lean = subtract(scale(0.5, turn), scale(0.5 * tau / gamma, cross(phi, unit)))
-            add_strain(s + i, along, (0.0, 0.0, 0.0), i == 0, 6 * a, 6 * b, Phi, J)
-            moved = cross(rotate(frame, lean), chord)
-            add_strain(s + 3 + i, moved, rotate(frame, turn), False, 6 * a, 6 * b, Phi, J)
-        add_lever(chord, 6 * a, 6 * b, J)
+            along[i] = rotate(frame, along_helix(phi, unit))
+            moved[i] = rotate(frame, chord_change(phi, e, unit))
+        follow_end(chord, along, moved, 6 * a, 6 * b, Phi[s : s + 6], J)
 
 
 @kernel
-def add_strain(
-    s: int, moved: Vector3, turned: Vector3, first: bool, a: int, b: int, Phi: Array, J: Array
+def follow_end(
+    r: Vector3, along: Array, moved: Array, a: int, b: int, Phi: Array, J: Array
 ) -> None:
-    """Add the motion of an end that one natural strain causes to the rows b … b + 5 of J.
+    """Rows b … b + 5 of J, the motion of one end of an element, from those of the other end (B4).
 
     Args:
-        s: number of the strain.
-        moved: velocity per rate of it.
-        turned: angular velocity per rate of it.
-        first: whether the rows are to begin as those of the other end, a … a + 5.
+        r: chord from the first to this end [m].
+        along: (3, 3) columns of R T, one in each row.
+        moved: (3, 3) columns of R ∂r/∂φ, one in each row.
         a: first row of the other end.
         b: first row of this end.
-        Phi: (6 e, r) modes.
+        Phi: (6, r) modes of the strains of the element.
         J: (6 n_nodes, r) updated.
     """
-    m0, m1, m2 = moved
-    t0, t1, t2 = turned
-    for j in range(Phi.shape[1]):
-        rate = Phi[s, j]
-        if first:
-            J[b, j] = J[a, j] + m0 * rate
-            J[b + 1, j] = J[a + 1, j] + m1 * rate
-            J[b + 2, j] = J[a + 2, j] + m2 * rate
-            J[b + 3, j], J[b + 4, j], J[b + 5, j] = J[a + 3, j], J[a + 4, j], J[a + 5, j]
-        else:
-            J[b, j] += m0 * rate
-            J[b + 1, j] += m1 * rate
-            J[b + 2, j] += m2 * rate
-            J[b + 3, j] += t0 * rate
-            J[b + 4, j] += t1 * rate
-            J[b + 5, j] += t2 * rate
-
-
-@kernel
-def add_lever(r: Vector3, a: int, b: int, J: Array) -> None:
-    """Add w_a x r to the velocity of the end b.
-
-    Args:
-        r: (3,) from a to b [m].
-        a: first row of the other end in J.
-        b: first row of this end.
-        J: (6 n_nodes, r) updated.
-    """
-    r0, r1, r2 = r
+    (r0, r1, r2), t, m = r, along, moved
     for j in range(J.shape[1]):
         w0, w1, w2 = J[a + 3, j], J[a + 4, j], J[a + 5, j]
-        J[b, j] += w1 * r2 - w2 * r1
-        J[b + 1, j] += w2 * r0 - w0 * r2
-        J[b + 2, j] += w0 * r1 - w1 * r0
+        e0, e1, e2 = Phi[0, j], Phi[1, j], Phi[2, j]
+        p0, p1, p2 = Phi[3, j], Phi[4, j], Phi[5, j]
+        J[b, j] = (
+            J[a, j] + (w1 * r2 - w2 * r1) + (t[0, 0] * e0 + t[1, 0] * e1 + t[2, 0] * e2)
+            + (m[0, 0] * p0 + m[1, 0] * p1 + m[2, 0] * p2)
+        )  # fmt: skip
+        J[b + 1, j] = (
+            J[a + 1, j] + (w2 * r0 - w0 * r2) + (t[0, 1] * e0 + t[1, 1] * e1 + t[2, 1] * e2)
+            + (m[0, 1] * p0 + m[1, 1] * p1 + m[2, 1] * p2)
+        )  # fmt: skip
+        J[b + 2, j] = (
+            J[a + 2, j] + (w0 * r1 - w1 * r0) + (t[0, 2] * e0 + t[1, 2] * e1 + t[2, 2] * e2)
+            + (m[0, 2] * p0 + m[1, 2] * p1 + m[2, 2] * p2)
+        )  # fmt: skip
+        J[b + 3, j] = w0 + t[0, 0] * p0 + t[1, 0] * p1 + t[2, 0] * p2
+        J[b + 4, j] = w1 + t[0, 1] * p0 + t[1, 1] * p1 + t[2, 1] * p2
+        J[b + 5, j] = w2 + t[0, 2] * p0 + t[1, 2] * p1 + t[2, 2] * p2
 
 
 @kernel

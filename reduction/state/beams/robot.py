@@ -18,7 +18,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tauten.model import ContactRows, EffectorRows, Integration, RobotRows, Rows, State, System
+from tauten.model import (
+    ChainedRows,
+    ContactRows,
+    EffectorRows,
+    Integration,
+    RobotRows,
+    Rows,
+    State,
+    System,
+)
 from tauten.model.beams import BeamRobot, gap_entries
 from tauten.model.numerics import Array, DenseFactors, FactorisationError, Ints
 from tauten.model.points import AttachedPoints, Entries
@@ -71,6 +80,7 @@ class ReducedBeamRobot(ReducedRobot):
         outer: (P, 3) outer forces on the points of the effectors [N].
         stations: coordinates of the cables' stations as rows over them.
         cable: (s,) cable of each station.
+        all_dof: (n_nodes,) first row of each node in J, fixed ones included.
         work: motion and factors.
     """
 
@@ -83,6 +93,7 @@ class ReducedBeamRobot(ReducedRobot):
     outer: Array
     stations: Entries
     cable: Ints
+    all_dof: Ints
     work: BeamWork
 
     @property
@@ -284,8 +295,8 @@ class ReducedBeamRobot(ReducedRobot):
         surface = self.full.surfaces.contact_points
         points, arms = surface.place(work.x, work.Q)
         found = self.full.contacts.detect(points)
-        H = rows_of(surface, arms, gap_entries(found), work.J)
-        return ContactRows(Rows(H, found.gap), found.slots, found.pair, self.n_c)
+        S = surface.arrays(arms, self.all_dof, gap_entries(found))
+        return ContactRows(ChainedRows(*S, work.J, found.gap), found.slots, found.pair, self.n_c)
 
 
 def rows_of(points: AttachedPoints, arms: Array, entries: Entries, J: Array) -> Array:
@@ -358,5 +369,6 @@ def make_reduced(robot: BeamRobot, tree: BeamTree, Phi: Array, elements: Ints) -
         outer=outer_forces(robot),
         stations=cables.stations.coordinates,
         cable=np.repeat(np.arange(cables.n_a), np.diff(cables.starts)),
+        all_dof=6 * np.arange(robot.n_nodes),
         work=make_beam_work(robot, Phi, len(elements)),
     )

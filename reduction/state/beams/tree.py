@@ -1,7 +1,7 @@
 """Beams as a tree: elements that lead away from the fixed nodes, and their natural strains.
 
-The natural strains of an element are (u − u₀, φ) of `tauten.model.beams.elements`: chord and relative
-rotation of its ends in its own frame, six numbers that rigid motion does not change. Where one path leads
+The natural strains of an element are (ε, φ) of `tauten.model.beams.elements`: stretch and shear times its
+length, and relative rotation of its ends, six numbers that rigid motion does not change. Where one path leads
 from the fixed nodes to every free one, they determine the configuration, and any values of them are possible:
 they are coordinates of the robot, as the angles of a serial arm are.
 """
@@ -14,9 +14,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from tauten.model import State
-from tauten.model.beams import BeamArrays, BeamRobot, angle_functions
+from tauten.model.beams import (
+    BeamArrays,
+    BeamRobot,
+    stretch_change,
+    stretch_functions,
+    stretched,
+    turn_functions,
+)
 from tauten.model.numerics import (
     Array,
+    add,
     conjugate,
     cross,
     dot,
@@ -129,8 +137,10 @@ def natural_strains(x: Array, Q: Array, beams: BeamArrays) -> Array:
     strains = np.empty(6 * beams.ends.shape[0])
     for k in range(beams.ends.shape[0]):
         _, phi, u = element_frame(x, Q, beams, k)
+        gamma, eta, _, _, _, _ = stretch_functions(dot(phi, phi) ** 0.5)
+        e = stretched(u, phi, gamma, eta)
         for i in range(3):
-            strains[6 * k + i], strains[6 * k + 3 + i] = u[i], phi[i]
+            strains[6 * k + i], strains[6 * k + 3 + i] = e[i], phi[i]
         strains[6 * k] -= beams.length[k]
     return strains
 
@@ -171,7 +181,9 @@ def strain_rates(x: Array, Q: Array, motion: Array, beams: BeamArrays) -> Array:
     for k in range(beams.ends.shape[0]):
         a, b = beams.ends[k]
         frame, phi, u = element_frame(x, Q, beams, k)
-        gamma, eta, tau, _, _, _ = angle_functions(dot(phi, phi) ** 0.5)
+        theta = dot(phi, phi) ** 0.5
+        gamma, eta, d_gamma, d_eta, _, _ = stretch_functions(theta)
+        tau, _ = turn_functions(theta)
         back = conjugate(frame)
         dp = rotate(back, subtract(row(motion[:, :3], b), row(motion[:, :3], a)))
         da, db = rotate(back, row(motion[:, 3:], a)), rotate(back, row(motion[:, 3:], b))
@@ -180,8 +192,8 @@ def strain_rates(x: Array, Q: Array, motion: Array, beams: BeamArrays) -> Array:
         w0 = 0.5 * (da[0] + db[0]) - 0.5 * tau * across[0]
         w1 = 0.5 * (da[1] + db[1]) - 0.5 * tau * across[1]
         w2 = 0.5 * (da[2] + db[2]) - 0.5 * tau * across[2]
-        moved, along = cross(u, (w0, w1, w2)), eta * dot(phi, turn)
+        du, dphi = add(dp, cross(u, (w0, w1, w2))), stretched(turn, phi, gamma, eta)
+        de = add(stretched(du, phi, gamma, eta), stretch_change(u, phi, dphi, eta, d_gamma, d_eta))
         for i in range(3):
-            rates[6 * k + i] = dp[i] + moved[i]
-            rates[6 * k + 3 + i] = gamma * turn[i] + along * phi[i]
+            rates[6 * k + i], rates[6 * k + 3 + i] = de[i], dphi[i]
     return rates

@@ -44,11 +44,14 @@ def diamond(data: Path, gravity: tuple[float, ...] = (0.0, 0.0, -9.81)) -> TetRo
     """The diamond: 1,628 nodes, one cable to each of its four legs."""
     model = np.load(data / "diamond_model.npz")
     rows = [
-        {"name": name, "pull_point": MM * pull, "points": MM * point[None], "max_pull": 0.04}
+        {
+            "name": name, "pull_point": MM * pull, "points": MM * point[None],
+            "min_pull": -0.04, "max_pull": 0.02,
+        }
         for name, pull, point in zip(
             ("north", "west", "south", "east"), model["pull"], model["pts"][1:5], strict=True
         )
-    ]
+    ]  # fmt: skip
     return _built("diamond", model, rows, MM * model["pts"][0], (180e3, 0.5), gravity)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -13,7 +12,7 @@ import pytest
 from support.browsers import on_page, page_of, pixels
 from support.viewers import Shown, showing, wait_until
 
-from tauten.model import Robot, load_robot
+from tauten.model import Robot
 from tauten.service.frames import SimulatedRobot
 from tauten.service.setup import load_setup
 from tauten.service.wire import Cause, Mode
@@ -22,20 +21,26 @@ if TYPE_CHECKING:
     from playwright.sync_api import Page
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def shown(beam_file: Path, beam: Robot) -> Iterator[Shown]:
     """The small robot, simulated; it follows."""
     with showing(SimulatedRobot(load_setup(beam_file), beam)) as found:
         yield found
 
 
-@pytest.fixture
-def page(shown: Shown) -> Iterator[Page]:
-    """Its page."""
+@pytest.fixture(scope="module")
+def opened(shown: Shown) -> Iterator[Page]:
+    """Its page, which takes a browser many seconds to draw."""
     with page_of(shown.origin, "Operate") as found:
-        shown.session.arm()
-        assert wait_until(lambda: shown.session.newest is not None)
         yield found
+
+
+@pytest.fixture
+def page(opened: Page, shown: Shown) -> Page:
+    """Its page, while the robot follows."""
+    shown.session.arm()
+    assert wait_until(lambda: shown.session.newest is not None)
+    return opened
 
 
 def test_the_robot_is_seen(page: Page, shown: Shown) -> None:
@@ -47,6 +52,7 @@ def test_the_robot_is_seen(page: Page, shown: Shown) -> None:
     assert wait_until(lambda: coloured() > 10_000, 60.0)
     shown.server.scene.set_global_visibility(False)
     assert wait_until(lambda: coloured() < 10_000, 60.0)
+    shown.server.scene.set_global_visibility(True)
 
 
 def test_the_mouse_moves_the_target_and_the_robot(page: Page, shown: Shown, beam: Robot) -> None:
@@ -103,6 +109,7 @@ def test_pause_and_waypoints(page: Page, shown: Shown) -> None:
     assert len(lines) == 2
     page.get_by_label("pause").click(force=True)
     assert wait_until(lambda: stands_still(shown))
+    page.get_by_label("pause").click(force=True)
 
 
 def test_the_robot_holds_when_the_page_is_closed(page: Page, shown: Shown) -> None:

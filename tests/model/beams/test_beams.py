@@ -10,12 +10,13 @@ from support.beam_frames import Frame, chain
 from tauten.model.beams import (
     BeamArrays,
     BeamError,
-    angle_functions,
     bar,
     element,
     make_body,
     natural_stiffness,
+    stretch_functions,
     tube,
+    turn_functions,
 )
 from tauten.model.body import Material
 from tauten.model.numerics import Array, rotation_vector, turned
@@ -65,8 +66,8 @@ def test_forces_and_tangent_are_derivatives(angle: float) -> None:
 
 
 def test_series_meet_the_closed_forms() -> None:
-    below, above = angle_functions(0.1 - 1e-9), angle_functions(0.1)
-    np.testing.assert_allclose(below, above, rtol=1e-8)
+    for functions, limit in ((stretch_functions, 0.3), (turn_functions, 0.1)):
+        np.testing.assert_allclose(functions(limit - 1e-9), functions(limit), rtol=2e-8)
 
 
 def test_plain_tangent_is_positive_semidefinite() -> None:

@@ -157,7 +157,7 @@ def limit_load(robot: BeamRobot) -> float:
 
 
 def test_first_limit_load_of_a_dead_force(tmp_path: Path) -> None:
-    limits = np.array([limit_load(frame(tmp_path, count)) for count in (10, 20)])
+    limits = np.array([limit_load(frame(tmp_path, count)) for count in (5, 10)])
     exact = exact_limit()
     assert limits[1] == pytest.approx(PUBLISHED, rel=0.01)
     errors = limits - exact

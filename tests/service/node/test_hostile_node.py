@@ -6,6 +6,7 @@ seconds.
 
 from __future__ import annotations
 
+import queue
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -44,6 +45,8 @@ from tauten.service.wire import (
 KEYS = Keys("beam")
 TARGET, MEASURED = KEYS.targets(("tip", "middle")), KEYS.measurements(("tip", "middle"))
 ROUNDING = 1e-12
+PROBE = "probe/of/this/test"  # messages of a session arrive in order
+PATIENCE = 60.0  # s, for a message on a machine that is busy with something else
 
 
 class Seen:
@@ -70,6 +73,18 @@ class Rig:
     outside: zenoh.Session
     seen: Seen
     pull: np.ndarray
+    probed: queue.SimpleQueue[bytes]
+    probes: int = 0
+
+    def send(self, messages: list[tuple[str, bytes, str]]) -> None:
+        """Send messages and wait until they are there, however busy the machine is."""
+        for key, payload, encoding in messages:
+            self.outside.put(key, payload, encoding=encoding)
+        self.probes += 1
+        number = str(self.probes).encode()
+        self.outside.put(PROBE, number)
+        while self.probed.get(timeout=PATIENCE) != number:
+            pass
 
 
 @pytest.fixture(scope="module")
@@ -84,13 +99,18 @@ def rig(beam_file: Path) -> Iterator[Rig]:
         seen,
         closed_loop=True,
     )
-    found = Rig(node, Clock(0.02), outside, seen, pull=np.zeros(2))
+    found = Rig(node, Clock(0.02), outside, seen, np.zeros(2), queue.SimpleQueue())
+    probe = inside.declare_subscriber(PROBE, lambda sample: found.probed.put(bytes(sample.payload)))
     heard = outside.declare_subscriber(KEYS.tick, zenoh.handlers.RingChannel(1))
     while heard.try_recv() is None:  # until the two have met
         node.tick(found.clock, Beat(0, 0.0, 0.01, 0), shutdown=False)
         time.sleep(0.02)
     heard.undeclare()  # type: ignore[no-untyped-call]
+    while found.probed.empty():  # until the probes are heard
+        outside.put(PROBE, b"")
+        time.sleep(0.02)
     yield found
+    probe.undeclare()  # type: ignore[no-untyped-call]
     outside.close()  # type: ignore[no-untyped-call]
     inside.close()  # type: ignore[no-untyped-call]
 
@@ -134,9 +154,7 @@ def test_everything_that_leaves_is_within_the_limits(
     limits = robot.limits
     rig.seen.entries.clear()
     for sent, slack in wanted:
-        for key, payload, encoding in sent:
-            rig.outside.put(key, payload, encoding=encoding)
-        time.sleep(5e-4)
+        rig.send(sent)
         rig.node.tick(rig.clock, Beat(0, max(-slack, 0.0), slack, 0), shutdown=False)
     ticks = [decode_tick(payload) for payload in rig.seen.take(KEYS.tick)]
     assert len(ticks) == len(wanted)

@@ -12,16 +12,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.sofa_elements import assemble_with, polar_frames
 
 from tauten.model import Simulator
 from tauten.model.load import build_robot
-from tauten.model.materials import NO_TANGENT
 from tauten.model.mesh import TetMesh, checked, read_mesh
-from tauten.model.numerics import Array, Ints
+from tauten.model.numerics import Array
 from tauten.model.schema import RobotConfig
 from tauten.model.tetra import TetRobot
 from tauten.model.tetra import solid as solid_module
-from tauten.model.tetra.corotational import assemble_corotational
 
 ROUTE = np.array(
     [[-x, 12.5, 2.5] for x in (17.5, 32.5, 47.5, 62.5, 77.5)]
@@ -55,39 +54,6 @@ def softrobots_finger(mesh: TetMesh) -> TetRobot:
     return build_robot(config, mesh, "softrobots_finger")
 
 
-def edge_rotations(x: Array, tets: Ints) -> Array:
-    U, _, Vt = np.linalg.svd(np.swapaxes(x[tets[:, 1:]] - x[tets[:, :1]], 1, 2))
-    rotations: Array = U @ Vt
-    return rotations
-
-
-def assemble_with_edge_rotations(mesh: TetMesh):  # type: ignore[no-untyped-def]
-    """`assemble_corotational`, rotations from the edges as SOFA's 'polar' has them, written plainly."""
-
-    def assemble(x, elements, tangent, slot, force, blocks):  # type: ignore[no-untyped-def]
-        nodes, gradients, stiffness = elements
-        if tangent == NO_TANGENT:
-            return assemble_corotational(x, elements, tangent, slot, force, blocks)
-        lam, mu = stiffness[:, :1], stiffness[:, 1:]  # times the volume
-        R = edge_rotations(x, mesh.tets) @ np.swapaxes(edge_rotations(mesh.nodes, mesh.tets), 1, 2)
-        A = np.swapaxes(R, 1, 2) @ np.einsum("eai,eaj->eij", x[nodes], gradients)
-        strain = 0.5 * (A + np.swapaxes(A, 1, 2)) - np.eye(3)
-        trace = np.trace(strain, axis1=1, axis2=2)[:, None, None]
-        P = R @ (2.0 * mu[..., None] * strain + lam[..., None] * trace * np.eye(3))
-        np.add.at(force, nodes, -np.einsum("eij,eaj->eai", P, gradients))
-        g = np.einsum("eij,eaj->eai", R, gradients)
-        for pair, (a, b) in enumerate(zip(*np.triu_indices(4), strict=True)):
-            block = lam[..., None] * np.einsum("ei,ej->eij", g[:, a], g[:, b])
-            block += mu[..., None] * np.einsum("ei,ej->eij", g[:, b], g[:, a])
-            dot = (g[:, a] * g[:, b]).sum(axis=1)
-            block += mu[..., None] * dot[:, None, None] * np.eye(3)
-            free = slot[:, pair] >= 0
-            np.add.at(blocks, slot[free, pair], block[free].reshape(-1, 9))
-        return 0.0
-
-    return assemble
-
-
 def pull_curve(robot: TetRobot, reference: Path, every: int) -> tuple[Array, Array, Array]:
     """Pulls [mm], tip errors [mm] and relative tension errors against the reference curve."""
     curve = np.loadtxt(reference / "softrobots_finger_pull_polar.csv", delimiter=",", skiprows=1)
@@ -109,7 +75,7 @@ def test_finger_with_sofas_rotations_gives_sofas_digits(
     reference: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     mesh = read_mesh(reference / "softrobots_finger.vtk", "mm")
-    patched = assemble_with_edge_rotations(mesh)
+    patched = assemble_with(polar_frames, mesh)
     monkeypatch.setattr(solid_module, "assemble_corotational", patched)
     _, tip_error, tension_error = pull_curve(softrobots_finger(mesh), reference, every=10)
     assert tip_error.max() < 1e-4  # mm, of up to 78 mm of travel
@@ -168,7 +134,7 @@ def test_beam_under_gravity_follows_sofas_load_curve(
 ) -> None:
     robot = beam(reference)
     if sofas_rotations:
-        patched = assemble_with_edge_rotations(robot.mesh)
+        patched = assemble_with(polar_frames, robot.mesh)
         monkeypatch.setattr(solid_module, "assemble_corotational", patched)
     curve = np.loadtxt(reference / "beam_coarse_gravity_polar.csv", delimiter=",", skiprows=1)
     end = robot.mesh.nodes[:, 0] > 1.0 - 1e-9
