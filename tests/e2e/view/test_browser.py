@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -12,7 +13,7 @@ import pytest
 from support.browsers import on_page, page_of, pixels
 from support.viewers import Shown, showing, wait_until
 
-from tauten.model import Robot
+from tauten.model import Robot, load_robot
 from tauten.service.frames import SimulatedRobot
 from tauten.service.setup import load_setup
 from tauten.service.wire import Cause, Mode
