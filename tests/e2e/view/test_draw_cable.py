@@ -24,8 +24,16 @@ def test_a_cable_is_drawn_by_clicks_and_saved(beam_file: Path, beam: Robot, tmp_
     ):
         camera = shown.server.initial_camera
         page.get_by_text("New cable").first.click()
-        page.get_by_label("draw").first.wait_for(timeout=60_000)  # the folder opens
-        page.get_by_label("draw").first.click(force=True)
+        draw = page.get_by_label("draw").first
+        draw.wait_for()
+
+        def drawing() -> bool:
+            """Switch *draw* on: a click while the folder opens misses it."""
+            if not draw.is_checked():
+                draw.click(force=True)
+            return wait_until(lambda: shown.session._panel.draws, 3.0)
+
+        assert wait_until(drawing, 60.0)
 
         def count() -> int:
             return len(shown.session.cable or ())
