@@ -63,20 +63,26 @@ def density(kind: int, c: Array, I: Array, d: Array) -> None:  # noqa: E741
         d[6] = 0.5 * mu / (I1 + 1.0) ** 2
         d[9] = lam
     else:
-        a, da, dda = power(J, -2.0 / 3.0)
-        b, db, ddb = power(J, -4.0 / 3.0)
-        y = a * I1 - 3.0
-        f1 = c[0] + y * (2.0 * c[1] + 3.0 * y * c[2])
-        f2 = 2.0 * c[1] + 6.0 * y * c[2]
-        d[0] = y * (c[0] + y * (c[1] + y * c[2])) + c[3] * (b * I2 - 3.0)
-        d[0] += 0.5 * c[4] * (J - 1.0) ** 2
-        d[2] = f1 * a
-        d[3] = c[3] * b
-        d[4] = f1 * da * I1 + c[3] * db * I2 + c[4] * (J - 1.0)
-        d[6] = f2 * a * a
-        d[7] = f2 * a * da * I1 + f1 * da
-        d[8] = c[3] * db
-        d[9] = f2 * (da * I1) ** 2 + f1 * dda * I1 + c[3] * ddb * I2 + c[4]
+        d[4], d[9] = c[4] * (J - 1.0), c[4]
+        d[0] = 0.5 * c[4] * (J - 1.0) ** 2
+        if c[0] != 0.0 or c[1] != 0.0 or c[2] != 0.0:
+            a, da, dda = power(J, -2.0 / 3.0)
+            y = a * I1 - 3.0
+            f1 = c[0] + y * (2.0 * c[1] + 3.0 * y * c[2])
+            f2 = 2.0 * c[1] + 6.0 * y * c[2]
+            d[0] += y * (c[0] + y * (c[1] + y * c[2]))
+            d[2] = f1 * a
+            d[4] += f1 * da * I1
+            d[6] = f2 * a * a
+            d[7] = f2 * a * da * I1 + f1 * da
+            d[9] += f2 * (da * I1) ** 2 + f1 * dda * I1
+        if c[3] != 0.0:
+            b, db, ddb = power(J, -4.0 / 3.0)
+            d[0] += c[3] * (b * I2 - 3.0)
+            d[3] = c[3] * b
+            d[4] += c[3] * db * I2
+            d[8] = c[3] * db
+            d[9] += c[3] * ddb * I2
 
 
 @kernel

@@ -125,21 +125,19 @@ def exact_tangent(d: Array, F: Array, R: Array, G: Array, Y: Array, C: Array) ->
         Y: (9,) gradient of I₂.
         C: (9, 9) output [Pa].
     """
-    for i in range(3):
-        for j in range(3):
-            m = 3 * i + j
-            f, r, g, y = F[i, j], R[i, j], G[m], Y[m]
-            # rank-one parts, gathered by the factor they share
-            on_F = 4.0 * d[6] * f + 2.0 * d[7] * g
-            on_G = 2.0 * d[7] * f + d[8] * y + d[9] * g
-            on_R, on_Y = d[5] * r, d[8] * g
-            if d[3] != 0.0:
-                on_F += 4.0 * d[3] * f
-            for k in range(3):
-                for n in range(3):
-                    q = 3 * k + n
-                    C[m, q] = on_F * F[k, n] + on_G * G[q] + on_R * R[k, n] + on_Y * Y[q]
-            C[m, m] += 2.0 * d[2]
+    f, r = F.ravel(), R.ravel()
+    turns, crosses = d[5] != 0.0, d[8] != 0.0  # whether S and I₂ J have second derivatives
+    for m in range(9):
+        # rank-one parts, gathered by the factor they share
+        on_F = 4.0 * (d[6] + d[3]) * f[m] + 2.0 * d[7] * G[m]
+        on_G = 2.0 * d[7] * f[m] + d[8] * Y[m] + d[9] * G[m]
+        on_R, on_Y = d[5] * r[m], d[8] * G[m]
+        for q in range(9):
+            C[m, q] = on_F * f[q] + on_G * G[q]
+        if turns or crosses:
+            for q in range(9):
+                C[m, q] += on_R * r[q] + on_Y * Y[q]
+        C[m, m] += 2.0 * d[2]
     if d[4] != 0.0:
         add_turn_of_cofactor(d[4], F, C)
     if d[3] != 0.0:

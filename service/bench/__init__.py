@@ -44,7 +44,14 @@ from tauten.service.bench.reduced import (
     bench_reduced,
 )
 from tauten.service.bench.stages import STAGES, WHOLE, StepTimes
-from tauten.service.bench.steps import ControlBench, StepBench, bench_control, bench_steps
+from tauten.service.bench.steps import (
+    ControlBench,
+    SofaMeshBench,
+    StepBench,
+    bench_control,
+    bench_sofa_meshes,
+    bench_steps,
+)
 
 __all__ = [
     "GalleryBench",
@@ -76,6 +83,7 @@ __all__ = [
     "ReducedBench",
     "ReducedCase",
     "STAGES",
+    "SofaMeshBench",
     "Speed",
     "StepBench",
     "StepTimes",
@@ -89,6 +97,7 @@ __all__ = [
     "bench_manipulator",
     "bench_node",
     "bench_reduced",
+    "bench_sofa_meshes",
     "bench_steps",
     "bent_tensions",
     "case_outcome",

@@ -1,9 +1,10 @@
-"""`tauten bench finger` and `tauten bench steps`: times of steps, and errors of the reduction."""
+"""`tauten bench finger`, `steps` and `sofa-meshes`: times of steps, and errors of the reduction."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from time import perf_counter
 
 import numpy as np
@@ -12,12 +13,19 @@ from tauten.controller import ControllerSettings
 from tauten.model import Enrichment, Robot, Simulator, default_enrichment, load_robot
 from tauten.model.numerics import Array, Bools
 from tauten.reduction import ContactBasis
+from tauten.service.bench.physics import diamond, finger, trunk
 from tauten.service.bench.stages import StepTimes, time_steps
 from tauten.service.plant import PathSettings, make_path
 from tauten.service.process import HostInfo, host_info, one_blas_thread
 from tauten.service.replay import Spread, spread
 
 ShareDone = Callable[[float], None]
+
+WARM_UP = 5  # steps that are not measured
+
+# Median of SOFA v25.06 with SoftRobots.Inverse on a quiet AMD EPYC at 2.25 GHz with 2 cores, one thread, as
+# published with the reference data and, of the finger, with the request for these times [ms]
+SOFA_MS = {"diamond inverse": 22.0, "trunk forward": 8.4, "finger forward": 22.4}
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,6 +100,33 @@ class StepBench:
     machine: HostInfo
     robot: str
     meshes: tuple[SizeTimes, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class SofaMeshTimes:
+    """Steps of one robot on the mesh that SOFA computed with, without contact.
+
+    Attributes:
+        robot: its name.
+        sizes: of its problems.
+        forward_ms: a simulator's step under a growing pull of all its cables, of the trunk of the first one.
+        inverse: a controller's steps with their stages.
+        sofa_ms: published medians of SOFA by kind of step, from another computer.
+    """
+
+    robot: str
+    sizes: Sizes
+    forward_ms: Spread
+    inverse: StepTimes
+    sofa_ms: dict[str, float]
+
+
+@dataclass(frozen=True, slots=True)
+class SofaMeshBench:
+    """Everything `tauten bench sofa-meshes` measures."""
+
+    machine: HostInfo
+    robots: tuple[SofaMeshTimes, ...]
 
 
 def sizes_of(robot: Robot, modes: int = 0) -> Sizes:
@@ -225,33 +260,90 @@ def bench_steps(
     return StepBench(host_info(), robot.name, tuple(meshes))
 
 
-def time_forward(robot: Robot, steps: int, warm_up: int = 5) -> Spread:
+def time_forward(robot: Robot, steps: int) -> Spread:
     """Times of simulator steps while the cables are pulled to half their limit [ms].
 
     Args:
         robot: the robot.
-        steps: to measure.
-        warm_up: steps before them.
+        steps: to measure, after some that are not.
     """
     simulator, times = Simulator(robot, contact="none"), []
-    for share in np.linspace(0.0, 0.5, steps + warm_up):
+    for share in np.linspace(0.0, 0.5, steps + WARM_UP):
         start = perf_counter()
         simulator.step(pull=share * robot.limits.pull_max)
         times.append(1e3 * (perf_counter() - start))
-    return spread(times[warm_up:])
+    return spread(times[WARM_UP:])
 
 
-def time_inverse(robot: Robot, steps: int, warm_up: int = 5) -> Spread:
+def time_inverse(robot: Robot, steps: int) -> Spread:
     """Times of control steps that follow the tip of a forward simulation [ms].
 
     Args:
         robot: the robot.
-        steps: to measure.
-        warm_up: steps before them.
+        steps: to measure, after some that are not.
     """
-    simulator, targets = Simulator(robot, contact="none"), []
-    for share in np.linspace(0.0, 0.5, steps + warm_up):
-        simulator.step(pull=share * robot.limits.pull_max)
-        targets.append(simulator.effector.ravel())
-    times = time_steps(robot, "none", "none", np.array(targets).reshape(-1, 3), warm_up=warm_up)
+    times = time_steps(robot, "none", "none", forward_tips(robot, steps), warm_up=WARM_UP)
     return times.whole_ms["step"]
+
+
+def forward_tips(robot: Robot, steps: int) -> Array:
+    """Positions (steps + WARM_UP, p, 3) of the effectors as `time_forward` moves them [m]."""
+    simulator, tips = Simulator(robot, contact="none"), []
+    for share in np.linspace(0.0, 0.5, steps + WARM_UP):
+        simulator.step(pull=share * robot.limits.pull_max)
+        tips.append(simulator.effector.copy())
+    return np.array(tips).reshape(len(tips), -1, 3)
+
+
+def bench_sofa_meshes(data: Path, steps: int, progress: ShareDone) -> SofaMeshBench:
+    """Time forward and inverse steps of trunk, diamond and finger on the meshes that SOFA computed with.
+
+    SOFA is not run: its medians are published ones, from another computer. The trunk moves forward with its
+    first cable alone, as there, and inversely with all eight.
+
+    Args:
+        data: folder of the reference data.
+        steps: to measure of each kind.
+        progress: called with the share of the work that has just been done.
+    """
+    models = data / "sofa_robots"
+    bent = finger(data, refinements=1)
+    cases = (
+        ("diamond", diamond(models), diamond(models), circle(np.array([0.0, 0.0, 0.115]), steps)),
+        ("trunk", trunk(models, ("L0",)), trunk(models), circle(np.array([0.0, 0.0, 0.19]), steps)),
+        ("finger", bent, bent, None),
+    )
+    found = []
+    with one_blas_thread():
+        for name, pulled, led, targets in cases:
+            followed = forward_tips(led, steps) if targets is None else targets
+            found.append(
+                SofaMeshTimes(
+                    robot=name,
+                    sizes=sizes_of(led),
+                    forward_ms=time_forward(pulled, steps),
+                    inverse=time_steps(led, "none", "none", followed, warm_up=WARM_UP),
+                    sofa_ms={
+                        kind: SOFA_MS[f"{name} {kind}"]
+                        for kind in ("forward", "inverse")
+                        if f"{name} {kind}" in SOFA_MS
+                    },
+                )
+            )
+            progress(1.0 / len(cases))
+    return SofaMeshBench(host_info(), tuple(found))
+
+
+def circle(centre: Array, steps: int, radius: float = 0.02) -> Array:
+    """Targets (steps + WARM_UP, 1, 3) once round a circle in a plane of constant z [m].
+
+    Args:
+        centre: (3,) of the circle [m].
+        steps: on the circle; before them the target moves from its centre to its first point.
+        radius: of the circle [m].
+    """
+    angle = np.concatenate([np.zeros(WARM_UP), np.linspace(0.0, 2.0 * np.pi, steps)])
+    size = radius * np.concatenate([np.linspace(0.0, 1.0, WARM_UP), np.ones(steps)])
+    offset = np.stack([size * np.cos(angle), size * np.sin(angle), np.zeros_like(angle)], axis=1)
+    targets: Array = (centre + offset)[:, None]
+    return targets

@@ -26,7 +26,12 @@ from tauten.service.tables.physics import (
 )
 from tauten.service.tables.qpcc import qpcc_tables, write_qpcc_tables
 from tauten.service.tables.reduced import reduced_tables, write_reduced_tables
-from tauten.service.tables.steps import control_table, steps_table, tip_sentences
+from tauten.service.tables.steps import (
+    control_table,
+    sofa_meshes_table,
+    steps_table,
+    tip_sentences,
+)
 from tauten.service.tables.view import VIEW_BEGIN, VIEW_END, view_table, write_view_table
 
 __all__ = [
@@ -64,6 +69,7 @@ __all__ = [
     "ranges",
     "reduced_tables",
     "sentences",
+    "sofa_meshes_table",
     "steps_table",
     "tip_sentences",
     "write_arm_tables",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tauten.service.bench import ControlBench, StepBench
+from tauten.service.bench import ControlBench, SofaMeshBench, StepBench
 from tauten.service.tables.numbers import Numbers, milliseconds
 
 
@@ -46,3 +46,27 @@ def steps_table(result: StepBench) -> Numbers:
     )
     title = f"{result.robot}: one step without contact, median / p99 in ms"
     return Numbers(title, ("nodes", "elements", "factorisation", "forward", "inverse"), rows, 0)
+
+
+def sofa_meshes_table(result: SofaMeshBench) -> Numbers:
+    """Steps on SOFA's meshes beside its published medians, and stages of the inverse step."""
+    stages = tuple(result.robots[0].inverse.stages_ms)
+    rows = []
+    for robot in result.robots:
+        whole = (("forward", robot.forward_ms), ("inverse", robot.inverse.whole_ms["step"]))
+        for kind, spread in whole:
+            sofa = robot.sofa_ms.get(kind)
+            beside = ("-", "-")
+            if sofa is not None and spread.p50 is not None:
+                beside = (f"{sofa:.1f}", f"{sofa / spread.p50:.1f}")
+            parts = [milliseconds(robot.inverse.stages_ms[stage]) for stage in stages]
+            shown = parts if kind == "inverse" else ["-"] * len(parts)
+            name = (robot.robot, str(robot.sizes.nodes), kind)
+            rows.append((*name, milliseconds(spread), *beside, *shown))
+    machine = result.machine
+    title = (
+        f"one step without contact, median / p99 in ms, on {machine.processor}, load {machine.load:.1f}; "
+        "SOFA v25.06: published medians from a quiet AMD EPYC at 2.25 GHz, not measured here"
+    )
+    columns = ("robot", "nodes", "step", "tauten", "SOFA", "SOFA / tauten", *stages)
+    return Numbers(title, columns, tuple(rows), 1)

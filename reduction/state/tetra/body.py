@@ -47,10 +47,11 @@ def sampled_body(robot: TetRobot, Phi: Array, elements: Ints, weights: Array) ->
     G = gradients_of(robot, points, Phi, elements)  # (9 s, r)
     r = Phi.shape[1]
     if (kind != COROTATIONAL).any():
-        return Body(G, volume, kind, constants, False, np.zeros((r, r)), np.zeros(r))
+        turns = bool((kind == COROTATIONAL).any())
+        return Body(G, volume, kind, constants, False, turns, np.zeros((r, r)), np.zeros(r))
     weighted = np.repeat(2.0 * constants[:, 1] * volume, 9)[:, None] * G  # (9 s, r)
     identity = np.tile(np.eye(3).ravel(), len(elements))  # (9 s,)
-    return Body(G, volume, kind, constants, True, G.T @ weighted, identity @ weighted)
+    return Body(G, volume, kind, constants, True, True, G.T @ weighted, identity @ weighted)
 
 
 def reduced_tendons(robot: TetRobot, Phi: Array) -> Tendons:

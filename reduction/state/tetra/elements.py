@@ -44,8 +44,11 @@ def assemble_elements(alpha: Array, exact: bool, body: Body, work: Work) -> int:
     np.dot(body.gradient, alpha, work.F.reshape(-1))
     for i in range(3):
         work.F[:, i, i] += 1.0
-    polar_rotations(work.F, work.R)
     n = len(body.volume)
+    if body.turns or not exact:
+        polar_rotations(work.F, work.R)
+    else:
+        work.R[:] = 0.0  # no law reads it
     if body.corotational:
         for e in range(n):
             lam, mu = body.constants[e, 0], body.constants[e, 1]
@@ -56,7 +59,7 @@ def assemble_elements(alpha: Array, exact: bool, body: Body, work: Work) -> int:
     P, C, scratch = np.empty((3, 3)), np.empty((9, 9)), np.empty(WORK)
     for e in range(n):
         response(body.kind[e], body.constants[e], work.F[e], work.R[e], tangent, P, C, scratch)
-        project_law(e, body.volume[e], P, C, body, work)
+        project_law(e, body.volume[e], P, C, work)
     return 9 * n
 
 
@@ -135,7 +138,7 @@ def project(
 
 
 @kernel
-def project_law(e: int, V: float, P: Array, C: Array, body: Body, work: Work) -> None:
+def project_law(e: int, V: float, P: Array, C: Array, work: Work) -> None:
     """The force of element e, and the images V C G of its rows G.
 
     Args:
@@ -143,19 +146,21 @@ def project_law(e: int, V: float, P: Array, C: Array, body: Body, work: Work) ->
         V: its weighted volume w V [m³].
         P: (3, 3) stress [Pa].
         C: (9, 9) tangent [Pa].
-        body: the elements.
-        work: Y and force are written.
+        work: Z begins with G; Y and force are written.
     """
-    G, Y, force, g = body.gradient, work.Y, work.force, 9 * e
+    G, Y, force, g = work.Z, work.Y, work.force, 9 * e
     for m in range(9):
         p = V * P[m // 3, m % 3]
         # scalars, because numba keeps them in registers where it would reload array entries
         C0, C1, C2 = V * C[m, 0], V * C[m, 1], V * C[m, 2]
         C3, C4, C5 = V * C[m, 3], V * C[m, 4], V * C[m, 5]
         C6, C7, C8 = V * C[m, 6], V * C[m, 7], V * C[m, 8]
-        for j in range(G.shape[1]):
+        for j in range(
+            G.shape[1]
+        ):  # with the zeros that follow r columns, which makes whole vectors
             y = C0 * G[g, j] + C1 * G[g + 1, j] + C2 * G[g + 2, j]
             y += C3 * G[g + 3, j] + C4 * G[g + 4, j] + C5 * G[g + 5, j]
             y += C6 * G[g + 6, j] + C7 * G[g + 7, j] + C8 * G[g + 8, j]
             Y[g + m, j] = y
+        for j in range(force.shape[0]):
             force[j] -= p * G[g + m, j]

@@ -11,7 +11,7 @@ import numpy as np
 
 from tauten.model.numerics import Array, Ints, kernel
 from tauten.reduction.dense_step import Scheme, implicit_step
-from tauten.reduction.state.tetra.arrays import Body, Tendons, Work
+from tauten.reduction.state.tetra.arrays import COLUMNS, ROWS, Body, Tendons, Work
 from tauten.reduction.state.tetra.elements import assemble_elements
 
 
@@ -35,10 +35,37 @@ def assemble_sample(
         work.force[j] = load[j] - body.drift[j] - work.force[j]
     first = assemble_elements(alpha, exact, body, work)
     add_curvature(alpha, tension, tendons, first, work)
-    np.dot(work.Z.T, work.Y, work.K)
+    symmetric_product(work.Z, work.Y, work.lower, work.K)
     work.K[:] += body.stiffness
     if exact:
         work.K[:] += work.curvature
+
+
+@kernel
+def symmetric_product(Z: Array, Y: Array, lower: Array, K: Array) -> None:
+    """K = Zᵀ Y, where that is symmetric: half the operations of a general product.
+
+    A pair of rows of K is updated by ROWS rows of Z and Y at a time, over whole vectors of COLUMNS numbers.
+
+    Args:
+        Z: (z, n) with zeros up to a multiple of ROWS rows and of COLUMNS columns.
+        Y: (z, n) likewise.
+        lower: (n, n) overwritten.
+        K: (r, r) output, r ≤ n.
+    """
+    lower[:] = 0.0
+    for k in range(0, Z.shape[0], ROWS):
+        for i in range(0, lower.shape[0], 2):
+            z0, z1, z2, z3 = Z[k, i], Z[k + 1, i], Z[k + 2, i], Z[k + 3, i]
+            w0, w1, w2, w3 = Z[k, i + 1], Z[k + 1, i + 1], Z[k + 2, i + 1], Z[k + 3, i + 1]
+            for j in range(COLUMNS * (i // COLUMNS + 1)):
+                y0, y1, y2, y3 = Y[k, j], Y[k + 1, j], Y[k + 2, j], Y[k + 3, j]
+                lower[i, j] += z0 * y0 + z1 * y1 + z2 * y2 + z3 * y3
+                lower[i + 1, j] += w0 * y0 + w1 * y1 + w2 * y2 + w3 * y3
+    for i in range(K.shape[0]):
+        for j in range(i + 1):
+            K[i, j] = lower[i, j]
+            K[j, i] = lower[i, j]
 
 
 @kernel

@@ -14,7 +14,7 @@ from tauten.service.bench.physics.equilibria import (
     EquilibriumGroup,
     bench_equilibria,
 )
-from tauten.service.bench.physics.sofa_robots import TRUNK_CABLES, diamond, trunk
+from tauten.service.bench.physics.sofa_robots import TRUNK_CABLES, diamond, finger, trunk
 
 __all__ = [
     "EnergyBench",
@@ -29,5 +29,6 @@ __all__ = [
     "bench_energy",
     "bench_equilibria",
     "diamond",
+    "finger",
     "trunk",
 ]

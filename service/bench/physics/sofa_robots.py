@@ -1,6 +1,7 @@
-"""Trunk and diamond of SoftRobots, built from the models that SOFA computed with.
+"""Trunk, diamond and finger of SoftRobots, on the meshes that SOFA computed with.
 
-They are reference data of the project, not part of it: `trunk_model.npz` and `diamond_model.npz`.
+They are reference data of the project, not part of it: `sofa_robots/trunk_model.npz`,
+`sofa_robots/diamond_model.npz` and `softrobots_finger.vtk`.
 """
 
 from __future__ import annotations
@@ -12,12 +13,17 @@ from typing import Any
 import numpy as np
 
 from tauten.model.load import build_robot
-from tauten.model.mesh import checked
+from tauten.model.mesh import checked, read_mesh
 from tauten.model.numerics import Array
 from tauten.model.schema import RobotConfig
 from tauten.model.tetra import TetRobot
 
 TRUNK_CABLES = ("L0", "L1", "L2", "L3", "S0", "S1", "S2", "S3")
+FINGER_ROUTE = (
+    *((-x, 12.5, 2.5) for x in (17.5, 32.5, 47.5, 62.5, 77.5)),
+    *((-83.5, 12.5, 4.5), (-85.5, 12.5, 6.5), (-85.5, 12.5, 8.5), (-83.5, 12.5, 10.5)),
+    *((-x, 12.5, 12.5) for x in (77.5, 62.5, 47.5, 32.5, 17.5)),
+)  # of its cable [mm]
 MM = 1e-3
 
 
@@ -53,6 +59,39 @@ def diamond(data: Path, gravity: tuple[float, ...] = (0.0, 0.0, -9.81)) -> TetRo
         )
     ]  # fmt: skip
     return _built("diamond", model, rows, MM * model["pts"][0], (180e3, 0.5), gravity)
+
+
+def finger(data: Path, refinements: int = 0) -> TetRobot:
+    """The finger: 158 nodes, 857 after one refinement, one cable, without gravity.
+
+    Args:
+        data: folder of its mesh.
+        refinements: how often every tetrahedron is cut into eight.
+    """
+    mesh = read_mesh(data / "softrobots_finger.vtk", "mm")
+    for _ in range(refinements):
+        mesh = mesh.refine()
+    cable = {
+        "name": "tendon", "pull_point": [0.0, 12.5 * MM, 2.5 * MM],
+        "points": (MM * np.array(FINGER_ROUTE)).tolist(), "max_outside": 1e-3,
+        "max_tension": 10.0, "max_pull": 0.04, "max_rate": 0.1,
+    }  # fmt: skip
+    config = RobotConfig.model_validate(
+        {
+            "name": "softrobots_finger",
+            "gravity": [0.0, 0.0, 0.0],
+            "mesh": {"file": "softrobots_finger.vtk", "length_unit": "mm"},
+            "material": {"young_modulus": 600e3, "poisson_ratio": 0.45, "density": 1000.0},
+            "fixed": [{"lower": [-0.015, 0.0, 0.0], "upper": [0.005, 0.010, 0.015]}],
+            "cables": [cable],
+            "effectors": [{"name": "tip", "point": [-0.103, 0.007, 0.007], "max_outside": 1e-3}],
+            "integration": {"rayleigh_mass": 0.1, "rayleigh_stiffness": 0.1},
+            "controller": {"rate": 100.0},
+        }
+    )
+    robot = build_robot(config, mesh, "softrobots_finger")
+    assert isinstance(robot, TetRobot)  # it has no drives and no rigid parts
+    return robot
 
 
 def _built(

@@ -1,7 +1,8 @@
-"""`tauten bench steps` and `gallery`: times of whole steps."""
+"""`tauten bench steps`, `sofa-meshes` and `gallery`: times of whole steps."""
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -26,6 +27,28 @@ def steps(
         result = bench_steps(robot, refinements, factorisation, count, report)
     show_tables([steps_table(result)])
     show_mesh_error(robot_path(robot), load_robot(robot, refinements=refinements))
+    write_json(result, json_file)
+
+
+def sofa_meshes(
+    data: Annotated[
+        Path, typer.Option(envvar="TAUTEN_REFERENCE_DATA", help="Folder of the reference data.")
+    ],
+    count: Annotated[int, typer.Option("--steps", min=5, help="Steps to measure of each.")] = 200,
+    json_file: Json = None,
+) -> None:
+    """Steps on SOFA's meshes of trunk, diamond and finger, beside SOFA's published times."""
+    from tauten.service.bench import bench_sofa_meshes
+    from tauten.service.tables import sofa_meshes_table
+
+    missing = [
+        name for name in ("sofa_robots", "softrobots_finger.vtk") if not (data / name).exists()
+    ]
+    if missing:
+        raise typer.BadParameter(f"{data} has no {missing[0]}")
+    with progress_bar("meshes of SOFA") as report:
+        result = bench_sofa_meshes(data, count, report)
+    show_tables([sofa_meshes_table(result)], 220)
     write_json(result, json_file)
 
 
