@@ -40,8 +40,8 @@ class LoopbackServer(viser.ViserServer):
 class LoopEvent(asyncio.Event):
     """An event that is set in a running loop only.
 
-    viser 1.1 sets the event of its messages in the thread that sends one, and once more in its loop. Outside of
-    the loop's thread `asyncio.Event.set` may raise `RuntimeError: deque mutated during iteration`.
+    viser 1.1 sets the event of its messages in the thread that sends one, and once more in its loop. In other
+    threads `asyncio.Event.set` may raise `RuntimeError: deque mutated during iteration`.
     """
 
     def set(self) -> None:
