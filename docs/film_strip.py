@@ -47,6 +47,7 @@ BLOCK = re.compile(
     re.MULTILINE | re.DOTALL,
 )
 PATIENCE = 3600.0  # s; a first run compiles kernels
+LOOK = 5_000  # ms for which the robot is seen moving before it is photographed
 STOPPING = 60.0  # s from Ctrl-C to the end
 INSTALLS = "pip install"
 COLUMNS, LINES = 96, 16  # of a terminal in the picture
@@ -227,8 +228,14 @@ class Terminal:
         picture = self._aside / f"{self._count}.png"
         with chromium.launched() as browser:
             page = chromium.viewer_page(browser, address.read_text(encoding="utf-8").strip())
-            page.get_by_text(step.until or "Operate").first.wait_for()
-            chromium.photograph(page, picture)
+            page.wait_for_timeout(LOOK)
+            # without a graphics card the browser falls behind on a busy machine: the viewer waits for it
+            os.killpg(process.pid, signal.SIGSTOP)
+            try:
+                page.get_by_text(step.until or "Operate").first.wait_for()
+                chromium.photograph(page, picture)
+            finally:
+                os.killpg(process.pid, signal.SIGCONT)
         return picture
 
     def _take_variables(self) -> None:

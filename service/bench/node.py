@@ -178,6 +178,8 @@ def bench_node(
         DemoError: a process failed, or no target was followed.
     """
     rate = setup.robot.integration.rate
+    if stop.requested:
+        return None
     notify("finding a path that the robot can follow")
     with stop.interruptible():
         path = make_path("reach", setup.robot, PathSettings())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import contextlib
 import io
 import socket
@@ -36,6 +37,22 @@ class LoopbackServer(viser.ViserServer):
         """Refuse: a tunnel would let anybody drive the robot."""
 
 
+class LoopEvent(asyncio.Event):
+    """An event that is set in a running loop only.
+
+    viser 1.1 sets the event of its messages in the thread that sends one, and once more in its loop. In other
+    threads `asyncio.Event.set` may raise `RuntimeError: deque mutated during iteration`.
+    """
+
+    def set(self) -> None:
+        """Set it and wake who waits; nothing in a thread without a running loop."""
+        try:
+            asyncio.get_running_loop()
+        except RuntimeError:
+            return
+        super().set()
+
+
 @contextmanager
 def open_server(port: int, label: str) -> Iterator[tuple[LoopbackServer, Guard]]:
     """A server on loopback that accepts browsers of this computer, or at the end of a tunnel.
@@ -68,6 +85,9 @@ def open_server(port: int, label: str) -> Iterator[tuple[LoopbackServer, Guard]]
             server = LoopbackServer(HOST, listening.getsockname()[1], label=label, verbose=False)
     finally:
         websockets.asyncio.server.serve = serve  # type: ignore[misc]
+    messages = server._websock_server._broadcast_buffer
+    before, messages.message_event = messages.message_event, LoopEvent()
+    messages.event_loop.call_soon_threadsafe(before.set)  # who waits for it already
     try:
         server.gui.configure_theme(
             control_width="medium",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import math
 import shutil
 from collections.abc import Iterator
@@ -16,6 +17,7 @@ from tauten.model import Robot
 from tauten.service.frames import SimulatedRobot
 from tauten.service.setup import load_setup
 from tauten.service.view import ViewError, open_server
+from tauten.service.view.server import LoopEvent
 from tauten.service.wire import reach_of
 
 CLICK: dict[str, object] = {
@@ -179,3 +181,18 @@ def test_a_port_in_use_is_an_error_that_names_the_next_step() -> None:
             open_server(port, "second"),
         ):
             pass
+
+
+def test_messages_wake_the_loop_of_the_server_from_its_own_thread_only(shown: Shown) -> None:
+    """`asyncio.Event.set` may raise in another thread, and would end the viewer."""
+    event = shown.server._websock_server._broadcast_buffer.message_event
+    assert isinstance(event, LoopEvent)
+    alone = LoopEvent()
+    alone.set()
+    assert not alone.is_set()
+
+    async def in_loop() -> bool:
+        alone.set()
+        return await asyncio.wait_for(alone.wait(), 1.0)
+
+    assert asyncio.run(in_loop())
