@@ -48,8 +48,6 @@ BLOCK = re.compile(
 )
 PATIENCE = 3600.0  # s; a first run compiles kernels
 STOPPING = 60.0  # s from Ctrl-C to the end
-PAGE = {"width": 1280, "height": 800}
-SETTLE = 5.0  # s of a page between the text and its picture
 INSTALLS = "pip install"
 COLUMNS, LINES = 96, 16  # of a terminal in the picture
 
@@ -228,13 +226,9 @@ class Terminal:
             time.sleep(0.2)
         picture = self._aside / f"{self._count}.png"
         with chromium.launched() as browser:
-            page = browser.new_page(viewport=PAGE)
-            page.goto(address.read_text(encoding="utf-8").strip())
-            page.wait_for_selector("canvas", timeout=120_000)
-            page.add_style_tag(content=".mantine-Notifications-root { display: none; }")
-            page.get_by_text(step.until or "Operate").first.wait_for(timeout=120_000)
-            page.wait_for_timeout(1e3 * SETTLE)
-            page.screenshot(path=str(picture), timeout=180_000)
+            page = chromium.viewer_page(browser, address.read_text(encoding="utf-8").strip())
+            page.get_by_text(step.until or "Operate").first.wait_for()
+            chromium.photograph(page, picture)
         return picture
 
     def _take_variables(self) -> None:

@@ -20,13 +20,12 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import chromium
-from playwright.sync_api import Browser, Page
+from playwright.sync_api import Browser
 
 FIGURES = Path(__file__).resolve().parent / "figures"
-SIZE = {"width": 1280, "height": 800}
 START = 180.0  # s
 PICTURES = ("simulate", "manipulator", "export")
-MORE, SETTLE = 12.0, 8.0  # s after the text is there, and after the picture stands still
+MORE = 12.0  # s after the text is there
 
 
 def free_port() -> int:
@@ -58,15 +57,6 @@ def viewer(*arguments: str) -> Iterator[str]:
         process.wait(30.0)
 
 
-def page_of(browser: Browser, address: str) -> Page:
-    """A page of the viewer, without the browser's own notice."""
-    page = browser.new_page(viewport=SIZE)
-    page.goto(address)
-    page.wait_for_selector("canvas", timeout=60_000)
-    page.add_style_tag(content=".mantine-Notifications-root { display: none; }")
-    return page
-
-
 def take(browser: Browser, address: str, name: str, wait: str) -> None:
     """Take a picture of a moment at which everything is drawn.
 
@@ -76,19 +66,13 @@ def take(browser: Browser, address: str, name: str, wait: str) -> None:
         name: of the picture.
         wait: text of the panel to wait for, with a few seconds more; or a number of seconds.
     """
-    page = page_of(browser, address)
+    page = chromium.viewer_page(browser, address)
     if wait.isdigit():
         page.wait_for_timeout(1e3 * float(wait))
     else:
-        page.get_by_text(wait).first.wait_for(timeout=1e3 * START)
+        page.get_by_text(wait).first.wait_for()
         page.wait_for_timeout(1e3 * MORE)
-    if page.get_by_label("pause").count():
-        page.get_by_label("pause").first.click(force=True)
-    else:
-        page.mouse.click(22, SIZE["height"] - 20)  # pause of an exported run
-    page.wait_for_timeout(1e3 * SETTLE)
-    page.screenshot(path=str(FIGURES / name), timeout=1e3 * START)
-    page.close()
+    chromium.photograph(page, FIGURES / name)
 
 
 def main() -> None:

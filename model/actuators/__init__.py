@@ -10,6 +10,7 @@ from tauten.model.actuators.enclosure import (
     cavity_nearest,
     chamber_surface,
     enclosed_volume,
+    inside_out,
 )
 from tauten.model.actuators.force import ForceSet, PointForce, make_forces
 
@@ -27,6 +28,7 @@ __all__ = [
     "chamber_surface",
     "coupling_of",
     "enclosed_volume",
+    "inside_out",
     "make_chambers",
     "make_forces",
     "place_actuators",

@@ -29,6 +29,11 @@ def enclosed_volume(x: Array, triangles: Ints) -> float:
     return float(np.einsum("ti,ti->", a, np.cross(b, c))) / 6.0
 
 
+def inside_out(points: Array, triangles: Ints) -> bool:
+    """Whether the normals of a closed surface (t, 3) of points (p, 3) point into what it encloses."""
+    return enclosed_volume(points, triangles) < 0.0
+
+
 def open_edges(triangles: Ints) -> Ints:
     """Edges (e, 2) that do not join exactly two triangles of the same orientation."""
     edges = triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)  # directed

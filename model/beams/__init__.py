@@ -10,8 +10,9 @@ from tauten.model.beams.elements import (
     stretched,
     turn_functions,
 )
+from tauten.model.beams.gaps import gap_arrays
 from tauten.model.beams.profile import Profile, bar, natural_stiffness, section, tube
-from tauten.model.beams.robot import BeamRobot, gap_entries
+from tauten.model.beams.robot import BeamRobot
 from tauten.model.beams.surfaces import BeamSurfaces, build_beam_surfaces
 
 __all__ = [
@@ -25,7 +26,7 @@ __all__ = [
     "bar",
     "build_beam_surfaces",
     "element",
-    "gap_entries",
+    "gap_arrays",
     "make_body",
     "natural_stiffness",
     "section",

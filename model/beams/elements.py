@@ -127,7 +127,14 @@ def turn_functions(theta: float) -> tuple[float, float]:
 
 @kernel
 def stretched(u: Vector3, phi: Vector3, gamma: float, eta: float) -> Vector3:
-    """Γ u of (B1): stretch and shear, times its length, of the helix whose chord is u."""
+    """Γ u of (B1): stretch and shear, times its length, of the helix whose chord is u.
+
+    Args:
+        u: chord in the element's frame [m].
+        phi: φ, relative rotation of the ends.
+        gamma: γ at |φ|.
+        eta: η at |φ|.
+    """
     return add(scale(gamma, u), scale(eta * dot(phi, u), phi))
 
 
@@ -135,7 +142,16 @@ def stretched(u: Vector3, phi: Vector3, gamma: float, eta: float) -> Vector3:
 def stretch_change(
     u: Vector3, phi: Vector3, dphi: Vector3, eta: float, d_gamma: float, d_eta: float
 ) -> Vector3:
-    """G(φ, u) dφ of (B2), the change of Γ u with φ."""
+    """G(φ, u) dφ of (B2), the change of Γ u with φ.
+
+    Args:
+        u: chord in the element's frame [m].
+        phi: φ, relative rotation of the ends.
+        dphi: its change.
+        eta: η at |φ|.
+        d_gamma: γ' at |φ|.
+        d_eta: η' at |φ|.
+    """
     along, turned = dot(phi, u), dot(phi, dphi)
     part = add(scale(d_gamma * turned, u), scale(eta * along, dphi))
     return add(part, scale(eta * dot(dphi, u) + d_eta * along * turned, phi))
@@ -145,7 +161,16 @@ def stretch_change(
 def stretch_moment(
     u: Vector3, phi: Vector3, N: Vector3, eta: float, d_gamma: float, d_eta: float
 ) -> Vector3:
-    """G(φ, u)ᵀ N of (B2)."""
+    """G(φ, u)ᵀ N of (B2).
+
+    Args:
+        u: chord in the element's frame [m].
+        phi: φ, relative rotation of the ends.
+        N: force against stretch and shear [N].
+        eta: η at |φ|.
+        d_gamma: γ' at |φ|.
+        d_eta: η' at |φ|.
+    """
     along, pull = dot(phi, u), dot(phi, N)
     part = add(scale(eta * along, N), scale(eta * pull, u))
     return add(part, scale(d_gamma * dot(u, N) + d_eta * along * pull, phi))

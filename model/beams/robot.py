@@ -6,16 +6,16 @@ import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
+import scipy.sparse as sp
 
 from tauten.model.actuators import BeamActuators
 from tauten.model.beams.body import BeamBody
 from tauten.model.beams.elements import assemble_beams
+from tauten.model.beams.gaps import gap_arrays
 from tauten.model.beams.surfaces import BeamSurfaces
 from tauten.model.body import SteppedRobot
-from tauten.model.contact import Detection
 from tauten.model.effectors import BeamEffectors
-from tauten.model.numerics import Array, Ints, kernel, rotations_between, turned
-from tauten.model.points import Entries
+from tauten.model.numerics import Array, Ints, rotations_between, turned
 from tauten.model.robot import RobotRows, State
 from tauten.model.rows import ContactRows, Rows
 from tauten.model.system import System
@@ -210,7 +210,8 @@ class BeamRobot(SteppedRobot):
         """Gaps and H_c of the candidates in range at node positions and rotations."""
         points, arms = self.surfaces.contact_points.place(x, Q)
         found = self.contacts.detect(points)
-        H = self.surfaces.contact_points.rows(arms, self.dof, self.n, gap_entries(found))
+        S = gap_arrays(found, self.surfaces.contact_points, arms, self.dof)
+        H = sp.csr_array((S[2], S[1], S[0]), shape=(len(found), self.n))
         return ContactRows(Rows(H, found.gap), found.slots, found.pair, self.n_c)
 
     def advance(self, state: State, system: System, dv: Array) -> State:
@@ -226,27 +227,3 @@ class BeamRobot(SteppedRobot):
         q = state.q.reshape(-1, 7)
         moved = np.hstack([q[:, :3] + step[:, :3], turned(q[:, 3:].copy(), step[:, 3:].copy())])
         return State(moved.ravel(), v)
-
-
-def gap_entries(found: Detection) -> Entries:
-    """Gaps of detected contacts as rows over the points of the surfaces (T2)."""
-    starts = np.arange(0, 6 * len(found) + 1, 6)
-    vectors = gap_vectors(found.coefficients, found.normal)
-    return Entries(starts, found.vertices.ravel(), vectors)
-
-
-@kernel
-def gap_vectors(coefficients: Array, normal: Array) -> Array:
-    """Derivative of each gap by the positions of its six vertices: (6 m, 3).
-
-    Args:
-        coefficients: (m, 6) of the vertices.
-        normal: (m, 3) unit normals.
-    """
-    m = normal.shape[0]
-    vectors = np.empty((6 * m, 3))
-    for k in range(m):
-        for j in range(6):
-            for i in range(3):
-                vectors[6 * k + j, i] = coefficients[k, j] * normal[k, i]
-    return vectors

@@ -37,12 +37,15 @@ from itertools import pairwise
 
 import numpy as np
 import scipy.sparse as sp
+from scipy.sparse.csgraph import connected_components
 
 from tauten.model.contact.broad_phase import BLOCK
 from tauten.model.contact.narrow_phase import no_closest_points, search
 from tauten.model.contact.surface_topology import SurfaceTopology, join_surfaces
 from tauten.model.numerics import Array, Ints, kernel
 from tauten.model.rows import ContactRows, PairSlots, Rows
+
+SHORT = 16  # candidates; blocks of connected parts have at least as many
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,6 +126,7 @@ class ContactSet:
         )
         self._weights: Array = np.vstack([np.zeros((0, 3)), *(p.weights for p in pairs)])
         self._first: Ints = np.cumsum([0, *(len(pair.nodes) for pair in pairs)]).astype(np.int64)
+        self._blocks = blocks_of([pair.nodes for pair in pairs], n_vertices)
         self._surfaces: SurfaceTopology = join_surfaces(
             [pair.triangles.astype(np.int64) for pair in pairs],
             [pair.nodes.astype(np.int64) for pair in pairs],
@@ -165,7 +169,7 @@ class ContactSet:
         x = np.ascontiguousarray(x, dtype=float)
         return Detection(
             *detect_all(
-                x, self._nodes, self._weights, self._first, self._surfaces, self.alarm_distance
+                x, self._nodes, self._weights, self._blocks, self._surfaces, self.alarm_distance
             )
         )
 
@@ -196,12 +200,38 @@ def check_pair(pair: ContactPair, n_vertices: int) -> None:
         )
 
 
+def blocks_of(candidates: list[Ints], n_vertices: int) -> Ints:
+    """Candidates that are treated together: (b, 3) first slot, one past the last, and the pair.
+
+    A block ends with its pair, after `BLOCK` candidates, and, where it has `SHORT`, with the connected part
+    of the surface that it lies in: few triangles are within reach of a block that is small in space.
+
+    Args:
+        candidates: of each pair, (m, 3) vertex ids of the triangles that its candidates lie in.
+        n_vertices: number of vertices.
+    """
+    blocks, begin = [], 0
+    for pair, nodes in enumerate(candidates):
+        links = np.concatenate([nodes[:, :2], nodes[:, 1:]])
+        graph = sp.coo_array((np.ones(len(links)), links.T), shape=(n_vertices, n_vertices))
+        part = connected_components(graph, directed=False)[1][nodes[:, 0]]
+        start = begin
+        for i in range(1, len(nodes) + 1):
+            size = begin + i - start
+            ends = i == len(nodes) or (part[i] != part[i - 1] and size >= SHORT)
+            if ends or size == BLOCK:
+                blocks.append((start, begin + i, pair))
+                start = begin + i
+        begin += len(nodes)
+    return np.array(blocks, dtype=np.int64).reshape(-1, 3)
+
+
 @kernel
 def detect_all(
     x: Array,
     nodes: Ints,
     weights: Array,
-    first: Ints,
+    blocks: Ints,
     surfaces: SurfaceTopology,
     reach: float,
 ) -> tuple[Ints, Ints, Array, Array, Ints, Array]:
@@ -211,7 +241,7 @@ def detect_all(
         x: (n_vertices, 3) positions [m].
         nodes: (n_c, 3) vertices of the candidates of all pairs.
         weights: (n_c, 3) their weights.
-        first: (p + 1,) where each pair's candidates start.
+        blocks: (b, 3) candidates that are treated together, see `blocks_of`.
         surfaces: target surfaces of the pairs.
         reach: alarm distance [m].
     """
@@ -222,12 +252,10 @@ def detect_all(
             for i in range(3):
                 points[i, s] += weights[s, j] * x[nodes[s, j], i]
     found, pairs = no_closest_points(count), np.empty(count, np.int64)
-    for pair in range(first.shape[0] - 1):
-        a, b = first[pair], first[pair + 1]
-        for begin in range(a, b, BLOCK):
-            block = points[:, begin : min(begin + BLOCK, b)].copy()
-            search(x, block, surfaces, pair, begin, reach, found)
-        pairs[a:b] = pair
+    for k in range(blocks.shape[0]):
+        begin, end, pair = blocks[k]
+        search(x, points[:, begin:end].copy(), surfaces, pair, begin, reach, found)
+        pairs[begin:end] = pair
     slots = np.flatnonzero(found.triangle >= 0)
     m = slots.shape[0]
     gap, normal = np.empty(m), np.empty((m, 3))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import logging
+
 import numpy as np
 
 from tauten.model.actuators import (
@@ -12,12 +14,15 @@ from tauten.model.actuators import (
     cavity_nearest,
     chamber_surface,
     coupling_of,
+    inside_out,
 )
 from tauten.model.mesh import UNITS, MeshError, Selector, TetMesh, read_triangles
-from tauten.model.numerics import Ints
+from tauten.model.numerics import Array, Ints
 from tauten.model.points import Cable, CableSet, MaterialPoints, attach, make_cables
 from tauten.model.schema import ChamberSettings, ForceSettings, RobotConfig, RobotFileError
 from tauten.model.tetra import BodyParts
+
+log = logging.getLogger(__name__)
 
 
 def build_actuators(config: RobotConfig, body: BodyParts, selector: Selector) -> ActuatorParts:
@@ -55,6 +60,9 @@ def build_chamber(item: ChamberSettings, selector: Selector) -> Ints:
         elif item.stl is not None:
             unit = UNITS[item.stl_unit]
             points, triangles = read_triangles(selector.folder / item.stl)
+            note = turned_surface(item, points, triangles)
+            if note:
+                log.warning("%s.stl: %s", where, note)
             centres = unit * points[triangles].mean(axis=1)
             chosen = cavity_nearest(nodes, boundary, centres)
         else:
@@ -64,6 +72,22 @@ def build_chamber(item: ChamberSettings, selector: Selector) -> Ints:
         return chamber_surface(nodes, chosen)
     except (ChamberError, MeshError) as error:
         raise RobotFileError(f"{where}: {error}") from error
+
+
+def turned_surface(item: ChamberSettings, points: Array, triangles: Ints) -> str:
+    """A sentence about an STL file that is inside out; "" about one that is not.
+
+    Args:
+        item: the chamber of the file.
+        points: (p, 3) of the file.
+        triangles: (t, 3) of the file.
+    """
+    if not inside_out(points, triangles):
+        return ""
+    return (
+        f"{item.stl} is inside out: its normals point into the chamber; it has been turned, because the "
+        "orientation of the body counts"
+    )
 
 
 def build_force(item: ForceSettings, body: BodyParts, selector: Selector) -> PointForce:

@@ -56,23 +56,10 @@ class AttachedPoints:
             n: number of degrees of freedom.
             entries: the rows over points.
         """
-        starts, columns, data = self.arrays(arms, dof, entries)
-        return sp.csr_array((data, columns, starts), shape=(len(entries.starts) - 1, n))
-
-    def arrays(
-        self, arms: Array, dof: Ints, entries: Entries
-    ) -> tuple[NDArray[np.int32], NDArray[np.int32], Array]:
-        """Row starts, columns and data of `rows`.
-
-        Args:
-            arms: (p, 2, 3) from `place`.
-            dof: (n_nodes,) first degree of freedom of a node, −1 where it is fixed.
-            entries: the rows over points.
-        """
         data, columns, starts = pull_back(
             entries.starts, entries.points, entries.vectors, self.nodes, self.weights, arms, dof
         )
-        return starts, columns, data
+        return sp.csr_array((data, columns, starts), shape=(len(entries.starts) - 1, n))
 
     def velocity_map(self, arms: Array, dof: Ints, n: int) -> sp.csr_array:
         """J (3 p, n) of (B3).

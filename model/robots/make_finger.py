@@ -3,9 +3,10 @@
     python -m tauten.model.robots.make_finger [FOLDER]
 
 The finger hangs along −z from its fixed face at z = 0, is 15 mm wide in y and bends towards +x, the
-side on which the notches open. It is a mapped grid, graded towards the hinges. A notch has a bevelled
-root, because strain at a sharp one has no limit as the mesh is refined, and flanks that meet face to face:
-above `flush_from` they point to the centre of rotation of the hinge.
+side on which the notches open. It is a mapped grid, graded towards the hinges, the fixed face and the ends of
+the flanks. A notch has a bevelled root, because strain at a sharp one has no limit as the mesh is refined,
+and flanks that meet face to face: where they are farther apart than the root, they point to the centre of
+rotation of the hinge.
 """
 
 from __future__ import annotations
@@ -39,6 +40,7 @@ class FingerShape:
         blocks: blocks; notches are one fewer.
         insert: where the stiff insert at the tip begins, as a distance from the fixed face.
         below: heights over the hinge, as shares.
+        root_cells: cells of the flat part of a root and of each bevel.
         above: heights of the nodes of the flanks; the last is the height of the finger.
         across: cells over the width, even so that the mesh is its own mirror image.
         along: nodes along a block, as shares.
@@ -57,10 +59,11 @@ class FingerShape:
     blocks: int = 6
     insert: float = 0.090
     below: tuple[float, ...] = (0.0, 0.45, 0.73, 0.9, 1.0)
-    above: tuple[float, ...] = (0.0078, 0.010, 0.0117, 0.0134, 0.015)
+    root_cells: int = 1
+    above: tuple[float, ...] = (0.0078, 0.0092, 0.010, 0.0108, 0.0125, 0.0142, 0.015)
     across: int = 4
-    along: tuple[float, ...] = (0.0, 0.1, 0.3, 0.7, 0.9, 1.0)
-    first: tuple[float, ...] = (0.0, 0.5, 0.9, 1.0)
+    along: tuple[float, ...] = (0.0, 0.1, 0.25, 0.42, 0.58, 0.75, 0.9, 1.0)
+    first: tuple[float, ...] = (0.0, 0.12, 0.3, 0.5, 0.7, 0.85, 0.95, 1.0)
     last: tuple[float, ...] = (0.0, 0.1, 0.3, 0.6, 1.0)
     end: int = 2
 
@@ -73,8 +76,11 @@ def make_finger(shape: FingerShape) -> tuple[Array, Ints]:
     gap = np.maximum(shape.root, shape.slope * (x - shape.pivot))
     pitch = shape.length / shape.blocks
     # where a hinge has nodes, and its height there: bevels beside a flat root
-    offsets = shape.root * np.array([-1.0, -0.4, 0.4, 1.0])
-    heights = np.array([shoulder, shape.ligament, shape.ligament, shoulder])[:, None] * below
+    corners = np.arange(4.0)
+    columns = np.linspace(0.0, 3.0, 3 * shape.root_cells + 1)
+    offsets = shape.root * np.interp(columns, corners, [-1.0, -0.4, 0.4, 1.0])
+    tops = np.interp(columns, corners, [shoulder, shape.ligament, shape.ligament, shoulder])
+    heights = tops[:, None] * below
     layers = []
     for block in range(shape.blocks):
         final = block == shape.blocks - 1

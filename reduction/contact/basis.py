@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tauten.model import ChainedRows, ContactRows, ReducedContacts, Robot
-from tauten.model.numerics import Array, Bools, Ints, kernel
+from tauten.model.numerics import Array, Ints, kernel
 from tauten.reduction.provenance import Provenance
 from tauten.reduction.storage import DamagedFile, UnknownFile, located, parsed, read, write
 
@@ -68,9 +68,11 @@ class ContactBasis:
             delta (k',) [m]; modes (k',) columns of Ψ, ascending.
         """
         if isinstance(contacts.rows, ChainedRows):
-            used = np.flatnonzero(touched_slots(self.Psi, contacts.slots))
-            H, delta = contacts.rows.chosen(used), contacts.rows.delta[used]
-            return ReducedContacts(*_condense(self.Psi, contacts.slots[used], H, delta))
+            rows = contacts.rows
+            S = rows.starts, rows.columns, rows.data
+            return ReducedContacts(
+                *_condense_chained(self.Psi, contacts.slots, S, rows.motion, rows.delta)
+            )
         if isinstance(contacts.rows.H, np.ndarray):
             return ReducedContacts(
                 *_condense(self.Psi, contacts.slots, contacts.rows.H, contacts.rows.delta)
@@ -151,13 +153,43 @@ def _load(path: Path) -> ContactBasis:
 
 
 @kernel
-def touched_slots(Psi: Array, slots: Ints) -> Bools:
-    """Which of the slots (m,) have a force in a mode: (m,)."""
-    touched = np.zeros(slots.shape[0], np.bool_)
+def _condense_chained(
+    Psi: Array,
+    slots: Ints,
+    S: tuple[NDArray[np.int32], NDArray[np.int32], Array],
+    motion: Array,
+    delta: Array,
+) -> tuple[Array, Array, Ints]:
+    """`_condense` for the rows S J of `ChainedRows`; only rows in a mode are computed.
+
+    Args:
+        Psi: (n_c, k) modes.
+        slots: (m,) slots of the rows.
+        S: row starts, columns and data.
+        motion: (N, n) J.
+        delta: (m,) gaps [m].
+    """
+    starts, columns, data = S
+    H_r, delta_r = np.zeros((Psi.shape[1], motion.shape[1])), np.zeros(Psi.shape[1])
+    touched, h = np.zeros(Psi.shape[1], np.bool_), np.empty(motion.shape[1])
     for row in range(slots.shape[0]):
+        known = False
         for mode in range(Psi.shape[1]):
-            touched[row] |= Psi[slots[row], mode] != 0.0
-    return touched
+            weight = Psi[slots[row], mode]
+            if weight == 0.0:
+                continue
+            if not known:
+                h[:], known = 0.0, True
+                for place in range(starts[row], starts[row + 1]):
+                    value, column = data[place], columns[place]
+                    for j in range(h.shape[0]):
+                        h[j] += value * motion[column, j]
+            touched[mode] = True
+            delta_r[mode] += weight * delta[row]
+            for j in range(h.shape[0]):
+                H_r[mode, j] += weight * h[j]
+    modes = np.flatnonzero(touched)
+    return H_r[modes], delta_r[modes], modes
 
 
 @kernel

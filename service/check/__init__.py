@@ -8,13 +8,22 @@ from tauten.service.check.certificate import (
 )
 from tauten.service.check.findings import Finding
 from tauten.service.check.mesh_error import MeshErrorEstimate, VariantErrors, richardson
-from tauten.service.check.mesh_variants import Variant, variant_robot
+from tauten.service.check.mesh_variants import (
+    Load,
+    LoadedState,
+    Variant,
+    equilibria,
+    make_loads,
+    variant_robot,
+)
 from tauten.service.check.region_findings import RegionParts
 from tauten.service.check.robot_check import CheckSettings, RobotCheck, check_robot, selected
 
 __all__ = [
     "CheckSettings",
     "Finding",
+    "Load",
+    "LoadedState",
     "MeshCertificate",
     "MeshErrorEstimate",
     "RegionParts",
@@ -24,6 +33,8 @@ __all__ = [
     "certificate_file",
     "certified",
     "check_robot",
+    "equilibria",
+    "make_loads",
     "mesh_error_text",
     "richardson",
     "selected",

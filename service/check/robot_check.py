@@ -14,6 +14,7 @@ from tauten.model.load import build_bodies, read_bodies, robot_path
 from tauten.model.mesh import read_unchecked_mesh
 from tauten.model.schema import RobotConfig, model_tables, read_toml, validated
 from tauten.service.check.body_findings import body_findings
+from tauten.service.check.chamber_findings import chamber_findings
 from tauten.service.check.findings import Finding, Level, worst
 from tauten.service.check.mesh_error import MeshErrorEstimate, estimate_error
 from tauten.service.check.mesh_findings import mesh_findings
@@ -105,6 +106,7 @@ def check_robot(settings: CheckSettings, stop: StopFlag, progress: Progress) -> 
         except (RobotFileError, MeshError) as error:
             return RobotCheck(config.name, findings, refused=str(error))
         findings += tuple(part.finding for part in parts_of(config, path))
+        findings += tuple(chamber_findings(config, path.parent))
         progress(0.02, "body")
         findings += tuple(body_findings(robot, 3, robot.contacts.alarm_distance))
         progress(0.08, own.name)

@@ -90,7 +90,7 @@ class RobotLook:
         return distance_between(self.effectors, frame.goal, frame.values)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class ViewFrame:
     """One moment of a robot.
 

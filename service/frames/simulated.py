@@ -23,6 +23,7 @@ class SimulatedRobot:
     Attributes:
         look: what of the robot does not change.
         pausable: always; time is that of the simulation.
+        nodes: of the plant.
     """
 
     pausable = True
@@ -40,6 +41,7 @@ class SimulatedRobot:
         self._simulator.reset()
         self._skin, self._ghost = skin_of(plant), skin_of(setup.robot)
         self._h = plant.h
+        self.nodes = plant.n_nodes
         self._steps = 0
         self._seconds = 0.0  # of model and plant together, in the mean
         self._resets = 0

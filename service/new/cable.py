@@ -75,8 +75,8 @@ def add_cable(file: Path, cable: NewCable) -> None:
     if len(cable.points) < 2:
         raise RobotFileError(f"{file}: cable {cable.name!r} needs two points, found 1 or none")
     file = file.resolve()  # not a link to it
-    mode, text = file.stat().st_mode, file.read_text(encoding="utf-8").rstrip("\n") + "\n"
-    text += cable_text(cable)
+    mode, text = file.stat().st_mode, file.read_bytes().decode("utf-8")  # line ends as they are
+    text += ("" if text.endswith("\n") else "\n") + cable_text(cable)
     # beside the file, because its paths are relative to it
     descriptor, name = tempfile.mkstemp(dir=file.parent, prefix=f".{file.stem}-", suffix=".toml")
     trial = Path(name)

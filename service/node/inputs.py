@@ -6,6 +6,7 @@ them at its tick.
 
 from __future__ import annotations
 
+import logging
 import time
 from dataclasses import dataclass
 
@@ -43,6 +44,8 @@ from tauten.service.wire import (
     payload_of,
     reach_of,
 )
+
+log = logging.getLogger(__name__)
 
 _PLANT_RING = 256
 _AT_CAP = 0.99  # part of the largest correction from which on health warns
@@ -159,6 +162,8 @@ class NodeInputs:
             refused: why the node did not carry it out; None where it did.
         """
         if refused is not None:
+            if refused.detail != self._commands.counts.last_rejection:  # once of many in a row
+                log.warning("refused the command %s: %s", command, refused.detail)
             self._commands.counts.refuse(refused)
             return
         self._commands.counts.accepted += 1

@@ -1,6 +1,8 @@
 """Tools of an operator: commands, metrics, recording, diagnosis."""
 
 from tauten.service.operate.commands import (
+    NodeAnswer,
+    OrderError,
     ask_metrics,
     is_there,
     node_of,
@@ -9,10 +11,11 @@ from tauten.service.operate.commands import (
     serve_metrics,
 )
 from tauten.service.operate.doctor import examine
-from tauten.service.operate.locks import OrderError, check_order, send_lock
+from tauten.service.operate.locks import check_order, send_lock
 from tauten.service.operate.record import record_robot
 
 __all__ = [
+    "NodeAnswer",
     "OrderError",
     "ask_metrics",
     "check_order",

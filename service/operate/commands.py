@@ -7,21 +7,22 @@ import logging
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 
 import zenoh
+from prometheus_client.parser import text_string_to_metric_families
 
 from tauten.service.process import StopFlag
 from tauten.service.wire import (
     CDR,
     TEXT,
+    Cause,
     Keys,
+    Mode,
     Network,
     NetworkError,
     OperatorOrder,
-    Rejection,
     Role,
-    Tick,
-    decode_tick,
     encode_command,
     is_alive,
     open_session,
@@ -30,8 +31,13 @@ from tauten.service.wire import (
 log = logging.getLogger(__name__)
 
 _PATIENCE = 5.0  # s until a node must be alive
-_EFFECT = 0.3  # s from a command to ticks after it
+_ANSWER = 20.0  # s until a node must have carried a command out, on a machine that is busy too
+_PAUSE = 0.01  # s between two questions
 _CONTENT = "text/plain; version=0.0.4; charset=utf-8"
+
+
+class OrderError(ValueError):
+    """An order that the node refuses; the text says why."""
 
 
 def is_there(robot: str, network: Network, token: str, patience: float = 2.0) -> bool:
@@ -74,8 +80,29 @@ def node_of(robot: str, network: Network) -> Iterator[zenoh.Session]:
         session.close()  # type: ignore[no-untyped-call]
 
 
-def send_command(robot: str, network: Network, command: OperatorOrder) -> Tick:
-    """Send an operator's command; returns a tick of the node after it.
+@dataclass(frozen=True, slots=True)
+class NodeAnswer:
+    """What a node says about the commands it has got, and what it does.
+
+    Attributes:
+        accepted: commands that it has carried out.
+        refused: commands that it has not.
+        refusal: why not, of the last one.
+        mode: of the node.
+        cause: why it does not follow.
+    """
+
+    accepted: int
+    refused: int
+    refusal: str
+    mode: Mode
+    cause: Cause
+
+
+def send_command(robot: str, network: Network, command: OperatorOrder) -> NodeAnswer:
+    """Send an operator's command and wait until the node has carried it out.
+
+    Where several operators send commands at the same time, the answer may be that to another one's.
 
     Args:
         robot: name.
@@ -83,22 +110,43 @@ def send_command(robot: str, network: Network, command: OperatorOrder) -> Tick:
         command: what the node is to do.
 
     Raises:
-        NetworkError: no node, or one that does not tick.
+        NetworkError: no node, or one that does not answer.
+        OrderError: the node refuses it; the text is the node's.
     """
-    keys = Keys(robot)
     with node_of(robot, network) as session:
-        ticks = session.declare_subscriber(keys.tick, zenoh.handlers.RingChannel(1))
+        before = _answer_after(session, robot, -1)
         put_command(session, robot, command)
-        time.sleep(_EFFECT)
-        end = time.monotonic() + _PATIENCE
-        while time.monotonic() < end:
-            sample = ticks.try_recv()
-            if sample is not None:
-                tick = decode_tick(bytes(sample.payload))
-                if not isinstance(tick, Rejection):
-                    return tick
-            time.sleep(0.01)
-    raise NetworkError(f"the node of {robot!r} does not tick")
+        answer = _answer_after(session, robot, before.accepted + before.refused)
+    if answer.refused > before.refused:
+        raise OrderError(f"{robot}: {answer.refusal}")
+    return answer
+
+
+def _answer_after(session: zenoh.Session, robot: str, commands: int) -> NodeAnswer:
+    """The node's answer once it has got more commands than so many."""
+    end = time.monotonic() + _ANSWER
+    while time.monotonic() < end:
+        text = ask_metrics(session, robot)
+        if text is not None:
+            answer = _answer_in(text.decode())
+            if answer.accepted + answer.refused > commands:
+                return answer
+        time.sleep(_PAUSE)
+    raise NetworkError(f"the node of {robot!r} does not answer within {_ANSWER:g} s")
+
+
+def _answer_in(text: str) -> NodeAnswer:
+    """The node's answer in its metrics."""
+    samples = {s.name: s for f in text_string_to_metric_families(text) for s in f.samples}
+    said = samples.get("tauten_commands_info")
+    now = samples["tauten_decisions_info"].labels
+    return NodeAnswer(
+        accepted=int(samples["tauten_commands_accepted"].value),
+        refused=int(samples["tauten_commands_refused"].value),
+        refusal="" if said is None else said.labels["last_refusal"],
+        mode=Mode(now["mode"]),
+        cause=Cause(now["cause"]),
+    )
 
 
 def put_command(session: zenoh.Session, robot: str, command: OperatorOrder) -> None:

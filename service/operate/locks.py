@@ -4,16 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
-from tauten.service.operate.commands import node_of, send_command
-from tauten.service.wire import Keys, LockOrder, Mode, Network, Tick, ask_description
+from tauten.service.operate.commands import NodeAnswer, OrderError, node_of, send_command
+from tauten.service.wire import Keys, LockOrder, Network, ask_description
 
 
-class OrderError(ValueError):
-    """An order that the node refuses; the text says what is allowed."""
-
-
-def send_lock(robot: str, network: Network, order: LockOrder) -> Tick:
-    """Lock or unlock an actuator; returns a tick of the node after it.
+def send_lock(robot: str, network: Network, order: LockOrder) -> NodeAnswer:
+    """Lock or unlock an actuator; returns what the node answers.
 
     Args:
         robot: name.
@@ -21,16 +17,13 @@ def send_lock(robot: str, network: Network, order: LockOrder) -> Tick:
         order: what is locked, and where.
 
     Raises:
-        NetworkError: no node, or one that does not tick.
-        OrderError: no such actuator, a value beyond its limits, or a node that stops.
+        NetworkError: no node, or one that does not answer.
+        OrderError: no such actuator, a value beyond its limits, or a refusal of the node.
     """
     with node_of(robot, network) as session:
         description = ask_description(session, Keys(robot))
     check_order(description, order)
-    tick = send_command(robot, network, order)
-    if tick.mode is Mode.STOP:
-        raise OrderError(f"{robot} is in a stop, in which nothing is locked: reset it first")
-    return tick
+    return send_command(robot, network, order)
 
 
 def check_order(description: dict[str, Any], order: LockOrder) -> None:

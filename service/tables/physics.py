@@ -56,6 +56,14 @@ def energy_tables(result: EnergyBench) -> tuple[Numbers, ...]:
         title = "distance of model and plant on the demo's path, no tick late"
         columns = ("robot", "share", "RMS [mm]", "largest [mm]")
         tables.append(Numbers(title, columns, tuple(shares), 2))
+        title = "distance from steps a quarter as long under the same pulled lengths"
+        columns = ("robot", "steps", "RMS [mm]", "largest [mm]")
+        lengths = [
+            (found.distances.robot, item.steps, f"{item.rms_mm:.3f}", f"{item.max_mm:.3f}")
+            for found in result.paths
+            for item in found.step_lengths
+        ]  # fmt: skip
+        tables.append(Numbers(title, columns, tuple(lengths), 2))
     return tuple(tables)
 
 

@@ -17,12 +17,13 @@ VIEW_BEGIN, VIEW_END = "<!-- tauten bench view -->", "<!-- end -->"
 def view_table(costs: Sequence[ViewCost]) -> Numbers:
     """What showing each robot costs."""
     columns = (
-        "robot", "vertices", "triangles", "pictures a second", "processor share",
+        "robot", "nodes", "vertices", "triangles", "pictures a second", "processor share",
         "time of a picture [ms]: median / 99 %",
     )  # fmt: skip
     rows = tuple(
         (
             cost.robot,
+            f"{cost.nodes:,}",
             f"{cost.vertices:,}",
             f"{cost.triangles:,}",
             f"{cost.pictures_hz:.1f}",

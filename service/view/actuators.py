@@ -115,11 +115,12 @@ class _Chamber:
     def __init__(
         self, scene: viser.SceneApi, look: RobotLook, actuator: ActuatorLook, triangles: Ints
     ) -> None:
+        # opaque: what is transparent may be hidden by the skin around it
         self._actuator, self._level = actuator, 0
         self._used, corners = np.unique(triangles, return_inverse=True)
         self._handle = scene.add_mesh_simple(
             f"/actuators/{actuator.name}", look.vertices[self._used],
-            corners.reshape(-1, 3).astype(np.uint32), color=NO_PRESSURE, opacity=0.85, side="double",
+            corners.reshape(-1, 3).astype(np.uint32), color=NO_PRESSURE, side="double",
             flat_shading=True, cast_shadow=False, receive_shadow=False,
         )  # fmt: skip
 

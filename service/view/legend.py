@@ -18,7 +18,9 @@ from tauten.service.view.actuators import (
 )
 from tauten.service.view.scene import CONTACT, EFFECTOR, GHOST, TARGET, WAYPOINT
 
-_ROW = '<div style="display:flex;align-items:center;gap:8px;margin:3px 0;font-size:12px">{}</div>'
+_ROW = (
+    '<div style="display:flex;align-items:center;gap:8px;margin:3px 12px;font-size:12px">{}</div>'
+)
 _PATCH = '<span style="width:38px;height:10px;border-radius:3px;flex:none;background:{}"></span>{}'
 
 

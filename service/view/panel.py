@@ -220,7 +220,9 @@ class ViewPanel:
             self._slider.min = first
         if self._slider.max != last:
             self._slider.max = last
-        self._slider.value = min(max(shown, first), last)  # type: ignore[misc]  # viser types it so
+        shown = min(max(shown, first), last)
+        if self._slider.value != shown:
+            self._slider.value = shown  # type: ignore[misc]  # viser types it so
 
     def say(self, words: str) -> None:
         """Show a text in Markdown."""

@@ -87,6 +87,10 @@ class ViewSession:
         self._shown: float | None = None  # time of the frame that is shown; None: the newest
         self._elapsed = 0.0  # s of the robot
         self._frames = 0
+        self._looks: tuple[ViewFrame, bool, int] | None = (
+            None  # frame, ghost, points of a new cable
+        )
+        self._plotted: ViewFrame | None = None
         self._clicks: SimpleQueue[tuple[Array, Array]] = SimpleQueue()
         self.cable: CableDrawing | None = None
         if robot_file is not None:
@@ -170,10 +174,15 @@ class ViewSession:
         if frame is None:
             return
         self._frames += 1
-        self._draw_cable(frame)
+        self._take_clicks(frame)
         self._scene.show_ghost(panel.shows_ghost)
+        looks = frame, panel.shows_ghost, len(self.cable or ())
         with self._server.atomic():
-            self._scene.draw(frame, history.between(frame.time - TRAIL, frame.time))
+            if looks != self._looks:  # nothing is sent while nothing moves
+                self._looks = looks
+                self._scene.draw(frame, history.between(frame.time - TRAIL, frame.time))
+                if self.cable is not None:
+                    self.cable.draw(frame.geometry.vertices)
             self._scene.place_gizmos(self.targets.values)
         panel.show_follow(self.targets.armed)
         panel.show_scalars(self.targets.values, self.source.look)
@@ -183,7 +192,9 @@ class ViewSession:
     def _say(self, frame: ViewFrame) -> None:
         """Update plots, slider and words: a few times a second are enough to read."""
         history, panel = self._history, self._panel
-        panel.charts.draw(history.between(frame.time - SPAN, frame.time))
+        if frame is not self._plotted:
+            self._plotted = frame
+            panel.charts.draw(history.between(frame.time - SPAN, frame.time))
         panel.show_time(history.first, history.last, frame.time)
         words = health_in_words(self.source.look, frame, self.source.notes)
         panel.say(f"{mode_in_words(frame.mode, frame.cause)}\n\n{words}")
@@ -210,15 +221,12 @@ class ViewSession:
         else:
             self._change_waypoints(request)
 
-    def _draw_cable(self, frame: ViewFrame) -> None:
-        """Take clicks as points of a new cable while it is drawn, and show it."""
-        if self.cable is None:
-            return
+    def _take_clicks(self, frame: ViewFrame) -> None:
+        """Take clicks as points of a new cable while one is drawn."""
         while not self._clicks.empty():
             origin, direction = self._clicks.get()
-            if self._panel.draws:
+            if self.cable is not None and self._panel.draws:
                 self.cable.click(origin, direction, frame.geometry.vertices)
-        self.cable.draw(frame.geometry.vertices)
 
     def _clicked(self, event: viser.SceneClickEvent) -> None:
         self._clicks.put((np.array(event.ray_origin), np.array(event.ray_direction)))

@@ -136,7 +136,9 @@ def simulation_cost(
         if path is None:
             raise PathError("a benchmark of the viewer needs a path: give --path")
         frames = list(_following(source, path, min(path.duration, _BENCH_MOTION), stop))
-        return view_cost(source.look, frames, seconds, stop) if frames else None
+        if not frames:
+            return None
+        return view_cost(source.look, source.nodes, frames, seconds, stop)
 
 
 def _simulated(

@@ -35,6 +35,7 @@ class ViewCost:
     Attributes:
         machine: where.
         robot: name.
+        nodes: of the robot.
         vertices: of the skin.
         triangles: of the skin.
         seconds: of pictures.
@@ -45,6 +46,7 @@ class ViewCost:
 
     machine: HostInfo
     robot: str
+    nodes: int
     vertices: int
     triangles: int
     seconds: float
@@ -54,12 +56,13 @@ class ViewCost:
 
 
 def view_cost(
-    look: RobotLook, frames: Sequence[ViewFrame], seconds: float, stop: StopFlag
+    look: RobotLook, nodes: int, frames: Sequence[ViewFrame], seconds: float, stop: StopFlag
 ) -> ViewCost | None:
     """Show frames again and again to one client in a process of its own.
 
     Args:
         look: of the robot.
+        nodes: of the robot.
         frames: at least one.
         seconds: of pictures.
         stop: ends it early.
@@ -108,6 +111,7 @@ def view_cost(
     return ViewCost(
         machine=host_info(),
         robot=look.name,
+        nodes=nodes,
         vertices=len(look.vertices),
         triangles=len(look.triangles),
         seconds=lasted,

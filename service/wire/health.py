@@ -101,6 +101,8 @@ class MessageCounts:
         message = f"{bad} refused, last: {self.last_rejection}" if bad else "all accepted"
         values = {"accepted": str(self.accepted), "refused": str(bad)}
         values |= {f"refused_{reason}": str(count) for reason, count in self.refused.items()}
+        if bad:
+            values["last_refusal"] = self.last_rejection
         return Diagnostic(name, Level.WARN if bad else Level.OK, message, values)
 
 

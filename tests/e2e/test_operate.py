@@ -23,11 +23,13 @@ from tauten.model import Robot
 from tauten.service.log import LogReader
 from tauten.service.node import BOUNDS, Histogram
 from tauten.service.operate import (
+    OrderError,
     ask_metrics,
     examine,
     is_there,
     record_robot,
     send_command,
+    send_lock,
     serve_metrics,
 )
 from tauten.service.plant import free_ports
@@ -41,7 +43,7 @@ from tauten.service.process import (
 from tauten.service.rate_check import RateError, check_rate, rate_for
 from tauten.service.replay import read_run
 from tauten.service.setup import load_setup
-from tauten.service.wire import Cause, Mode, Network, NetworkError, OperatorCommand
+from tauten.service.wire import Cause, LockOrder, Mode, Network, NetworkError, OperatorCommand
 
 NOBODY = 65_534
 
@@ -60,8 +62,8 @@ def fetched(url: str) -> str:
 
 def test_a_command_reaches_the_node_and_metrics_show_its_mode(served: Served, beam: Robot) -> None:
     send(served, beam, 0.005, 1.0)
-    tick = send_command("beam", Network(served.port), OperatorCommand.HOLD)
-    assert (tick.mode, tick.cause) == (Mode.HOLD, Cause.OPERATOR)
+    answer = send_command("beam", Network(served.port), OperatorCommand.HOLD)
+    assert (answer.mode, answer.cause) == (Mode.HOLD, Cause.OPERATOR)
     assert is_there("beam", Network(served.port), served.keys.token)
     assert not is_there("beam", Network(served.port), served.keys.plant_token, patience=0.0)
     stop, port = StopFlag(), free_ports()
@@ -87,6 +89,10 @@ def test_a_command_reaches_the_node_and_metrics_show_its_mode(served: Served, be
     assert buckets == sorted(buckets)
     assert buckets[-1] > 5
     assert "tauten_system_info" in text
+    assert send_command("beam", Network(served.port), OperatorCommand.STOP).mode is Mode.STOP
+    with pytest.raises(OrderError, match=r"beam: unlock .* is not possible in a stop"):
+        send_lock("beam", Network(served.port), LockOrder(beam.actuators.names[0]))
+    assert "refused the command unlock" in served.process.output.read_text()
     assert served.process.end() == 0
     assert ask_metrics(served.session, "beam") is None
 

@@ -129,8 +129,8 @@ def whole(thumb: TetRobot, tmp_path_factory: pytest.TempPathFactory) -> dict[str
     weight = np.sqrt(3.0 * thumb.mass / thumb.mass.sum())  # (n,)
     Phi = np.linalg.qr(rng.normal(size=(thumb.n, 5)))[0] / weight[:, None]
     every = np.arange(0, thumb.n_elements, 3)
-    weights = np.full(len(every), thumb.elements.volumes.sum())
-    weights /= thumb.elements.volumes[every].sum()
+    weights = np.full(len(every), thumb.mesh.volumes.sum())
+    weights /= thumb.mesh.volumes[every].sum()
     origin = dataclasses.replace(
         states.origin, r=5, sample=len(every), robot_digest=thumb.digest, tip_max=2e-4
     )

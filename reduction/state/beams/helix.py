@@ -65,7 +65,13 @@ def along_helix(phi: Vector3, e: Vector3) -> Vector3:
 
 @kernel
 def chord_change(phi: Vector3, e: Vector3, dphi: Vector3) -> Vector3:
-    """The change of T(φ) e with φ in a change dφ."""
+    """The change of T(φ) e with φ.
+
+    Args:
+        phi: φ, relative rotation of the ends.
+        e: length with stretch and shear [m].
+        dphi: change of φ.
+    """
     t = dot(phi, phi) ** 0.5
     _, B, C = helix_functions(t)
     dA, dB, dC = first_derivatives(t)

@@ -108,6 +108,31 @@ def follow_end(
 
 
 @kernel
+def point_motion(nodes: Ints, weights: Array, arms: Array, J: Array) -> Array:
+    """Motion of attached points in reduced coordinates: (3 p, r).
+
+    Args:
+        nodes: (p, 2) nodes of the points.
+        weights: (p, 2) their weights.
+        arms: (p, 2, 3) weighted lever arms [m].
+        J: (6 n_nodes, r) from `follow`.
+    """
+    moved = np.zeros((3 * nodes.shape[0], J.shape[1]))
+    for p in range(nodes.shape[0]):
+        for side in range(2):
+            w, n, at = weights[p, side], 6 * nodes[p, side], 3 * p
+            if w == 0.0:
+                continue
+            r0, r1, r2 = row(arms[p], side)
+            for j in range(J.shape[1]):
+                w0, w1, w2 = J[n + 3, j], J[n + 4, j], J[n + 5, j]
+                moved[at, j] += w * J[n, j] + (w1 * r2 - w2 * r1)
+                moved[at + 1, j] += w * J[n + 1, j] + (w2 * r0 - w0 * r2)
+                moved[at + 2, j] += w * J[n + 2, j] + (w0 * r1 - w1 * r0)
+    return moved
+
+
+@kernel
 def point_rows(
     starts: Ints,
     points: Ints,

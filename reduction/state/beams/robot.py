@@ -28,7 +28,7 @@ from tauten.model import (
     State,
     System,
 )
-from tauten.model.beams import BeamRobot, gap_entries
+from tauten.model.beams import BeamRobot, gap_arrays
 from tauten.model.numerics import Array, DenseFactors, FactorisationError, Ints
 from tauten.model.points import AttachedPoints, Entries
 from tauten.reduction.dense_step import implicit_step, scheme_of
@@ -39,7 +39,7 @@ from tauten.reduction.state.beams.loads import (
     loads_beyond,
     tension_rows,
 )
-from tauten.reduction.state.beams.motion import follow, point_rows
+from tauten.reduction.state.beams.motion import follow, point_motion, point_rows
 from tauten.reduction.state.beams.tree import BeamTree
 
 
@@ -52,6 +52,7 @@ class BeamWork:
         x: (n_nodes, 3) positions [m].
         Q: (n_nodes, 4) rotations.
         J: (6 n_nodes, r) their derivatives.
+        weighted: (6 n_nodes, r) J times the roots of the masses.
         Z, Y: (3 g, r) rows of the cable segments and their images.
         load_Y: (6 s, r) rows of the elements that carry loads, see `load_rows`.
         L: (r, r) Cholesky factor.
@@ -61,6 +62,7 @@ class BeamWork:
     x: Array
     Q: Array
     J: Array
+    weighted: Array
     Z: Array
     Y: Array
     load_Y: Array
@@ -77,8 +79,8 @@ class ReducedBeamRobot(ReducedRobot):
         carrying: (6 s, r) their rows of Φ.
         stiffness: (r, r) Φᵀ D Φ.
         mass: (6 n_nodes,) lumped mass [kg] and rotary inertia [kg m²].
+        root_mass: (6 n_nodes,) its square root.
         outer: (P, 3) outer forces on the points of the effectors [N].
-        stations: coordinates of the cables' stations as rows over them.
         cable: (s,) cable of each station.
         all_dof: (n_nodes,) first row of each node in J, fixed ones included.
         work: motion and factors.
@@ -90,8 +92,8 @@ class ReducedBeamRobot(ReducedRobot):
     carrying: Array
     stiffness: Array
     mass: Array
+    root_mass: Array
     outer: Array
-    stations: Entries
     cable: Ints
     all_dof: Ints
     work: BeamWork
@@ -212,7 +214,7 @@ class ReducedBeamRobot(ReducedRobot):
         if tension is not None:
             stations = cables.stations
             points, arms = stations.place(work.x, work.Q)
-            motion = rows_of(stations, arms, self.stations, work.J)
+            motion = point_motion(stations.nodes, stations.weights, arms, work.J)
             tension_rows(points, cables.first, cables.owner, tension, motion, work.Z, work.Y)
             K += work.Z.T @ work.Y
             _, pulls = cables.pulled(points)
@@ -259,8 +261,8 @@ class ReducedBeamRobot(ReducedRobot):
 
     def projected_mass(self, work: BeamWork) -> Array:
         """The mass Jᵀ M J (r, r)."""
-        weighted = np.sqrt(self.mass)[:, None] * work.J
-        mass: Array = weighted.T @ weighted  # one factor twice: half the work
+        np.multiply(self.root_mass[:, None], work.J, out=work.weighted)
+        mass: Array = work.weighted.T @ work.weighted  # one factor twice: half the work
         return mass
 
     def rows(self, state: State, contacts: bool = True) -> RobotRows:
@@ -295,7 +297,7 @@ class ReducedBeamRobot(ReducedRobot):
         surface = self.full.surfaces.contact_points
         points, arms = surface.place(work.x, work.Q)
         found = self.full.contacts.detect(points)
-        S = surface.arrays(arms, self.all_dof, gap_entries(found))
+        S = gap_arrays(found, surface, arms, self.all_dof)
         return ContactRows(ChainedRows(*S, work.J, found.gap), found.slots, found.pair, self.n_c)
 
 
@@ -338,6 +340,7 @@ def make_beam_work(robot: BeamRobot, Phi: Array, n_elements: int) -> BeamWork:
         x=x,
         Q=Q,
         J=np.zeros((6 * robot.n_nodes, r)),
+        weighted=np.empty((6 * robot.n_nodes, r)),
         Z=np.empty((3 * segments, r)),
         Y=np.empty((3 * segments, r)),
         load_Y=np.empty((6 * n_elements, r)),
@@ -366,8 +369,8 @@ def make_reduced(robot: BeamRobot, tree: BeamTree, Phi: Array, elements: Ints) -
         carrying=Phi[rows],
         stiffness=Phi.T @ (tree.D[:, None] * Phi),
         mass=mass.ravel(),
+        root_mass=np.sqrt(mass.ravel()),
         outer=outer_forces(robot),
-        stations=cables.stations.coordinates,
         cable=np.repeat(np.arange(cables.n_a), np.diff(cables.starts)),
         all_dof=6 * np.arange(robot.n_nodes),
         work=make_beam_work(robot, Phi, len(elements)),

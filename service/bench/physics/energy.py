@@ -12,6 +12,11 @@ from tauten.model import Robot, Simulator, State, TetRobot, load_robot
 from tauten.model.beams import BeamRobot
 from tauten.model.numerics import Array
 from tauten.service.bench.physics.loads import CableLoad
+from tauten.service.bench.physics.step_length import (
+    StepLengthError,
+    driven,
+    step_length_errors,
+)
 from tauten.service.plant import PathSettings, make_path
 from tauten.service.process import HostInfo, host_info, one_blas_thread
 from tauten.service.replay import Distances, Series, Spread, spread
@@ -93,9 +98,11 @@ class PathDistance:
 
     Attributes:
         distances: their shares; the delay is one tick.
+        step_lengths: errors of the length of a step under the same pulled lengths.
     """
 
     distances: Distances
+    step_lengths: tuple[StepLengthError, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -284,20 +291,4 @@ def path_distance(name: str, seconds: float) -> PathDistance:
         total=apart(late, tips),
         tick=apart(tips, np.vstack([tips[:1], tips[:-1]])),
     )
-    return PathDistance(found)
-
-
-def driven(simulator: Simulator, pulls: list[Array], converged: bool) -> Array:
-    """First effector (m, 3) [m] after each of some pulled lengths (n_a,) [m], from rest.
-
-    Args:
-        simulator: the robot.
-        pulls: one for each step.
-        converged: whether steps are iterated.
-    """
-    simulator.reset()
-    positions = []
-    for pull in pulls:
-        simulator.step(pull=pull, converged=converged)
-        positions.append(simulator.effector[0])
-    return np.array(positions)
+    return PathDistance(found, step_length_errors(setup, pulls))

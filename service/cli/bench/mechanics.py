@@ -106,6 +106,10 @@ def _energy_numbers(result: EnergyBench) -> dict[str, Any]:
             }
             for item in result.paths
         },
+        "step_lengths": {
+            item.distances.robot: [asdict(one) for one in item.step_lengths]
+            for item in result.paths
+        },
     }
 
 

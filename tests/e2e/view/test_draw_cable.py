@@ -24,16 +24,31 @@ def test_a_cable_is_drawn_by_clicks_and_saved(beam_file: Path, beam: Robot, tmp_
     ):
         camera = shown.server.initial_camera
         page.get_by_text("New cable").first.click()
-        page.get_by_label("draw").first.click(force=True)
+        draw = page.get_by_label("draw").first
+        draw.wait_for()
 
-        def clicked(wanted: int, point: list[float]) -> bool:
+        def drawing() -> bool:
+            """Switch *draw* on: a click while the folder opens misses it."""
+            if not draw.is_checked():
+                draw.click(force=True)
+            return wait_until(lambda: shown.session._panel.draws, 3.0)
+
+        assert wait_until(drawing, 60.0)
+
+        def count() -> int:
+            return len(shown.session.cable or ())
+
+        def clicked(point: list[float]) -> bool:
+            """Click a point of the skin; pages take clicks only once they have drawn it."""
+            before = count()
             page.mouse.click(*on_page(np.array(point), camera.position, camera.look_at))
-            return wait_until(lambda: len(shown.session.cable or ()) == wanted, 3.0)
+            return wait_until(lambda: count() > before, 20.0)
 
         front = 0.0  # the face y = 0 looks at the camera
-        assert wait_until(lambda: clicked(1, [0.02, front, 0.01]), 60.0)
-        assert clicked(2, [0.05, front, 0.006])
-        assert clicked(3, [0.09, front, 0.013])
+        assert wait_until(lambda: clicked([0.02, front, 0.01]), 100.0)
+        assert clicked([0.05, front, 0.006])
+        assert clicked([0.09, front, 0.013])
+        assert count() == 3
         page.get_by_role("button", name="save cable").click()
         assert wait_until(lambda: file.read_text(encoding="utf-8") != text, 60.0)
         page.get_by_text("is saved to").wait_for(timeout=60_000)

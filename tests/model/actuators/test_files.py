@@ -20,8 +20,12 @@ from support.robots.bodies import (
 )
 
 from tauten.model.load import build_robot, load_robot
+from tauten.model.mesh import TetMesh
+from tauten.model.numerics import Ints
 from tauten.model.schema import RobotConfig, RobotFileError, validated
 from tauten.model.tetra import TetRobot
+from tauten.service.check import CheckSettings, check_robot
+from tauten.service.process import StopFlag
 
 PLACE = {name: value for name, value in CHAMBER.items() if name != "inside"}
 PUSH = {"name": "push", "point": [0.1, 0.01, 0.01], "direction": [0.0, 3.0, 4.0],
@@ -41,13 +45,10 @@ def surface_of(robot: TetRobot) -> set[tuple[int, ...]]:
     return {tuple(sorted(triangle)) for triangle in robot.actuator_set.chambers.triangles.tolist()}
 
 
-def test_three_ways_to_name_a_cavity_give_the_same_surface(tmp_path: Path) -> None:
-    mesh = hollow_beam()
-    inside = pneumatic_robot(mesh)
-    triangles = inside.actuator_set.chambers.triangles
-    meshio.write_points_cells(tmp_path / "cavity.stl", 1e3 * mesh.nodes, [("triangle", triangles)])
-    meshio.write_points_cells(tmp_path / "body.vtu", mesh.nodes, [("tetra", mesh.tets)])
-    box = built(surfaces=[{"name": "wall", "box": CAVITY}], chambers=[{**PLACE, "surface": "wall"}])
+def file_with_stl(folder: Path, mesh: TetMesh, triangles: Ints) -> Path:
+    """A robot file whose chamber is the one nearest to these triangles in an STL file."""
+    meshio.write_points_cells(folder / "cavity.stl", 1e3 * mesh.nodes, [("triangle", triangles)])
+    meshio.write_points_cells(folder / "body.vtu", mesh.nodes, [("tetra", mesh.tets)])
     text = """
         name = "balloon"
         mesh = { file = "body.vtu" }
@@ -62,12 +63,36 @@ def test_three_ways_to_name_a_cavity_give_the_same_surface(tmp_path: Path) -> No
         max_volume_change = 8e-6
         max_rate = 2e-5
     """
-    file = tmp_path / "balloon.toml"
+    file = folder / "balloon.toml"
     file.write_text(text)
-    stl = load_robot(file)
+    return file
+
+
+def test_three_ways_to_name_a_cavity_give_the_same_surface(tmp_path: Path) -> None:
+    mesh = hollow_beam()
+    inside = pneumatic_robot(mesh)
+    triangles = inside.actuator_set.chambers.triangles
+    box = built(surfaces=[{"name": "wall", "box": CAVITY}], chambers=[{**PLACE, "surface": "wall"}])
+    stl = load_robot(file_with_stl(tmp_path, mesh, triangles))
     assert isinstance(stl, TetRobot)
     assert surface_of(inside) == surface_of(box) == surface_of(stl)
     assert len(surface_of(inside)) == len(triangles) > 0
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_a_surface_that_is_inside_out_is_turned_and_said(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture, turned: bool
+) -> None:
+    mesh = hollow_beam()
+    triangles = pneumatic_robot(mesh).actuator_set.chambers.triangles
+    file = file_with_stl(tmp_path, mesh, triangles[:, ::-1] if turned else triangles)
+    robot = load_robot(file)
+    assert isinstance(robot, TetRobot)
+    assert robot.actuator_set.chambers.rest_volume[0] > 0.0
+    assert ("cavity.stl is inside out: its normals point into" in caplog.text) is turned
+    checked = check_robot(CheckSettings(str(file), shares=()), StopFlag(), lambda share, text: None)
+    (finding,) = (item for item in checked.findings if item.subject == "chamber bellows")
+    assert finding.level == ("doubtful" if turned else "fine")
 
 
 def test_of_two_cavities_the_one_around_the_point_is_taken() -> None:

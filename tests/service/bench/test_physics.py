@@ -48,9 +48,15 @@ def test_shares_of_the_distance_add_up(energy: EnergyBench) -> None:
     assert found.shares()["linearisation"].max_mm is not None
 
 
+def test_shorter_steps_lead_elsewhere(energy: EnergyBench) -> None:
+    for found in energy.paths[0].step_lengths:
+        assert 0.0 < found.rms_mm <= found.max_mm < 1.0
+
+
 def test_tables_have_every_course_and_share(energy: EnergyBench, tmp_path: Path) -> None:
-    courses, costs, shares = energy_tables(energy)
+    courses, costs, shares, lengths = energy_tables(energy)
     assert (len(courses.rows), len(costs.rows), len(shares.rows)) == (4, 1, 6)
+    assert [row[1] for row in lengths.rows] == ["one linearisation", "converged"]
     page = tmp_path / "page.md"
     page.write_text("before\n<!-- tauten bench energy -->\nold\n<!-- end -->\nafter\n")
     write_energy_tables(energy, page)

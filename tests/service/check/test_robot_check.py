@@ -258,7 +258,7 @@ def small_arm(folder: Path) -> Path:
 
 
 def test_beams_are_halved_until_their_limit_is_known(tmp_path: Path) -> None:
-    """Beams that are straight in their own frame converge with the square of their length."""
+    """Helices converge at least with the square of their length."""
     result = checked(str(small_arm(tmp_path)), shares=(0.2,), refinements=2)
     subjects = [item.subject for item in result.findings]
     assert subjects == [
@@ -271,7 +271,8 @@ def test_beams_are_halved_until_their_limit_is_known(tmp_path: Path) -> None:
     names = [item.variant.name for item in result.estimate.variants]
     assert names == ["beam", "beam, refined once", "beam, refined twice"]
     orders = [item.order for item in result.estimate.references if item is not None]
-    assert orders == pytest.approx([2.0] * 3, abs=0.3)
+    assert len(orders) == 3
+    assert all(order is not None and 1.9 < order < 4.0 for order in orders)
     own, halved, _ = (item.tension for item in result.estimate.variants)
     assert own is not None
     assert halved is not None

@@ -1,0 +1,163 @@
+"""Writes the errors of the shipped finger's mesh against its limit, extrapolated in each direction.
+
+    python docs/finger_limit.py [--results FILE] [--page FILE] [--save]
+
+Refining the whole mesh twice is beyond a small computer: 150,000 nodes. The finger is a mapped grid, so the
+cells of one direction at a time can be halved. With an error of order two in each of them, and small errors
+that add up, the limit of a quantity is its value on the shipped mesh plus 4/3 of the sum of its changes. The
+loads, elements and contact candidates are those of `tauten check finger`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from dataclasses import replace
+from datetime import UTC, datetime
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+
+from tauten.model import load_robot
+from tauten.model.load import build_robot, robot_path
+from tauten.model.mesh import TetMesh
+from tauten.model.numerics import Array
+from tauten.model.robots.make_finger import FingerShape, make_finger
+from tauten.model.schema import RobotConfig, model_tables, read_toml, validated
+from tauten.service.check import Load, LoadedState, MeshCertificate, equilibria, make_loads
+from tauten.service.process import one_blas_thread
+from tauten.service.tables import Numbers
+
+DOCS = Path(__file__).resolve().parent
+SHARES = (0.25, 0.5, 0.75, 1.0)
+BEGIN, END = "<!-- finger limit -->", "<!-- end -->"
+
+
+def halved(places: tuple[float, ...]) -> tuple[float, ...]:
+    """With a place in the middle of each two."""
+    between = [0.5 * (a + b) for a, b in pairwise(places)]
+    return tuple(sorted([*places, *between]))
+
+
+def meshes(shape: FingerShape) -> dict[str, FingerShape]:
+    """The shipped finger, and with cells of half the size in one direction."""
+    shoulder = shape.ligament + shape.bevel * shape.root
+    return {
+        "shipped": shape,
+        "height of the hinges": replace(shape, below=halved(shape.below)),
+        "length of the hinges": replace(shape, root_cells=2 * shape.root_cells),
+        "height of the flanks": replace(shape, above=halved((shoulder, *shape.above))[1:]),
+        "length of the inner blocks": replace(shape, along=halved(shape.along)),
+        "length of the end blocks": replace(
+            shape, first=halved(shape.first), last=halved(shape.last), end=2 * shape.end
+        ),
+        "width": replace(shape, across=2 * shape.across),
+    }
+
+
+def states(shape: FingerShape) -> tuple[int, tuple[Load, ...], list[LoadedState]]:
+    """Nodes, loads and equilibria of the shipped robot file on another mesh."""
+    path = robot_path("finger")
+    config = validated(RobotConfig, model_tables(read_toml(path)), path)
+    robot = build_robot(config, TetMesh(*make_finger(shape)), str(path))
+    loads = make_loads(robot, SHARES)
+    return len(robot.mesh.nodes), loads, list(equilibria(robot, loads, lambda: False))
+
+
+def quantities(found: list[LoadedState]) -> Array:
+    """Tension [N], contact force [N] and tip [m] of each state: (loads, 5)."""
+    rows = [[state.tension[0], state.contact_force, *state.tip] for state in found]
+    return np.array(
+        [row if s.converged else [np.nan] * 5 for row, s in zip(rows, found, strict=True)]
+    )
+
+
+def limit_and_error(values: dict[str, Array]) -> tuple[Array, Array]:
+    """The extrapolated quantities (loads, 5), and those of the shipped mesh less them."""
+    own = values["shipped"]
+    error = -4.0 / 3.0 * sum(value - own for name, value in values.items() if name != "shipped")
+    return own - error, error
+
+
+def relative(change: Array, limit: Array, column: int) -> Array:
+    """Change of a force relative to its limit, or to a quarter of its largest: (loads,)."""
+    scale = np.maximum(limit[:, column], 0.25 * limit[:, column].max())
+    shares: Array = change[:, column] / scale
+    return shares
+
+
+def table(loads: list[str], values: dict[str, Array], nodes: dict[str, int]) -> Numbers:
+    """Changes with each mesh and the errors of the shipped one."""
+    limit, error = limit_and_error(values)
+    changes = {n: value - values["shipped"] for n, value in values.items() if n != "shipped"}
+
+    def row(name: str, count: str, change: Array) -> tuple[str, ...]:
+        tension, force = relative(change, limit, 0), relative(change, limit, 1)
+        cells = []
+        for index in range(len(loads)):
+            pushed = f"{100.0 * force[index]:+.2f} %" if limit[index, 1] > 0.0 else "-"
+            tip = f"{1e3 * np.linalg.norm(change[index, 2:]):.3f}"
+            cells += [f"{100.0 * tension[index]:+.2f} %", pushed, tip]
+        return (name, count, *cells)
+
+    head = ["cells halved", "nodes"]
+    head += [f"{load}: {what}" for load in loads for what in ("tension", "contact", "tip [mm]")]
+    rows = [row(name, f"{nodes[name]:,}", change) for name, change in changes.items()]
+    rows.append(row("**error of the shipped mesh**", f"{nodes['shipped']:,}", error))
+    return Numbers("", tuple(head), tuple(rows))
+
+
+def certificate(digest: str, values: dict[str, Array]) -> MeshCertificate:
+    """The largest errors, for reports of runs."""
+    limit, error = limit_and_error(values)
+    tension, force = relative(error, limit, 0), relative(error, limit, 1)
+    return MeshCertificate(
+        digest,
+        datetime.now(UTC).isoformat(timespec="seconds"),
+        float(tension[np.abs(tension).argmax()]),
+        float(np.linalg.norm(error[:, 2:], axis=1).max()),
+        float(force[np.abs(force).argmax()]),
+        "smoothed meshes extrapolated in each direction",
+        max(SHARES),
+    )
+
+
+def settled(file: Path) -> tuple[list[str], dict[str, int], dict[str, Array]]:
+    """Loads, nodes and quantities of each mesh; those that the file of this robot lacks are added to it."""
+    digest = load_robot("finger").digest
+    found = json.loads(file.read_text(encoding="utf-8")) if file.exists() else {}
+    if found.get("digest") != digest:
+        found = {"digest": digest, "loads": [], "nodes": {}, "quantities": {}}
+    for name, shape in meshes(FingerShape()).items():
+        if name in found["quantities"]:
+            continue
+        count, loads, equilibria_found = states(shape)
+        found["loads"] = [load.label for load in loads]
+        found["nodes"][name] = count
+        found["quantities"][name] = quantities(equilibria_found).tolist()
+        file.write_text(json.dumps(found, indent=2) + "\n", encoding="utf-8")
+        print(name, count, found["quantities"][name], flush=True)
+    values = {name: np.array(rows) for name, rows in found["quantities"].items()}
+    return found["loads"], found["nodes"], values
+
+
+def main() -> None:
+    """Settle the finger on each mesh, save the results, write table and certificate."""
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--results", type=Path, default=DOCS / "results" / "finger_limit.json")
+    parser.add_argument("--page", type=Path, default=DOCS / "elements.md")
+    parser.add_argument("--save", action="store_true", help="save the errors beside the robot file")
+    options = parser.parse_args()
+    with one_blas_thread():
+        loads, nodes, values = settled(options.results)
+    if options.save:
+        certificate(load_robot("finger").digest, values).save(robot_path("finger"))
+    head, _, rest = options.page.read_text(encoding="utf-8").partition(BEGIN)
+    _, _, tail = rest.partition(END)
+    body = table(loads, values, nodes).markdown()
+    options.page.write_text(f"{head}{BEGIN}\n{body}{END}{tail}", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
