@@ -28,9 +28,11 @@ from tauten.service.tables.qpcc import qpcc_tables, write_qpcc_tables
 from tauten.service.tables.reduced import reduced_tables, write_reduced_tables
 from tauten.service.tables.steps import (
     control_table,
-    sofa_meshes_table,
+    sofa_meshes_note,
+    sofa_meshes_tables,
     steps_table,
     tip_sentences,
+    write_sofa_meshes_tables,
 )
 from tauten.service.tables.view import VIEW_BEGIN, VIEW_END, view_table, write_view_table
 
@@ -69,7 +71,8 @@ __all__ = [
     "ranges",
     "reduced_tables",
     "sentences",
-    "sofa_meshes_table",
+    "sofa_meshes_note",
+    "sofa_meshes_tables",
     "steps_table",
     "tip_sentences",
     "write_arm_tables",
@@ -82,4 +85,5 @@ __all__ = [
     "write_node_tables",
     "write_qpcc_tables",
     "write_reduced_tables",
+    "write_sofa_meshes_tables",
 ]

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from tauten.service.bench import ControlBench, SofaMeshBench, StepBench
-from tauten.service.tables.numbers import Numbers, milliseconds
+from tauten.service.tables.numbers import Numbers, measured_on, milliseconds, put_tables
 
 
 def control_table(result: ControlBench) -> Numbers:
@@ -48,25 +50,44 @@ def steps_table(result: StepBench) -> Numbers:
     return Numbers(title, ("nodes", "elements", "factorisation", "forward", "inverse"), rows, 0)
 
 
-def sofa_meshes_table(result: SofaMeshBench) -> Numbers:
+SOFA_MESHES_BEGIN, SOFA_MESHES_END = "<!-- tauten bench sofa-meshes -->", "<!-- end -->"
+
+
+def sofa_meshes_tables(result: SofaMeshBench) -> list[Numbers]:
     """Steps on SOFA's meshes beside its published medians, and stages of the inverse step."""
-    stages = tuple(result.robots[0].inverse.stages_ms)
-    rows = []
+    rows, stages = [], []
     for robot in result.robots:
+        name = (robot.robot, f"{robot.sizes.nodes:,}")
         whole = (("forward", robot.forward_ms), ("inverse", robot.inverse.whole_ms["step"]))
         for kind, spread in whole:
             sofa = robot.sofa_ms.get(kind)
             beside = ("-", "-")
             if sofa is not None and spread.p50 is not None:
                 beside = (f"{sofa:.1f}", f"{sofa / spread.p50:.1f}")
-            parts = [milliseconds(robot.inverse.stages_ms[stage]) for stage in stages]
-            shown = parts if kind == "inverse" else ["-"] * len(parts)
-            name = (robot.robot, str(robot.sizes.nodes), kind)
-            rows.append((*name, milliseconds(spread), *beside, *shown))
-    machine = result.machine
-    title = (
-        f"one step without contact, median / p99 in ms, on {machine.processor}, load {machine.load:.1f}; "
-        "SOFA v25.06: published medians from a quiet AMD EPYC at 2.25 GHz, not measured here"
+            rows.append((*name, kind, milliseconds(spread), *beside))
+        parts = {**robot.inverse.stages_ms, **robot.inverse.whole_ms}
+        stages.append((robot.robot, *map(milliseconds, parts.values())))
+    columns = ("robot", "nodes", "step", "tauten", "SOFA", "SOFA / tauten")
+    inverse = result.robots[0].inverse
+    return [
+        Numbers("Whole steps", columns, tuple(rows)),
+        Numbers(
+            "Stages of the inverse step",
+            ("robot", *inverse.stages_ms, *inverse.whole_ms),
+            tuple(stages),
+        ),
+    ]
+
+
+def sofa_meshes_note(result: SofaMeshBench) -> str:
+    """Where the times of both programs come from."""
+    return (
+        f"Median / p99 in ms, one thread, on {measured_on(result.machine)} SOFA v25.06 was not run here: its "
+        "medians are published ones, from a quiet AMD EPYC at 2.25 GHz with 2 cores."
     )
-    columns = ("robot", "nodes", "step", "tauten", "SOFA", "SOFA / tauten", *stages)
-    return Numbers(title, columns, tuple(rows), 1)
+
+
+def write_sofa_meshes_tables(result: SofaMeshBench, path: Path) -> None:
+    """Put the tables into a page, see `put_tables`."""
+    about, tables = sofa_meshes_note(result), sofa_meshes_tables(result)
+    put_tables(path, SOFA_MESHES_BEGIN, SOFA_MESHES_END, about, tables)

@@ -1,6 +1,6 @@
 """Forces and tangents of sampled elements in reduced coordinates.
 
-**Corotational laws.** The stress (`tauten.model.tetra.elements`) is P = 2 μ F + c R with
+**Corotational laws.** The stress (`tauten.model.tetra.corotational`) is P = 2 μ F + c R with
 c = λ tr(S − I) − 2 μ, and F = I + G α is linear in α. So the force and its exact tangent are
 
     f = −V Gᵀ(2 μ (I + G α)) − V c t                   t = Gᵀ R, the gradient of tr S

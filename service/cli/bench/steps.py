@@ -7,7 +7,14 @@ from typing import Annotated
 
 import typer
 
-from tauten.service.cli.terminal import Json, progress_bar, show_mesh_error, show_tables, write_json
+from tauten.service.cli.terminal import (
+    Json,
+    Markdown,
+    progress_bar,
+    show_mesh_error,
+    show_tables,
+    write_json,
+)
 
 
 def steps(
@@ -36,20 +43,26 @@ def sofa_meshes(
     ],
     count: Annotated[int, typer.Option("--steps", min=5, help="Steps to measure of each.")] = 200,
     json_file: Json = None,
+    markdown: Markdown = None,
 ) -> None:
     """Steps on SOFA's meshes of trunk, diamond and finger, beside SOFA's published times."""
     from tauten.service.bench import bench_sofa_meshes
-    from tauten.service.tables import sofa_meshes_table
+    from tauten.service.tables import (
+        sofa_meshes_note,
+        sofa_meshes_tables,
+        write_sofa_meshes_tables,
+    )
 
-    missing = [
-        name for name in ("sofa_robots", "softrobots_finger.vtk") if not (data / name).exists()
-    ]
-    if missing:
-        raise typer.BadParameter(f"{data} has no {missing[0]}")
+    for name in ("sofa_robots", "softrobots_finger.vtk"):
+        if not (data / name).exists():
+            raise typer.BadParameter(f"{data} has no {name}")
     with progress_bar("meshes of SOFA") as report:
         result = bench_sofa_meshes(data, count, report)
-    show_tables([sofa_meshes_table(result)], 220)
+    show_tables(sofa_meshes_tables(result), 180)
+    typer.echo(sofa_meshes_note(result))
     write_json(result, json_file)
+    if markdown is not None:
+        write_sofa_meshes_tables(result, markdown)
 
 
 def gallery(
