@@ -63,7 +63,7 @@ def test_without_rounds_the_certificate_still_reports_the_deepest_gap(
     controller = Controller(finger, "none", unchecked)
     gaps = bend(controller, bent, 45)
     assert min(gaps) < -5e-4
-    assert gaps[-1] == pytest.approx(finger.rows(controller.state).contacts.gaps().min(), abs=1e-4)
+    assert gaps[-1] == pytest.approx(finger.rows(controller.state).contacts.gaps().min(), abs=2e-4)
 
 
 def test_reaching_a_target_reproduces_the_equilibrium_with_contact(
