@@ -228,11 +228,11 @@ class Terminal:
         picture = self._aside / f"{self._count}.png"
         with chromium.launched() as browser:
             page = chromium.viewer_page(browser, address.read_text(encoding="utf-8").strip())
+            page.get_by_text(step.until or "Operate").first.wait_for()
             page.wait_for_timeout(LOOK)
             # without a graphics card the browser falls behind on a busy machine: the viewer waits for it
             os.killpg(process.pid, signal.SIGSTOP)
             try:
-                page.get_by_text(step.until or "Operate").first.wait_for()
                 chromium.photograph(page, picture)
             finally:
                 os.killpg(process.pid, signal.SIGCONT)
