@@ -30,7 +30,7 @@ from tauten.service.process import one_blas_thread
 from tauten.service.tables import Numbers
 
 DOCS = Path(__file__).resolve().parent
-SHARES = (0.25, 0.5, 0.75, 1.0)
+SHARES = (0.25, 0.5, 0.625, 0.75)
 BEGIN, END = "<!-- finger limit -->", "<!-- end -->"
 
 
@@ -82,7 +82,7 @@ def limit_and_error(values: dict[str, Array]) -> tuple[Array, Array]:
 
 def relative(change: Array, limit: Array, column: int) -> Array:
     """Change of a force relative to its limit, or to a quarter of its largest: (loads,)."""
-    scale = np.maximum(limit[:, column], 0.25 * limit[:, column].max())
+    scale = np.maximum(limit[:, column], 0.25 * np.nanmax(limit[:, column]))
     shares: Array = change[:, column] / scale
     return shares
 
@@ -96,6 +96,9 @@ def table(loads: list[str], values: dict[str, Array], nodes: dict[str, int]) -> 
         tension, force = relative(change, limit, 0), relative(change, limit, 1)
         cells = []
         for index in range(len(loads)):
+            if np.isnan(limit[index]).any():  # a mesh has no equilibrium there
+                cells += ["-"] * 3
+                continue
             pushed = f"{100.0 * force[index]:+.2f} %" if limit[index, 1] > 0.0 else "-"
             tip = f"{1e3 * np.linalg.norm(change[index, 2:]):.3f}"
             cells += [f"{100.0 * tension[index]:+.2f} %", pushed, tip]
@@ -111,15 +114,16 @@ def table(loads: list[str], values: dict[str, Array], nodes: dict[str, int]) -> 
 def certificate(digest: str, values: dict[str, Array]) -> MeshCertificate:
     """The largest errors, for reports of runs."""
     limit, error = limit_and_error(values)
-    tension, force = relative(error, limit, 0), relative(error, limit, 1)
+    known = ~np.isnan(error).any(axis=1)
+    tension, force = (relative(error, limit, column)[known] for column in (0, 1))
     return MeshCertificate(
         digest,
         datetime.now(UTC).isoformat(timespec="seconds"),
         float(tension[np.abs(tension).argmax()]),
-        float(np.linalg.norm(error[:, 2:], axis=1).max()),
+        float(np.linalg.norm(error[known, 2:], axis=1).max()),
         float(force[np.abs(force).argmax()]),
         "smoothed meshes extrapolated in each direction",
-        max(SHARES),
+        float(np.array(SHARES)[known].max()),
     )
 
 

@@ -1,7 +1,13 @@
 """Contact: from surfaces to gap rows."""
 
 from tauten.model.contact.broad_phase import BLOCK
-from tauten.model.contact.detection import ContactPair, ContactSet, Detection, contact_rows
+from tauten.model.contact.detection import (
+    ContactPair,
+    ContactSet,
+    Detection,
+    blocks_of,
+    contact_rows,
+)
 from tauten.model.contact.self_contact import (
     ALARM_EDGES,
     EDGES_AWAY,
@@ -18,6 +24,7 @@ __all__ = [
     "Detection",
     "EDGES_AWAY",
     "WALL_ALARMS",
+    "blocks_of",
     "contact_rows",
     "mean_edge",
     "neighbours_at_rest",

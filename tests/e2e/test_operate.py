@@ -16,7 +16,7 @@ from pathlib import Path
 
 import pytest
 from prometheus_client.parser import text_string_to_metric_families
-from support.nodes import send
+from support.nodes import send_until_followed
 from support.processes import Served, start, tauten
 
 from tauten.model import Robot
@@ -50,7 +50,7 @@ NOBODY = 65_534
 
 def fetched(url: str) -> str:
     """What a server that is about to start answers."""
-    end = time.monotonic() + 10.0
+    end = time.monotonic() + 60.0
     while True:
         try:
             with urllib.request.urlopen(url, timeout=5.0) as answer:
@@ -61,7 +61,7 @@ def fetched(url: str) -> str:
 
 
 def test_a_command_reaches_the_node_and_metrics_show_its_mode(served: Served, beam: Robot) -> None:
-    send(served, beam, 0.005, 1.0)
+    send_until_followed(served, beam, 0.005)
     answer = send_command("beam", Network(served.port), OperatorCommand.HOLD)
     assert (answer.mode, answer.cause) == (Mode.HOLD, Cause.OPERATOR)
     assert is_there("beam", Network(served.port), served.keys.token)
@@ -109,7 +109,7 @@ def test_a_recorder_beside_the_node_records_the_run(
     recorder.start()
     while not log.exists():
         time.sleep(0.05)
-    send(served, beam, 0.005, 1.0)
+    send_until_followed(served, beam, 0.005)
     stop.request()
     recorder.join()
     run = read_run(log)

@@ -63,6 +63,22 @@ def send(served: Served, beam: Robot, z: float, seconds: float, json: bool = Fal
         time.sleep(PERIOD)
 
 
+def send_until_followed(served: Served, beam: Robot, z: float, ticks: int = 20) -> None:
+    """Stream one target until so many were sent and so many ticks have followed; for busy machines."""
+    key = served.keys.targets(("tip",))[0]
+    seen = served.session.declare_subscriber(served.keys.tick, zenoh.handlers.RingChannel(256))
+    end, sent, followed = time.monotonic() + 60.0, 0, 0
+    while sent < ticks or followed < ticks:
+        assert time.monotonic() < end, f"{followed} of {ticks} ticks have followed within a minute"
+        served.session.put(key, encode_point(point_at(beam, z)), encoding=f"{CDR};{POINT}")
+        sent += 1
+        time.sleep(PERIOD)
+        while (sample := seen.try_recv()) is not None:
+            tick = decode_tick(bytes(sample.payload))
+            followed += isinstance(tick, Tick) and tick.mode is Mode.RUN
+    seen.undeclare()  # type: ignore[no-untyped-call]
+
+
 @contextmanager
 def streaming(served: Served, goal: Sequence[float], json: bool = False) -> Iterator[None]:
     """Stream one target (3,) for the tip while the block runs."""

@@ -22,7 +22,7 @@ from tauten.model.tetra import solid as solid_module
 from tauten.service.bench.physics import diamond, trunk
 
 SETTLED = 2e-6  # mm; rows of SOFA that moved more in their last step are no equilibria
-DIGITS, FORCE_DIGITS = 2e-5, 2e-3  # mm and mN, where elements and points are those of SOFA
+DIGITS, FORCE_DIGITS = 3e-5, 5e-3  # mm and mN, where elements and points are those of SOFA
 CABLES = ("L0", "L1", "S1")
 slow = pytest.mark.slow
 
@@ -139,7 +139,7 @@ def test_diamond_with_sofas_elements_and_points_has_sofas_digits(
 
 @pytest.mark.parametrize("states", [slice(0, 2), pytest.param(slice(None), marks=slow)])
 def test_the_inverse_of_the_diamond_errs_less_than_sofas(data: Path, states: slice) -> None:
-    """17 targets, our elements against SOFA's 'large': lengths within 0.1 mm, tensions within 2 %."""
+    """17 targets, our elements against SOFA's 'large': lengths within 0.1 mm, tensions within 3 %."""
     with points_as_in_sofa(np.load(data / "diamond_model.npz"), "pts"):
         robot = diamond(data)
     rows = read_curve(data / "diamond_large_settled.csv")[states]
@@ -149,7 +149,7 @@ def test_the_inverse_of_the_diamond_errs_less_than_sofas(data: Path, states: sli
         wound = numbers(row, [f"L0L_{i}" for i in range(4)])
         assert np.abs(found.pull - wound).max() < 0.1
         tension = numbers(row, [f"tension{i}" for i in range(4)])
-        assert np.abs(found.tension - tension).max() < 0.02 * tension.max()
+        assert np.abs(found.tension - tension).max() < 0.03 * tension.max()
 
 
 @pytest.mark.parametrize("every", [10, pytest.param(1, marks=slow)])
