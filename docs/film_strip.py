@@ -122,7 +122,8 @@ class Terminal:
             folder: where commands run.
         """
         self._folder = folder
-        self._aside = Path(tempfile.mkdtemp(prefix="film-strip-"))
+        self._aside = folder.with_name(f"{folder.name}-film")  # outputs and pictures
+        self._aside.mkdir(exist_ok=True)
         browser = self._aside / "browser"
         browser.write_text(f'#!/bin/sh\necho "$1" > {self._aside}/address\n', encoding="utf-8")
         browser.chmod(0o755)
