@@ -122,7 +122,8 @@ class Terminal:
             folder: where commands run.
         """
         self._folder = folder
-        self._aside = Path(tempfile.mkdtemp(prefix="film-strip-"))
+        self._aside = folder.with_name(f"{folder.name}-film")  # outputs and pictures
+        self._aside.mkdir(exist_ok=True)
         browser = self._aside / "browser"
         browser.write_text(f'#!/bin/sh\necho "$1" > {self._aside}/address\n', encoding="utf-8")
         browser.chmod(0o755)
@@ -228,11 +229,11 @@ class Terminal:
         picture = self._aside / f"{self._count}.png"
         with chromium.launched() as browser:
             page = chromium.viewer_page(browser, address.read_text(encoding="utf-8").strip())
+            page.get_by_text(step.until or "Operate").first.wait_for()
             page.wait_for_timeout(LOOK)
             # without a graphics card the browser falls behind on a busy machine: the viewer waits for it
             os.killpg(process.pid, signal.SIGSTOP)
             try:
-                page.get_by_text(step.until or "Operate").first.wait_for()
                 chromium.photograph(page, picture)
             finally:
                 os.killpg(process.pid, signal.SIGCONT)

@@ -178,11 +178,10 @@ def bench_node(
         DemoError: a process failed, or no target was followed.
     """
     rate = setup.robot.integration.rate
-    if stop.requested:
-        return None
     notify("finding a path that the robot can follow")
-    with stop.interruptible():
-        path = make_path("reach", setup.robot, PathSettings())
+    path = _path(setup, stop)
+    if path is None:
+        return None
     notify(f"{rate:g} Hz: starting the node, kernels are compiled the first time")
     run = _served(setup, robot, path, settings, stop, notify)
     first = next((i for i, tick in enumerate(run.ticks) if tick.mode is Mode.RUN), len(run.ticks))
@@ -196,6 +195,14 @@ def bench_node(
         )
     notify(f"{rate:g} Hz: the machine alone")
     return _numbers(setup, settings, replace(run, ticks=ticks), stop)
+
+
+def _path(setup: Setup, stop: StopFlag) -> TargetPath | None:
+    """A path that the model which decides can follow; None where a stop has been requested before."""
+    if stop.requested:
+        return None
+    with stop.interruptible():
+        return make_path("reach", setup.robot, PathSettings())
 
 
 def _numbers(setup: Setup, settings: NodeBenchSettings, run: _Run, stop: StopFlag) -> NodeBench:
