@@ -42,10 +42,10 @@ def machine_line(result: dict[str, Any]) -> str:
 
 
 def finger() -> str:
-    """Stages of a control step, and tip errors of the contact bases."""
-    shipped, small = read("finger"), read("finger_k5")
+    """Stages of a control step, and tip errors of the contact basis."""
+    shipped = read("finger")
     sizes = shipped["sizes"]
-    control = [*shipped["control"][:2], small["control"][2], shipped["control"][2]]
+    control = shipped["control"]
     head = ["median / p99 [ms]", *(f"contact {part['contact']}" for part in control)]
     stages = [*control[0]["stages_ms"], *control[0]["whole_ms"]]
     times = [{**part["stages_ms"], **part["whole_ms"]} for part in control]
@@ -54,7 +54,7 @@ def finger() -> str:
         f"{sizes['nodes']} nodes, {sizes['elements']} tetrahedra, {sizes['candidates']} contact "
         f"candidates; {shipped['factorisation']}; {machine_line(shipped)}"
     )
-    return "\n\n".join([about, table(head, body), tip_errors([small, shipped])])
+    return "\n\n".join([about, table(head, body), tip_errors([shipped])])
 
 
 def tip_errors(results: list[dict[str, Any]]) -> str:
