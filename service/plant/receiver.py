@@ -8,11 +8,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tauten.model import Robot, RobotFileError, load_robot
+from tauten.model import Robot, RobotFileError
 from tauten.model.load import robot_path
 from tauten.model.numerics import Array
 from tauten.model.schema import EffectorKind
 from tauten.service.plant.paths import PathSettings, make_path, path_from
+from tauten.service.plant.plant import plant_robot
 from tauten.service.plant.waypoints import PathError, TargetPath
 from tauten.service.process import StopFlag
 from tauten.service.wire import Keys, Network, Role, ask_description, open_session, wait_for
@@ -75,7 +76,7 @@ def find_receiver(name: str, network: Network, stop: StopFlag) -> Receiver | Non
             raise
         log.info("no robot file %r here: its node is asked for its description", name)
         return described_receiver(name, network, stop)
-    robot = load_robot(name)
+    robot = plant_robot(name, None, None)
     layout, values = robot.effector_layout, robot.effector_values(robot.rest())
     rest = tuple(values[layout.values_of(i)] for i in range(len(layout)))
     return Receiver(

@@ -8,12 +8,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from tauten.model import load_robot
 from tauten.model.constraints import ConstrainedRobot
 from tauten.model.tetra import TetRobot
+from tauten.reduction.state import ReducedRobot
 from tauten.service.frames import RecordedRobot, ServedRobot, SimulatedRobot, ViewFrame
 from tauten.service.operate import node_of
-from tauten.service.plant import PathError, PathSettings, TargetPath, make_path
+from tauten.service.plant import PathError, PathSettings, TargetPath, make_path, plant_robot
 from tauten.service.process import StopFlag, one_blas_thread
 from tauten.service.setup import Order, load_setup
 from tauten.service.view.export import write_html
@@ -146,12 +146,13 @@ def _simulated(
 ) -> tuple[SimulatedRobot, TargetPath | None, Path | None]:
     """A simulated robot, the path of its target, and the file that cables can be drawn into."""
     setup = load_setup(simulation.robot, basis=simulation.basis, model=simulation.model)
-    plant = load_robot(simulation.robot, young_scale=simulation.young_scale)
+    plant = plant_robot(simulation.robot, None, simulation.model, simulation.young_scale)
     path = None
     if simulation.path is not None:
         path = make_path(simulation.path, plant, PathSettings(repeats=True))
     file = Path(simulation.robot)
-    own = file.suffix == ".toml" and isinstance(plant, TetRobot | ConstrainedRobot)
+    full = plant.full if isinstance(plant, ReducedRobot) else plant
+    own = file.suffix == ".toml" and isinstance(full, TetRobot | ConstrainedRobot)
     return SimulatedRobot(setup, plant), path, file if own else None
 
 
