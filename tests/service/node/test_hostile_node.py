@@ -179,4 +179,4 @@ def test_everything_that_leaves_is_within_the_limits(
 def test_those_runs_did_move_the_cables(rig: Rig) -> None:
     """The test above has followed targets, held, stopped and been reset, or it showed nothing."""
     modes = rig.node._statistics._modes
-    assert all(modes[mode] > 10 for mode in ("idle", "run", "hold", "stop")), modes
+    assert all(modes[mode] > 0 for mode in ("idle", "run", "hold", "stop")), modes
