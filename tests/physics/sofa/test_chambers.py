@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 from support.robots.sofa_chambers import accordion, pneunets
-from support.robots.sofa_robots import pneumatic_finger
+from support.robots.sofa_robots import pneumatic_finger, robots_folder
 from support.sofa_elements import MM, cable_forces, corotational_forces, pressure_forces
 
 from tauten.controller import Controller, ControllerSettings, Status
@@ -31,10 +31,7 @@ slow = pytest.mark.slow
 
 @pytest.fixture(scope="module")
 def data(reference: Path) -> Path:
-    folder = reference / "sofa_robots"
-    if not (folder / "accordion_model.npz").is_file():
-        pytest.skip(f"no robots of SoftRobots in {folder}")
-    return folder
+    return robots_folder(reference, "accordion_model.npz")
 
 
 @cache

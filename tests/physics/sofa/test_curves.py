@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.robots.sofa_fingers import finger_at_plate, finger_with_gravity
+from support.robots.sofa_robots import robots_folder
 from support.sofa_elements import MM, assemble_with, large_frames, points_as_in_sofa
 
 from tauten.controller import Controller, ControllerSettings
@@ -29,10 +30,7 @@ slow = pytest.mark.slow
 
 @pytest.fixture(scope="module")
 def data(reference: Path) -> Path:
-    folder = reference / "sofa_robots"
-    if not (folder / "diamond_large_settled.csv").is_file():
-        pytest.skip(f"no robots computed by SOFA in {folder}")
-    return folder
+    return robots_folder(reference, "diamond_large_settled.csv")
 
 
 def read_curve(file: Path) -> Array:

@@ -16,42 +16,12 @@ from support.sofa_elements import assemble_with, polar_frames
 
 from tauten.model import Simulator
 from tauten.model.load import build_robot
-from tauten.model.mesh import TetMesh, checked, read_mesh
+from tauten.model.mesh import checked, read_mesh
 from tauten.model.numerics import Array
 from tauten.model.schema import RobotConfig
 from tauten.model.tetra import TetRobot
 from tauten.model.tetra import solid as solid_module
-
-ROUTE = np.array(
-    [[-x, 12.5, 2.5] for x in (17.5, 32.5, 47.5, 62.5, 77.5)]
-    + [[-83.5, 12.5, 4.5], [-85.5, 12.5, 6.5], [-85.5, 12.5, 8.5], [-83.5, 12.5, 10.5]]
-    + [[-x, 12.5, 12.5] for x in (77.5, 62.5, 47.5, 32.5, 17.5)]
-)
-
-
-def softrobots_finger(mesh: TetMesh) -> TetRobot:
-    config = RobotConfig.model_validate(
-        {
-            "name": "softrobots_finger",
-            "gravity": [0.0, 0.0, 0.0],
-            "mesh": {"file": "softrobots_finger.vtk", "length_unit": "mm"},
-            "material": {"young_modulus": 600e3, "poisson_ratio": 0.45, "density": 1000.0},
-            "fixed": [{"lower": [-0.015, 0.0, 0.0], "upper": [0.005, 0.010, 0.015]}],
-            "cables": [
-                {
-                    "name": "tendon",
-                    "pull_point": [0.0, 0.0125, 0.0025],
-                    "points": (1e-3 * ROUTE).tolist(),
-                    "max_tension": 10.0,
-                    "max_pull": 0.04,
-                    "max_rate": 0.1,
-                    "max_outside": 1e-3,
-                }
-            ],
-            "effectors": [{"name": "tip", "point": [-0.103, 0.007, 0.007], "max_outside": 1e-3}],
-        }
-    )
-    return build_robot(config, mesh, "softrobots_finger")
+from tauten.service.bench.physics import finger
 
 
 def pull_curve(robot: TetRobot, reference: Path, every: int) -> tuple[Array, Array, Array]:
@@ -77,14 +47,13 @@ def test_finger_with_sofas_rotations_gives_sofas_digits(
     mesh = read_mesh(reference / "softrobots_finger.vtk", "mm")
     patched = assemble_with(polar_frames, mesh)
     monkeypatch.setattr(solid_module, "assemble_corotational", patched)
-    _, tip_error, tension_error = pull_curve(softrobots_finger(mesh), reference, every=10)
+    _, tip_error, tension_error = pull_curve(finger(reference), reference, every=10)
     assert tip_error.max() < 1e-4  # mm, of up to 78 mm of travel
     assert np.abs(tension_error).max() < 1e-5
 
 
 def test_finger_agrees_with_sofa_as_two_corotational_models_do(reference: Path) -> None:
-    mesh = read_mesh(reference / "softrobots_finger.vtk", "mm")
-    pull, tip_error, tension_error = pull_curve(softrobots_finger(mesh), reference, every=4)
+    pull, tip_error, tension_error = pull_curve(finger(reference), reference, every=4)
     assert tip_error[pull <= 25.0].max() < 0.15  # mm
     assert tip_error[pull <= 30.0].max() < 0.25
     assert np.abs(tension_error[pull <= 30.0]).max() < 0.025
@@ -92,13 +61,11 @@ def test_finger_agrees_with_sofa_as_two_corotational_models_do(reference: Path) 
 
 def test_refined_finger_is_softer_and_converges(reference: Path) -> None:
     """Linear tetrahedra are too stiff: tension falls, and changes less, with every refinement."""
-    mesh = read_mesh(reference / "softrobots_finger.vtk", "mm")
     tension = []
-    for _ in range(3):
-        simulator = Simulator(softrobots_finger(mesh), contact="none")
+    for refinements in range(3):
+        simulator = Simulator(finger(reference, refinements), contact="none")
         assert simulator.settle(pull=[0.002]).converged
         tension.append(float(simulator.tension[0]))
-        mesh = mesh.refine()
     first, second = -np.diff(tension)
     assert 0.0 < second < 0.6 * first
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from support.robots.sofa_robots import MM, tripod
+from support.robots.sofa_robots import MM, robots_folder, tripod
 
 from tauten.controller import Controller, ControllerSettings
 from tauten.model import Simulator
@@ -20,10 +20,7 @@ SETTLED = 2e-6  # rows of SOFA that moved more in their last step are no equilib
 
 @pytest.fixture(scope="module")
 def data(reference: Path) -> Path:
-    folder = reference / "sofa_robots"
-    if not (folder / "tripod_low_model.npz").is_file():
-        pytest.skip(f"no robots computed by SOFA in {folder}")
-    return folder
+    return robots_folder(reference, "tripod_low_model.npz")
 
 
 @cache
