@@ -307,9 +307,9 @@ def bench_sofa_meshes(data: Path, steps: int, progress: ShareDone) -> SofaMeshBe
         progress: called with the share of the work that has just been done.
     """
     models = data / "sofa_robots"
-    bent = finger(data, refinements=1)
+    legs, bent = diamond(models), finger(data, refinements=1)
     cases = (
-        ("diamond", diamond(models), diamond(models), circle(np.array([0.0, 0.0, 0.115]), steps)),
+        ("diamond", legs, legs, circle(np.array([0.0, 0.0, 0.115]), steps)),
         ("trunk", trunk(models, ("L0",)), trunk(models), circle(np.array([0.0, 0.0, 0.19]), steps)),
         ("finger", bent, bent, None),
     )
