@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
+from tauten.service.cli.bench.basis import basis_of
 from tauten.service.cli.terminal import (
     Json,
     Markdown,
@@ -34,13 +35,10 @@ def closed_loop(
     from tauten.service.tables import closed_loop_tables, write_closed_loop_tables
 
     setup = load_setup(robot)
-    if isinstance(setup.contact, str):
-        raise typer.BadParameter(f"{robot} has no contact basis: tauten reduce {robot} makes one")
+    basis = basis_of(setup, robot)
     settings = ClosedLoopSettings(seconds, seed)
     with stop_on_signals() as stop, progress_bar("targets in reach") as report:
-        result, runs = bench_closed_loop(
-            setup.robot, setup.path, setup.contact, settings, stop, report
-        )
+        result, runs = bench_closed_loop(setup.robot, setup.path, basis, settings, stop, report)
     show_tables(closed_loop_tables(result))
     show_mesh_error(setup.path, setup.robot)
     if not result.complete:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 from rich.console import Console
 
+from tauten.service.cli.bench.basis import basis_of
 from tauten.service.cli.terminal import (
     Json,
     Markdown,
@@ -52,9 +53,7 @@ def finger(
     from tauten.service.tables import control_table, tip_sentences
 
     setup = load_setup(robot, basis=basis, model="full")
-    if isinstance(setup.contact, str):
-        raise typer.BadParameter(f"{robot} has no contact basis: tauten reduce {robot} makes one")
-    modes = setup.contact
+    modes = basis_of(setup, robot)
     if model == "reduced":
         folder = snapshots or Path(f"{setup.robot.name}-bench")
         _reduced(robot, modes, folder, refinements, seconds, json_file, markdown)
@@ -132,13 +131,12 @@ def contact_basis(
     )
 
     setup = load_setup(robot)
-    if isinstance(setup.contact, str):
-        raise typer.BadParameter(f"{robot} has no contact basis: tauten reduce {robot} makes one")
+    basis = basis_of(setup, robot)
     folder = snapshots or Path(f"{setup.robot.name}-snapshots")
     found = run_campaign(setup.robot, ramp(setup.robot), folder)
     inputs = ContactBasisInputs(
         setup.robot,
-        setup.contact,
+        basis,
         found.select(found.converged),
         folder,
         equilibria,

@@ -1,0 +1,26 @@
+"""The contact basis that a benchmark needs."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import typer
+
+if TYPE_CHECKING:
+    from tauten.reduction import ContactBasis
+    from tauten.service.setup import Setup
+
+
+def basis_of(setup: Setup, robot: str) -> ContactBasis:
+    """The contact basis of a setup.
+
+    Args:
+        setup: of the robot.
+        robot: as the user named it.
+
+    Raises:
+        typer.BadParameter: it has none.
+    """
+    if isinstance(setup.contact, str):
+        raise typer.BadParameter(f"{robot} has no contact basis: tauten reduce {robot} makes one")
+    return setup.contact
