@@ -1,4 +1,4 @@
-"""A process that has imported tauten, and makes copies of itself that become `tauten` commands.
+"""A process that has imported tauten, and makes copies of itself that become `tauten` commands or scripts.
 
 Importing takes most of the time of a short command, so that tests import once. The copies are processes like
 others: with signals, priority, exit code and output of their own. It reads one request in a line from
@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import os
+import runpy
 import signal
 import sys
 from typing import Any, TextIO
@@ -17,7 +18,7 @@ from tauten.service.cli import main
 
 
 def become(request: dict[str, Any]) -> None:
-    """Run the command of a request in this process, as `python -m tauten.service` does."""
+    """Run the command of a request in this process, as `python -m tauten.service` does, or its script."""
     sink = os.open(request["output"], os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
     source = os.open(os.devnull, os.O_RDONLY)
     for number, file in ((0, source), (1, sink), (2, sink)):
@@ -26,6 +27,10 @@ def become(request: dict[str, Any]) -> None:
     os.environ.clear()
     os.environ.update(request["environment"])
     signal.signal(signal.SIGINT, signal.default_int_handler)
+    if request["script"]:
+        sys.path.insert(0, request["folder"])
+        runpy.run_path(request["script"], run_name="__main__")
+        return
     sys.argv = ["tauten", *request["arguments"]]
     main()
 

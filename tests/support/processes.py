@@ -105,14 +105,10 @@ def fork_server() -> ForkServer:
 class Forked:
     """A process made by the fork server, with the part of `subprocess.Popen` that tests use."""
 
-    def __init__(self, server: ForkServer, output: Path, arguments: list[str]) -> None:
-        """Start `tauten` with these arguments."""
-        pid = server.ask(
-            arguments=arguments,
-            output=str(output),
-            folder=str(Path.cwd()),
-            environment=dict(os.environ),
-        )
+    def __init__(self, server: ForkServer, output: Path, **request: object) -> None:
+        """Start what `tests/support/fork_server.py` is asked for: arguments of `tauten`, or a script."""
+        what = {"script": None, "folder": str(Path.cwd()), "environment": dict(os.environ)}
+        pid = server.ask(output=str(output), **(what | request))
         assert pid is not None
         self.pid = pid
         self.returncode: int | None = None
@@ -158,7 +154,19 @@ class Process:
 
 def start(output: Path, *arguments: object) -> Process:
     """Start a `tauten` command."""
-    return Process(Forked(fork_server(), output, [str(a) for a in arguments]), output)
+    return Process(Forked(fork_server(), output, arguments=[str(a) for a in arguments]), output)
+
+
+def start_script(output: Path, script: Path, **environment: str) -> Process:
+    """Start a Python script, in its folder, where tauten is imported already.
+
+    Args:
+        output: file for what it prints.
+        script: its file; modules beside it can be imported.
+        environment: variables that are added.
+    """
+    request = {"folder": str(script.parent), "environment": {**os.environ, **environment}}
+    return Process(Forked(fork_server(), output, script=str(script), **request), output)
 
 
 def wait_alive(session: zenoh.Session, token: str, process: Process) -> None:

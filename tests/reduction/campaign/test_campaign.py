@@ -95,7 +95,7 @@ def test_recorded_forces_hold_the_robot_in_place(
         np.testing.assert_allclose(robot.effector(state).ravel(), snapshots.effector[:, i])
 
 
-@pytest.mark.parametrize("chunks", [0, 1, 4])
+@pytest.mark.parametrize("chunks", [0, pytest.param(1, marks=pytest.mark.slow), 4])
 def test_interrupted_campaign_goes_on_to_the_same_result(
     thumb: TetRobot, design: Design, snapshots: Snapshots, tmp_path: Path, chunks: int
 ) -> None:
@@ -113,6 +113,7 @@ def test_complete_campaign_is_not_done_again(
     assert_same(run_campaign(thumb, design, tmp_path, Interrupted(0), False), snapshots)
 
 
+@pytest.mark.slow
 def test_workers_do_not_change_the_result(thumb: TetRobot, design: Design, tmp_path: Path) -> None:
     """To rounding: kernels that a worker has just compiled may round otherwise than those on disk."""
     found = []
