@@ -113,18 +113,15 @@ def test_complete_campaign_is_not_done_again(
     assert_same(run_campaign(thumb, design, tmp_path, Interrupted(0), False), snapshots)
 
 
-@pytest.mark.slow
-def test_workers_do_not_change_the_result(thumb: TetRobot, design: Design, tmp_path: Path) -> None:
+def test_workers_do_not_change_the_result(
+    thumb: TetRobot, design: Design, snapshots: Snapshots, tmp_path: Path
+) -> None:
     """To rounding: kernels that a worker has just compiled may round otherwise than those on disk."""
-    found = []
-    for workers in (1, 2):
-        with executors.processes(workers) as pool:
-            folder = tmp_path / str(workers)
-            found.append(run_campaign(thumb, design, folder, pool, show_progress=False))
-    one, two = found
-    np.testing.assert_array_equal(one.converged, two.converged)
-    np.testing.assert_allclose(one.q, two.q, atol=1e-9)
-    np.testing.assert_allclose(one.lam, two.lam, atol=1e-6)
+    with executors.processes(2) as pool:
+        found = run_campaign(thumb, design, tmp_path, pool, show_progress=False)
+    np.testing.assert_array_equal(found.converged, snapshots.converged)
+    np.testing.assert_allclose(found.q, snapshots.q, atol=1e-9)
+    np.testing.assert_allclose(found.lam, snapshots.lam, atol=1e-6)
 
 
 def test_ctrl_c_saves_what_is_under_way(thumb: TetRobot, design: Design, tmp_path: Path) -> None:
