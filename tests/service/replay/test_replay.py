@@ -194,7 +194,10 @@ def test_the_report_has_the_numbers_of_the_run(log: Path) -> None:
     assert report.model_plant_error.rms_mm == pytest.approx(1e3 * LAG)
     assert report.plant_penetration_mm == pytest.approx(1e-1 * (TICKS + 19) - 2.0)
     assert report.modes == {"idle": 5, "run": following, "hold": 10, "stop": 20}
-    assert report.peak_pull_mm[1] == pytest.approx(1e3 * run.pull.value[:, 1].max())
+    upper = report.peaks[1]
+    assert (upper.name, upper.kind, upper.position_unit) == ("upper", "cable", "m")
+    assert upper.position == pytest.approx(run.pull.value[:, 1].max())
+    assert upper.effort == pytest.approx(run.tension.value[:, 1].max())
     assert report.complete
 
 
