@@ -288,8 +288,9 @@ def simulate(robot: Robot, network: Network, settings: PlantSettings, stop: Stop
         session = open_session(network, Role.PLANT, robot.name)
         stack.callback(session.close)
         plant = Plant(robot, simulator, session, settings)
+        stack.enter_context(manual_garbage_collection())
+        # the last before the loop: who waits for the plant starts to move the model
         token = session.liveliness().declare_token(Keys(robot.name).plant_token)
         stack.callback(token.undeclare)
-        stack.enter_context(manual_garbage_collection())
         log.info("simulating %s at %g Hz", robot.name, 1.0 / robot.h)
         plant.run(stop)
