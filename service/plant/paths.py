@@ -69,7 +69,8 @@ def make_path(name: str, robot: Robot, settings: PathSettings) -> TargetPath:
         return reach_path(robot, settings.effector, settings.fraction, settings.period)
     layout = robot.effector_layout
     simulator = Simulator(robot, contact="full")
-    simulator.settle_start()
+    if name in SHAPES:
+        simulator.settle_start()  # where the robot is when it starts
     start = simulator.effector_values[layout.values_of(settings.effector)]
     return path_from(name, layout.kinds[settings.effector], start, robot.size, settings)
 
