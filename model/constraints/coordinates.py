@@ -120,7 +120,12 @@ def mapped_rows(
 
 
 def make_coordinates(
-    frames: Frames, pinned: list[PinnedRegion], glued: GluedNodes, turning: Ints, number: Ints, x0: Array
+    frames: Frames,
+    pinned: list[PinnedRegion],
+    glued: GluedNodes,
+    turning: Ints,
+    number: Ints,
+    x0: Array,
 ) -> CoordinateMap:
     """The map of a robot.
 
@@ -140,7 +145,9 @@ def make_coordinates(
     rows, columns, factors, sources = frame_entries(frames, free)
     followers = joined_followers(pinned, glued)
     masters = number[followers.masters]
-    follow = follow_matrix(number[followers.nodes], number[glued.nodes], masters, followers.weights, m)
+    follow = follow_matrix(
+        number[followers.nodes], number[glued.nodes], masters, followers.weights, m
+    )
     held = np.where(masters < 0, followers.weights, 0.0)
     shift = np.zeros((m, 3))
     np.add.at(shift, number[followers.nodes], np.einsum("ga,gai->gi", held, x0[followers.masters]))

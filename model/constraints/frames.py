@@ -146,7 +146,9 @@ class Frames:
         """Coordinates at rest: (7 n_rigid + 4 n_pinned + n_drives,)."""
         still = np.array([1.0, 0.0, 0.0, 0.0])
         poses = np.hstack([self.centres, np.tile(still, (self.n_rigid, 1))])
-        return np.concatenate([poses.ravel(), np.tile(still, self.n_pinned), np.zeros(self.n_drives)])
+        return np.concatenate(
+            [poses.ravel(), np.tile(still, self.n_pinned), np.zeros(self.n_drives)]
+        )
 
     def parted(self, q: Array) -> tuple[Array, Array]:
         """Poses (n_turning, 7), those of pinned regions with a position of zero, and drives (n_drives,).

@@ -88,7 +88,9 @@ class ConstrainedRobot(SparseRobot):
     def turns(self, state: State) -> Array:
         """Rotations of the nodes of beams: (b, 4), unit quaternions."""
         assert self.joints is not None
-        return self.frames.quaternions(state.q[3 * len(self.coordinates.free) :])[self.joints.turning]
+        return self.frames.quaternions(state.q[3 * len(self.coordinates.free) :])[
+            self.joints.turning
+        ]
 
     def rest(self) -> State:
         """The stress-free state at standstill."""
@@ -315,7 +317,9 @@ class ConstrainedRobot(SparseRobot):
         rate = self.frames.centripetal(levers, v[3 * len(self.coordinates.free) :])
         acceleration = self.coordinates.gather.T @ rate.ravel()  # of all nodes
         matrix = self.coordinates.matrix(T)
-        on_nodes = np.zeros(matrix.shape[0])  # the inertia of a beam's node is the same about all axes
+        on_nodes = np.zeros(
+            matrix.shape[0]
+        )  # the inertia of a beam's node is the same about all axes
         on_nodes[: len(acceleration)] = self.raw.mass * acceleration
         force: Array = -(matrix.T @ on_nodes)
         return force

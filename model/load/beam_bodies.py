@@ -128,7 +128,9 @@ def build_beam(
     count = len(axis) - 1
     ends = np.stack([np.arange(count), np.arange(count) + 1], axis=1)
     along = np.abs(np.diff(axis, axis=0))
-    up = np.eye(3)[2 - along[:, ::-1].argmin(axis=1)]  # z where a beam lies across it as well as others
+    up = np.eye(3)[
+        2 - along[:, ::-1].argmin(axis=1)
+    ]  # z where a beam lies across it as well as others
     if body.beam.up is not None:
         turn = mesh.nodes[1:CORNERS] - mesh.nodes[0]  # rows along the body's own axes
         up = np.tile(np.array(body.beam.up) @ turn, (count, 1))
@@ -145,9 +147,7 @@ def build_beam(
     return BodyParts(mesh, [], [], mass, count, []), BeamPart(body.name, nodes, made, profile)
 
 
-def beam_joints(
-    beams: list[BeamPart], turning: Ints, springs: sp.csr_array
-) -> Joints | None:
+def beam_joints(beams: list[BeamPart], turning: Ints, springs: sp.csr_array) -> Joints | None:
     """All beams of a robot, and its springs; None: it has neither.
 
     Args:

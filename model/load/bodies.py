@@ -134,9 +134,7 @@ def build_bodies(config: RobotConfig, meshes: Sequence[AnyMesh], source: str) ->
         ranges[body.name] = BodyRange(selector, *counts.tolist())
         counts = counts + sizes
     joined = join_bodies(parts, join_meshes([part.mesh for part in parts]))
-    whole = make_selector(
-        joined.mesh, named, source, ranges=ranges, solid=np.concatenate(solid)
-    )
+    whole = make_selector(joined.mesh, named, source, ranges=ranges, solid=np.concatenate(solid))
     fixed = np.concatenate(held)
     for i, region in enumerate(config.fixed):
         fixed |= whole.select_nodes(region, f"fixed.{i}")

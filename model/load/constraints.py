@@ -157,9 +157,7 @@ def axis_of(item: AttachmentSettings) -> tuple[Array, Array]:
     return np.array(item.axis) / np.linalg.norm(item.axis), np.array(item.through)
 
 
-def require_own_nodes(
-    regions: list[RigidRegion | DriveRegion], fixed: Bools, source: str
-) -> None:
+def require_own_nodes(regions: list[RigidRegion | DriveRegion], fixed: Bools, source: str) -> None:
     """Raise a RobotFileError where a region is fixed, shares nodes with another, or lies on its axis.
 
     Args:
@@ -321,9 +319,7 @@ def constrained(
     pattern = product.pattern
     rest = coordinates.values(frames.place(frames.rest())[1])
     rotary = np.zeros(0) if joints is None else np.repeat(joints.inertia, 3)
-    inertia = product.inertia.apply(
-        np.concatenate([raw.mass, rotary]), rest, len(pattern.indices)
-    )
+    inertia = product.inertia.apply(np.concatenate([raw.mass, rotary]), rest, len(pattern.indices))
     return ConstrainedRobot(
         names=raw.names,
         digest=constrained_digest(raw, constraints, joints),

@@ -15,7 +15,9 @@ RUBBER = {"young_modulus": 1e6, "poisson_ratio": 0.3, "density": 1000.0}
 ROD = {"kind": "tube", "name": "rod", "outer": 2e-3}
 
 
-def push(name: str, point: list[float], direction: list[float], **changes: object) -> dict[str, object]:
+def push(
+    name: str, point: list[float], direction: list[float], **changes: object
+) -> dict[str, object]:
     """A force at a point."""
     limits = {"max_force": 1e3, "max_travel": 1.0, "max_rate": 10.0, "max_outside": 1e-3}
     return {"name": name, "point": point, "direction": direction, **limits, **changes}
