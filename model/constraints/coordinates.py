@@ -1,9 +1,9 @@
 """The map from a robot's coordinates to its nodes, x = T(q), and the products with its derivative.
 
 Nodes are free, move with a frame (`Frames`), or are glued: the weighted mean of four other nodes. A pinned
-frame follows such a mean too. The velocities of the nodes that are not fixed are T v with a sparse T = ∂x/∂q whose
-pattern never changes and whose entries are numbers or components of levers. Below the rows of the nodes stand those
-of the rotations of beam nodes. Forces on nodes become Tᵀ f, tangents Tᵀ K T, rows H T.
+frame follows such a mean too. The velocities of the nodes that are not fixed are T v with a sparse T = ∂x/∂q
+whose pattern never changes and whose entries are numbers or components of levers. Below the rows of the nodes
+stand those of the rotations of beam nodes. Forces on nodes become Tᵀ f, tangents Tᵀ K T, rows H T.
 """
 
 from __future__ import annotations
@@ -36,8 +36,8 @@ class CoordinateMap:
     """T as arrays; made by `make_coordinates`.
 
     Attributes:
-        n: coordinates' velocities, columns of T: three for each free node, six for each rigid region, three for
-            each pinned one, one for each drive.
+        n: coordinates' velocities, columns of T: three for each free node, six for each rigid region, three
+            for each pinned one, one for each drive.
         n_nodes: nodes that are not fixed; T has three rows for each, then three for each node of a beam.
         free: (f,) free nodes, numbered among those that are not fixed.
         indptr: (3 n_nodes + 3 b + 1,) CSR row pointers of T.
@@ -45,8 +45,8 @@ class CoordinateMap:
         factor: (nnz,) and
         source: (nnz,) its values: factor times one (source 0) or times component source − 1 of the levers.
         gather: (3 k, 3 n_nodes) forces on frame nodes and on what follows them, from forces on nodes.
-        glue: (3 n_nodes, 3 n_nodes) positions of all nodes from those that glued nodes and pins follow, and from
-            the positions of pinned nodes against their pin; None: none is glued or pinned.
+        glue: (3 n_nodes, 3 n_nodes) positions of all nodes from those that glued nodes and pins follow, and
+            from the positions of pinned nodes against their pin; None: none is glued or pinned.
         offset: (3 n_nodes,) what fixed nodes contribute to the positions of those that follow them [m].
     """
 

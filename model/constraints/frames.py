@@ -1,8 +1,9 @@
-"""Nodes that move with a frame: rigid regions, pinned ones, and regions that turn about or move along an axis.
+"""Nodes that move with a frame: rigid and pinned regions, and those that turn about or move along an axis.
 
 A rigid region has six coordinates, the position c of its centre and a rotation R: x = c + R ρ. One that is
-pinned has three, the rotation, x = p + R ρ, where the pin p follows other nodes. The region of a drive has one,
-θ: x = p + exp(θ [a]x) (x₀ − p) where it turns about the axis a through p, x = x₀ + θ a where it moves along a.
+pinned has three, the rotation, x = p + R ρ, where the pin p follows other nodes. The region of a drive has
+one, θ: x = p + exp(θ [a]x) (x₀ − p) where it turns about the axis a through p, x = x₀ + θ a where it moves
+along a.
 """
 
 from __future__ import annotations
@@ -74,8 +75,8 @@ class DriveRegion:
 class Frames:
     """All rigid, pinned and drive regions of a robot, in this order; made by `make_frames`.
 
-    The coordinates of a rigid region are c and a unit quaternion, those of a pinned one a unit quaternion, those
-    of a drive its angle or travel.
+    The coordinates of a rigid region are c and a unit quaternion, those of a pinned one a unit quaternion,
+    those of a drive its angle or travel.
 
     Attributes:
         nodes: (k,) nodes of all regions, region by region, numbered among those that are not fixed.
@@ -141,6 +142,19 @@ class Frames:
                 arms = np.cross(self.axes[drive], arms)
             longest[region] = np.linalg.norm(arms, axis=1).max(initial=0.0)
         return longest
+
+    def largest_moves(self, step: Array) -> tuple[float, float]:
+        """Largest displacement of a node in a step, or a bound for it, and what pins may add to it [m].
+
+        Args:
+            step: (n_velocities,) change of the coordinates.
+        """
+        rigid = step[: 6 * self.n_rigid].reshape(-1, 6)[:, :3]
+        turns = np.linalg.norm(step[self.rotations[:, None] + np.arange(3)], axis=1)
+        arms = self.reach * np.concatenate([turns, np.abs(step[self.drives])])
+        pinned = arms[self.n_rigid : self.n_turning].sum()  # each may follow the one before
+        largest = max(np.abs(rigid).max(initial=0.0), arms.max(initial=0.0))
+        return float(largest), float(pinned)
 
     def rest(self) -> Array:
         """Coordinates at rest: (7 n_rigid + 4 n_pinned + n_drives,)."""
@@ -268,7 +282,11 @@ def make_frames(
     ).reshape(-1, 3)
     pins = np.array([one.pin for one in pinned]).reshape(-1, 3)
     through = np.array([one.through for one in drives]).reshape(-1, 3)
-    regions = [one.nodes for one in (*rigid, *pinned, *drives)]
+    regions = [
+        *(one.nodes for one in rigid),
+        *(one.nodes for one in pinned),
+        *(one.nodes for one in drives),
+    ]
     owner = np.repeat(np.arange(len(regions)), [len(part) for part in regions])
     nodes = np.concatenate([np.zeros(0, dtype=np.int64), *regions])
     return Frames(

@@ -8,6 +8,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from tauten.model.beams import BeamArrays, element
+from tauten.model.mesh import TetMesh, boundary_triangles
 from tauten.model.numerics import Array, Ints, kernel
 from tauten.model.points import AttachedPoints
 
@@ -34,6 +35,15 @@ class Joints:
     outline: AttachedPoints
     triangles: Ints
     springs: sp.csr_array
+
+    def points(self, x: Array, Q: Array) -> Array:
+        """All nodes x (n_nodes, 3), then the outlines of beams whose nodes have rotations Q (b, 4) [m]."""
+        return np.concatenate([x, self.outline.place(x[self.nodes], Q)[0]])
+
+    def drawn(self, mesh: TetMesh) -> Ints:
+        """Triangles of `points`: the boundary of what is no beam, and the surfaces of beams."""
+        solid = mesh.tets[~np.isin(mesh.tets, self.nodes).any(axis=1)]
+        return np.concatenate([boundary_triangles(solid), self.triangles + len(mesh.nodes)])
 
     def entries(self, number: Ints) -> tuple[Ints, Ints]:
         """Rows and columns (144 e + links) of the entries of K that `assemble` gives.

@@ -1,4 +1,4 @@
-"""A robot of tetrahedra with rigid regions, drives and attachments, in the coordinates that they leave."""
+"""A robot of bodies with rigid regions, drives and attachments, in the coordinates that they leave."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tauten.model.body import SparseRobot
 from tauten.model.constraints.coordinates import CoordinateMap, ProductPattern
 from tauten.model.constraints.frames import Frames
 from tauten.model.constraints.joints import Joints
-from tauten.model.mesh import TetMesh, boundary_triangles
+from tauten.model.mesh import TetMesh
 from tauten.model.numerics import Array, FactorisationError, Ints
 from tauten.model.robot import RobotRows, State
 from tauten.model.rows import ContactRows, Rows, stack
@@ -27,12 +27,12 @@ R = TypeVar("R", bound=Rows)
 
 @dataclass(frozen=True, slots=True)
 class ConstrainedRobot(SparseRobot):
-    """A robot of tetrahedra some of whose nodes follow others, a `Robot`; made by `load_robot`.
+    """A robot of tetrahedra and beams some of whose nodes follow others, a `Robot`; made by `load_robot`.
 
     Forces, tangent and rows are those of the nodes, multiplied with T = ∂x/∂q (`CoordinateMap`). State.q has
-    the positions of free nodes, position and unit quaternion of each rigid region, the unit quaternion of each
-    pinned one, and the angle or travel of each drive; State.v has three, six, three and one numbers for them. A
-    node of a beam is a rigid region of four nodes: itself, and three beside it that show its rotation.
+    the positions of free nodes, position and unit quaternion of each rigid region, the unit quaternion of
+    each pinned one, and the angle or travel of each drive; State.v has three, six, three and one numbers for
+    them. A node of a beam is a rigid region of four nodes: itself and three beside it.
 
     Attributes, beside those of every sparse robot:
         raw: the same robot without constraints or couplings, over all nodes that are not fixed.
@@ -79,11 +79,7 @@ class ConstrainedRobot(SparseRobot):
     @property
     def triangles(self) -> Ints:
         """Surface as triples of `points`: (t, 3)."""
-        if self.joints is None:
-            return self.raw.triangles
-        tets = self.mesh.tets
-        solid = tets[~np.isin(tets, self.joints.nodes).any(axis=1)]
-        return np.concatenate([boundary_triangles(solid), self.joints.triangles + self.n_nodes])
+        return self.raw.triangles if self.joints is None else self.joints.drawn(self.mesh)
 
     def turns(self, state: State) -> Array:
         """Rotations of the nodes of beams: (b, 4), unit quaternions."""
@@ -121,10 +117,7 @@ class ConstrainedRobot(SparseRobot):
     def points(self, state: State) -> Array:
         """Positions of what `triangles` joins, here all nodes and the outlines of beams: (P, 3) [m]."""
         x = self.nodes(state)
-        if self.joints is None:
-            return x
-        outline, _ = self.joints.outline.place(x[self.joints.nodes], self.turns(state))
-        return np.concatenate([x, outline])
+        return x if self.joints is None else self.joints.points(x, self.turns(state))
 
     def candidates(self, state: State) -> Array:
         """Positions of the contact candidates: (n_c, 3) [m]."""
@@ -170,15 +163,9 @@ class ConstrainedRobot(SparseRobot):
 
     def displacement(self, dq: Array) -> float:
         """Largest displacement of a node in a change dq (n,) of the configuration [m], or a bound for it."""
-        first, frames = 3 * len(self.coordinates.free), self.frames
-        step = dq[first:]
-        rigid = step[: 6 * frames.n_rigid].reshape(-1, 6)
-        turn = np.linalg.norm(step[frames.rotations[:, None] + np.arange(3)], axis=1)
-        rates = np.concatenate([turn, np.abs(step[frames.drives])])
-        arms, n_rigid = rates * frames.reach, frames.n_rigid
-        pinned = arms[n_rigid : frames.n_turning].sum()  # each may follow the one before
-        moved = (np.abs(dq[:first]), np.abs(rigid[:, :3]).ravel(), arms)
-        return max(float(part.max(initial=0.0)) for part in moved) + float(pinned)
+        first = 3 * len(self.coordinates.free)
+        free, pinned = np.abs(dq[:first]).max(initial=0.0), self.frames.largest_moves(dq[first:])
+        return max(float(free), pinned[0]) + pinned[1]
 
     def forces(
         self, state: State, tension: Array | None = None, exact: bool = False

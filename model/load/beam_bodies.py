@@ -1,13 +1,14 @@
 """Bodies that are beams: their nodes as frames, their elements and masses.
 
-A node of a beam has a position and a rotation. In the mesh of the robot it is a rigid tetrahedron without material:
-the node itself and three corners beside it, along the axes of the body. Points and nodes that are attached to a beam
-are so attached to such tetrahedra.
+A node of a beam has a position and a rotation. In the mesh of the robot it is a rigid tetrahedron without
+material: the node itself and three corners beside it, along the axes of the body. Points and nodes that are
+attached to a beam are attached to such tetrahedra.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 import scipy.sparse as sp
@@ -26,7 +27,7 @@ from tauten.model.beams import (
 from tauten.model.body import Material
 from tauten.model.constraints import Joints
 from tauten.model.mesh import TetMesh
-from tauten.model.numerics import Array, Ints
+from tauten.model.numerics import Ints
 from tauten.model.points import attach_to_nodes, join_attached_points
 from tauten.model.schema import (
     AnyProfile,
@@ -100,7 +101,7 @@ def beam_mesh(config: RobotConfig, body: BodySettings, refinements: int = 0) -> 
     corners = np.array(body.beam.points)
     count = body.beam.elements * 2**refinements
     share = np.arange(count)[:, None] / count
-    pieces = [a + share * (b - a) for a, b in zip(corners[:-1], corners[1:], strict=True)]
+    pieces = [a + share * (b - a) for a, b in pairwise(corners)]
     axis = np.concatenate([*pieces, corners[-1:]])  # (b, 3)
     beside = np.concatenate([np.zeros((1, 3)), arm * np.eye(3)])  # (4, 3)
     nodes = (axis[:, None] + beside).reshape(-1, 3)
@@ -132,7 +133,8 @@ def build_beam(
         2 - along[:, ::-1].argmin(axis=1)
     ]  # z where a beam lies across it as well as others
     if body.beam.up is not None:
-        turn = mesh.nodes[1:CORNERS] - mesh.nodes[0]  # rows along the body's own axes
+        arms = mesh.nodes[1:CORNERS] - mesh.nodes[0]  # rows along the body's own axes
+        turn = arms / np.linalg.norm(arms, axis=1, keepdims=True)
         up = np.tile(np.array(body.beam.up) @ turn, (count, 1))
     try:
         made = make_body(axis, ends, up, [profile] * count, material_of(body))

@@ -133,7 +133,6 @@ def build_profiles(
         material: of the beams.
         source: the robot file's path, for errors.
     """
-
     known = {settings.name: profile_of(settings, material) for settings in config.profiles}
     for index, beam in enumerate(structure.beams):
         if beam.profile not in known:

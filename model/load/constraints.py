@@ -22,7 +22,7 @@ from tauten.model.constraints import (
     make_frames,
     make_product_pattern,
 )
-from tauten.model.load.beam_bodies import beam_joints
+from tauten.model.load.beam_bodies import CORNERS, BeamPart, beam_joints
 from tauten.model.load.bodies import Bodies
 from tauten.model.load.joins import AnyFrame, Attachment, join_frames, require_no_circle
 from tauten.model.mesh import TetMesh
@@ -55,7 +55,8 @@ class Constraints:
     @property
     def regions(self) -> list[tuple[str, Ints]]:
         """Fields and nodes of all regions that move with a frame."""
-        return [(one.name, one.nodes) for one in (*self.rigid, *self.pinned, *self.drives)]
+        frames: list[AnyFrame] = [*self.rigid, *self.pinned, *self.drives]
+        return [(one.name, one.nodes) for one in frames]
 
 
 def build_constraints(config: RobotConfig, bodies: Bodies) -> Constraints:
@@ -96,7 +97,7 @@ def build_constraints(config: RobotConfig, bodies: Bodies) -> Constraints:
         if item.to is not None
     ]
     joined = join_frames(bodies, rigid, drives, attachments)
-    frames = [*joined.rigid, *joined.pinned, *joined.drives]
+    frames: list[AnyFrame] = [*joined.rigid, *joined.pinned, *joined.drives]
     glued = build_glue(attachments, bodies, frames)
     require_no_circle(joined.pinned, glued, len(bodies.fixed), source)
     return Constraints(joined.rigid, joined.pinned, joined.drives, glued, joined.springs)
@@ -142,6 +143,37 @@ def require_held(config: RobotConfig, bodies: Bodies, constraints: Constraints) 
             )
     if bodies.fixed.all():
         raise RobotFileError(f"{source}: fixed: holds every node, no node can move")
+    free = {body.name for body in config.all_bodies if body.free}
+    require_no_spin([part for part in bodies.beams if part.name not in free], bodies, constraints)
+
+
+def require_no_spin(beams: list[BeamPart], bodies: Bodies, constraints: Constraints) -> None:
+    """Raise a RobotFileError where a beam is held by pins on a line only, about which it may turn.
+
+    Args:
+        beams: the beams that something must hold.
+        bodies: the bodies.
+        constraints: what joins them.
+    """
+    glued = constraints.glued
+    moving: list[AnyFrame] = [*constraints.rigid, *constraints.pinned, *constraints.drives]
+    firm = bodies.fixed.copy()
+    firm[glued.masters[glued.weights != 0.0]] = True
+    for frame in moving:
+        alone = frame.name.startswith("bodies.") or isinstance(frame, PinnedRegion)
+        if (
+            not alone or len(frame.nodes) > CORNERS
+        ):  # a servo, or something that the node is part of
+            firm[frame.nodes] = True
+    for part in beams:
+        if any(firm[part.nodes + corner].any() for corner in range(CORNERS)):
+            continue
+        pins = [one.pin for one in constraints.pinned if np.isin(one.nodes, part.nodes).any()]
+        if pins and np.linalg.matrix_rank(np.array(pins) - pins[0], tol=1e-6 * part.body.size) < 2:
+            raise RobotFileError(
+                f"{bodies.selector.source}: bodies.{part.name}: its pins lie on a line, about which it turns "
+                "freely; fix or glue one of its nodes, or glue something to it"
+            )
 
 
 def no_glue() -> tuple[Ints, Ints, Array]:
@@ -283,7 +315,8 @@ def near_axis(one: Attachment, nodes: Ints, bodies: Bodies) -> Ints:
         raise RobotFileError(
             f"{source}: {one.where}.radius: no node of region lies within {one.item.radius:g} m of the axis"
         )
-    return nodes[near]
+    tied: Ints = nodes[near]
+    return tied
 
 
 def constrained(

@@ -87,8 +87,9 @@ def join_frames(
     """
     source, x0 = bodies.selector.source, bodies.parts.mesh.nodes
     taken = bodies.fixed.copy()
-    for region in (*rigid, *drives):
-        taken[region.nodes] = True
+    listed: list[AnyFrame] = [*rigid, *drives]
+    for frame in listed:
+        taken[frame.nodes] = True
     pinned: list[PinnedRegion] = []
     glued: list[tuple[int, Attachment]] = []
     rows: list[sp.csr_array] = []
@@ -113,6 +114,25 @@ def join_frames(
         free = part.nodes[~taken[part.nodes]]
         rigid += [RigidRegion(f"bodies.{part.name}", corners(node)) for node in free]
     frames: list[AnyFrame] = [*rigid, *pinned, *drives]
+    glue_beams(bodies, frames, glued)
+    none = sp.csr_array((0, x0.size))
+    return Joined(
+        [frame for frame in frames if isinstance(frame, RigidRegion)],
+        [frame for frame in frames if isinstance(frame, PinnedRegion)],
+        [frame for frame in frames if isinstance(frame, DriveRegion)],
+        sp.csr_array(sp.vstack([none, *rows])),
+    )
+
+
+def glue_beams(bodies: Bodies, frames: list[AnyFrame], glued: list[tuple[int, Attachment]]) -> None:
+    """Add nodes of beams to the frames that they are glued to.
+
+    Args:
+        bodies: the bodies.
+        frames: all frames; those that nodes are added to are replaced.
+        glued: nodes of beams, and the attachment that glues each.
+    """
+    source, x0 = bodies.selector.source, bodies.parts.mesh.nodes
     for node, one in glued:
         masters = one.follow(x0[[node]], source).nodes[0]
         place = next((i for i, f in enumerate(frames) if np.isin(masters, f.nodes).all()), None)
@@ -123,13 +143,6 @@ def join_frames(
             )
         nodes = np.concatenate([frames[place].nodes, corners(node)])
         frames[place] = replace(frames[place], nodes=nodes)
-    none = sp.csr_array((0, x0.size))
-    return Joined(
-        [frame for frame in frames if isinstance(frame, RigidRegion)],
-        [frame for frame in frames if isinstance(frame, PinnedRegion)],
-        [frame for frame in frames if isinstance(frame, DriveRegion)],
-        sp.csr_array(sp.vstack([none, *rows])),
-    )
 
 
 def corners(node: int) -> Ints:
@@ -155,8 +168,8 @@ def require_free(nodes: Ints, taken: Bools, one: Attachment, source: str) -> Non
     count = int(taken[nodes].sum())
     if count:
         raise RobotFileError(
-            f"{source}: {one.where}.region: {count} of its {len(nodes)} nodes of beams are fixed, move with a "
-            "frame or are attached already; take them out of one of the two"
+            f"{source}: {one.where}.region: {count} of its {len(nodes)} nodes of beams are fixed, move with "
+            "a frame or are attached already; take them out of one of the two"
         )
 
 
@@ -197,7 +210,7 @@ def pinned_body(bodies: Bodies, one: Attachment, region: RigidRegion) -> PinnedR
     source = bodies.selector.source
     if one.item.through is None:
         raise RobotFileError(
-            f"{source}: {one.where}.through: needed by the pin of a rigid body, the point that it turns about"
+            f"{source}: {one.where}.through: needed by the pin of a rigid body: the point that it turns about"
         )
     pin = np.array(one.item.through)
     found = one.follow(pin[None], source)

@@ -80,8 +80,8 @@ class BeamSettings(Section):
     profile: Name = Field(description="Name of its cross-section in `profiles`.")
     up: Direction | None = Field(
         default=None,
-        description="Direction near axis 3 of its cross-section; by default an axis of the robot's frame that "
-        "lies across it. It matters where the cross-section is not round.",
+        description="Direction near axis 3 of its cross-section; by default the axis of the robot's frame "
+        "that lies across it most. It matters where the cross-section is not round.",
     )
 
 

@@ -126,10 +126,10 @@ class DriveSettings(Section):
 class AttachmentSettings(Section):
     """What joins a region to something else.
 
-    `glue` ties the nodes of `region` to the tetrahedra of `to`, or nodes of a beam firmly to what is rigid. `pin`
-    ties points: the nodes of a beam follow `to` and turn freely, a rigid body turns freely about the point
-    `through`. `hinge` lets a region turn about an axis: a rigid body against another one, a soft one by tying
-    only its nodes near the axis; without `to` the region as a whole turns against the robot's frame.
+    `glue` ties the nodes of `region` to the tetrahedra of `to`, or nodes of a beam firmly to what is rigid.
+    `pin` ties points: the nodes of a beam follow `to` and turn freely, a rigid body turns freely about the
+    point `through`. `hinge` lets a region turn about an axis: a rigid body against another one, a soft one by
+    tying only its nodes near the axis; without `to` the region as a whole turns against the robot's frame.
     """
 
     kind: Literal["glue", "pin", "hinge"] = Field(
@@ -138,13 +138,13 @@ class AttachmentSettings(Section):
     region: Selection = Field(description="Region, or its name, whose nodes follow.")
     to: Selection | None = Field(
         default=None,
-        description="Region, or its name, whose tetrahedra or beam they follow; a hinge without it is held by "
-        "the robot's frame.",
+        description="Region, or its name, whose tetrahedra or beam they follow; a hinge without it is held "
+        "by the robot's frame.",
     )
     max_distance: Annotated[NonNegative, Field(le=10.0)] = Field(
         default=1e-6,
         description="How far from `to` a node or a point may lie at rest [m], by default 1e-6; the nearest "
-        "tetrahedron moves it as if it were larger, the nearest node of a beam as if it were fixed to it.",
+        "tetrahedron moves it as if it were larger, the nearest node of a beam as if it were part of it.",
     )
     axis: Direction | None = Field(default=None, description="Direction of a hinge's axis.")
     through: Point | None = Field(
@@ -158,8 +158,8 @@ class AttachmentSettings(Section):
     )
     tilt_stiffness: Annotated[float, in_range(1e-6, 1e9, "N m/rad")] = Field(
         default=1e3,
-        description="Stiffness of the bearing against tilting of the axis of a hinge between two rigid bodies "
-        "[N m/rad], by default 1e3.",
+        description="Stiffness against tilting of the bearing of a hinge between two rigid bodies [N m/rad], "
+        "by default 1e3.",
     )
 
     @model_validator(mode="after")

@@ -347,6 +347,11 @@ class RobotConfig(RobotSettings):
             for body in self.bodies
         )
 
+    @property
+    def meshes(self) -> tuple[MeshSettings, ...]:
+        """The meshes of the bodies that have one."""
+        return tuple(body.mesh for body in self.all_bodies if body.mesh is not None)
+
     def with_element(self, element: ElementName) -> RobotConfig:
         """The same file with all bodies made of another element."""
         changed = {"element": element}

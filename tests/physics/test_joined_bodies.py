@@ -1,4 +1,4 @@
-"""Beams beside soft and rigid bodies, pins and hinges, against beam theory, statics and rigid-body mechanics."""
+"""Beams beside other bodies, pins and hinges, against beam theory, statics and rigid-body mechanics."""
 
 from __future__ import annotations
 
@@ -162,7 +162,7 @@ def test_a_soft_end_glued_to_a_rod_is_clamped() -> None:
 
 
 def arms(joint: dict[str, object], direction: list[float], **changes: object) -> ConstrainedRobot:
-    """A rigid arm along x that a servo turns about y, and one that hangs from its end and is pushed at its own."""
+    """A rigid arm along x that a servo turns about y, and one that hangs from its end and is pushed."""
     bar = ((L, 0.02, 0.02), (2, 1, 1))
     servo = {
         "name": "servo",

@@ -6,12 +6,14 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 from support.robots.bodies import CABLE
-from support.robots.joined import joined, push, rod
+from support.robots.joined import joined, joined_config, push, rod
 from support.robots.small_bodies import moved
 
 from tauten.model import State
 from tauten.model.constraints import ConstrainedRobot
+from tauten.model.load import beam_mesh
 from tauten.model.numerics import Array
+from tauten.model.schema import RobotFileError
 
 BOX = ((0.02, 0.02, 0.02), (1, 1, 1))
 
@@ -22,7 +24,7 @@ def node(x: float, y: float = 0.01, z: float = 0.01, body: str = "rod") -> dict[
 
 
 def everything() -> ConstrainedRobot:
-    """A rod that a drive turns, pinned in a soft box and glued to a rigid one; two more rigid ones on hinges."""
+    """A rod that a servo turns, pinned in a soft box, glued to a rigid one; two more on a hinge and a pin."""
     whole = [{"kind": "all", "body": name} for name in ("soft", "first", "second", "third")]
     line = [[-0.02, 0.01, 0.01], [0.04, 0.01, 0.01]]
     axis = {"axis": [0.0, 1.0, 0.3], "tilt_stiffness": 0.1}
@@ -145,3 +147,111 @@ def test_the_semidefinite_tangent_has_no_negative_direction(
     K = sp.csc_array((values, robot.pattern.indices, robot.pattern.indptr), shape=(robot.n,) * 2)
     lowest = np.linalg.eigvalsh(K.toarray())
     assert lowest[0] > -1e-9 * lowest[-1]
+
+
+RIGID = [
+    rod("rod", [[0.0, 0.01, 0.01], [0.02, 0.01, 0.01]], elements=2),
+    {"name": "box", "rigid": True},
+]
+SOFT = [RIGID[0], {"name": "box", "fixed": [{"kind": "all"}]}]
+BOXES = {"box": BOX}
+ALL = {"kind": "all", "body": "box"}
+ROD = {"kind": "all", "body": "rod"}
+
+
+@pytest.mark.parametrize(
+    ("bodies", "attachment", "sentence"),
+    [
+        (
+            [{**RIGID[0], "mesh": {"file": "box.vtu"}}], None,
+            "bodies.0: a body has a mesh or a beam, this one has both",
+        ),
+        (
+            [{"name": "rod"}], None, "bodies.0: a body has a mesh or a beam, this one has neither",
+        ),
+        (
+            [{**RIGID[0], "rigid": True}], None,
+            "bodies.0: rigid: a beam deforms and has one material, leave it out",
+        ),
+        (
+            [{**RIGID[0], "beam": {**RIGID[0]["beam"], "profile": "wire"}}], None,
+            "bodies.0.beam.profile: 'wire' is not one of profiles, which has rod",
+        ),
+        (
+            [{**RIGID[0], "beam": {**RIGID[0]["beam"], "up": [1.0, 0.0, 0.0]}}], None,
+            "bodies.0.beam: beams.0: up [1.0, 0.0, 0.0] lies along the beam",
+        ),
+        (RIGID[:1], None, "fixed: needs three nodes not on a line to hold the robot"),
+        (
+            SOFT, {"kind": "glue", "region": node(0.01), "to": ALL},
+            "attachments.0: a node of a beam is glued to what is rigid; at a soft body exchange region and "
+            'to, or let kind = "pin" hold its position',
+        ),
+        (
+            SOFT, {"kind": "pin", "region": ROD, "to": ALL},
+            "bodies.rod: its pins lie on a line, about which it turns freely; fix or glue one of its nodes, "
+            "or glue something to it",
+        ),
+        (
+            RIGID, {"kind": "pin", "region": ALL, "to": ROD},
+            "attachments.0.through: needed by the pin of a rigid body: the point that it turns about",
+        ),
+        (
+            [{**RIGID[0], "fixed": [node(0.0)]}, {"name": "box"}],
+            {"kind": "pin", "region": ALL, "to": ROD},
+            "attachments.0.region: a pin holds nodes of a beam or a rigid body, found neither",
+        ),
+        (
+            [{**RIGID[0], "fixed": [node(0.0)]}, RIGID[1]],
+            {"kind": "pin", "region": node(0.0), "to": ALL},
+            "attachments.0.region: 1 of its 1 nodes of beams are fixed, move with a frame or are attached "
+            "already; take them out of one of the two",
+        ),
+        (
+            [{**RIGID[0], "fixed": [node(0.0)]}, RIGID[1]],
+            {
+                "kind": "hinge", "region": ALL, "to": ROD, "axis": [0, 1, 0], "through": [0.02, 0.01, 0.01],
+                "radius": 0.1,
+            },
+            "attachments.0.radius: a rigid body turns about its axis, leave it out",
+        ),
+        (
+            SOFT, {"kind": "glue", "region": ALL, "to": ROD, "tilt_stiffness": -1.0},
+            "attachments.0.tilt_stiffness: allowed is at least 1e-06 and at most 1e+09 N m/rad, found -1.0",
+        ),
+    ],
+)  # fmt: skip
+def test_files_that_make_no_sense(
+    bodies: list[dict[str, object]], attachment: dict[str, object] | None, sentence: str
+) -> None:
+    attachments = [] if attachment is None else [attachment]
+    with pytest.raises(RobotFileError) as caught:
+        joined(
+            bodies,
+            BOXES,
+            attachments=attachments,
+            forces=[push("push", [0.0, 0.0, 0.0], [0, 0, 1])],
+        )
+    assert sentence in str(caught.value)
+
+
+def test_parts_that_follow_each_other_are_refused() -> None:
+    """A rigid box is pinned to a beam whose node is pinned to the box."""
+    pins = [
+        {"kind": "pin", "region": node(0.02), "to": ALL},
+        {
+            "kind": "pin",
+            "region": ALL,
+            "to": node(0.02) | {"radius": 0.003},
+            "through": [0.02, 0.01, 0.01],
+        },
+    ]
+    bodies = [{**RIGID[0], "fixed": [node(0.0)]}, RIGID[1]]
+    with pytest.raises(RobotFileError, match="it follows parts that follow it"):
+        joined(bodies, BOXES, attachments=pins, forces=[push("push", [0, 0, 0], [0, 0, 1])])
+
+
+def test_refinement_halves_the_beams() -> None:
+    config = joined_config([{**RIGID[0], "fixed": [node(0.0)]}])
+    counts = [len(beam_mesh(config, config.bodies[0], k).tets) for k in range(3)]
+    assert counts == [3, 5, 9]

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 from support.robots.bodies import box_mesh
-
 from tauten.model.constraints import ConstrainedRobot
 from tauten.model.load import beam_mesh, build_robot
 from tauten.model.schema import RobotConfig, validated
@@ -30,6 +27,17 @@ def rod(name: str, points: list[list[float]], **changes: object) -> dict[str, ob
     return {"name": name, "beam": beam, "material": PLASTIC, **changes}
 
 
+def joined_config(bodies: list[dict[str, object]], **changes: object) -> RobotConfig:
+    """The file of a robot of bodies; `changes` are other tables."""
+    settings = {
+        "name": "joined", "gravity": [0.0, 0.0, 0.0], "material": RUBBER, "profiles": [ROD],
+        "bodies": bodies, "effectors": [{"name": "tip", "point": [0.1, 0.0, 0.0], "max_outside": 1.0}],
+        "forces": [push("push", [0.0, 0.0, 0.0], [0.0, 0.0, 1.0], max_outside=1.0)],
+        "integration": {"scheme": "quasi-static"}, **changes,
+    }  # fmt: skip
+    return validated(RobotConfig, settings, "joined.toml")
+
+
 def joined(
     bodies: list[dict[str, object]],
     boxes: dict[str, tuple[tuple[float, float, float], tuple[int, int, int]]] | None = None,
@@ -46,16 +54,11 @@ def joined(
     tables = [
         {"mesh": {"file": "box.vtu"}, **body} if body["name"] in shapes else body for body in bodies
     ]
-    settings = {
-        "name": "joined", "gravity": [0.0, 0.0, 0.0], "material": RUBBER, "profiles": [ROD],
-        "bodies": tables, "effectors": [{"name": "tip", "point": [0.1, 0.0, 0.0], "max_outside": 1.0}],
-        "integration": {"scheme": "quasi-static"}, **changes,
-    }  # fmt: skip
-    config = validated(RobotConfig, settings, "joined.toml")
+    config = joined_config(tables, **changes)
     meshes = [
-        box_mesh(*shapes[body.name]) if body.name in shapes else beam_mesh(config, body)
+        beam_mesh(config, body) if body.beam else box_mesh(*shapes[body.name])
         for body in config.all_bodies
     ]
-    robot = build_robot(config, meshes, str(Path("joined.toml")))
+    robot = build_robot(config, meshes, "joined.toml")
     assert isinstance(robot, ConstrainedRobot)
     return robot
