@@ -15,7 +15,7 @@ from tauten.model.constraints.frames import (
     RigidRegion,
     make_frames,
 )
-from tauten.model.constraints.joints import Joints
+from tauten.model.constraints.joints import FrameJoints
 from tauten.model.constraints.robot import ConstrainedRobot
 
 __all__ = [
@@ -25,7 +25,7 @@ __all__ = [
     "DriveRegion",
     "Frames",
     "GluedNodes",
-    "Joints",
+    "FrameJoints",
     "PinnedRegion",
     "ProductPattern",
     "RigidRegion",

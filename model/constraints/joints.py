@@ -14,7 +14,7 @@ from tauten.model.points import AttachedPoints
 
 
 @dataclass(frozen=True, slots=True)
-class Joints:
+class FrameJoints:
     """Beams and springs of a robot with constraints.
 
     Attributes:

@@ -14,7 +14,7 @@ from tauten.model.actuators import Coupling
 from tauten.model.body import SparseRobot
 from tauten.model.constraints.coordinates import CoordinateMap, ProductPattern
 from tauten.model.constraints.frames import Frames
-from tauten.model.constraints.joints import Joints
+from tauten.model.constraints.joints import FrameJoints
 from tauten.model.mesh import TetMesh
 from tauten.model.numerics import Array, FactorisationError, Ints
 from tauten.model.robot import RobotRows, State
@@ -43,7 +43,7 @@ class ConstrainedRobot(SparseRobot):
         drive_places: (m,) numbers of the actuated drives among all single actuators.
         driven: (m,) their numbers among the drive regions; hinges are drive regions without an actuator.
         joints: beams and springs between frames; None: there are none.
-        spring_values: values of the springs' tangent, see `Joints.entries`.
+        spring_values: values of the springs' tangent, see `FrameJoints.entries`.
     """
 
     raw: TetRobot
@@ -53,7 +53,7 @@ class ConstrainedRobot(SparseRobot):
     coupling: Coupling | None
     drive_places: Ints
     driven: Ints
-    joints: Joints | None
+    joints: FrameJoints | None
     spring_values: Array
 
     @property

@@ -25,7 +25,7 @@ from tauten.model.beams import (
     tube,
 )
 from tauten.model.body import Material
-from tauten.model.constraints import Joints
+from tauten.model.constraints import FrameJoints
 from tauten.model.mesh import TetMesh
 from tauten.model.numerics import Ints
 from tauten.model.points import attach_to_nodes, join_attached_points
@@ -149,13 +149,13 @@ def build_beam(
     return BodyParts(mesh, [], [], mass, count, []), BeamPart(body.name, nodes, made, profile)
 
 
-def beam_joints(beams: list[BeamPart], turning: Ints, springs: sp.csr_array) -> Joints | None:
+def beam_joints(beams: list[BeamPart], turning: Ints, springs: sp.csr_array) -> FrameJoints | None:
     """All beams of a robot, and its springs; None: it has neither.
 
     Args:
         beams: the bodies that are beams.
         turning: (n_nodes,) region that each node of the robot moves with, −1: none.
-        springs: see `Joints`.
+        springs: see `FrameJoints`.
     """
     if not beams and springs.shape[0] == 0:
         return None
@@ -178,7 +178,7 @@ def beam_joints(beams: list[BeamPart], turning: Ints, springs: sp.csr_array) -> 
         np.concatenate([np.zeros((0, 6)), *(body.D for body in bodies)]),
         np.concatenate([np.zeros(0), *(body.length for body in bodies)]),
     )
-    return Joints(
+    return FrameJoints(
         nodes=nodes,
         turning=turning[nodes],
         beams=arrays,

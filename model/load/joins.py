@@ -59,7 +59,7 @@ class Joined:
         rigid: rigid regions, a free node of a beam is one.
         pinned: pinned regions.
         drives: as they were.
-        springs: see `Joints`.
+        springs: see `FrameJoints`.
     """
 
     rigid: list[RigidRegion]
@@ -219,7 +219,7 @@ def pinned_body(bodies: Bodies, one: Attachment, region: RigidRegion) -> PinnedR
 
 
 def alignment(bodies: Bodies, one: Attachment, body: PinnedRegion) -> list[sp.csr_array]:
-    """Springs (3, 3 n_nodes) that keep the axis of a hinge common to two rigid bodies, see `Joints`.
+    """Springs (3, 3 n_nodes) that keep the axis of a hinge common to two rigid bodies, see `FrameJoints`.
 
     Two springs, at the same distance on both sides of the pin, press a couple only.
 
