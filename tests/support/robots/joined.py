@@ -28,11 +28,13 @@ def rod(name: str, points: list[list[float]], **changes: object) -> dict[str, ob
 
 
 def joined_config(bodies: list[dict[str, object]], **changes: object) -> RobotConfig:
-    """The file of a robot of bodies; `changes` are other tables."""
+    """The file of a robot of bodies; `changes` are other tables. Without an actuator it has a force."""
+    if not changes.keys() & {"cables", "drives", "forces"}:
+        push_anywhere = push("push", [0.0, 0.0, 0.0], [0.0, 0.0, 1.0], max_outside=1.0)
+        changes = {**changes, "forces": [push_anywhere]}
     settings = {
         "name": "joined", "gravity": [0.0, 0.0, 0.0], "material": RUBBER, "profiles": [ROD],
         "bodies": bodies, "effectors": [{"name": "tip", "point": [0.1, 0.0, 0.0], "max_outside": 1.0}],
-        "forces": [push("push", [0.0, 0.0, 0.0], [0.0, 0.0, 1.0], max_outside=1.0)],
         "integration": {"scheme": "quasi-static"}, **changes,
     }  # fmt: skip
     return validated(RobotConfig, settings, "joined.toml")
