@@ -30,7 +30,7 @@ from tauten.service.process import one_blas_thread
 from tauten.service.tables import Numbers
 
 DOCS = Path(__file__).resolve().parent
-SHARES = (0.25, 0.5, 0.625, 0.75)
+SHARES = (0.4, 0.6, 0.8, 0.85, 0.9, 1.0)
 BEGIN, END = "<!-- finger limit -->", "<!-- end -->"
 
 
