@@ -325,10 +325,12 @@ def require_one_body(tets: Ints, first: Ints, second: Ints, source: str) -> None
     largest = np.bincount(part).argmax()
     stray = np.flatnonzero(part != largest)
     touching = np.isin(tets[stray], tets[part == largest]).any()
-    reason = (
-        "; some share only a node or an edge with the rest: join them by faces" if touching else ""
+    advice = (
+        "some share only a node or an edge with the rest: join them by faces"
+        if touching
+        else "unite them in CAD, or give each a file of its own and name the files in [[bodies]]"
     )
     raise MeshError(
         f"{source}: {count} separate bodies; {len(stray)} stray tetrahedra, "
-        f"the first is {stray[0]}{reason}"
+        f"the first is {stray[0]}; {advice}"
     )

@@ -1,4 +1,8 @@
-"""`tauten new`: mesh a part at several sizes, choose one by its error, write robot file and mesh."""
+"""`tauten new`: mesh a part at several sizes, choose one by its error, write robot file and mesh.
+
+Where the robot is held and where its cable runs is guessed once, on the finest mesh: guesses that follow
+each mesh would compare different robots.
+"""
 
 from __future__ import annotations
 
@@ -12,6 +16,7 @@ import numpy as np
 
 from tauten.model import Robot, Simulator, load_robot
 from tauten.model.mesh import TetMesh
+from tauten.model.schema import RobotFileError
 from tauten.service.new.guesses import Guess, guess_fields
 from tauten.service.new.meshing import LARGE, Part, mesh_part
 from tauten.service.new.part import PartError
@@ -24,6 +29,7 @@ LEAST_SHARE = (
     1.0 / 16.0
 )  # of the guessed pull; a robot that cannot be pulled so far needs a look first
 RATE = 50.0  # Hz
+MOST = 0.8  # of the progress: the equilibria; the rest is meshing
 Progress = Callable[[float, str], None]
 
 
@@ -113,20 +119,22 @@ def make_new_robot(new: NewRobot, folder: Path, stop: StopFlag, progress: Progre
     if folder.exists():
         raise PartError(f"{folder}: exists already; choose another name, or delete it")
     part = new.part
-    drafts: list[_Draft] = []
     sizes = [part.size_for(nodes) for nodes in NODES] if new.size is None else [new.size]
     if part.kind == "tetrahedra":
         sizes = [part.size_for(len(mesh_part(part, 1.0).nodes))]
-    for index, size in enumerate(sizes):
+    meshes = _meshes(part, sizes, stop, progress)
+    guess = guess_fields(meshes[-1][1])
+    drafts: list[_Draft] = []
+    for number, (size, mesh) in enumerate(meshes, 1):
         if stop.requested and drafts:
             break
-        progress(0.0, f"elements of {1e3 * size:.3g} mm")
+        progress(0.0, f"equilibria with elements of {1e3 * size:.3g} mm")
         try:
-            drafts.append(_draft(new, size))
-        except PartError:
-            if not drafts and index == len(sizes) - 1:
+            drafts.append(_draft(new, size, mesh, guess))
+        except (PartError, RobotFileError):
+            if not drafts and number == len(meshes):
                 raise
-        progress(1.0 / len(sizes), "")
+        progress(MOST / len(meshes), "")
     trials = compared([draft.trial for draft in drafts])
     good = [i for i, trial in enumerate(trials) if trial.error <= new.accuracy]
     chosen = good[0] if good else len(trials) - 1
@@ -136,6 +144,8 @@ def make_new_robot(new: NewRobot, folder: Path, stop: StopFlag, progress: Progre
 
 def compared(trials: list[Trial]) -> tuple[Trial, ...]:
     """The trials with their errors against the last, which has an error of its own only as an estimate.
+
+    A trial that was pulled less far than the finest has no error.
 
     Halving the elements reduces the error of smoothed elements to about a third, so that the finest has
     about half of the last difference.
@@ -150,6 +160,8 @@ def compared(trials: list[Trial]) -> tuple[Trial, ...]:
             abs(trial.tension / finest.tension - 1.0),
             float(np.linalg.norm(trial.tip - finest.tip)) / moved,
         )
+        if trial.share == finest.share
+        else np.nan
         for trial in trials
     ]
     if len(trials) > 1:
@@ -162,16 +174,32 @@ def compared(trials: list[Trial]) -> tuple[Trial, ...]:
     )
 
 
-def _draft(new: NewRobot, size: float) -> _Draft:
-    """Mesh, try and describe one size."""
+def _meshes(
+    part: Part, sizes: list[float], stop: StopFlag, progress: Progress
+) -> list[tuple[float, TetMesh]]:
+    """Element sizes and meshes of the part, coarse to fine; without those that the mesher cannot make."""
+    meshes: list[tuple[float, TetMesh]] = []
+    for size in sizes:
+        if stop.requested and meshes:
+            break
+        if part.tetrahedra(size) > 10 * LARGE:
+            raise PartError(
+                f"{part.path}: elements of {1e3 * size:.3g} mm make about {part.tetrahedra(size)} "
+                f"tetrahedra; choose a --size above {1e3 * part.size_for(50_000):.3g} mm"
+            )
+        progress(0.0, f"mesh of elements of {1e3 * size:.3g} mm")
+        try:
+            meshes.append((size, mesh_part(part, size)))
+        except PartError:
+            if not meshes and size == sizes[-1]:
+                raise
+        progress((1.0 - MOST) / len(sizes), "")
+    return meshes
+
+
+def _draft(new: NewRobot, size: float, mesh: TetMesh, guess: Guess) -> _Draft:
+    """Try and describe the robot of one mesh."""
     part = new.part
-    if part.tetrahedra(size) > 10 * LARGE:
-        raise PartError(
-            f"{part.path}: elements of {1e3 * size:.3g} mm make about {part.tetrahedra(size)} tetrahedra; "
-            f"choose a --size above {1e3 * part.size_for(50_000):.3g} mm"
-        )
-    mesh = mesh_part(part, size)
-    guess = guess_fields(mesh)
     first = Values(new.name, part.path.name, len(mesh.nodes), size, new.young, 1e3, RATE)
     robot = _robot(robot_text(first, guess, guess.max_pull), mesh, new.name)
     share, tension, tip = _pulled(robot, guess)

@@ -74,7 +74,7 @@ BAD = {
         np.array([[0, 1, 2, 3], [0, 1, 2, 4]]),
         "tetra",
     ),
-    "2 separate bodies; 1 stray tetrahedra, the first is 1": (
+    "2 separate bodies; 1 stray tetrahedra, the first is 1; unite them in CAD, or give each a file": (
         np.vstack([NODES, NODES + 0.2, NODES[1:] * [1, 1, -1] + 0.2]),
         np.array([[4, 5, 6, 7], [0, 1, 2, 3], [4, 6, 5, 10]]),
         "tetra",
