@@ -18,8 +18,8 @@ def reducible(robot: Robot) -> Reducible:
     """
     if isinstance(robot, ConstrainedRobot):
         raise StateBasisError(
-            f"robot {robot.name}: robots with drives, rigid regions or attachments have no state bases; "
-            "use the full model"
+            f"robot {robot.name}: robots with drives, rigid regions, beams or attachments have no state "
+            "bases; use the full model"
         )
     if isinstance(robot, TetRobot) and robot.viscosity is not None:
         raise StateBasisError(

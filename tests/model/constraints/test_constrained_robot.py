@@ -182,7 +182,9 @@ def test_a_fork_and_a_load_keep_the_constraints(robot: ConstrainedRobot, state: 
 
 
 def test_drives_have_no_state_basis(robot: ConstrainedRobot) -> None:
-    with pytest.raises(StateBasisError, match="robots with drives, rigid regions or attachments"):
+    with pytest.raises(
+        StateBasisError, match="robots with drives, rigid regions, beams or attachments"
+    ):
         reducible(robot)
 
 

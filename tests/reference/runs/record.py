@@ -82,6 +82,7 @@ def record(name: str, folder: Path) -> Path:
     targets = reached(setup, share, ticks)
     loop = ControlLoop(warm_controller(setup), settings=setup.service)
     plant = Simulator(load_robot(name, young_scale=STIFFER), "full")
+    plant.settle_start()
     feedback = Feedback(robot.effector_layout, setup.service.feedback_gain, LARGEST * robot.size)
     for index in range(ticks):
         done = index / ticks
