@@ -5,8 +5,9 @@ A rotation of a region about an axis a is linear in sin θ and 1 − cos θ,
     x = x₀ + sin θ a x ρ + (1 − cos θ) a x (a x ρ),                                           (T6)
 
 so that all nodes are q₀ + E β with a constant E and β = (α, sin θ or travel, 1 − cos θ): modes α that leave
-the regions of drives where they are, and the motion of the drives, exact at any angle. The body without drives
-reduced to E gives forces f(β), tangents and rows; those in (α, θ) follow with J = ∂β/∂(α, θ): Jᵀ f and H J.
+the regions of drives where they are, and the motion of the drives, exact at any angle. The body without
+drives reduced to E gives forces f(β), tangents and rows; those in (α, θ) follow with J = ∂β/∂(α, θ): Jᵀ f
+and H J.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tauten.model import Integration, RobotRows, Rows, State, System
+from tauten.model import ContactRows, Integration, RobotRows, Rows, State, System
 from tauten.model.constraints import ConstrainedRobot
 from tauten.model.numerics import Array, DenseFactors, FactorisationError, Ints
 from tauten.reduction.dense_step import implicit_step, scheme_of
@@ -31,43 +32,40 @@ class DriveMotion:
 
     Attributes:
         modes: number of α.
-        turns: (m,) which drives turn about their axes.
+        drives: m.
+        turning: (t,) numbers of the drives that turn about their axes.
     """
 
     modes: int
-    turns: Array
+    drives: int
+    turning: Ints
 
     @property
     def size(self) -> int:
         """Length of β."""
-        return self.modes + len(self.turns) + int(self.turns.sum())
+        return self.modes + self.drives + len(self.turning)
 
     def beta(self, q: Array) -> Array:
         """β (R, …) of coordinates q (r + m, …), one state or several in columns."""
-        alpha, theta = q[: self.modes], q[self.modes :]
-        turned = theta[self.turns]
-        first = theta.copy()
-        first[self.turns] = np.sin(turned)
-        return np.concatenate([alpha, first, 1.0 - np.cos(turned)])
+        theta = q[self.modes + self.turning]
+        beta = np.concatenate([q, 1.0 - np.cos(theta)])
+        beta[self.modes + self.turning] = np.sin(theta)
+        return beta
 
     def jacobian(self, q: Array) -> Array:
         """J (R, r + m) at q (r + m,)."""
-        r, m, theta = self.modes, len(self.turns), q[self.modes :]
-        J = np.zeros((self.size, r + m))
-        J[np.arange(r + m), np.arange(r + m)] = np.concatenate(
-            [np.ones(r), np.where(self.turns, np.cos(theta), 1.0)]
-        )
-        turning = np.flatnonzero(self.turns)
-        J[r + m + np.arange(len(turning)), r + turning] = np.sin(theta[turning])
+        columns = self.modes + self.turning
+        J, theta = np.eye(self.size, len(q)), q[columns]
+        J[columns, columns] = np.cos(theta)
+        J[len(q) + np.arange(len(columns)), columns] = np.sin(theta)
         return J
 
     def bend(self, q: Array) -> Array:
         """∂²β/∂θ² of each drive: (m, R), two entries a row at most."""
-        r, m, theta = self.modes, len(self.turns), q[self.modes :]
-        turning = np.flatnonzero(self.turns)
-        second = np.zeros((m, self.size))
-        second[turning, r + turning] = -np.sin(theta[turning])
-        second[turning, r + m + np.arange(len(turning))] = np.cos(theta[turning])
+        columns = self.modes + self.turning
+        second, theta = np.zeros((self.drives, self.size)), q[columns]
+        second[self.turning, columns] = -np.sin(theta)
+        second[self.turning, len(q) + np.arange(len(columns))] = np.cos(theta)
         return second
 
 
@@ -78,11 +76,13 @@ class ReducedDrivenRobot(ReducedRobot):
     Attributes, beside those of every reduced robot:
         body: the robot without drives, reduced to β.
         motion: β of the coordinates.
+        other_places: numbers of what is no drive among all single actuators.
     """
 
     full: ConstrainedRobot
     body: ReducedTetRobot
     motion: DriveMotion
+    other_places: Ints
 
     @property
     def n_elements(self) -> int:
@@ -134,9 +134,9 @@ class ReducedDrivenRobot(ReducedRobot):
 
     def displacement(self, dq: Array) -> float:
         """Largest displacement of an effector, contact vertex or driven node in a change dq (r + m,) [m]."""
-        change, m = np.zeros(self.motion.size), len(self.motion.turns)
+        change = np.zeros(self.motion.size)
         change[: len(dq)] = dq
-        driven = np.abs(dq[len(dq) - m :]) * self.full.frames.reach
+        driven = np.abs(dq[self.motion.modes :]) * self.full.frames.reach
         return max(self.body.displacement(change), float(driven.max(initial=0.0)))
 
     def forces(
@@ -153,12 +153,12 @@ class ReducedDrivenRobot(ReducedRobot):
         at, J = self.moved(state), motion.jacobian(q)
         force, K = self.body.forces(at, efforts, exact)
         tangent = J.T @ K @ J
-        if exact and len(motion.turns) > 0:
+        if exact and len(motion.turning) > 0:
             others = force
             if efforts is not None and len(efforts) > 0:
                 others = force + efforts @ self.body.actuator_set.rows(at.q).dense()
-            drives = np.arange(motion.modes, len(q))
-            tangent[drives, drives] -= motion.bend(q) @ others
+            diagonal = np.einsum("ii->i", tangent)[motion.modes :]
+            diagonal -= motion.bend(q) @ others
         mapped = J.T @ force
         coupling = self.full.coupling
         if coupling is not None and coupling.is_preloaded:
@@ -204,8 +204,11 @@ class ReducedDrivenRobot(ReducedRobot):
         return RobotRows(
             effectors=dataclasses.replace(found.effectors, H=found.effectors.dense() @ J),
             actuators=members,
-            contacts=dataclasses.replace(
-                touching, rows=Rows(touching.rows.dense() @ J, touching.rows.delta)
+            contacts=ContactRows(
+                Rows(touching.rows.dense() @ J, touching.rows.delta),
+                touching.slots,
+                touching.pair,
+                touching.n_slots,
             ),
         )
 
@@ -223,8 +226,8 @@ class ReducedDrivenRobot(ReducedRobot):
         places = full.drive_places
         H = np.zeros((len(others) + len(places), self.n))
         delta = np.zeros(len(H))
-        rest = np.setdiff1d(np.arange(len(H)), places)
-        H[rest], delta[rest] = others.dense() @ J, others.delta
+        if len(others) > 0:
+            H[self.other_places], delta[self.other_places] = others.dense() @ J, others.delta
         H[places, first + full.driven] = 1.0
         delta[places] = state.q[first + full.driven]
         return Rows(H, delta)
@@ -320,7 +323,7 @@ class ReducibleDrivenRobot:
                 f"the last {m} modes are not the drives of robot {self.robot.name!r}: make the state basis "
                 f"again with `tauten reduce {self.robot.name} --states`"
             )
-        motion = DriveMotion(r, frames.turns)
+        motion = DriveMotion(r, m, np.flatnonzero(frames.turns))
         E = np.zeros((map_.n_nodes, 3, motion.size))
         E[map_.free, :, :r] = Phi[:first, :r].reshape(-1, 3, r)
         second = r + m
@@ -348,5 +351,7 @@ class ReducibleDrivenRobot:
             StateBasisError: the last modes are not those of the drives.
         """
         E, motion = self.places(Phi)
-        body = self.plain.reduced(E, elements, weights)
-        return ReducedDrivenRobot(self.robot, Phi, self.robot.integration, body, motion)
+        robot, body = self.robot, self.plain.reduced(E, elements, weights)
+        count = body.actuator_set.n_a + len(robot.drive_places)
+        others = np.setdiff1d(np.arange(count), robot.drive_places)
+        return ReducedDrivenRobot(robot, Phi, robot.integration, body, motion, others)
