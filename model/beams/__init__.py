@@ -13,7 +13,7 @@ from tauten.model.beams.elements import (
 from tauten.model.beams.gaps import gap_arrays
 from tauten.model.beams.profile import Profile, bar, natural_stiffness, section, tube
 from tauten.model.beams.robot import BeamRobot
-from tauten.model.beams.surfaces import BeamSurfaces, build_beam_surfaces
+from tauten.model.beams.surfaces import BeamSurfaces, build_beam_surfaces, outline
 
 __all__ = [
     "BeamArrays",
@@ -29,6 +29,7 @@ __all__ = [
     "gap_arrays",
     "make_body",
     "natural_stiffness",
+    "outline",
     "section",
     "stretch_change",
     "stretch_functions",

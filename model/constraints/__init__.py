@@ -3,12 +3,19 @@
 from tauten.model.constraints.coordinates import (
     Congruence,
     CoordinateMap,
-    GluedNodes,
     ProductPattern,
     make_coordinates,
     make_product_pattern,
 )
-from tauten.model.constraints.frames import DriveRegion, Frames, RigidRegion, make_frames
+from tauten.model.constraints.followers import GluedNodes
+from tauten.model.constraints.frames import (
+    DriveRegion,
+    Frames,
+    PinnedRegion,
+    RigidRegion,
+    make_frames,
+)
+from tauten.model.constraints.joints import FrameJoints
 from tauten.model.constraints.robot import ConstrainedRobot
 
 __all__ = [
@@ -18,6 +25,8 @@ __all__ = [
     "DriveRegion",
     "Frames",
     "GluedNodes",
+    "FrameJoints",
+    "PinnedRegion",
     "ProductPattern",
     "RigidRegion",
     "make_coordinates",

@@ -1,8 +1,9 @@
 """The map from a robot's coordinates to its nodes, x = T(q), and the products with its derivative.
 
-Nodes are free, move with a frame (`Frames`), or are glued: the weighted mean of four other nodes. The
-velocities of the nodes that are not fixed are T v with a sparse T = ∂x/∂q whose pattern never changes and
-whose entries are numbers or components of levers. Forces on nodes become Tᵀ f, tangents Tᵀ K T, rows H T.
+Nodes are free, move with a frame (`Frames`), or are glued: the weighted mean of four other nodes. A pinned
+frame follows such a mean too. The velocities of the nodes that are not fixed are T v with a sparse T = ∂x/∂q
+whose pattern never changes and whose entries are numbers or components of levers. Below the rows of the nodes
+stand those of the rotations of beam nodes. Forces on nodes become Tᵀ f, tangents Tᵀ K T, rows H T.
 """
 
 from __future__ import annotations
@@ -13,8 +14,9 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from tauten.model.constraints.frames import Frames
-from tauten.model.numerics import Array, Ints, kernel
+from tauten.model.constraints.followers import GluedNodes, follow_matrix, joined_followers
+from tauten.model.constraints.frames import Frames, PinnedRegion
+from tauten.model.numerics import Array, Bools, Ints, kernel
 from tauten.model.rows import Jacobian
 from tauten.model.system import Pattern
 
@@ -30,37 +32,22 @@ CROSS = (
 
 
 @dataclass(frozen=True, slots=True)
-class GluedNodes:
-    """Nodes that are weighted means of others.
-
-    Attributes:
-        nodes: (g,) the nodes that are glued.
-        masters: (g, 4) the nodes they follow, none of them glued.
-        weights: (g, 4) rows sum to one.
-    """
-
-    nodes: Ints
-    masters: Ints
-    weights: Array
-
-
-@dataclass(frozen=True, slots=True)
 class CoordinateMap:
     """T as arrays; made by `make_coordinates`.
 
     Attributes:
-        n: coordinates' velocities, columns of T: three for each free node, six for each rigid region, one for
-            each drive.
-        n_nodes: nodes that are not fixed; T has three rows for each.
+        n: coordinates' velocities, columns of T: three for each free node, six for each rigid region, three
+            for each pinned one, one for each drive.
+        n_nodes: nodes that are not fixed; T has three rows for each, then three for each node of a beam.
         free: (f,) free nodes, numbered among those that are not fixed.
-        indptr: (3 n_nodes + 1,) CSR row pointers of T.
+        indptr: (3 n_nodes + 3 b + 1,) CSR row pointers of T.
         indices: (nnz,) its columns.
         factor: (nnz,) and
         source: (nnz,) its values: factor times one (source 0) or times component source − 1 of the levers.
-        gather: (3 k, 3 n_nodes) forces on frame nodes and on what is glued to them, from forces on nodes.
-        glue: (3 n_nodes, 3 n_nodes) positions of all nodes from those of nodes that are not glued;
-            None: none is glued.
-        offset: (3 n_nodes,) what fixed nodes contribute to the positions of glued ones [m].
+        gather: (3 k, 3 n_nodes) forces on frame nodes and on what follows them, from forces on nodes.
+        glue: (3 n_nodes, 3 n_nodes) positions of all nodes from those that glued nodes and pins follow, and
+            from the positions of pinned nodes against their pin; None: none is glued or pinned.
+        offset: (3 n_nodes,) what fixed nodes contribute to the positions of those that follow them [m].
     """
 
     n: int
@@ -87,8 +74,9 @@ class CoordinateMap:
         return values
 
     def matrix(self, values: Array) -> sp.csr_array:
-        """T (3 n_nodes, n) with these values (nnz,)."""
-        return sp.csr_array((values, self.indices, self.indptr), shape=(3 * self.n_nodes, self.n))
+        """T (3 n_nodes + 3 b, n) with these values (nnz,)."""
+        rows = len(self.indptr) - 1
+        return sp.csr_array((values, self.indices, self.indptr), shape=(rows, self.n))
 
     def through(self, H: Jacobian, T: Array) -> sp.csr_array:
         """H T (m, n) for rows H (m, 3 n_nodes) and values T (nnz,) of the map; entries may occur twice.
@@ -131,55 +119,68 @@ def mapped_rows(
     return values, places, begins
 
 
-def make_coordinates(frames: Frames, glued: GluedNodes, number: Ints, x0: Array) -> CoordinateMap:
+def make_coordinates(
+    frames: Frames,
+    pinned: list[PinnedRegion],
+    glued: GluedNodes,
+    turning: Ints,
+    number: Ints,
+    x0: Array,
+) -> CoordinateMap:
     """The map of a robot.
 
     Args:
         frames: regions that move with a frame.
+        pinned: those of them that are pinned.
         glued: glued nodes.
+        turning: (b,) the region whose rotation each node of a beam has, −1 where it is fixed.
         number: (n_nodes,) number of each node among those that are not fixed, −1 where it is fixed.
         x0: (n_nodes, 3) positions at rest [m].
     """
     m = int(number.max(initial=-1)) + 1
-    followers = number[glued.nodes]
-    is_free = np.ones(m, dtype=bool)
-    is_free[frames.nodes] = is_free[followers] = False
-    free = np.flatnonzero(is_free)
+    follows = np.ones(m, dtype=bool)
+    follows[frames.nodes] = follows[number[glued.nodes]] = False
+    free = np.flatnonzero(follows)
     n = 3 * len(free) + frames.n_velocities
-    direct = frame_entries(frames, free)
-    masters = number[glued.masters]
-    follow = glue_matrix(followers, masters, glued.weights, m)
-    offset = np.zeros((m, 3))
-    held = np.where(masters < 0, glued.weights, 0.0)
-    offset[followers] = np.einsum("ga,gai->gi", held, x0[glued.masters])
-    rows, columns, factors, sources = direct
-    # a glued row has the entries of its masters, times their weights
+    rows, columns, factors, sources = frame_entries(frames, free)
+    followers = joined_followers(pinned, glued)
+    masters = number[followers.masters]
+    follow = follow_matrix(
+        number[followers.nodes], number[glued.nodes], masters, followers.weights, m
+    )
+    held = np.where(masters < 0, followers.weights, 0.0)
+    shift = np.zeros((m, 3))
+    np.add.at(shift, number[followers.nodes], np.einsum("ga,gai->gi", held, x0[followers.masters]))
+    # a row of a follower has the entries of its masters, times their weights
     by_node = sp.csr_array(
         (np.arange(1, len(rows) + 1), (rows, np.arange(len(rows)))), shape=(3 * m, len(rows))
     )
-    product = sp.coo_array(follow @ (by_node > 0).astype(float))
+    spread = sp.csr_array(sp.kron(follow.own, np.eye(3), format="csr"))
+    product = sp.coo_array(spread @ (by_node > 0).astype(float))
     entry = product.col
     order = np.lexsort((columns[entry], product.row))
     row = product.row[order]
     entry, weight = entry[order], product.data[order]
-    indptr = np.concatenate([[0], np.cumsum(np.bincount(row, minlength=3 * m))])
+    spins, spin_factors, present = rotation_entries(frames, turning)
+    counts = [np.bincount(row, minlength=3 * m), np.repeat(present.astype(np.int64), 3)]
+    indptr = np.concatenate([[0], np.cumsum(np.concatenate(counts))])
     picked = (3 * frames.nodes[:, None] + np.arange(3)).ravel()
     return CoordinateMap(
         n=n,
         n_nodes=m,
         free=free,
         indptr=indptr.astype(np.int64),
-        indices=columns[entry].astype(np.int64),
-        factor=weight * factors[entry],
-        source=sources[entry].astype(np.int64),
-        gather=sp.csr_array(sp.csr_array(follow.T)[picked]),
-        glue=follow if len(followers) else None,
-        offset=offset.ravel(),
+        indices=np.concatenate([columns[entry], 3 * len(free) + spins]).astype(np.int64),
+        factor=np.concatenate([weight * factors[entry], spin_factors]),
+        source=np.concatenate([sources[entry], np.zeros(len(spins))]).astype(np.int64),
+        gather=sp.csr_array(sp.csr_array(spread.T)[picked]),
+        glue=spread if len(followers.nodes) else None,
+        offset=np.asarray(follow.all @ shift).ravel(),
     )
 
 
 def frame_entries(frames: Frames, free: Ints) -> tuple[Ints, Ints, Array, Ints]:
-    """Rows, columns, factors and sources of T without glued nodes: four arrays (e,).
+    """Rows, columns, factors and sources of T without what follows other nodes: four arrays (e,).
 
     Args:
         frames: regions that move with a frame.
@@ -188,18 +189,22 @@ def frame_entries(frames: Frames, free: Ints) -> tuple[Ints, Ints, Array, Ints]:
     c, f = np.arange(3), len(free)
     rows = [(3 * free[:, None] + c).ravel()]
     columns, factors, sources = [np.arange(3 * f)], [np.ones(3 * f)], [np.zeros(3 * f, np.int64)]
+    rotations, drives = 3 * f + frames.rotations, 3 * f + frames.drives
     for place, (node, owner) in enumerate(zip(frames.nodes, frames.owner, strict=True)):
         if owner < frames.n_rigid:
-            first = 3 * f + 6 * owner
-            i, j, component, sign = (np.array(part) for part in zip(*CROSS, strict=True))
-            rows += [3 * node + c, 3 * node + i]
-            columns += [first + c, first + 3 + j]
-            factors += [np.ones(3), sign]
-            sources += [np.zeros(3, np.int64), 1 + 3 * place + component]
-        else:
-            first = 3 * f + 5 * frames.n_rigid + owner
             rows.append(3 * node + c)
-            columns.append(np.full(3, first))
+            columns.append(3 * f + 6 * owner + c)
+            factors.append(np.ones(3))
+            sources.append(np.zeros(3, np.int64))
+        if owner < frames.n_turning:
+            i, j, component, sign = (np.array(part) for part in zip(*CROSS, strict=True))
+            rows.append(3 * node + i)
+            columns.append(rotations[owner] + j)
+            factors.append(sign)
+            sources.append(1 + 3 * place + component)
+        else:
+            rows.append(3 * node + c)
+            columns.append(np.full(3, drives[owner - frames.n_turning]))
             factors.append(np.ones(3))
             sources.append(1 + 3 * place + c)
     parts = (rows, columns, factors, sources)
@@ -207,22 +212,26 @@ def frame_entries(frames: Frames, free: Ints) -> tuple[Ints, Ints, Array, Ints]:
     return rows_, columns_, factors_, sources_
 
 
-def glue_matrix(followers: Ints, masters: Ints, weights: Array, m: int) -> sp.csr_array:
-    """Positions of all nodes that are not fixed from those that are not glued, (3 m, 3 m).
+def rotation_entries(frames: Frames, turning: Ints) -> tuple[Ints, Array, Bools]:
+    """Columns and factors of the rows of T for rotations, one entry a row, and which nodes have rows.
 
     Args:
-        followers: (g,) glued nodes.
-        masters: (g, 4) what they follow, −1 where that is fixed.
-        weights: (g, 4) their weights.
-        m: nodes that are not fixed.
+        frames: regions that move with a frame.
+        turning: (b,) as in `make_coordinates`.
+
+    Returns:
+        Columns (3 p,) among the velocities of the frames, factors (3 p,), and (b,) bool of which p are true.
     """
-    others = np.setdiff1d(np.arange(m), followers)
-    rows = np.concatenate([others, np.repeat(followers, 4)])
-    columns = np.concatenate([others, masters.ravel()])
-    values = np.concatenate([np.ones(len(others)), weights.ravel()])
-    known = (columns >= 0) & (values != 0.0)
-    by_node = sp.csr_array((values[known], (rows[known], columns[known])), shape=(m, m))
-    return sp.csr_array(sp.kron(by_node, np.eye(3), format="csr"))
+    drive = turning - frames.n_turning
+    by_frame = (turning >= 0) & (drive < 0)
+    by_drive = drive >= 0
+    by_drive[by_drive] = frames.turns[drive[by_drive]]
+    columns, factors = np.zeros((len(turning), 3), np.int64), np.ones((len(turning), 3))
+    columns[by_frame] = frames.rotations[turning[by_frame]][:, None] + np.arange(3)
+    columns[by_drive] = frames.drives[drive[by_drive]][:, None]
+    factors[by_drive] = frames.axes[drive[by_drive]]
+    present = by_frame | by_drive
+    return columns[present].ravel(), factors[present].ravel(), present
 
 
 @dataclass(frozen=True, slots=True)
@@ -275,20 +284,22 @@ class ProductPattern:
     Attributes:
         pattern: of Tᵀ K T; its `dof` is that of no node and empty.
         tangent: how a tangent of the nodes enters.
-        inertia: how lumped masses of the nodes' degrees of freedom enter.
-        rigid_places: (n_rigid, 3, 3) places of the blocks of rotations.
+        inertia: how lumped masses of the nodes' degrees of freedom, then of beam nodes' rotations, enter.
+        joints: how the entries of beams and hinges enter.
+        rigid_places: (n_turning, 3, 3) places of the blocks of rotations.
         drive_places: (n_drives,) places of the diagonal of drives.
     """
 
     pattern: Pattern
     tangent: Congruence
     inertia: Congruence
+    joints: Congruence
     rigid_places: Ints
     drive_places: Ints
 
 
 def make_product_pattern(
-    coordinates: CoordinateMap, raw: Pattern, frames: Frames
+    coordinates: CoordinateMap, raw: Pattern, frames: Frames, joints: tuple[Ints, Ints]
 ) -> ProductPattern:
     """The pattern of Tᵀ K T for K in the pattern of the nodes.
 
@@ -296,18 +307,18 @@ def make_product_pattern(
         coordinates: T.
         raw: pattern over the degrees of freedom of all nodes that are not fixed.
         frames: regions that move with a frame.
+        joints: rows and columns (e,) in K of the entries of beams and hinges, −1 where they are left out.
     """
     n, first = coordinates.n, 3 * len(coordinates.free)
     columns = np.repeat(np.arange(raw.n), np.diff(raw.indptr))
-    diagonal = np.arange(raw.n)
-    tangent, inertia = (
-        expanded(coordinates, i, j) for i, j in ((raw.indices, columns), (diagonal, diagonal))
-    )
-    six = np.arange(6)
-    blocks = first + 6 * np.arange(frames.n_rigid)[:, None, None] + np.zeros((1, 6, 6), np.int64)
-    rigid = ((blocks + six) * n + blocks + six[:, None]).ravel()  # column times n plus row
-    keys = [one[3] for one in (tangent, inertia)]
-    pattern = np.unique(np.concatenate([*keys, np.arange(n) * (n + 1), rigid]))
+    diagonal = np.arange(len(coordinates.indptr) - 1)
+    parts = (raw.indices, columns), (diagonal, diagonal), joints
+    tangent, inertia, joined = (expanded(coordinates, i, j) for i, j in parts)
+    three = np.arange(3)
+    rotations = first + frames.rotations[:, None, None]
+    turns = (rotations + three) * n + rotations + three[:, None]  # column times n plus row
+    keys = [one[3] for one in (tangent, inertia, joined)]
+    pattern = np.unique(np.concatenate([*keys, np.arange(n) * (n + 1), turns.ravel()]))
     column = pattern // n
     indptr = np.concatenate([[0], np.cumsum(np.bincount(column, minlength=n))])
 
@@ -324,9 +335,7 @@ def make_product_pattern(
             others[np.argsort(others[:, 3], kind="stable")],
         )
 
-    rotations = first + 6 * np.arange(frames.n_rigid)[:, None, None] + 3
-    three = np.arange(3)
-    drives = first + 6 * frames.n_rigid + np.arange(frames.n_drives)
+    drives = first + frames.drives
     return ProductPattern(
         Pattern(
             dof=np.zeros(0, dtype=np.int64),
@@ -336,7 +345,8 @@ def make_product_pattern(
         ),
         placed(tangent),
         placed(inertia),
-        np.searchsorted(pattern, (rotations + three) * n + rotations + three[:, None]),
+        placed(joined),
+        np.searchsorted(pattern, turns),
         np.searchsorted(pattern, drives * (n + 1)),
     )
 
@@ -346,14 +356,14 @@ def expanded(coordinates: CoordinateMap, i: Ints, j: Ints) -> tuple[Ints, Ints, 
 
     Args:
         coordinates: T.
-        i: (nnz,) rows of K.
+        i: (nnz,) rows of K, −1 where an entry is left out.
         j: (nnz,) columns of K.
 
     Returns:
         Place in K, places in T of the row's and of the column's entry, and column · n + row in the product.
     """
-    count = np.diff(coordinates.indptr)
-    many = count[i] * count[j]
+    count = np.append(np.diff(coordinates.indptr), 0)
+    many = np.where(j < 0, 0, count[i] * count[j])
     source = np.repeat(np.arange(len(i)), many)
     local = np.arange(len(source)) - np.repeat(np.cumsum(many) - many, many)
     width = count[j][source]

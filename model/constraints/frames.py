@@ -1,8 +1,9 @@
-"""Nodes that move with a frame: rigid regions, and regions that turn about or move along an axis.
+"""Nodes that move with a frame: rigid and pinned regions, and those that turn about or move along an axis.
 
-A rigid region has six coordinates, the position c of its centre and a rotation R: x = c + R ρ. The region
-of a drive has one, θ: x = p + exp(θ [a]x) (x₀ − p) where it turns about the axis a through p, x = x₀ + θ a
-where it moves along a.
+A rigid region has six coordinates, the position c of its centre and a rotation R: x = c + R ρ. One that is
+pinned has three, the rotation, x = p + R ρ, where the pin p follows other nodes. The region of a drive has
+one, θ: x = p + exp(θ [a]x) (x₀ − p) where it turns about the axis a through p, x = x₀ + θ a where it moves
+along a.
 """
 
 from __future__ import annotations
@@ -33,6 +34,25 @@ class RigidRegion:
 
 
 @dataclass(frozen=True, slots=True)
+class PinnedRegion:
+    """A rigid region that turns freely about a point, which follows other nodes.
+
+    Attributes:
+        name: for errors.
+        nodes: (k,) node ids.
+        pin: (3,) the point at rest [m].
+        masters: (4,) nodes that the point follows.
+        weights: (4,) theirs, which sum to one.
+    """
+
+    name: str
+    nodes: Ints
+    pin: Array
+    masters: Ints
+    weights: Array
+
+
+@dataclass(frozen=True, slots=True)
 class DriveRegion:
     """A region that turns about an axis, or moves along it.
 
@@ -53,15 +73,17 @@ class DriveRegion:
 
 @dataclass(frozen=True, slots=True)
 class Frames:
-    """All rigid regions and drive regions of a robot, in this order; made by `make_frames`.
+    """All rigid, pinned and drive regions of a robot, in this order; made by `make_frames`.
 
-    The coordinates of rigid region r are c_r and a unit quaternion, those of drive d its angle or travel.
+    The coordinates of a rigid region are c and a unit quaternion, those of a pinned one a unit quaternion,
+    those of a drive its angle or travel.
 
     Attributes:
         nodes: (k,) nodes of all regions, region by region, numbered among those that are not fixed.
         owner: (k,) region of each.
-        offsets: (k, 3) from the region's centre, or from `through`, at rest [m].
+        offsets: (k, 3) from the region's centre, from its pin, or from `through`, at rest [m].
         centres: (n_rigid, 3) centres of the rigid regions at rest [m].
+        n_pinned: pinned regions.
         axes: (n_drives, 3) unit directions.
         through: (n_drives, 3) points of the axes [m].
         turns: (n_drives,) bool.
@@ -71,6 +93,7 @@ class Frames:
     owner: Ints
     offsets: Array
     centres: Array
+    n_pinned: int
     axes: Array
     through: Array
     turns: Bools
@@ -86,17 +109,33 @@ class Frames:
         return len(self.axes)
 
     @property
+    def n_turning(self) -> int:
+        """Regions with a rotation: rigid and pinned ones."""
+        return self.n_rigid + self.n_pinned
+
+    @property
     def n_velocities(self) -> int:
         """Velocities of all regions."""
-        return 6 * self.n_rigid + self.n_drives
+        return 6 * self.n_rigid + 3 * self.n_pinned + self.n_drives
+
+    @property
+    def rotations(self) -> Ints:
+        """The first velocity of the rotation of every rigid and pinned region: (n_turning,)."""
+        rigid, pinned = np.arange(self.n_rigid), np.arange(self.n_pinned)
+        return np.concatenate([6 * rigid + 3, 6 * self.n_rigid + 3 * pinned])
+
+    @property
+    def drives(self) -> Ints:
+        """The velocity of every drive: (n_drives,)."""
+        return self.n_velocities - self.n_drives + np.arange(self.n_drives)
 
     @property
     def reach(self) -> Array:
         """Largest displacement of a node by a unit of each region's rotation or travel (regions,) [m]."""
-        longest = np.ones(self.n_rigid + self.n_drives)
+        longest = np.ones(self.n_turning + self.n_drives)
         for region in range(len(longest)):
             arms = self.offsets[self.owner == region]
-            drive = region - self.n_rigid
+            drive = region - self.n_turning
             if drive >= 0 and not self.turns[drive]:
                 continue
             if drive >= 0:
@@ -104,34 +143,75 @@ class Frames:
             longest[region] = np.linalg.norm(arms, axis=1).max(initial=0.0)
         return longest
 
-    def rest(self) -> Array:
-        """Coordinates at rest: (7 n_rigid + n_drives,)."""
-        poses = np.hstack([self.centres, np.tile([1.0, 0.0, 0.0, 0.0], (self.n_rigid, 1))])
-        return np.concatenate([poses.ravel(), np.zeros(self.n_drives)])
-
-    def place(self, q: Array) -> tuple[Array, Array]:
-        """Positions of the nodes and their levers, both (k, 3) [m].
-
-        The lever of a node in a rigid region is R ρ, that in a drive region its derivative ∂x/∂θ.
+    def largest_moves(self, step: Array) -> tuple[float, float]:
+        """Largest displacement of a node in a step, or a bound for it, and what pins may add to it [m].
 
         Args:
-            q: (7 n_rigid + n_drives,) coordinates.
+            step: (n_velocities,) change of the coordinates.
         """
-        poses, theta = q[: 7 * self.n_rigid].reshape(-1, 7), q[7 * self.n_rigid :]
+        rigid = step[: 6 * self.n_rigid].reshape(-1, 6)[:, :3]
+        turns = np.linalg.norm(step[self.rotations[:, None] + np.arange(3)], axis=1)
+        arms = self.reach * np.concatenate([turns, np.abs(step[self.drives])])
+        pinned = arms[self.n_rigid : self.n_turning].sum()  # each may follow the one before
+        largest = max(np.abs(rigid).max(initial=0.0), arms.max(initial=0.0))
+        return float(largest), float(pinned)
+
+    def rest(self) -> Array:
+        """Coordinates at rest: (7 n_rigid + 4 n_pinned + n_drives,)."""
+        still = np.array([1.0, 0.0, 0.0, 0.0])
+        poses = np.hstack([self.centres, np.tile(still, (self.n_rigid, 1))])
+        return np.concatenate(
+            [poses.ravel(), np.tile(still, self.n_pinned), np.zeros(self.n_drives)]
+        )
+
+    def parted(self, q: Array) -> tuple[Array, Array]:
+        """Poses (n_turning, 7), those of pinned regions with a position of zero, and drives (n_drives,).
+
+        Args:
+            q: (7 n_rigid + 4 n_pinned + n_drives,) coordinates.
+        """
+        end = 7 * self.n_rigid
+        last = end + 4 * self.n_pinned
+        if not self.n_pinned:
+            return q[:end].reshape(-1, 7), q[last:]
+        pinned = np.hstack([np.zeros((self.n_pinned, 3)), q[end:last].reshape(-1, 4)])
+        return np.concatenate([q[:end].reshape(-1, 7), pinned]), q[last:]
+
+    def place(self, q: Array) -> tuple[Array, Array]:
+        """Positions of the nodes, of pinned regions from their pin, and levers, both (k, 3) [m].
+
+        The lever of a node in a rigid or pinned region is R ρ, that in a drive region its derivative ∂x/∂θ.
+
+        Args:
+            q: (7 n_rigid + 4 n_pinned + n_drives,) coordinates.
+        """
+        poses, theta = self.parted(q)
         return place_frames(
             poses, theta, self.owner, self.offsets, self.axes, self.through, self.turns
         )
+
+    def quaternions(self, q: Array) -> Array:
+        """Rotations of all regions, and at the end that of what is fixed: (regions + 1, 4), unit.
+
+        Args:
+            q: (7 n_rigid + 4 n_pinned + n_drives,) coordinates.
+        """
+        poses, theta = self.parted(q)
+        half = 0.5 * np.where(self.turns, theta, 0.0)[:, None]
+        drives = np.hstack([np.cos(half), np.sin(half) * self.axes])
+        return np.concatenate([poses[:, 3:], drives, [[1.0, 0.0, 0.0, 0.0]]])
 
     def drive_segments(self, q: Array) -> Array:
         """For each drive the point of its axis beside its region, and one metre along: (n_drives, 2, 3) [m].
 
         Args:
-            q: (7 n_rigid + n_drives,) coordinates.
+            q: (7 n_rigid + 4 n_pinned + n_drives,) coordinates.
         """
+        theta = self.parted(q)[1]
         points = np.zeros((self.n_drives, 3))
         for drive in range(self.n_drives):
-            middle = self.offsets[self.owner == self.n_rigid + drive].mean(axis=0)
-            axis, travel = self.axes[drive], q[7 * self.n_rigid + drive]
+            middle = self.offsets[self.owner == self.n_turning + drive].mean(axis=0)
+            axis, travel = self.axes[drive], theta[drive]
             shift = (middle @ axis) * axis if self.turns[drive] else middle + travel * axis
             points[drive] = self.through[drive] + shift
         return np.stack([points, points + self.axes], axis=1)
@@ -141,25 +221,25 @@ class Frames:
 
         Args:
             levers: (k, 3) from `place`.
-            v: (6 n_rigid + n_drives,) velocities of the regions.
+            v: (n_velocities,) velocities of the regions.
         """
-        omega = v[: 6 * self.n_rigid].reshape(-1, 6)[:, 3:]
-        rate = v[6 * self.n_rigid :]
+        omega = v[self.rotations[:, None] + np.arange(3)].reshape(-1, 3)
+        rate = v[self.drives]
         return centripetal_rates(omega, rate, self.owner, levers, self.axes, self.turns)
 
     def stiffness(self, levers: Array, force: Array) -> tuple[Array, Array]:
         """What turning levers add to the tangent −∂(Tᵀ f)/∂q under forces that keep their direction.
 
-        Of a rigid region this is the symmetric part, exact at equilibrium.
+        Of a rigid or pinned region this is the symmetric part, exact at equilibrium.
 
         Args:
             levers: (k, 3) from `place` [m].
             force: (k, 3) on the nodes [N].
 
         Returns:
-            (n_rigid, 3, 3) blocks of the rotations and (n_drives,) of the drives [N m].
+            (n_turning, 3, 3) blocks of the rotations and (n_drives,) of the drives [N m].
         """
-        blocks = np.zeros((self.n_rigid, 3, 3))
+        blocks = np.zeros((self.n_turning, 3, 3))
         drives = lever_stiffness(self.owner, levers, force, self.axes, self.turns, blocks)
         return blocks, drives
 
@@ -167,23 +247,31 @@ class Frames:
         """Coordinates after a step.
 
         Args:
-            q: (7 n_rigid + n_drives,) before.
-            step: (6 n_rigid + n_drives,) velocities times the time step.
+            q: (7 n_rigid + 4 n_pinned + n_drives,) before.
+            step: (n_velocities,) velocities times the time step.
         """
-        poses, theta = q[: 7 * self.n_rigid].reshape(-1, 7), q[7 * self.n_rigid :]
+        poses, theta = self.parted(q)
         rigid = step[: 6 * self.n_rigid].reshape(-1, 6)
-        quaternions = turned(poses[:, 3:].copy(), rigid[:, 3:].copy())
-        after = np.hstack([poses[:, :3] + rigid[:, :3], quaternions])
-        return np.concatenate([after.ravel(), theta + step[6 * self.n_rigid :]])
+        turns = step[self.rotations[:, None] + np.arange(3)].reshape(-1, 3)
+        quaternions = turned(poses[:, 3:].copy(), turns)
+        after = np.hstack([poses[: self.n_rigid, :3] + rigid[:, :3], quaternions[: self.n_rigid]])
+        pinned = quaternions[self.n_rigid :]
+        return np.concatenate([after.ravel(), pinned.ravel(), theta + step[self.drives]])
 
 
 def make_frames(
-    rigid: list[RigidRegion], drives: list[DriveRegion], number: Ints, x0: Array, mass: Array
+    rigid: list[RigidRegion],
+    pinned: list[PinnedRegion],
+    drives: list[DriveRegion],
+    number: Ints,
+    x0: Array,
+    mass: Array,
 ) -> Frames:
     """The regions as arrays.
 
     Args:
         rigid: rigid regions; their centres are those of their masses.
+        pinned: pinned regions.
         drives: drive regions.
         number: (n_nodes,) number of each node among those that are not fixed.
         x0: (n_nodes, 3) positions at rest [m].
@@ -192,15 +280,21 @@ def make_frames(
     centres = np.array(
         [np.average(x0[one.nodes], axis=0, weights=mass[one.nodes]) for one in rigid]
     ).reshape(-1, 3)
+    pins = np.array([one.pin for one in pinned]).reshape(-1, 3)
     through = np.array([one.through for one in drives]).reshape(-1, 3)
-    regions = [one.nodes for one in rigid] + [one.nodes for one in drives]
+    regions = [
+        *(one.nodes for one in rigid),
+        *(one.nodes for one in pinned),
+        *(one.nodes for one in drives),
+    ]
     owner = np.repeat(np.arange(len(regions)), [len(part) for part in regions])
     nodes = np.concatenate([np.zeros(0, dtype=np.int64), *regions])
     return Frames(
         nodes=number[nodes],
         owner=owner,
-        offsets=x0[nodes] - np.concatenate([centres, through])[owner],
+        offsets=x0[nodes] - np.concatenate([centres, pins, through])[owner],
         centres=centres,
+        n_pinned=len(pinned),
         axes=np.array([one.axis for one in drives]).reshape(-1, 3),
         through=through,
         turns=np.array([one.turns for one in drives], dtype=bool),

@@ -32,7 +32,7 @@ def place_frames(
     """Positions and levers, both (k, 3), of `Frames.place`.
 
     Args:
-        poses: (n_rigid, 7) position and unit quaternion of the rigid regions.
+        poses: (n_turning, 7) position and unit quaternion of the rigid and pinned regions.
         theta: (n_drives,) angles and travels.
         owner: (k,) region of each node.
         offsets: (k, 3) at rest [m].
@@ -40,16 +40,16 @@ def place_frames(
         through: (n_drives, 3) points of the axes [m].
         turns: (n_drives,) whether a drive turns its region.
     """
-    k, n_rigid = owner.shape[0], poses.shape[0]
+    k, n_turning = owner.shape[0], poses.shape[0]
     x, levers = np.empty((k, 3)), np.empty((k, 3))
     for i in range(k):
         r, region = row(offsets, i), owner[i]
-        if region < n_rigid:
+        if region < n_turning:
             lever = rotate(quaternion(poses[:, 3:], region), r)
             for c in range(3):
                 x[i, c], levers[i, c] = poses[region, c] + lever[c], lever[c]
             continue
-        drive = region - n_rigid
+        drive = region - n_turning
         axis, angle = row(axes, drive), theta[drive]
         if turns[drive]:
             across, along = cross(axis, r), scale(dot(axis, r), axis)
@@ -75,7 +75,7 @@ def centripetal_rates(
     """Accelerations (k, 3) of `Frames.centripetal` [m/s²].
 
     Args:
-        omega: (n_rigid, 3) angular velocities [rad/s].
+        omega: (n_turning, 3) angular velocities [rad/s].
         rate: (n_drives,) rates of the drives.
         owner: (k,) region of each node.
         levers: (k, 3) from `place_frames`.
@@ -101,7 +101,7 @@ def centripetal_rates(
 def lever_stiffness(
     owner: Ints, levers: Array, force: Array, axes: Array, turns: Bools, blocks: Array
 ) -> Array:
-    """Add the blocks of `Frames.stiffness` to `blocks` (n_rigid, 3, 3); those of drives: (n_drives,) [N m].
+    """Add the blocks of `Frames.stiffness` to `blocks` (n_turning, 3, 3); those of drives: (n_drives,) [N m].
 
     Args:
         owner: (k,) region of each node.

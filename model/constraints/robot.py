@@ -1,4 +1,4 @@
-"""A robot of tetrahedra with rigid regions, drives and attachments, in the coordinates that they leave."""
+"""A robot of bodies with rigid regions, drives and attachments, in the coordinates that they leave."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from tauten.model.actuators import Coupling
 from tauten.model.body import SparseRobot
 from tauten.model.constraints.coordinates import CoordinateMap, ProductPattern
 from tauten.model.constraints.frames import Frames
+from tauten.model.constraints.joints import FrameJoints
 from tauten.model.mesh import TetMesh
 from tauten.model.numerics import Array, FactorisationError, Ints
 from tauten.model.robot import RobotRows, State
@@ -26,11 +27,12 @@ R = TypeVar("R", bound=Rows)
 
 @dataclass(frozen=True, slots=True)
 class ConstrainedRobot(SparseRobot):
-    """A robot of tetrahedra some of whose nodes follow others, a `Robot`; made by `load_robot`.
+    """A robot of tetrahedra and beams some of whose nodes follow others, a `Robot`; made by `load_robot`.
 
     Forces, tangent and rows are those of the nodes, multiplied with T = ∂x/∂q (`CoordinateMap`). State.q has
-    the positions of free nodes, position and unit quaternion of each rigid region, and the angle or travel of
-    each drive; State.v has three, six and one numbers for them.
+    the positions of free nodes, position and unit quaternion of each rigid region, the unit quaternion of
+    each pinned one, and the angle or travel of each drive; State.v has three, six, three and one numbers for
+    them. A node of a beam is a rigid region of four nodes: itself and three beside it.
 
     Attributes, beside those of every sparse robot:
         raw: the same robot without constraints or couplings, over all nodes that are not fixed.
@@ -40,6 +42,8 @@ class ConstrainedRobot(SparseRobot):
         coupling: of all actuators, drives included; None: each is driven alone.
         drive_places: (m,) numbers of the actuated drives among all single actuators.
         driven: (m,) their numbers among the drive regions; hinges are drive regions without an actuator.
+        joints: beams and springs between frames; None: there are none.
+        spring_values: values of the springs' tangent, see `FrameJoints.entries`.
     """
 
     raw: TetRobot
@@ -49,6 +53,8 @@ class ConstrainedRobot(SparseRobot):
     coupling: Coupling | None
     drive_places: Ints
     driven: Ints
+    joints: FrameJoints | None
+    spring_values: Array
 
     @property
     def mesh(self) -> TetMesh:
@@ -67,13 +73,20 @@ class ConstrainedRobot(SparseRobot):
 
     @property
     def n_elements(self) -> int:
-        """Tetrahedra, of smoothed elements those that are averaged."""
+        """Tetrahedra, of smoothed elements those that are averaged, and beams."""
         return self.raw.n_elements
 
     @property
     def triangles(self) -> Ints:
         """Surface as triples of `points`: (t, 3)."""
-        return self.raw.triangles
+        return self.raw.triangles if self.joints is None else self.joints.drawn(self.mesh)
+
+    def turns(self, state: State) -> Array:
+        """Rotations of the nodes of beams: (b, 4), unit quaternions."""
+        assert self.joints is not None
+        return self.frames.quaternions(state.q[3 * len(self.coordinates.free) :])[
+            self.joints.turning
+        ]
 
     def rest(self) -> State:
         """The stress-free state at standstill."""
@@ -102,8 +115,9 @@ class ConstrainedRobot(SparseRobot):
         return self.raw.effector_values(self.placed(state)[0])
 
     def points(self, state: State) -> Array:
-        """Positions of what `triangles` joins, here all nodes: (n_nodes, 3) [m]."""
-        return self.nodes(state)
+        """Positions of what `triangles` joins, here all nodes and the outlines of beams: (P, 3) [m]."""
+        x = self.nodes(state)
+        return x if self.joints is None else self.joints.points(x, self.turns(state))
 
     def candidates(self, state: State) -> Array:
         """Positions of the contact candidates: (n_c, 3) [m]."""
@@ -149,12 +163,9 @@ class ConstrainedRobot(SparseRobot):
 
     def displacement(self, dq: Array) -> float:
         """Largest displacement of a node in a change dq (n,) of the configuration [m], or a bound for it."""
-        first, frames = 3 * len(self.coordinates.free), self.frames
-        rigid = dq[first : first + 6 * frames.n_rigid].reshape(-1, 6)
-        turn = np.linalg.norm(rigid[:, 3:], axis=1)
-        rates = np.concatenate([turn, np.abs(dq[first + 6 * frames.n_rigid :])])
-        moved = (np.abs(dq[:first]), np.abs(rigid[:, :3]).ravel(), rates * frames.reach)
-        return max(float(part.max(initial=0.0)) for part in moved)
+        first = 3 * len(self.coordinates.free)
+        free, pinned = np.abs(dq[:first]).max(initial=0.0), self.frames.largest_moves(dq[first:])
+        return max(float(free), pinned[0]) + pinned[1]
 
     def forces(
         self, state: State, tension: Array | None = None, exact: bool = False
@@ -188,8 +199,16 @@ class ConstrainedRobot(SparseRobot):
         efforts = self.efforts(tension)
         force, K = self.raw.forces(raw_state, efforts, exact)
         tangent = self.product.tangent.apply(K, T, len(self.pattern.indices))
+        moments = np.zeros(0)
+        if self.joints is not None:
+            x, Q = self.raw.nodes(raw_state), self.turns(state)
+            _, joined, turning, part = self.joints.assemble(x, Q, exact)
+            force = force + joined[self.raw.pattern.dof >= 0].ravel()
+            moments = turning.ravel()
+            values = np.concatenate([part, self.spring_values])
+            tangent += self.product.joints.apply(values, T, len(tangent))
         matrix = self.coordinates.matrix(T)
-        mapped: Array = matrix.T @ force
+        mapped: Array = matrix.T @ np.concatenate([force, moments])
         preload = self.preload(state)
         if preload is not None:
             mapped = mapped + preload[0]
@@ -225,7 +244,9 @@ class ConstrainedRobot(SparseRobot):
 
     def mass_values(self, T: Array) -> Array:
         """Values (nnz,) of the mass matrix Tᵀ M T [kg, kg m, kg m²] for values T of the map."""
-        return self.product.inertia.apply(self.raw.mass, T, len(self.pattern.indices))
+        turning = np.zeros(0) if self.joints is None else np.repeat(self.joints.inertia, 3)
+        mass = np.concatenate([self.raw.mass, turning])
+        return self.product.inertia.apply(mass, T, len(self.pattern.indices))
 
     def mass_matrix(self, state: State) -> sp.csc_array:
         """The mass matrix (n, n) at a state."""
@@ -282,13 +303,22 @@ class ConstrainedRobot(SparseRobot):
         """
         rate = self.frames.centripetal(levers, v[3 * len(self.coordinates.free) :])
         acceleration = self.coordinates.gather.T @ rate.ravel()  # of all nodes
-        force: Array = -(self.coordinates.matrix(T).T @ (self.raw.mass * acceleration))
+        matrix = self.coordinates.matrix(T)
+        on_nodes = np.zeros(
+            matrix.shape[0]
+        )  # the inertia of a beam's node is the same about all axes
+        on_nodes[: len(acceleration)] = self.raw.mass * acceleration
+        force: Array = -(matrix.T @ on_nodes)
         return force
 
     def potential(self, state: State) -> float:
         """Elastic energy minus the work of gravity, outer forces and preloads since rest [J]."""
         preload = self.preload(state)
-        energy = self.raw.potential(self.placed(state)[0])
+        raw_state = self.placed(state)[0]
+        energy = self.raw.potential(raw_state)
+        if self.joints is not None:
+            x = self.raw.nodes(raw_state)
+            energy += self.joints.assemble(x, self.turns(state), False)[0]
         return energy if preload is None else energy - preload[1]
 
     def preload(self, state: State) -> tuple[Array, float] | None:

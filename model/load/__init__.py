@@ -1,10 +1,12 @@
 """From a robot file to a robot."""
 
+from tauten.model.load.beam_bodies import beam_mesh
 from tauten.model.load.beams import groups
 from tauten.model.load.bodies import build_bodies, read_bodies
 from tauten.model.load.robot import build_robot, load_robot, make_robot, robot_path
 
 __all__ = [
+    "beam_mesh",
     "build_bodies",
     "build_robot",
     "groups",

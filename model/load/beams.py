@@ -19,15 +19,13 @@ from tauten.model.beams import (
     BeamRobot,
     BeamSurfaces,
     Profile,
-    bar,
     build_beam_surfaces,
     make_body,
-    section,
-    tube,
 )
 from tauten.model.body import Material
 from tauten.model.contact import ContactPair, ContactSet
 from tauten.model.interface import actuators_of, limits_of
+from tauten.model.load.beam_bodies import profile_of
 from tauten.model.load.effectors import build_beam_effectors
 from tauten.model.mesh import point_selector, spread_points
 from tauten.model.numerics import Array, Bools, Ints, make_factorisation
@@ -41,12 +39,9 @@ from tauten.model.robot import names_of
 from tauten.model.schema import (
     ALARM_DISTANCE,
     ITSELF,
-    BarSettings,
     BeamConfig,
     RobotFileError,
-    SectionSettings,
     Structure,
-    TubeSettings,
     Vertebra,
     check_surfaces,
     read_text,
@@ -138,15 +133,7 @@ def build_profiles(
         material: of the beams.
         source: the robot file's path, for errors.
     """
-
-    def made(settings: TubeSettings | BarSettings | SectionSettings) -> Profile:
-        if isinstance(settings, SectionSettings):
-            return section(settings, material)
-        if isinstance(settings, TubeSettings):
-            return tube(settings.outer, settings.inner)
-        return bar(settings.width, settings.height)
-
-    known = {settings.name: made(settings) for settings in config.profiles}
+    known = {settings.name: profile_of(settings, material) for settings in config.profiles}
     for index, beam in enumerate(structure.beams):
         if beam.profile not in known:
             raise RobotFileError(

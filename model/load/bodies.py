@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from tauten.model.load.beam_bodies import CORNERS, BeamPart, beam_mesh, build_beam
 from tauten.model.mesh import (
     BodyRange,
     QuadraticMesh,
@@ -20,7 +21,7 @@ from tauten.model.mesh import (
     read_mesh,
     read_quadratic_mesh,
 )
-from tauten.model.numerics import Array, Bools
+from tauten.model.numerics import Array, Bools, Ints
 from tauten.model.schema import BodySettings, Region, RobotConfig, RobotFileError
 from tauten.model.tetra import BodyParts, body_parts, join_bodies
 
@@ -36,12 +37,35 @@ class Bodies:
         selector: of regions.
         fixed: (n_nodes,) which nodes the regions of `fixed` hold.
         rigid: nodes of each rigid body, as (n_nodes,) bool, by its name.
+        beams: bodies that are beams.
     """
 
     parts: BodyParts
     selector: Selector
     fixed: Bools
     rigid: dict[str, Bools]
+    beams: list[BeamPart]
+
+    @property
+    def beam_nodes(self) -> Ints:
+        """Nodes of all beams, without the corners beside them: (b,)."""
+        return np.concatenate([np.zeros(0, np.int64), *(part.nodes for part in self.beams)])
+
+    def select_nodes(self, region: Region | str, what: str) -> Bools:
+        """Which nodes a region selects, of beams with their corners or neither: (n_nodes,) bool.
+
+        Args:
+            region: the region or its name.
+            what: where it comes from, for errors.
+        """
+        return self.with_corners(self.selector.select_nodes(region, what))
+
+    def with_corners(self, chosen: Bools) -> Bools:
+        """The same nodes (n_nodes,), with the corners of those that are nodes of beams and no others."""
+        result, nodes = chosen.copy(), self.beam_nodes
+        for corner in range(1, CORNERS):
+            result[nodes + corner] = chosen[nodes]
+        return result
 
 
 def read_bodies(config: RobotConfig, path: Path, refinements: int = 0) -> list[AnyMesh]:
@@ -58,13 +82,18 @@ def read_bodies(config: RobotConfig, path: Path, refinements: int = 0) -> list[A
     read: dict[str, AnyMesh] = {}
     for body in config.all_bodies:
         settings = body.mesh
+        if settings is None:
+            continue
         key = settings.model_dump_json()
         if key not in read:
             reader = read_quadratic_mesh if settings.element == "quadratic" else read_mesh
             read[key] = reader(path.parent / settings.file, settings.length_unit)
             for _ in range(refinements):
                 read[key] = read[key].refine()
-    return [read[body.mesh.model_dump_json()] for body in config.all_bodies]
+    return [
+        read[body.mesh.model_dump_json()] if body.mesh else beam_mesh(config, body, refinements)
+        for body in config.all_bodies
+    ]
 
 
 def build_bodies(config: RobotConfig, meshes: Sequence[AnyMesh], source: str) -> Bodies:
@@ -76,18 +105,26 @@ def build_bodies(config: RobotConfig, meshes: Sequence[AnyMesh], source: str) ->
         source: the robot file's path, for errors.
 
     Raises:
-        RobotFileError: a region that selects nothing, or elements that do not fit a mesh.
+        RobotFileError: a region that selects nothing, elements that do not fit a mesh, a beam without length.
     """
     named, parts, ranges = config.named_regions(), [], {}
     held: list[Bools] = []
+    beams: list[BeamPart] = []
+    solid: list[Bools] = []
     counts = np.zeros(3, dtype=np.int64)  # nodes, tetrahedra, boundary triangles before the body
     for index, (body, mesh) in enumerate(zip(config.all_bodies, meshes, strict=True)):
         prefix = f"bodies.{index}." if config.bodies else ""
         own = scaled_mesh(mesh, body)
         there = replace_nodes(own, placed(own.nodes, body))
-        part = build_body(body, own, there, named, source, prefix)
+        if body.beam is not None:
+            assert isinstance(there, TetMesh)
+            part, beam = build_beam(config, body, there, source, prefix)
+            beams.append(replace(beam, nodes=beam.nodes + counts[0]))
+        else:
+            part = build_body(body, own, there, named, source, prefix)
         unmoved = own.split() if isinstance(own, QuadraticMesh) else own
-        selector = make_selector(unmoved, named, source, body=body.name)
+        solid.append(np.full(len(unmoved.tets), body.beam is None))
+        selector = make_selector(unmoved, named, source, body=body.name, solid=solid[-1])
         chosen = np.zeros(len(unmoved.nodes), dtype=bool)
         for i, region in enumerate(body.fixed):
             chosen |= selector.select_nodes(region, f"{prefix}fixed.{i}")
@@ -97,17 +134,18 @@ def build_bodies(config: RobotConfig, meshes: Sequence[AnyMesh], source: str) ->
         ranges[body.name] = BodyRange(selector, *counts.tolist())
         counts = counts + sizes
     joined = join_bodies(parts, join_meshes([part.mesh for part in parts]))
-    whole = make_selector(joined.mesh, named, source, ranges=ranges)
+    whole = make_selector(joined.mesh, named, source, ranges=ranges, solid=np.concatenate(solid))
     fixed = np.concatenate(held)
     for i, region in enumerate(config.fixed):
         fixed |= whole.select_nodes(region, f"fixed.{i}")
     rigid = {body.name: whole.nodes_of(body.name) for body in config.all_bodies if body.rigid}
-    return Bodies(joined, whole, fixed, rigid)
+    bodies = Bodies(joined, whole, fixed, rigid, beams)
+    return replace(bodies, fixed=bodies.with_corners(fixed))
 
 
 def scaled_mesh(mesh: AnyMesh, body: BodySettings) -> AnyMesh:
     """A mesh in a body's own coordinates, with midpoints where its elements have them."""
-    if body.mesh.element == "quadratic" and isinstance(mesh, TetMesh):
+    if body.mesh is not None and body.mesh.element == "quadratic" and isinstance(mesh, TetMesh):
         mesh = quadratic_mesh(mesh)
     return mesh if body.scale == 1.0 else replace_nodes(mesh, body.scale * mesh.nodes)
 
@@ -146,7 +184,7 @@ def build_body(
     Raises:
         RobotFileError: a region of `materials` without elements, or elements that do not fit the mesh.
     """
-    assert body.material is not None
+    assert body.material is not None and body.mesh is not None
     laws = [item.elastic_law() for item in (body.material, *body.materials)]
     viscosities = [item.viscous() for item in (body.material, *body.materials)]
     law = np.zeros(len(mesh.tets), dtype=np.int64)

@@ -13,17 +13,20 @@ from tauten.model.actuators import Coupling
 from tauten.model.constraints import (
     ConstrainedRobot,
     DriveRegion,
+    FrameJoints,
     GluedNodes,
+    PinnedRegion,
     RigidRegion,
     make_coordinates,
     make_frames,
     make_product_pattern,
 )
+from tauten.model.load.beam_bodies import CORNERS, BeamPart, beam_joints
 from tauten.model.load.bodies import Bodies
-from tauten.model.mesh import TetMesh
-from tauten.model.numerics import Array, Bools, Ints, make_factorisation
-from tauten.model.points import attach
-from tauten.model.schema import AttachmentSettings, RobotConfig, RobotFileError
+from tauten.model.load.glue import attached_parts, axis_of, build_glue
+from tauten.model.load.joins import AnyFrame, join_frames, require_no_circle
+from tauten.model.numerics import Bools, Ints, make_factorisation
+from tauten.model.schema import RobotConfig, RobotFileError
 from tauten.model.tetra import TetRobot
 
 
@@ -32,23 +35,27 @@ class Constraints:
     """What nodes follow instead of moving freely.
 
     Attributes:
-        rigid: rigid regions.
+        rigid: rigid regions, among them the free nodes of beams.
+        pinned: pinned regions.
         drives: those of the drives as listed, then those of hinges on the robot's frame.
         glued: glued nodes.
+        springs: see `FrameJoints`.
     """
 
     rigid: list[RigidRegion]
+    pinned: list[PinnedRegion]
     drives: list[DriveRegion]
     glued: GluedNodes
+    springs: sp.csr_array
 
     def __bool__(self) -> bool:
-        return bool(self.rigid or self.drives or len(self.glued.nodes))
+        return bool(self.regions or len(self.glued.nodes))
 
     @property
     def regions(self) -> list[tuple[str, Ints]]:
         """Fields and nodes of all regions that move with a frame."""
-        rigid = [(one.name, one.nodes) for one in self.rigid]
-        return rigid + [(one.name, one.nodes) for one in self.drives]
+        frames: list[AnyFrame] = [*self.rigid, *self.pinned, *self.drives]
+        return [(one.name, one.nodes) for one in frames]
 
 
 def build_constraints(config: RobotConfig, bodies: Bodies) -> Constraints:
@@ -62,29 +69,37 @@ def build_constraints(config: RobotConfig, bodies: Bodies) -> Constraints:
         RobotFileError: a region that is fixed or moves with two frames, nodes that are glued twice, or that
             lie away from what they are glued to.
     """
-    selector, source = bodies.selector, bodies.selector.source
+    source = bodies.selector.source
     rigid = [
         RigidRegion(f"bodies.{name}", np.flatnonzero(nodes)) for name, nodes in bodies.rigid.items()
     ]
     for item in config.rigid:
-        nodes = selector.select_nodes(item.region, f"rigid.{item.name}.region")
+        nodes = bodies.select_nodes(item.region, f"rigid.{item.name}.region")
         rigid.append(RigidRegion(f"rigid.{item.name}", np.flatnonzero(nodes)))
     drives = []
     for drive in config.drives:
-        nodes = selector.select_nodes(drive.region, f"drives.{drive.name}.region")
+        nodes = bodies.select_nodes(drive.region, f"drives.{drive.name}.region")
         through = np.zeros(3) if drive.through is None else np.array(drive.through)
         region = np.flatnonzero(nodes)
         axis = np.array(drive.axis) / np.linalg.norm(drive.axis)
         drives.append(DriveRegion(f"drives.{drive.name}", region, axis, through, drive.turns))
     for index, hinge in enumerate(config.attachments):
         if hinge.to is None:
-            nodes = selector.select_nodes(hinge.region, f"attachments.{index}.region")
+            nodes = bodies.select_nodes(hinge.region, f"attachments.{index}.region")
             axis, through = axis_of(hinge)
             name = f"attachments.{index}"
             drives.append(DriveRegion(name, np.flatnonzero(nodes), axis, through, True))
-    frames = Constraints(rigid, drives, GluedNodes(*no_glue()))
-    require_own_nodes(frames, bodies.fixed, source)
-    return Constraints(rigid, drives, build_glue(config, bodies, frames))
+    require_own_nodes([*rigid, *drives], bodies.fixed, source)
+    attachments = [
+        attached_parts(item, bodies, f"attachments.{index}")
+        for index, item in enumerate(config.attachments)
+        if item.to is not None
+    ]
+    joined = join_frames(bodies, rigid, drives, attachments)
+    frames: list[AnyFrame] = [*joined.rigid, *joined.pinned, *joined.drives]
+    glued = build_glue(attachments, bodies, frames)
+    require_no_circle(joined.pinned, glued, len(bodies.fixed), source)
+    return Constraints(joined.rigid, joined.pinned, joined.drives, glued, joined.springs)
 
 
 def require_held(config: RobotConfig, bodies: Bodies, constraints: Constraints) -> None:
@@ -107,7 +122,12 @@ def require_held(config: RobotConfig, bodies: Bodies, constraints: Constraints) 
     for number, name in enumerate(names):
         of_body[selector.nodes_of(name)] = number
     glued = constraints.glued
-    pairs = np.stack([np.repeat(of_body[glued.nodes], 4), of_body[glued.masters].ravel()])
+    tied = [np.stack([np.repeat(glued.nodes, 4), glued.masters.ravel()])]
+    for _, region in constraints.regions:
+        tied.append(np.stack([region, np.full(len(region), region[0])]))
+    for one in constraints.pinned:
+        tied.append(np.stack([np.full(len(one.masters), one.nodes[0]), one.masters]))
+    pairs = of_body[np.concatenate(tied, axis=1)]
     joined = sp.coo_array((np.ones(pairs.shape[1]), pairs), shape=(len(names),) * 2)
     _, group = connected_components(joined, directed=False)
     for number, body in enumerate(config.all_bodies):
@@ -122,31 +142,50 @@ def require_held(config: RobotConfig, bodies: Bodies, constraints: Constraints) 
             )
     if bodies.fixed.all():
         raise RobotFileError(f"{source}: fixed: holds every node, no node can move")
+    free = {body.name for body in config.all_bodies if body.free}
+    require_no_spin([part for part in bodies.beams if part.name not in free], bodies, constraints)
 
 
-def no_glue() -> tuple[Ints, Ints, Array]:
-    """Nodes, masters and weights of no glued node."""
-    none = np.zeros((0, 4), dtype=np.int64)
-    return none[:, 0], none, np.zeros((0, 4))
+def require_no_spin(beams: list[BeamPart], bodies: Bodies, constraints: Constraints) -> None:
+    """Raise a RobotFileError where a beam is held by pins on a line only, about which it may turn.
+
+    Args:
+        beams: the beams that something must hold.
+        bodies: the bodies.
+        constraints: what joins them.
+    """
+    glued = constraints.glued
+    moving: list[AnyFrame] = [*constraints.rigid, *constraints.pinned, *constraints.drives]
+    firm = bodies.fixed.copy()
+    firm[glued.masters[glued.weights != 0.0]] = True
+    for frame in moving:
+        alone = frame.name.startswith("bodies.") or isinstance(frame, PinnedRegion)
+        if (
+            not alone or len(frame.nodes) > CORNERS
+        ):  # a servo, or something that the node is part of
+            firm[frame.nodes] = True
+    for part in beams:
+        if any(firm[part.nodes + corner].any() for corner in range(CORNERS)):
+            continue
+        pins = [one.pin for one in constraints.pinned if np.isin(one.nodes, part.nodes).any()]
+        if pins and np.linalg.matrix_rank(np.array(pins) - pins[0], tol=1e-6 * part.body.size) < 2:
+            raise RobotFileError(
+                f"{bodies.selector.source}: bodies.{part.name}: its pins lie on a line, about which it turns "
+                "freely; fix or glue one of its nodes, or glue something to it"
+            )
 
 
-def axis_of(item: AttachmentSettings) -> tuple[Array, Array]:
-    """Unit direction (3,) of a hinge's axis and a point (3,) of it [m]."""
-    assert item.axis is not None
-    assert item.through is not None
-    return np.array(item.axis) / np.linalg.norm(item.axis), np.array(item.through)
-
-
-def require_own_nodes(constraints: Constraints, fixed: Bools, source: str) -> None:
+def require_own_nodes(regions: list[RigidRegion | DriveRegion], fixed: Bools, source: str) -> None:
     """Raise a RobotFileError where a region is fixed, shares nodes with another, or lies on its axis.
 
     Args:
-        constraints: rigid regions and drives.
+        regions: rigid regions and drives.
         fixed: (n_nodes,) bool.
         source: the robot file's path, for errors.
     """
     owner: dict[int, str] = {}
-    for name, nodes in constraints.regions:
+    for region in regions:
+        name, nodes = region.name, region.nodes
         held = int(fixed[nodes].sum())
         if held:
             raise RobotFileError(
@@ -162,92 +201,11 @@ def require_own_nodes(constraints: Constraints, fixed: Bools, source: str) -> No
         owner.update(dict.fromkeys(nodes.tolist(), name))
 
 
-def build_glue(config: RobotConfig, bodies: Bodies, frames: Constraints) -> GluedNodes:
-    """The nodes of all attachments to other regions.
-
-    Args:
-        config: the robot file.
-        bodies: its bodies.
-        frames: rigid regions and drives.
-
-    Raises:
-        RobotFileError: as `build_constraints`.
-    """
-    source, x0 = bodies.selector.source, bodies.parts.mesh.nodes
-    moved = np.zeros(len(x0), dtype=bool)
-    for _, nodes in frames.regions:
-        moved[nodes] = True
-    glued = np.full(len(x0), -1)
-    nodes_, masters_, weights_ = ([part] for part in no_glue())
-    for index, item in enumerate(config.attachments):
-        if item.to is None:
-            continue
-        where = f"attachments.{index}"
-        nodes, mesh = attached_parts(item, bodies, where)
-        for found, what in (
-            (bodies.fixed[nodes], "are fixed; take them out of fixed, or exchange region and to"),
-            (moved[nodes], "move with a rigid region or a drive; exchange region and to"),
-            (glued[nodes] >= 0, "are glued already; make the regions of the two attachments apart"),
-        ):
-            if found.any():
-                raise RobotFileError(
-                    f"{source}: {where}.region: {int(found.sum())} of its {len(nodes)} nodes {what}"
-                )
-        glued[nodes] = index
-        try:
-            found_ = attach(mesh, x0[nodes], f"{source}: {where}.region", item.max_distance)
-        except ValueError as error:
-            raise RobotFileError(str(error).replace("max_outside", "max_distance")) from error
-        nodes_.append(nodes)
-        masters_.append(found_.nodes)
-        weights_.append(found_.weights)
-    result = GluedNodes(np.concatenate(nodes_), np.concatenate(masters_), np.concatenate(weights_))
-    both = (glued[result.masters] >= 0) & (np.abs(result.weights) > 1e-12)
-    if both.any():
-        first, second = glued[result.nodes[both.any(axis=1)][0]], glued[result.masters[both][0]]
-        raise RobotFileError(
-            f"{source}: attachments.{first}: it is glued to nodes that attachments.{second} glues; "
-            "overlapping glue is not possible: move one of the regions, or give both the same `to`"
-        )
-    return result
-
-
-def attached_parts(item: AttachmentSettings, bodies: Bodies, where: str) -> tuple[Ints, TetMesh]:
-    """Nodes (g,) of an attachment, and the tetrahedra that they follow.
-
-    Args:
-        item: the attachment.
-        bodies: the bodies.
-        where: its field, for errors.
-    """
-    selector, mesh = bodies.selector, bodies.parts.mesh
-    assert item.to is not None
-    tets = mesh.tets[selector.select_tets(item.to, f"{where}.to")]
-    chosen = selector.select_nodes(item.region, f"{where}.region")
-    shared = chosen.copy()
-    shared[np.setdiff1d(np.arange(len(chosen)), tets)] = False
-    if shared.any():
-        raise RobotFileError(
-            f"{selector.source}: {where}: {int(shared.sum())} nodes of region belong to tetrahedra of to; "
-            "make the two apart"
-        )
-    if item.kind == "hinge":
-        axis, through = axis_of(item)
-        assert item.radius is not None
-        chosen &= np.linalg.norm(np.cross(axis, mesh.nodes - through), axis=1) <= item.radius
-        if not chosen.any():
-            raise RobotFileError(
-                f"{selector.source}: {where}.radius: no node of region lies within {item.radius:g} m of "
-                "the axis"
-            )
-    return np.flatnonzero(chosen), TetMesh(mesh.nodes, tets)
-
-
 def constrained(
     raw: TetRobot,
     constraints: Constraints,
     config: RobotConfig,
-    mass: Array,
+    bodies: Bodies,
     coupling: Coupling | None,
 ) -> ConstrainedRobot:
     """A robot in the coordinates that its constraints leave.
@@ -256,21 +214,30 @@ def constrained(
         raw: the robot without constraints and couplings.
         constraints: the constraints.
         config: the robot file.
-        mass: (n_nodes,) lumped mass [kg].
+        bodies: the bodies, with masses and beams.
         coupling: of all actuators.
     """
     x0, dof = raw.mesh.nodes, raw.pattern.dof
     number = np.where(dof >= 0, dof // 3, -1)
-    frames = make_frames(constraints.rigid, constraints.drives, number, x0, mass)
-    coordinates = make_coordinates(frames, constraints.glued, number, x0)
-    product = make_product_pattern(coordinates, raw.pattern, frames)
+    rigid, pinned, drives = constraints.rigid, constraints.pinned, constraints.drives
+    frames = make_frames(rigid, pinned, drives, number, x0, bodies.parts.mass)
+    moving = np.full(len(x0), -1)
+    for region, (_, nodes) in enumerate(constraints.regions):
+        moving[nodes] = region
+    joints = beam_joints(bodies.beams, moving, constraints.springs)
+    turning = np.zeros(0, np.int64) if joints is None else joints.turning
+    coordinates = make_coordinates(frames, pinned, constraints.glued, turning, number, x0)
+    none = np.zeros(0, dtype=np.int64)
+    entries = (none, none) if joints is None else joints.entries(number)
+    product = make_product_pattern(coordinates, raw.pattern, frames, entries)
     names = [item.name for item in config.single_actuators]
     pattern = product.pattern
     rest = coordinates.values(frames.place(frames.rest())[1])
-    inertia = product.inertia.apply(raw.mass, rest, len(pattern.indices))
+    rotary = np.zeros(0) if joints is None else np.repeat(joints.inertia, 3)
+    inertia = product.inertia.apply(np.concatenate([raw.mass, rotary]), rest, len(pattern.indices))
     return ConstrainedRobot(
         names=raw.names,
-        digest=constrained_digest(raw, constraints),
+        digest=constrained_digest(raw, constraints, joints),
         gravity=raw.gravity,
         tolerance=raw.tolerance,
         integration=raw.integration,
@@ -291,11 +258,19 @@ def constrained(
         coupling=coupling,
         drive_places=np.array([names.index(item.name) for item in config.drives], dtype=np.int64),
         driven=np.arange(len(config.drives)),
+        joints=joints,
+        spring_values=np.zeros(0) if joints is None else joints.spring_tangent(number).data,
     )
 
 
-def constrained_digest(raw: TetRobot, constraints: Constraints) -> str:
-    """SHA-256 of the robot and of what its nodes follow."""
+def constrained_digest(raw: TetRobot, constraints: Constraints, joints: FrameJoints | None) -> str:
+    """SHA-256 of the robot, of what its nodes follow, and of its beams and hinges.
+
+    Args:
+        raw: the robot without constraints.
+        constraints: the constraints.
+        joints: beams and hinges.
+    """
     hasher = hashlib.sha256(raw.digest.encode())
     for name, nodes in constraints.regions:
         hasher.update(name.encode() + nodes.tobytes())
@@ -303,6 +278,13 @@ def constrained_digest(raw: TetRobot, constraints: Constraints) -> str:
         for part in (drive.axis, drive.through):
             hasher.update(np.round(part, 12).tobytes())
         hasher.update(bytes([drive.turns]))
+    for one in constraints.pinned:
+        hasher.update(one.masters.tobytes() + np.round(one.weights, 9).tobytes())
+    if joints is not None:
+        for part in (joints.beams.axes, joints.springs.data):
+            hasher.update(np.round(part, 9).tobytes())
+        for part in (joints.beams.D, joints.inertia):  # relative to their size: nine digits
+            hasher.update("".join(f"{value:.8e}" for value in part.ravel()).encode())
     glued = constraints.glued
     hasher.update(glued.nodes.tobytes() + glued.masters.tobytes())
     hasher.update(np.round(glued.weights, 9).tobytes())

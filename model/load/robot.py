@@ -159,12 +159,12 @@ def changed(config: C, changes: Changes, path: Path) -> C:
             for b, body in enumerate(config.bodies)
         )
         config = config.model_copy(update={"materials": materials, "bodies": bodies})
-    if changes.young_scale != 1.0 and isinstance(config, BeamConfig):
+    if changes.young_scale != 1.0:
         profiles = [
             item.scaled(changes.young_scale) if isinstance(item, SectionSettings) else item
             for item in config.profiles
         ]
-        config = config.model_copy(update={"profiles": profiles})
+        config = config.model_copy(update={"profiles": type(config.profiles)(profiles)})
     return config
 
 
@@ -244,7 +244,7 @@ def build_robot(
         contacts=contacts,
         factorisation=make_factorisation(pattern.indptr, pattern.indices, backend),
     )
-    return constrained(robot, constraints, config, body.mass, coupling) if constraints else robot
+    return constrained(robot, constraints, config, bodies, coupling) if constraints else robot
 
 
 def digest(

@@ -229,6 +229,7 @@ def make_selector(
     source: str,
     body: str = "",
     ranges: Mapping[str, BodyRange] | None = None,
+    solid: Bools | None = None,
 ) -> Selector:
     """A selector on a mesh.
 
@@ -238,15 +239,17 @@ def make_selector(
         source: the robot file, for errors, beside which files that regions name are looked for.
         body: name of the body whose mesh this is.
         ranges: bodies that a whole mesh is made of, by name.
+        solid: (e,) which tetrahedra have a boundary; None: all.
     """
+    filled = np.arange(len(mesh.tets)) if solid is None else np.flatnonzero(solid)
     return Selector(
         source=source,
         folder=Path(source).parent,
         named=named,
         nodes=mesh.nodes,
         tets=mesh.tets,
-        boundary=boundary_triangles(mesh.tets),
-        owner=boundary_owners(mesh.tets),
+        boundary=boundary_triangles(mesh.tets[filled]),
+        owner=filled[boundary_owners(mesh.tets[filled])],
         groups=mesh.groups,
         body=body,
         ranges=ranges or {},

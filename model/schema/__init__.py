@@ -8,15 +8,14 @@ from tauten.model.schema.actuators import (
     Range,
     SpringSettings,
 )
-from tauten.model.schema.beam_file import (
-    BarSettings,
-    BeamConfig,
-    SectionSettings,
-    Structure,
-    TubeSettings,
-    Vertebra,
+from tauten.model.schema.beam_file import BeamConfig, Structure, Vertebra
+from tauten.model.schema.body import (
+    BeamSettings,
+    BodySettings,
+    ElementName,
+    MeshSettings,
+    RotationSettings,
 )
-from tauten.model.schema.body import BodySettings, ElementName, MeshSettings, RotationSettings
 from tauten.model.schema.constraints import AttachmentSettings, DriveSettings, RigidSettings
 from tauten.model.schema.contact import (
     ALARM_DISTANCE,
@@ -28,6 +27,12 @@ from tauten.model.schema.contact import (
 )
 from tauten.model.schema.effector import COMPONENTS, EffectorKind, EffectorSettings
 from tauten.model.schema.material import LawName, MaterialSettings
+from tauten.model.schema.profile import (
+    AnyProfile,
+    BarSettings,
+    SectionSettings,
+    TubeSettings,
+)
 from tauten.model.schema.region import (
     AnyRegion,
     Box,
@@ -73,10 +78,12 @@ __all__ = [
     "ITSELF",
     "ContactRange",
     "ContactSettings",
+    "AnyProfile",
     "AnyRegion",
     "AttachmentSettings",
     "BarSettings",
     "BeamConfig",
+    "BeamSettings",
     "BodySettings",
     "Box",
     "COMPONENTS",

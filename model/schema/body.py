@@ -1,4 +1,4 @@
-"""Bodies of a robot file: a mesh, where it stands, what it is made of and what holds it."""
+"""Bodies of a robot file: a mesh or a beam, where it stands, what it is made of and what holds it."""
 
 from __future__ import annotations
 
@@ -68,15 +68,39 @@ class RotationSettings(Section):
         return math.cos(half), x, y, z
 
 
+class BeamSettings(Section):
+    """A rod, tube or wire along a line, as a body beside others."""
+
+    points: Annotated[list[Point], Field(min_length=2)] = Field(
+        description="Points of its axis at rest, in order [m]; it is straight between two of them."
+    )
+    elements: Annotated[int, Field(ge=1, le=1000)] = Field(
+        default=8, description="Elements between two successive points, by default 8."
+    )
+    profile: Name = Field(description="Name of its cross-section in `profiles`.")
+    up: Direction | None = Field(
+        default=None,
+        description="Direction near axis 3 of its cross-section; by default the axis of the robot's frame "
+        "that lies across it most. It matters where the cross-section is not round.",
+    )
+
+
 class BodySettings(Section):
-    """A body of a robot with several. Its own coordinates are those of its mesh, in metres and scaled."""
+    """A body of a robot with several, with a mesh of tetrahedra or a beam.
+
+    Its own coordinates are those of its mesh or of the beam's points, in metres and scaled.
+    """
 
     name: Name = Field(description="Name of the body, used once.")
-    mesh: MeshSettings = Field(
-        description="Mesh of the body; several bodies may have the same file."
+    mesh: MeshSettings | None = Field(
+        default=None, description="Mesh of the body; several bodies may have the same file."
+    )
+    beam: BeamSettings | None = Field(
+        default=None, description="The beam, instead of a mesh, that the body is."
     )
     scale: Annotated[float, in_range(1e-6, 1e6, "")] = Field(
-        default=1.0, description="Factor of all coordinates of the mesh, unitless, by default 1."
+        default=1.0,
+        description="Factor of all coordinates of the mesh or of the beam's points, unitless, by default 1.",
     )
     rotation: RotationSettings | None = Field(
         default=None, description="Rotation about the mesh's origin; by default none."
@@ -103,3 +127,15 @@ class BodySettings(Section):
         default=(),
         description="Regions of the body, in its own coordinates, whose nodes do not move; by default none.",
     )
+
+    @model_validator(mode="after")
+    def _one_shape(self) -> BodySettings:
+        if (self.mesh is None) == (self.beam is None):
+            found = "neither" if self.mesh is None else "both"
+            raise ValueError(f"a body has a mesh or a beam, this one has {found}")
+        if self.beam is not None and (self.rigid or self.materials):
+            field = "rigid" if self.rigid else "materials"
+            raise ValueError(f"{field}: a beam deforms and has one material, leave it out")
+        if self.beam is not None and self.material and self.material.viscosity:
+            raise ValueError("material.viscosity: a beam is elastic, leave it out")
+        return self

@@ -126,41 +126,56 @@ class DriveSettings(Section):
 class AttachmentSettings(Section):
     """What joins a region to something else.
 
-    `glue` ties the nodes of `region` to the tetrahedra of `to`. `hinge` ties only those near an axis, so that
-    the region turns freely about it; without `to` the region as a whole turns about the axis against the
-    robot's frame.
+    `glue` ties the nodes of `region` to the tetrahedra of `to`, or nodes of a beam firmly to what is rigid.
+    `pin` ties points: the nodes of a beam follow `to` and turn freely, a rigid body turns freely about the
+    point `through`. `hinge` lets a region turn about an axis: a rigid body against another one, a soft one by
+    tying only its nodes near the axis; without `to` the region as a whole turns against the robot's frame.
     """
 
-    kind: Literal["glue", "hinge"] = Field(description="Whether it holds firmly or turns.")
+    kind: Literal["glue", "pin", "hinge"] = Field(
+        description="Whether it holds firmly, holds a point, or turns about an axis."
+    )
     region: Selection = Field(description="Region, or its name, whose nodes follow.")
     to: Selection | None = Field(
         default=None,
-        description="Region, or its name, whose tetrahedra they follow; a hinge without it is held by the "
-        "robot's frame.",
+        description="Region, or its name, whose tetrahedra or beam they follow; a hinge without it is held "
+        "by the robot's frame.",
     )
     max_distance: Annotated[NonNegative, Field(le=10.0)] = Field(
         default=1e-6,
-        description="How far from `to` a node may lie at rest [m], by default 1e-6; the nearest tetrahedron "
-        "moves it as if it were larger.",
+        description="How far from `to` a node or a point may lie at rest [m], by default 1e-6; the nearest "
+        "tetrahedron moves it as if it were larger, the nearest node of a beam as if it were part of it.",
     )
     axis: Direction | None = Field(default=None, description="Direction of a hinge's axis.")
     through: Point | None = Field(
-        default=None, description="A point of a hinge's axis at rest [m]."
+        default=None,
+        description="A point of a hinge's axis at rest, or the point of a rigid body that a pin holds [m].",
     )
     radius: Positive | None = Field(
         default=None,
-        description="Largest distance from the axis of the nodes that a hinge with `to` ties [m].",
+        description="Largest distance from the axis of the nodes that a hinge of a soft body with `to` ties "
+        "[m].",
+    )
+    tilt_stiffness: Annotated[float, in_range(1e-6, 1e9, "N m/rad")] = Field(
+        default=1e3,
+        description="Stiffness against tilting of the bearing of a hinge between two rigid bodies [N m/rad], "
+        "by default 1e3.",
     )
 
     @model_validator(mode="after")
     def _consistent(self) -> AttachmentSettings:
-        hinge = self.kind == "hinge"
-        needed = {"axis": hinge, "through": hinge, "radius": hinge and self.to is not None}
-        for name, wanted in needed.items():
-            if (getattr(self, name) is not None) != wanted:
-                raise ValueError(
-                    f"{name} {'is needed' if wanted else 'is not used'} by this {self.kind}"
-                )
-        if self.to is None and not hinge:
-            raise ValueError("to is needed by glue")
+        given = {name for name in ("axis", "through", "radius") if getattr(self, name) is not None}
+        allowed = {
+            "glue": set(),
+            "pin": {"through"},
+            "hinge": {"axis", "through"} | ({"radius"} if self.to is not None else set()),
+        }[self.kind]
+        needed = {"axis", "through"} if self.kind == "hinge" else set()
+        for name in ("axis", "through", "radius"):
+            if name in needed - given:
+                raise ValueError(f"{name} is needed by this {self.kind}")
+            if name in given - allowed:
+                raise ValueError(f"{name} is not used by this {self.kind}")
+        if self.to is None and self.kind != "hinge":
+            raise ValueError(f"to is needed by {self.kind}")
         return self

@@ -30,6 +30,7 @@ from tauten.model.schema.material import (
     RegionMaterialSettings,
     SolidMaterialSettings,
 )
+from tauten.model.schema.profile import AnyProfile
 from tauten.model.schema.region import (
     AnyRegion,
     Region,
@@ -295,6 +296,9 @@ class RobotConfig(RobotSettings):
     bodies: tuple[BodySettings, ...] = Field(
         default=(), description="Bodies, one table each, instead of `mesh`."
     )
+    profiles: tuple[AnyProfile, ...] = Field(
+        default=(), description="Cross-sections of the bodies that are beams, one table each."
+    )
     rigid: tuple[RigidSettings, ...] = Field(
         default=(),
         description="Regions that move as rigid bodies, one table each; by default none.",
@@ -317,6 +321,14 @@ class RobotConfig(RobotSettings):
             raise ValueError("materials: with bodies they stand in the table of each body")
         check_unique("bodies", [body.name for body in self.bodies])
         check_unique("rigid", [item.name for item in self.rigid])
+        check_unique("profiles", [profile.name for profile in self.profiles])
+        known = [profile.name for profile in self.profiles]
+        for index, body in enumerate(self.bodies):
+            if body.beam is not None and body.beam.profile not in known:
+                raise ValueError(
+                    f"bodies.{index}.beam.profile: {body.beam.profile!r} is not one of profiles, "
+                    f"which has {', '.join(known) or 'none'}"
+                )
         for index, body in enumerate(self.bodies):
             if body.material is None and self.material is None:
                 raise ValueError(f"bodies.{index}.material: Field required, or material for all")
@@ -335,11 +347,16 @@ class RobotConfig(RobotSettings):
             for body in self.bodies
         )
 
+    @property
+    def meshes(self) -> tuple[MeshSettings, ...]:
+        """The meshes of the bodies that have one."""
+        return tuple(body.mesh for body in self.all_bodies if body.mesh is not None)
+
     def with_element(self, element: ElementName) -> RobotConfig:
         """The same file with all bodies made of another element."""
         changed = {"element": element}
         bodies = tuple(
-            body.model_copy(update={"mesh": body.mesh.model_copy(update=changed)})
+            body.model_copy(update={"mesh": body.mesh and body.mesh.model_copy(update=changed)})
             for body in self.bodies
         )
         mesh = self.mesh and self.mesh.model_copy(update=changed)

@@ -59,7 +59,7 @@ def lower_blocks(pattern: Pattern, groups: list[Ints]) -> tuple[LowerBlocks, tup
     place, length = np.concatenate(places), np.concatenate(lengths)
     first, index, number = np.unique(place[:, 0], return_index=True, return_inverse=True)
     fixed = int((first < 0).any())  # the first one stands for all pairs with a fixed node
-    numbers = np.split(number - fixed, np.cumsum([g * p for g, p in shapes])[:-1])
+    numbers = np.split(number - fixed, np.cumsum([g * p for g, p in shapes]))[:-1]
     blocks = LowerBlocks(
         np.ascontiguousarray(place[index[fixed:]]),
         np.ascontiguousarray(length[index[fixed:]]),

@@ -23,9 +23,10 @@ def reducible(robot: Robot) -> Reducible:
             "or use the full model"
         )
     if isinstance(robot, ConstrainedRobot):
-        if robot.frames.n_rigid > 0:
+        if robot.frames.n_turning > 0 or robot.joints is not None:
             raise StateBasisError(
-                f"robot {robot.name}: robots with rigid regions have no state bases; use the full model"
+                f"robot {robot.name}: robots of tetrahedra with rigid regions, pins or beams have no state "
+                "bases; use the full model"
             )
         return ReducibleDrivenRobot(robot)
     if isinstance(robot, TetRobot):

@@ -10,7 +10,7 @@ from tauten.model import ActuatorKind, Simulator, TetRobot
 from tauten.model.beams import BeamRobot
 from tauten.model.body import natural_frequencies
 from tauten.model.constraints import ConstrainedRobot
-from tauten.model.mesh import boundary_triangles, wall_thickness
+from tauten.model.mesh import wall_thickness
 from tauten.model.numerics import FactorisationError
 from tauten.service.check.findings import Finding, graded
 
@@ -86,7 +86,8 @@ def thin_walls(robot: TetRobot | ConstrainedRobot, alarm_distance: float) -> Fin
     pairs = robot.contacts.pairs
     if not pairs:
         return Finding(subject, "fine", "no contacts in the robot file")
-    nodes, boundary = robot.mesh.nodes, boundary_triangles(robot.mesh.tets)
+    nodes, drawn = robot.mesh.nodes, robot.triangles
+    boundary = drawn[(drawn < len(nodes)).all(axis=1)]  # outlines of beams are no walls
     triangles = np.unique(np.concatenate([pair.triangles for pair in pairs]), axis=0)
     thickness = wall_thickness(nodes, boundary, triangles)  # (t,)
     thin = int((thickness < alarm_distance).sum())

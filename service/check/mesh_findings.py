@@ -27,11 +27,12 @@ def mesh_findings(config: RobotConfig, meshes: list[TetMesh]) -> Iterator[Findin
 
     Args:
         config: the robot file.
-        meshes: the tetrahedra of each body as they are in its file.
+        meshes: the tetrahedra of each body that has a mesh, as they are in its file.
     """
     if config.mesh is not None:
         yield length_unit(config, config.mesh.length_unit, meshes[0])
-    for body, mesh in zip(config.all_bodies, meshes, strict=True):
+    meshed = [body for body in config.all_bodies if body.mesh is not None]
+    for body, mesh in zip(meshed, meshes, strict=True):
         for found in (element_shapes(mesh), loose_parts(mesh)):
             of = "" if config.mesh else f" of {body.name}"
             yield replace(found, subject=found.subject + of)

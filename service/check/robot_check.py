@@ -95,11 +95,10 @@ def check_robot(settings: CheckSettings, stop: StopFlag, progress: Progress) -> 
         config = validated(RobotConfig, raw, path)
         progress(0.0, "mesh")
         meshes = [
-            read_unchecked_mesh(path.parent / body.mesh.file, body.mesh.length_unit)
-            for body in config.all_bodies
+            read_unchecked_mesh(path.parent / mesh.file, mesh.length_unit) for mesh in config.meshes
         ]
         findings = tuple(mesh_findings(config, meshes))
-        element = config.all_bodies[0].mesh.element
+        element = config.meshes[0].element if config.meshes else "linear"
         own = Variant(element, 0)
         try:
             robot = variant_robot(config, path, own)

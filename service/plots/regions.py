@@ -32,7 +32,7 @@ def draw_regions(
     rows = max(-(-len(parts) // columns), 1)
     figure = Figure(figsize=(3.4 * columns, 3.2 * rows), layout="constrained")
     panels = figure.subplots(rows, columns, squeeze=False).ravel()
-    nodes, triangles = robot.mesh.nodes, robot.triangles
+    nodes, triangles = robot.points(robot.rest()), robot.triangles
     for axes, part in zip(panels, parts, strict=False):
         view = corner_view(nodes, part)
         draw_body(axes, nodes @ view, triangles, FRONT, alpha=0.25)

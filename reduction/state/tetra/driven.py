@@ -241,7 +241,7 @@ class ReducibleDrivenRobot:
     each drive, which are coordinates of their own.
 
     Attributes:
-        robot: the robot, without rigid regions.
+        robot: the robot, without rigid or pinned regions and beams.
     """
 
     robot: ConstrainedRobot

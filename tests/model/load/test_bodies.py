@@ -200,6 +200,6 @@ def test_axis_and_angle_are_the_quaternion() -> None:
 def test_examples_of_the_page_are_robot_files() -> None:
     page = (Path(__file__).parents[3] / "docs" / "bodies.md").read_text(encoding="utf-8")
     examples = re.findall(r"```toml\n(.*?)```", page, flags=re.DOTALL)
-    assert len(examples) == 2
+    assert len(examples) == 4
     for example in examples:
         validated(RobotConfig, tomllib.loads(example), "bodies.md")

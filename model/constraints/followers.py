@@ -1,0 +1,81 @@
+"""Nodes that follow others: glued ones, and those of pinned regions."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import scipy.sparse as sp
+
+from tauten.model.constraints.frames import PinnedRegion
+from tauten.model.numerics import Array, Ints
+
+
+@dataclass(frozen=True, slots=True)
+class GluedNodes:
+    """Nodes that are weighted means of others.
+
+    Attributes:
+        nodes: (g,) the nodes that are glued.
+        masters: (g, 4) the nodes they follow, none of them glued.
+        weights: (g, 4) rows sum to one.
+    """
+
+    nodes: Ints
+    masters: Ints
+    weights: Array
+
+
+def joined_followers(pinned: list[PinnedRegion], glued: GluedNodes) -> GluedNodes:
+    """Glued nodes, and the nodes of pinned regions with what their pin follows."""
+    counts = [len(one.nodes) for one in pinned]
+    masters = [np.tile(one.masters, (k, 1)) for one, k in zip(pinned, counts, strict=True)]
+    weights = [np.tile(one.weights, (k, 1)) for one, k in zip(pinned, counts, strict=True)]
+    return GluedNodes(
+        np.concatenate([glued.nodes, *(one.nodes for one in pinned)]),
+        np.concatenate([glued.masters, *masters]),
+        np.concatenate([glued.weights, *weights]),
+    )
+
+
+class FollowMatrices(NamedTuple):
+    """x = all (own x + shift) for nodes some of which follow others; a named pair.
+
+    Attributes:
+        own: (m, m) positions of all nodes from those of nodes that are not glued.
+        all: (m, m) the same from shifts of any node.
+    """
+
+    own: sp.csr_array
+    all: sp.csr_array
+
+
+def follow_matrix(
+    followers: Ints, glued: Ints, masters: Ints, weights: Array, m: int
+) -> FollowMatrices:
+    """Positions of all nodes that are not fixed from those that are not glued.
+
+    A follower may follow another one, as in a chain of links: (I − W)⁻¹ = I + W + W² + …, which ends.
+
+    Args:
+        followers: (g,) nodes that follow others.
+        glued: those of them that do nothing else; pinned ones move against their pin too.
+        masters: (g, 4) what they follow, −1 where that is fixed.
+        weights: (g, 4) their weights.
+        m: nodes that are not fixed.
+    """
+    rows, columns, values = np.repeat(followers, 4), masters.ravel(), weights.ravel()
+    known = (columns >= 0) & (values != 0.0)
+    W = sp.csr_array((values[known], (rows[known], columns[known])), shape=(m, m))
+    everything = power = sp.csr_array(sp.eye_array(m, format="csr"))
+    for _ in range(m):
+        power = sp.csr_array(W @ power)
+        if power.nnz == 0:
+            break
+        everything = sp.csr_array(everything + power)
+    moves = np.ones(m)
+    moves[glued] = 0.0
+    own = sp.csr_array(everything @ sp.diags_array(moves))
+    own.eliminate_zeros()
+    return FollowMatrices(own, everything)

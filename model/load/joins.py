@@ -1,0 +1,286 @@
+"""What joins frames: beams glued to rigid parts, pins, and hinges between rigid bodies."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.csgraph import connected_components
+
+from tauten.model.constraints import DriveRegion, GluedNodes, PinnedRegion, RigidRegion
+from tauten.model.load.beam_bodies import CORNERS
+from tauten.model.load.bodies import Bodies
+from tauten.model.mesh import TetMesh
+from tauten.model.numerics import Array, Bools, Ints
+from tauten.model.points import MaterialPoints, attach
+from tauten.model.schema import AttachmentSettings, RobotFileError
+
+ROUNDING = 1e-12  # of weights, which are of the order of one
+AnyFrame = RigidRegion | PinnedRegion | DriveRegion
+
+
+@dataclass(frozen=True, slots=True)
+class Attachment:
+    """An attachment of a robot file with what it selects.
+
+    Attributes:
+        item: its table.
+        where: its field, for errors.
+        chosen: (n_nodes,) which nodes its `region` selects, of beams with their corners.
+        to: the tetrahedra that they follow.
+    """
+
+    item: AttachmentSettings
+    where: str
+    chosen: Bools
+    to: TetMesh
+
+    def follow(self, points: Array, source: str) -> MaterialPoints:
+        """Points (p, 3) [m] attached to what they follow.
+
+        Raises:
+            RobotFileError: one lies further away than `max_distance`.
+        """
+        try:
+            where = f"{source}: {self.where}.region"
+            found = attach(self.to, points, where, self.item.max_distance)
+        except ValueError as error:
+            raise RobotFileError(str(error).replace("max_outside", "max_distance")) from error
+        used = np.abs(found.weights) > ROUNDING  # the others are no masters
+        return MaterialPoints(found.nodes, np.where(used, found.weights, 0.0))
+
+
+@dataclass(frozen=True, slots=True)
+class Joined:
+    """Frames of a robot after beams, pins and hinges between rigid bodies have been added.
+
+    Attributes:
+        rigid: rigid regions, a free node of a beam is one.
+        pinned: pinned regions.
+        drives: as they were.
+        springs: see `FrameJoints`.
+    """
+
+    rigid: list[RigidRegion]
+    pinned: list[PinnedRegion]
+    drives: list[DriveRegion]
+    springs: sp.csr_array
+
+
+def join_frames(
+    bodies: Bodies,
+    rigid: list[RigidRegion],
+    drives: list[DriveRegion],
+    attachments: list[Attachment],
+) -> Joined:
+    """Frames of beams' nodes, pins and hinges.
+
+    Args:
+        bodies: the bodies.
+        rigid: rigid regions of the file.
+        drives: drive regions.
+        attachments: those with `to`.
+
+    Raises:
+        RobotFileError: what cannot be joined in this way.
+    """
+    source, x0 = bodies.selector.source, bodies.parts.mesh.nodes
+    taken = bodies.fixed.copy()
+    listed: list[AnyFrame] = [*rigid, *drives]
+    for frame in listed:
+        taken[frame.nodes] = True
+    pinned: list[PinnedRegion] = []
+    glued: list[tuple[int, Attachment]] = []
+    rows: list[sp.csr_array] = []
+    for one in attachments:
+        whole = [region for region in rigid if one.chosen[region.nodes].all()]
+        if one.item.kind == "pin" or (one.item.kind == "hinge" and whole):
+            if whole:
+                pinned.append(pinned_body(bodies, one, whole[0]))
+                rigid = [region for region in rigid if region is not whole[0]]
+                if one.item.kind == "hinge":
+                    rows += alignment(bodies, one, pinned[-1])
+            else:
+                pinned += pinned_nodes(bodies, one, taken)
+        elif one.item.kind == "glue":
+            own = beam_nodes(bodies, one.chosen)
+            require_free(own, taken, one, source)
+            glued += [(node, one) for node in own.tolist()]
+        for node in beam_nodes(bodies, one.chosen):
+            taken[corners(node)] = True
+    rigid = list(rigid)
+    for part in bodies.beams:
+        free = part.nodes[~taken[part.nodes]]
+        rigid += [RigidRegion(f"bodies.{part.name}", corners(node)) for node in free]
+    frames: list[AnyFrame] = [*rigid, *pinned, *drives]
+    glue_beams(bodies, frames, glued)
+    none = sp.csr_array((0, x0.size))
+    return Joined(
+        [frame for frame in frames if isinstance(frame, RigidRegion)],
+        [frame for frame in frames if isinstance(frame, PinnedRegion)],
+        [frame for frame in frames if isinstance(frame, DriveRegion)],
+        sp.csr_array(sp.vstack([none, *rows])),
+    )
+
+
+def glue_beams(bodies: Bodies, frames: list[AnyFrame], glued: list[tuple[int, Attachment]]) -> None:
+    """Add nodes of beams to the frames that they are glued to.
+
+    Args:
+        bodies: the bodies.
+        frames: all frames; those that nodes are added to are replaced.
+        glued: nodes of beams, and the attachment that glues each.
+    """
+    source, x0 = bodies.selector.source, bodies.parts.mesh.nodes
+    for node, one in glued:
+        masters = one.follow(x0[[node]], source).nodes[0]
+        place = next((i for i, f in enumerate(frames) if np.isin(masters, f.nodes).all()), None)
+        if place is None:
+            raise RobotFileError(
+                f"{source}: {one.where}: a node of a beam is glued to what is rigid; at a soft body exchange "
+                'region and to, or let kind = "pin" hold its position'
+            )
+        nodes = np.concatenate([frames[place].nodes, corners(node)])
+        frames[place] = replace(frames[place], nodes=nodes)
+
+
+def corners(node: int) -> Ints:
+    """A node of a beam and the corners beside it: (4,)."""
+    return node + np.arange(CORNERS)
+
+
+def beam_nodes(bodies: Bodies, chosen: Bools) -> Ints:
+    """Those of some nodes (n_nodes,) that are nodes of beams, without their corners."""
+    nodes = bodies.beam_nodes
+    return nodes[chosen[nodes]]
+
+
+def require_free(nodes: Ints, taken: Bools, one: Attachment, source: str) -> None:
+    """Raise a RobotFileError where nodes of beams are held by something else already.
+
+    Args:
+        nodes: the nodes.
+        taken: (n_nodes,) which nodes are.
+        one: the attachment that needs them.
+        source: the robot file's path.
+    """
+    count = int(taken[nodes].sum())
+    if count:
+        raise RobotFileError(
+            f"{source}: {one.where}.region: {count} of its {len(nodes)} nodes of beams are fixed, move with "
+            "a frame or are attached already; take them out of one of the two"
+        )
+
+
+def pinned_nodes(bodies: Bodies, one: Attachment, taken: Bools) -> list[PinnedRegion]:
+    """The nodes of beams that a pin holds by their positions.
+
+    Args:
+        bodies: the bodies.
+        one: the pin.
+        taken: (n_nodes,) which nodes are held already.
+    """
+    source, x0 = bodies.selector.source, bodies.parts.mesh.nodes
+    nodes = beam_nodes(bodies, one.chosen)
+    if len(nodes) == 0:
+        raise RobotFileError(
+            f"{source}: {one.where}.region: a pin holds nodes of a beam or a rigid body, found neither"
+        )
+    if one.item.through is not None:
+        raise RobotFileError(
+            f"{source}: {one.where}.through: the nodes of a beam are pinned where they are, leave it out"
+        )
+    require_free(nodes, taken, one, source)
+    found = one.follow(x0[nodes], source)
+    return [
+        PinnedRegion(one.where, corners(node), x0[node], masters, weights)
+        for node, masters, weights in zip(nodes, found.nodes, found.weights, strict=True)
+    ]
+
+
+def pinned_body(bodies: Bodies, one: Attachment, region: RigidRegion) -> PinnedRegion:
+    """A rigid body that turns about a point.
+
+    Args:
+        bodies: the bodies.
+        one: the pin or hinge.
+        region: the rigid body.
+    """
+    source = bodies.selector.source
+    if one.item.through is None:
+        raise RobotFileError(
+            f"{source}: {one.where}.through: needed by the pin of a rigid body: the point that it turns about"
+        )
+    pin = np.array(one.item.through)
+    found = one.follow(pin[None], source)
+    masters, weights = found.nodes[0], found.weights[0]
+    return PinnedRegion(region.name, region.nodes, pin, masters, weights)
+
+
+def alignment(bodies: Bodies, one: Attachment, body: PinnedRegion) -> list[sp.csr_array]:
+    """Springs (3, 3 n_nodes) that keep the axis of a hinge common to two rigid bodies, see `FrameJoints`.
+
+    Two springs, at the same distance on both sides of the pin, press a couple only.
+
+    Args:
+        bodies: the bodies.
+        one: the hinge.
+        body: the body that it holds, whose pin is a point of the axis.
+    """
+    source, mesh = bodies.selector.source, bodies.parts.mesh
+    if one.item.radius is not None:
+        raise RobotFileError(
+            f"{source}: {one.where}.radius: a rigid body turns about its axis, leave it out"
+        )
+    assert one.item.axis is not None
+    axis = np.array(one.item.axis) / np.linalg.norm(one.item.axis)
+    arm = float(np.linalg.norm(mesh.nodes[body.nodes] - body.pin, axis=1).max())
+    root = np.sqrt(0.5 * one.item.tilt_stiffness) / arm
+    own = mesh.tets[np.isin(mesh.tets, body.nodes).all(axis=1)][0]
+    rows = []
+    for sign in (1.0, -1.0):
+        point = body.pin + sign * arm * axis
+        weights = np.concatenate(
+            [combination(mesh.nodes[own], point), -combination(mesh.nodes[body.masters], point)]
+        )
+        columns = np.concatenate([own, body.masters])
+        shape = (1, len(mesh.nodes))
+        row = sp.csr_array((root * weights, (np.zeros(len(columns), int), columns)), shape=shape)
+        rows.append(sp.csr_array(sp.kron(row, np.eye(3), format="csr")))
+    return rows
+
+
+def combination(corners: Array, point: Array) -> Array:
+    """Weights (4,) of the corners (4, 3) of a tetrahedron that make up a point (3,)."""
+    edges = (corners[1:] - corners[0]).T
+    w = np.linalg.solve(edges, point - corners[0])
+    return np.concatenate([[1.0 - w.sum()], w])
+
+
+def require_no_circle(pinned: list[PinnedRegion], glued: GluedNodes, n: int, source: str) -> None:
+    """Raise a RobotFileError where parts follow each other in a circle.
+
+    Args:
+        pinned: pinned regions.
+        glued: glued nodes.
+        n: number of nodes.
+        source: the robot file's path.
+    """
+    used = glued.weights != 0.0
+    rows = [np.repeat(glued.nodes, used.sum(axis=1))]
+    columns = [glued.masters[used]]
+    for one in pinned:  # all its nodes follow its masters
+        masters = one.masters[one.weights != 0.0]
+        rows += [np.repeat(one.nodes, len(masters))]
+        columns += [np.tile(masters, len(one.nodes))]
+    i, j = np.concatenate(rows), np.concatenate(columns)
+    graph = sp.coo_array((np.ones(len(i)), (i, j)), shape=(n, n))
+    _, group = connected_components(graph, directed=True, connection="strong")
+    inside = group[i] == group[j]
+    if inside.any():
+        node = i[inside][0]
+        names = [one.name for one in pinned if node in one.nodes] or ["glue"]
+        raise RobotFileError(
+            f"{source}: {names[0]}: it follows parts that follow it; join them in one direction only"
+        )
