@@ -155,3 +155,14 @@ def test_a_drum_needs_cables_with_springs() -> None:
         antagonists(cables=bare)
     with pytest.raises(RobotFileError, match="the cables of a drum have theirs in `spring`"):
         antagonists(couplings=[{**DRUM, "pretensions": [1.0, 1.0]}])
+
+
+def test_cables_of_a_drum_are_drawn_as_its_own() -> None:
+    """Beside a cable that is alone and stands first, the other two belong to the second motor."""
+    alone = {**tendon("side", 0.01)}
+    del alone["spring"]
+    robot = antagonists(cables=[alone, tendon("lower", 0.002), tendon("upper", 0.018)])
+    assert robot.actuators.names == ("side", "drum")
+    assert robot.segment_owners.tolist() == [0, 0, 1, 1, 1, 1]
+    rows = robot.rows(moved(robot, robot.rest(), np.append(np.zeros(robot.n - 1), 0.01))).actuators
+    assert rows.delta == pytest.approx([0.0, 0.01])
