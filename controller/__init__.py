@@ -1,6 +1,7 @@
 """Inverse control: from a target to cable tensions, one decision a time step."""
 
-from tauten.controller.controller import NO_CERTIFICATE, Actuation, Controller
+from tauten.controller.actuation import NO_CERTIFICATE, Actuation
+from tauten.controller.controller import Controller
 from tauten.controller.inverse import (
     closed_compliance,
     energy_scale,

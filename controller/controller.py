@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
+from tauten.controller.actuation import NO_CERTIFICATE, Actuation
 from tauten.controller.locks import held_with_locks, locked, no_locks, unlocked, within_rate
-from tauten.controller.qpcc import Certificate, QpccSettings, Status
+from tauten.controller.qpcc import QpccSettings, Status
 from tauten.controller.settings import ControllerSettings
 from tauten.controller.step import (
     DecideSettings,
@@ -24,7 +24,9 @@ from tauten.model import (
     ContactSpace,
     Enrichment,
     Forces,
+    Report,
     Robot,
+    Simulator,
     State,
     Target,
     contact_model,
@@ -32,54 +34,6 @@ from tauten.model import (
     no_forces,
 )
 from tauten.model.numerics import Array, FactorisationError
-
-NO_CERTIFICATE = Certificate(np.nan, np.nan, np.nan, np.nan)  # nothing was solved
-
-
-@dataclass(frozen=True, slots=True)
-class Actuation:
-    """Positions and efforts of the actuators, and their certificate.
-
-    Attributes:
-        pull: (n_a,) positions, of cables pulled lengths [m, m³].
-        tension: (n_a,) efforts, of cables tensions [N, Pa].
-        effector: (p, 3) predicted positions of the effectors [m]; those of a distance, length or
-            volume are where they are drawn before the step.
-        effector_values: (n_v,) their predicted goal values, see `EffectorLayout`.
-        status: how the decision or the hold ended; where it is not usable, the actuators hold.
-        certificate: residuals and deepest predicted gap.
-        conflict: names of the limits that conflict.
-        clamped: whether a limiter changed positions or efforts.
-    """
-
-    pull: Array
-    tension: Array
-    effector: Array
-    effector_values: Array
-    status: Status
-    certificate: Certificate
-    conflict: tuple[str, ...] = ()
-    clamped: bool = False
-
-    def with_values(self, pull: Array, tension: Array, clamped: bool) -> Actuation:
-        """The same actuation with other values.
-
-        Args:
-            pull: (n_a,) positions.
-            tension: (n_a,) efforts.
-            clamped: whether a limiter changed them.
-        """
-        return Actuation(
-            pull, tension, self.effector, self.effector_values, self.status, self.certificate,
-            self.conflict, clamped,
-        )  # fmt: skip
-
-    def copy(self) -> Actuation:
-        """The same actuation in arrays of its own."""
-        return Actuation(
-            self.pull.copy(), self.tension.copy(), self.effector.copy(),
-            self.effector_values.copy(), self.status, self.certificate, self.conflict, self.clamped,
-        )  # fmt: skip
 
 
 class Controller:
@@ -93,6 +47,7 @@ class Controller:
         robot: the robot, with a factorisation of its own.
         space: basis of its contact forces.
         settings: of its decisions.
+        settled: whether it starts from an equilibrium rather than from rest, see `settle_start`.
         status: how the last prepare, decide or hold ended.
     """
 
@@ -125,13 +80,27 @@ class Controller:
             enrichment=enrichment or default,
             qpcc=QpccSettings(solver=settings.qp_solver, max_pivots=settings.max_pivots),
         )
+        self.settled, none = False, no_forces(self.robot.n_a, self.space.k)
+        self._origin = self.robot.rest(), none, np.zeros(self.robot.n_a)
         self.reset()
 
     def reset(self) -> None:
-        """Return to rest, without forces and locks."""
-        robot = self.robot
-        self._locks = no_locks(robot.n_a)
-        self._start(robot.rest(), no_forces(robot.n_a, self.space.k), np.zeros(robot.n_a))
+        """Return to the start without locks: rest without forces, unless `settle_start` found another one."""
+        self._locks = no_locks(self.robot.n_a)
+        self.start_from(*self._origin)
+
+    def settle_start(self) -> Report:
+        """Start from the equilibrium under the loads with the actuators at rest, also after each `reset`.
+
+        Where none is found, the start is rest, and the report says why; see `Simulator.settle_start`.
+        """
+        simulator = Simulator(self.robot, self.space, self.settings.enrichment)
+        report = simulator.settle_start()
+        # positions that are held are zero as commanded, even where a cable is slack
+        pull = np.where(self.robot.actuators.held_by_force, simulator.pull, 0.0)
+        self._origin, self.settled = (simulator.state, simulator.forces, pull), report.converged
+        self.reset()
+        return report
 
     def start_from(self, state: State, forces: Forces, pull: Array) -> None:
         """Start from another state than rest.
@@ -141,17 +110,14 @@ class Controller:
             forces: constraint forces there, with the columns of this controller's basis [N].
             pull: (n_a,) positions of the actuators there [m, m³].
         """
-        self._start(state.copy(), forces.copy(), pull.copy())
-
-    def _start(self, state: State, forces: Forces, pull: Array) -> None:
-        self._state, self._forces, self.status = state, forces, Status.OK
+        self._state, self._forces, self.status = state.copy(), forces.copy(), Status.OK
         self._prepared: Prepared | None = None
         self._decision: Decision | None = None
         self._last_decision: Decision | None = None
         self._pending: Actuation | None = None  # decided in this step
         self._left = Actuation(  # in the step before: what rates and holds start from
-            pull, forces.tension, self.robot.effector(state), self.robot.effector_values(state),
-            Status.OK, NO_CERTIFICATE,
+            pull.copy(), forces.tension.copy(), self.robot.effector(state),
+            self.robot.effector_values(state), Status.OK, NO_CERTIFICATE,
         )  # fmt: skip
 
     def take_over(self, other: Controller, state: State) -> None:

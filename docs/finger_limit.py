@@ -30,7 +30,7 @@ from tauten.service.process import one_blas_thread
 from tauten.service.tables import Numbers
 
 DOCS = Path(__file__).resolve().parent
-SHARES = (0.25, 0.5, 0.625, 0.75)
+SHARES = (0.4, 0.6, 0.8, 0.85, 0.9, 1.0)
 BEGIN, END = "<!-- finger limit -->", "<!-- end -->"
 
 
@@ -87,28 +87,41 @@ def relative(change: Array, limit: Array, column: int) -> Array:
     return shares
 
 
-def table(loads: list[str], values: dict[str, Array], nodes: dict[str, int]) -> Numbers:
-    """Changes with each mesh and the errors of the shipped one."""
+def tables(
+    loads: list[str], values: dict[str, Array], nodes: dict[str, int]
+) -> tuple[Numbers, ...]:
+    """Changes with each mesh and the errors of the shipped one: of tension, contact force and tip.
+
+    Args:
+        loads: their labels.
+        values: quantities (loads, 5) of each mesh.
+        nodes: of each mesh.
+    """
     limit, error = limit_and_error(values)
     changes = {n: value - values["shipped"] for n, value in values.items() if n != "shipped"}
+    rows = [(name, f"{nodes[name]:,}", change) for name, change in changes.items()]
+    rows.append(("**error of the shipped mesh**", f"{nodes['shipped']:,}", error))
+    head = ("cells halved", "nodes", *loads)
+    return tuple(
+        Numbers(title, head, tuple((name, count, *cells(change)) for name, count, change in rows))
+        for title, cells in (
+            ("tension", lambda change: percent(relative(change, limit, 0))),
+            ("contact force", lambda change: percent(relative(change, limit, 1), limit[:, 1])),
+            ("tip [mm]", lambda change: millimetres(change[:, 2:])),
+        )
+    )
 
-    def row(name: str, count: str, change: Array) -> tuple[str, ...]:
-        tension, force = relative(change, limit, 0), relative(change, limit, 1)
-        cells = []
-        for index in range(len(loads)):
-            if np.isnan(limit[index]).any():  # a mesh has no equilibrium there
-                cells += ["-"] * 3
-                continue
-            pushed = f"{100.0 * force[index]:+.2f} %" if limit[index, 1] > 0.0 else "-"
-            tip = f"{1e3 * np.linalg.norm(change[index, 2:]):.3f}"
-            cells += [f"{100.0 * tension[index]:+.2f} %", pushed, tip]
-        return (name, count, *cells)
 
-    head = ["cells halved", "nodes"]
-    head += [f"{load}: {what}" for load in loads for what in ("tension", "contact", "tip [mm]")]
-    rows = [row(name, f"{nodes[name]:,}", change) for name, change in changes.items()]
-    rows.append(row("**error of the shipped mesh**", f"{nodes['shipped']:,}", error))
-    return Numbers("", tuple(head), tuple(rows))
+def percent(shares: Array, forces: Array | None = None) -> list[str]:
+    """Relative changes (loads,) as text; a dash where no equilibrium was found, or no force acts (loads,)."""
+    known = np.isfinite(shares) & (True if forces is None else forces > 0.0)
+    return [f"{100.0 * x:+.2f} %" if good else "-" for x, good in zip(shares, known, strict=True)]
+
+
+def millimetres(change: Array) -> list[str]:
+    """Lengths of displacements (loads, 3) [m] as text; a dash where no equilibrium was found."""
+    lengths = 1e3 * np.linalg.norm(change, axis=1)
+    return [f"{length:.3f}" if np.isfinite(length) else "-" for length in lengths]
 
 
 def certificate(digest: str, values: dict[str, Array]) -> MeshCertificate:
@@ -159,7 +172,7 @@ def main() -> None:
         certificate(load_robot("finger").digest, values).save(robot_path("finger"))
     head, _, rest = options.page.read_text(encoding="utf-8").partition(BEGIN)
     _, _, tail = rest.partition(END)
-    body = table(loads, values, nodes).markdown()
+    body = "\n".join(part.markdown() for part in tables(loads, values, nodes))
     options.page.write_text(f"{head}{BEGIN}\n{body}{END}{tail}", encoding="utf-8")
 
 

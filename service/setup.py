@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import logging
 import platform
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,7 +13,7 @@ import numpy as np
 
 from tauten.controller import Controller, ControllerSettings, controller_settings
 from tauten.controller.qpcc import warm_solver
-from tauten.model import Robot
+from tauten.model import Report, Robot
 from tauten.model.load import make_robot, robot_path
 from tauten.model.schema import Changes, read_toml, validated
 from tauten.reduction import ContactBasis
@@ -26,7 +27,10 @@ from tauten.service.settings import (
     service_settings,
 )
 
+log = logging.getLogger(__name__)
+
 Order: TypeAlias = Literal["full", "reduced"]
+Start: TypeAlias = Literal["settled", "rest"]
 
 _WARM_UP = 12  # control steps; enough for every kernel to be compiled or loaded
 
@@ -44,6 +48,8 @@ class Setup:
         model: settings of the model that decides.
         service: settings of the node.
         states: state basis of the reduced model; None with the full one.
+        start: whether the model starts from the equilibrium under its loads with the actuators at rest, or
+            from rest, undeformed.
     """
 
     robot: Robot
@@ -54,6 +60,7 @@ class Setup:
     model: ModelSettings
     service: ServiceSettings
     states: StateBasis | None = None
+    start: Start = "settled"
 
     def basis_digest(self) -> str:
         """SHA-256 of the modes; "" without basis."""
@@ -81,11 +88,13 @@ class Setup:
             "robot_file": self.path.read_text(encoding="utf-8"),
             "rate": repr(robot.integration.rate),
             "effector_kinds": " ".join(robot.effector_layout.kinds),
+            "actuator_kinds": " ".join(kind.value for kind in robot.actuators.kinds),
             "basis": self.basis_name,
             "basis_digest": self.basis_digest(),
             "model": self.order,
             "mesh_error": self.mesh_error,
             "states_digest": "" if self.states is None else self.states.digest(),
+            "start": self.start,
             "factorisation": robot.linear_solver,
             "python": platform.python_version(),
             "machine": f"{platform.system()} {platform.machine()}",
@@ -178,16 +187,32 @@ def beside(path: Path, name: str) -> Path | str:
 
 
 def warm_controller(setup: Setup) -> Controller:
-    """A controller at rest, with every kernel it needs compiled.
+    """A controller at the setup's start, with every kernel it needs compiled.
+
+    A robot sags under its weight before it is served, and so does the model: it would fall otherwise. Where
+    no equilibrium is found it starts from rest, and the log says so.
 
     It first follows a target a tenth of the robot's size away, so that the first real step is as
     fast as the others.
     """
-    return warm_up(Controller(setup.robot, setup.contact, settings=setup.controller))
+    controller = Controller(setup.robot, setup.contact, settings=setup.controller)
+    if setup.start == "settled":
+        report = controller.settle_start()
+        if not report.converged:
+            log.warning("%s", start_at_rest(setup.robot, report))
+    return warm_up(controller)
+
+
+def start_at_rest(robot: Robot, report: Report) -> str:
+    """Why a robot whose search for an equilibrium ended so starts from rest, in one sentence."""
+    return (
+        f"the model of {robot.name} starts undeformed and moves at first: it finds no equilibrium under its "
+        f"loads in {report.iterations} steps, {report.ending.value}"
+    )
 
 
 def warm_up(controller: Controller) -> Controller:
-    """The controller back at rest, after steps enough for every kernel it needs to be compiled."""
+    """The controller back at its start, after steps enough for every kernel it needs to be compiled."""
     warm_solver(controller.settings.qpcc.solver)
     away = controller.shifted(0.1 * controller.robot.size / np.sqrt(3.0))
     for _ in range(_WARM_UP):

@@ -88,6 +88,7 @@ def test_what_a_tick_calls_in_public_is_on_the_way() -> None:
 STEP_MODULES = {
     "tauten.service.node.loop",
     "tauten.service.node.limiter",
+    "tauten.controller.actuation",
     "tauten.controller.controller",
     "tauten.controller.step",
     "tauten.controller.inverse",
@@ -96,8 +97,8 @@ STEP_MODULES = {
 }
 # Conversions and look-ups that change nothing.
 SMALL = {
-    "controller.controller.Actuation.copy",
-    "controller.controller.Actuation.with_values",
+    "controller.actuation.Actuation.copy",
+    "controller.actuation.Actuation.with_values",
     "controller.controller.Controller.actuation",
     "controller.controller.Controller.effector",
     "controller.inverse.pull_names",

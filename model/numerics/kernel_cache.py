@@ -1,18 +1,22 @@
-"""A machine-code cache that notices a change in any source that a kernel was compiled from.
+"""Machine code of kernels on disk, which outlives the clone and the environment that compiled it.
 
-Numba caches the machine code of a kernel together with that of every kernel it calls, and takes it for
-fresh while the kernel's own file is unchanged. Here it is fresh while `sources_digest` is unchanged, which
-covers the called kernels in other files, imported constants and named tuples, the compiler's options
-and numba's version. Entries of older sources are overwritten, so the cache does not grow.
+Numba keeps the machine code of a kernel beside its source, together with that of every kernel it calls,
+and takes it for fresh while the kernel's own file is unchanged. Here it is in one folder of the user, under
+a name that contains `sources_digest`. That covers the called kernels in other files, imported constants and
+named tuples, the compiler's options and numba's version; numba's index of each file holds the
+processor and the types of the arguments. So another clone or a new environment compiles only what differs.
 
 A kernel that several processes need at once, as those of a demo after installation, is compiled by the first
-of them, the others wait for its entry.
+of them, the others wait for its entry. Where the folder is larger than a limit, the files that were not
+used for the longest time are removed.
 """
 
 from __future__ import annotations
 
 import hashlib
 import linecache
+import logging
+import os
 import sys
 import time
 from collections.abc import Callable
@@ -23,46 +27,96 @@ from typing import Any, TextIO, get_type_hints
 
 import numba
 import numpy as np
-from numba.core.caching import FunctionCache, IndexDataCacheFile
+from numba.core.caching import (
+    CompileResultCacheImpl,
+    FunctionCache,
+    IndexDataCacheFile,
+    _CacheLocator,
+)
 from numba.core.dispatcher import Dispatcher
+from numba.misc.appdirs import user_cache_dir
 
 if sys.platform != "win32":
     import fcntl
 
+_LOG = logging.getLogger(__name__)
 _LONGEST_COMPILATION = 60.0  # s; then another process has been stopped, or failed to compile it
 _GLANCE = 0.02  # s between two looks at whether another process has finished
+_LARGEST_SIZE = 500_000_000  # bytes; the kernels of one version have about 50 MB
+_DAY = 86_400.0  # s; how exactly the time of the last use is known
+
+
+def kernel_folder() -> Path:
+    """Where machine code is kept: in NUMBA_CACHE_DIR, otherwise in the user's folder for caches."""
+    given = os.environ.get("NUMBA_CACHE_DIR")
+    return Path(given or user_cache_dir(), "tauten", "kernels")  # type: ignore[no-untyped-call]
+
+
+class KernelLocator(_CacheLocator):
+    """Numba's description of the place where one function is cached."""
+
+    def __init__(self, file: str) -> None:
+        """Cache a function of this file."""
+        self._py_file = file  # named in numba's warning of a function that cannot be cached
+
+    def get_cache_path(self) -> str:
+        """The folder of all kernels."""
+        return str(kernel_folder())
+
+    def get_source_stamp(self) -> str:
+        """Nothing: the names of files contain a digest of the sources."""
+        return ""
+
+    def get_disambiguator(self) -> str:
+        """Nothing: the names of files contain a digest of the sources."""
+        return ""
+
+    @classmethod
+    def from_function(cls, py_func: Callable[..., Any], py_file: str) -> KernelLocator:
+        """The place of any function."""
+        del py_func
+        return cls(py_file)
+
+
+class KernelCode(CompileResultCacheImpl):
+    """Numba's conversion of machine code into bytes, with one place for all functions."""
+
+    _locator_classes = [KernelLocator]  # type: ignore[list-item]  # noqa: RUF012
 
 
 class KernelCacheFile(IndexDataCacheFile):
     """Numba's cache file, where an entry that cannot be read counts as missing.
 
-    Its index names the classes in the kernel's signatures by module; after a module was renamed it cannot
-    be unpickled.
+    That is a file without permission, one that was damaged, or an index with classes that no longer exist:
+    it names the classes in the kernel's signatures by module.
     """
 
     def _load_index(self) -> dict[Any, str]:
         try:
             found: dict[Any, str] = super()._load_index()  # type: ignore[no-untyped-call]
-        except (ImportError, AttributeError, EOFError, UnpicklingError):
+        except (OSError, ImportError, AttributeError, EOFError, UnpicklingError):
             return {}
         return found
 
 
 class KernelCache(FunctionCache):
-    """Numba's cache of one function, in numba's own place, with another criterion of freshness.
+    """Numba's cache of one function, in `kernel_folder`, with another criterion of freshness.
 
     Attributes:
         digest: SHA-256 over the sources that the function was compiled from.
     """
 
+    _impl_class = KernelCode
+
     def __init__(self, function: Callable[..., Any], decorator: Callable[..., Any]) -> None:
         """Cache this function, compiled by this decorator."""
         super().__init__(function)  # type: ignore[no-untyped-call]
         self.digest = sources_digest(function, decorator)
+        python = f"py{sys.version_info[0]}{sys.version_info[1]}"
+        name = f"{function.__module__}.{function.__qualname__}".replace("<", "").replace(">", "")
+        self._file_name = f"{name}-{self.digest[:20]}.{python}"
         self._cache_file = KernelCacheFile(  # type: ignore[no-untyped-call]
-            cache_path=self._cache_path,
-            filename_base=self._impl.filename_base,
-            source_stamp=self.digest,
+            cache_path=self._cache_path, filename_base=self._file_name, source_stamp=self.digest
         )
         self._lock: TextIO | None = None
 
@@ -74,12 +128,17 @@ class KernelCache(FunctionCache):
             found = super().load_overload(signature, target_context)  # type: ignore[no-untyped-call]
             if found is not None:
                 self._end()
+        if found is not None:
+            _mark_used(Path(self._cache_path), self._file_name)
         return found
 
     def save_overload(self, signature: Any, data: Any) -> None:
-        """Save the machine code of a signature."""
+        """Save the machine code of a signature, where the folder permits that."""
         try:
             super().save_overload(signature, data)  # type: ignore[no-untyped-call]
+            remove_unused(kernel_folder())
+        except OSError:
+            _warn_of_no_cache(kernel_folder())
         finally:
             self._end()
 
@@ -87,10 +146,12 @@ class KernelCache(FunctionCache):
         """Wait until no other process compiles this function; False where that cannot be found out."""
         if sys.platform == "win32" or self._lock is not None:
             return False
+        folder = Path(self._cache_path)
         try:
-            self._impl.locator.ensure_cache_path()
-            file = Path(self._cache_path, f"{self._impl.filename_base}.lock").open("a")  # noqa: SIM115, closed in _end
-        except OSError:  # a folder without permission: nothing is cached there
+            folder.mkdir(parents=True, exist_ok=True)
+            file = (folder / f"{self._file_name}.lock").open("a")
+        except OSError:
+            _warn_of_no_cache(folder)
             return False
         end = time.monotonic() + _LONGEST_COMPILATION
         while True:
@@ -109,6 +170,50 @@ class KernelCache(FunctionCache):
         if self._lock is not None:
             self._lock.close()
             self._lock = None
+
+
+@cache
+def _warn_of_no_cache(folder: Path) -> None:
+    """Log, once in a process, that machine code cannot be kept."""
+    _LOG.warning(
+        "compiled kernels cannot be kept in %s, so that every start compiles them again: "
+        "set NUMBA_CACHE_DIR to a folder that can be written",
+        folder,
+    )
+
+
+def _mark_used(folder: Path, name: str) -> None:
+    """Set the times of a kernel's files to now, at most once in a day."""
+    index = folder / f"{name}.nbi"
+    try:
+        if time.time() - index.stat().st_mtime > _DAY:
+            for file in folder.glob(f"{name}.*"):
+                os.utime(file)
+    except OSError:  # a folder without permission, or removed by another process
+        return
+
+
+@cache
+def remove_unused(folder: Path, largest: int = _LARGEST_SIZE) -> None:
+    """Remove the files that were used least recently where all have more bytes than this; once in a process.
+
+    Any of them may be removed at any time: what is missing is compiled again.
+    """
+    files = []
+    for entry in os.scandir(folder):
+        try:
+            found = entry.stat()
+        except FileNotFoundError:  # removed by another process
+            continue
+        files.append((found.st_mtime, found.st_size, Path(entry.path)))
+    size = sum(number for _, number, _ in files)
+    if size <= largest:
+        return
+    for _, number, file in sorted(files):
+        file.unlink(missing_ok=True)
+        size -= number
+        if size <= largest // 2:
+            return
 
 
 def sources_digest(function: Callable[..., Any], decorator: Callable[..., Any]) -> str:

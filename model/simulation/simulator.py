@@ -34,6 +34,7 @@ SMOOTHING = (
 )
 FIRST_LOAD_STEP, LEAST_LOAD_STEP = 0.25, 1.0 / 64.0  # shares of the way to the command
 STATIC_TOLERANCE, STATIC_ITERATIONS = 1e-7, 200  # m; of a converged quasi-static step
+START_ITERATIONS = 60  # of each attempt to settle before the start
 LOAD_STEP_ITERATIONS = 30  # for a load step; a longer search does not pay
 FEW_ITERATIONS = 12  # after a load step with no more of them the next one is twice as long
 LOAD_STEP_PATIENCE = (
@@ -68,12 +69,28 @@ class Simulator:
         self._enrichment = enrichment or default
         self.robot = robot.fork()
         self._static = replace(robot.integration, static=True)
+        self._start = self.robot.rest(), no_forces(self.robot.n_a, self._space.k)
         self.reset()
 
     def reset(self) -> None:
-        """Return to rest, without forces."""
-        self._state = self.robot.rest()
-        self._forces = no_forces(self.robot.n_a, self._space.k)
+        """Return to the start: rest without forces, unless `settle_start` found another one."""
+        self.start_from(*self._start)
+
+    def settle_start(self) -> Report:
+        """Start from the equilibrium under the loads with the actuators at rest, also after each `reset`.
+
+        Actuators that a hold keeps by their position are at zero, the others have no effort. Where no
+        equilibrium is found, the start is rest.
+        """
+        zero = np.zeros(self.robot.n_a)
+        self._start = self.robot.rest(), no_forces(self.robot.n_a, self._space.k)
+        self.reset()
+        held = self.robot.actuators.held(zero, zero)
+        report = self.settle(held.pull, held.tension, max_iterations=START_ITERATIONS)
+        if report.converged:
+            self._start = self.state, self.forces
+        self.reset()
+        return report
 
     def start_from(self, state: State, forces: Forces | None = None) -> None:
         """Start from another state than rest.

@@ -175,7 +175,7 @@ def ramp(robot: Robot, step: float = 5e-5) -> Design:
 
     Args:
         robot: its limits and gravity are used.
-        step: of the pulled length [m]; the finger's 40 mm make 800 snapshots.
+        step: of the pulled length [m]; the finger's 25 mm make 500 snapshots.
 
     Raises:
         DesignError: the step is not positive or beyond the largest pull.

@@ -152,7 +152,7 @@ def bench_closed_loop(
 
 
 class ClosedLoopRunner:
-    """Controllers and plants, made once and returned to rest before each run."""
+    """Controllers and plants, made once and returned to the equilibrium under their loads before each run."""
 
     def __init__(self, robot: Robot, path: Path, basis: ContactSpace) -> None:
         """Make the controllers.
@@ -169,12 +169,14 @@ class ClosedLoopRunner:
         self._controllers = {
             name: Controller(robot, kind, settings=settings) for name, kind in contacts.items()
         }
+        for controller in self._controllers.values():
+            controller.settle_start()
         self._path, self._rate = path, 1.0 / robot.h
         self._plants: dict[float, Simulator] = {}
         self._warm: set[str] = set()
 
     def run(self, group: Group, contact: str, closed: bool) -> tuple[Outcome, Trace]:
-        """One run, from rest.
+        """One run, from the equilibrium under the loads with the actuators at rest.
 
         Args:
             group: case and plant.
@@ -195,4 +197,5 @@ class ClosedLoopRunner:
         if young_scale not in self._plants:
             robot = load_robot(self._path, rate=self._rate, young_scale=young_scale)
             self._plants[young_scale] = Simulator(robot, "full")
+            self._plants[young_scale].settle_start()
         return self._plants[young_scale]

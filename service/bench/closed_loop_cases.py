@@ -116,7 +116,9 @@ def make_cases(robot: Robot, seconds: float, seed: int, progress: Callable[[], N
     """
     ticks, reachable = round(seconds / robot.h), Reachable(robot, progress)
     phases = np.linspace(0.0, 1.0, ticks)
-    rest = robot.effector_values(robot.rest())  # (n_v,)
+    simulator = Simulator(robot, contact="full")
+    simulator.settle_start()
+    rest = simulator.effector_values  # (n_v,)
     made = []
     for name in CASES:
         targets = reachable.path(shares_of(name, robot.n_a, seed), phases)  # (s, n_v)

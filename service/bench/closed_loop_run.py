@@ -103,7 +103,7 @@ def follow(
     drive: Drive,
     settings: ServiceSettings | None = None,
 ) -> Trace:
-    """Follow a case's targets from rest, with controller and plant already warm.
+    """Follow a case's targets from the start of controller and plant, both already warm.
 
     Args:
         controller: decides.

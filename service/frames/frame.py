@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tauten.model import ActuatorKind, Floats, Geometry, Quantity, Robot, SkinMesh
+from tauten.model import ActuatorKind, Floats, Geometry, Quantity, Robot, SkinMesh, State
 from tauten.model.numerics import Array, Ints
 from tauten.service.frames.effectors import (
     EffectorLook,
@@ -130,14 +130,15 @@ class ViewFrame:
         return ghost + sum(array.nbytes for array in arrays)
 
 
-def look_of(robot: Robot, skin: SkinMesh) -> RobotLook:
+def look_of(robot: Robot, skin: SkinMesh, rest: State) -> RobotLook:
     """The looks of a robot.
 
     Args:
         robot: the robot.
         skin: its skin.
+        rest: where it starts.
     """
-    limits, rest, layout = robot.limits, robot.rest(), robot.effector_layout
+    limits, layout = robot.limits, robot.effector_layout
     springs = robot.actuators.springs
     at_rest = robot.effector_values(rest)
     values = [tuple(at_rest[layout.values_of(i)].tolist()) for i in range(len(layout))]

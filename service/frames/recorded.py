@@ -11,7 +11,6 @@ from tauten.model import skin_of
 from tauten.service.frames.frame import RobotLook, ViewFrame, look_of
 from tauten.service.log import LogError, LogReader
 from tauten.service.replay import actions, changes, recorded_setup, recorded_ticks, replay_loop
-from tauten.service.setup import load_setup
 
 FRAMES = 30.0  # a second of the run at most
 
@@ -42,15 +41,10 @@ class RecordedRobot:
         self._reader = LogReader(path)
         metadata = self._reader.read_metadata()
         recorded = recorded_setup(path, metadata)
-        if against is None:
-            name = recorded.robot_file(recorded_paths)
-            basis = recorded.contact_basis(recorded_paths)
-        else:
-            name, basis = against, None
-        self._setup = load_setup(name, recorded.rate, basis, recorded.order, accept_error=True)
+        self._setup = recorded.load(against, None, recorded_paths)
         self._robot = recorded.robot
         self._skin = skin_of(self._setup.robot)
-        self.look: RobotLook = look_of(self._setup.robot, self._skin)
+        self.look: RobotLook = look_of(self._setup.robot, self._skin, self._setup.robot.rest())
         self.notes: tuple[str, ...] = ()
         if metadata.get("robot_digest", "") != self._setup.robot.digest:
             self.notes = (

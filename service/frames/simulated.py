@@ -29,7 +29,7 @@ class SimulatedRobot:
     pausable = True
 
     def __init__(self, setup: Setup, plant: Robot) -> None:
-        """Start at rest, with every kernel compiled.
+        """Start where model and plant settle under their loads, with every kernel compiled.
 
         Args:
             setup: the model that decides.
@@ -38,14 +38,16 @@ class SimulatedRobot:
         self._loop = ControlLoop(warm_controller(setup), settings=setup.service)
         self._simulator = Simulator(plant, contact="full")
         self._simulator.step(tension=np.zeros(plant.n_a))
-        self._simulator.reset()
+        self._simulator.settle_start()
         self._skin, self._ghost = skin_of(plant), skin_of(setup.robot)
         self._h = plant.h
         self.nodes = plant.n_nodes
         self._steps = 0
         self._seconds = 0.0  # of model and plant together, in the mean
         self._resets = 0
-        self.look: RobotLook = replace(look_of(plant, self._skin), ghost=self._ghost.triangles)
+        self.look: RobotLook = replace(
+            look_of(plant, self._skin, self._simulator.state), ghost=self._ghost.triangles
+        )
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -54,9 +56,7 @@ class SimulatedRobot:
         if self._seconds > self._h:
             found.append(f"simulated at {self._h / self._seconds:.2f} times real time")
         if self._resets:
-            found.append(
-                f"the simulation has blown up {self._resets} times and started again at rest"
-            )
+            found.append(f"the simulation has blown up {self._resets} times and started again")
         return tuple(found)
 
     def command(self, command: OperatorCommand) -> None:

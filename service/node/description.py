@@ -7,14 +7,19 @@ import json
 from typing import Any
 
 from tauten.model import skin_of
-from tauten.model.numerics import Ints
+from tauten.model.numerics import Array, Ints
 from tauten.service.process import versions
 from tauten.service.setup import Setup
 from tauten.service.wire import CLOUD, HEALTH, JOINTS, MESSAGE_TYPES, TEXT, TICK, Keys
 
 
-def description(setup: Setup) -> dict[str, Any]:
-    """All that a client needs, in SI units; `tension` and `pull` of an actuator are in its units of both."""
+def description(setup: Setup, start: Array) -> dict[str, Any]:
+    """All that a client needs, in SI units; `tension` and `pull` of an actuator are in its units of both.
+
+    Args:
+        setup: the robot.
+        start: (n_v,) goal values of the effectors where the model starts.
+    """
     robot, keys = setup.robot, Keys(setup.robot.name)
     limits, springs = robot.limits, robot.actuators.springs
     actuators = [
@@ -31,14 +36,14 @@ def description(setup: Setup) -> dict[str, Any]:
             zip(robot.actuators.names, robot.actuators.kinds, strict=True)
         )
     ]
-    layout, rest = robot.effector_layout, robot.effector_values(robot.rest())
+    layout = robot.effector_layout
     measured = keys.measurements(robot.effector_names)
     targets, published = keys.targets(robot.effector_names), keys.effectors(robot.effector_names)
     effectors = [
         {
             "name": name,
             "kind": layout.kinds[i],
-            "rest": rest[layout.values_of(i)].tolist(),
+            "rest": start[layout.values_of(i)].tolist(),
             "weight": layout.weights[layout.rows_of(i)].tolist(),
             "exact": bool(layout.exact[layout.rows_of(i)].any()),
             "target": targets[i],
@@ -96,6 +101,6 @@ def numbers_text(numbers: Ints) -> str:
     return base64.b64encode(numbers.astype("<u4").tobytes()).decode("ascii")
 
 
-def description_json(setup: Setup) -> bytes:
-    """The description as JSON."""
-    return json.dumps(description(setup), indent=1).encode()
+def description_json(setup: Setup, start: Array) -> bytes:
+    """The description as JSON, for arguments of `description`."""
+    return json.dumps(description(setup, start), indent=1).encode()

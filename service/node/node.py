@@ -62,7 +62,7 @@ class Node:
 
         Args:
             setup: the robot.
-            loop: its controller and limiter, at rest and warm.
+            loop: its controller and limiter, at the start and warm.
             session: open Zenoh session.
             recorder: of the log; None: none is kept.
             closed_loop: whether measurements correct the targets.
@@ -76,7 +76,8 @@ class Node:
         self._inputs = NodeInputs(session, robot, setup.service, closed_loop, recorder)
         self._outputs = NodeOutputs(session, robot, recorder)
         self._shape = ShapePublisher(session, robot)
-        self._answers = QuestionAnswers(session, robot.name, description_json(setup))
+        start = loop.controller.effector_values
+        self._answers = QuestionAnswers(session, robot.name, description_json(setup, start))
         self._statistics = LoopStatistics(robot.actuators)
         self._facts = {
             "factorisation": robot.linear_solver,

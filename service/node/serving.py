@@ -6,7 +6,7 @@ import logging
 import time
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import zenoh
@@ -84,6 +84,7 @@ def serve(setup: Setup, network: Network, settings: ServeSettings, stop: StopFla
         log.info("getting ready; kernels are compiled the first time, which takes a minute or two")
         with stop.interruptible():
             controller = warm_controller(setup)
+            setup = replace(setup, start="settled" if controller.settled else "rest")
             check_rate(rate, step_seconds(controller), settings.rate_requested)
             loop = ControlLoop(controller, enabled=not settings.wait, settings=setup.service)
             typestore()

@@ -68,7 +68,10 @@ def make_path(name: str, robot: Robot, settings: PathSettings) -> TargetPath:
     if name == "reach":
         return reach_path(robot, settings.effector, settings.fraction, settings.period)
     layout = robot.effector_layout
-    start = robot.effector_values(robot.rest())[layout.values_of(settings.effector)]
+    simulator = Simulator(robot, contact="full")
+    if name in SHAPES:
+        simulator.settle_start()  # where the robot is when it starts
+    start = simulator.effector_values[layout.values_of(settings.effector)]
     return path_from(name, layout.kinds[settings.effector], start, robot.size, settings)
 
 

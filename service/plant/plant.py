@@ -17,7 +17,7 @@ from tauten.model.numerics import Array, FactorisationError
 from tauten.model.simulation import Stepped
 from tauten.service.node import Clock
 from tauten.service.process import StopFlag, manual_garbage_collection, one_blas_thread
-from tauten.service.setup import Order, load_setup
+from tauten.service.setup import Order, load_setup, start_at_rest
 from tauten.service.wire import (
     FLOAT,
     HEALTH,
@@ -106,7 +106,7 @@ class Plant:
 
         Args:
             robot: that is simulated.
-            simulator: at rest and warm.
+            simulator: at its start and warm.
             session: open Zenoh session.
             settings: of the plant.
         """
@@ -170,14 +170,14 @@ class Plant:
         self._tension = np.where(self._by_force, tension, np.nan)
 
     def _advance(self) -> None:
-        """One step; a simulation that blows up starts again at rest."""
+        """One step; a simulation that blows up starts again."""
         try:
             report = self._simulator.step(
                 pull=self._pull, tension=self._tension, converged=self._converged
             )
             self._unconverged += not report.converged
         except FactorisationError as error:
-            log.error("the simulation has blown up and starts again at rest: %s", error)
+            log.error("the simulation has blown up and starts again: %s", error)
             self._simulator.reset()
             self._resets += 1
 
@@ -218,7 +218,10 @@ class Plant:
 
 
 def warm_simulator(robot: Robot, converged: bool) -> tuple[Simulator, float]:
-    """A full-order simulator at rest, with every kernel it needs compiled, and the median of a step [s].
+    """A full-order simulator with every kernel it needs compiled, and the median of a step [s].
+
+    It starts from the equilibrium under the robot's loads, as the node's model does, or from rest where
+    there is none.
 
     Args:
         robot: that is simulated.
@@ -230,7 +233,9 @@ def warm_simulator(robot: Robot, converged: bool) -> tuple[Simulator, float]:
         begin = time.perf_counter()
         simulator.step(pull=pull * (step + 1) / _WARM_UP, converged=converged)
         times.append(time.perf_counter() - begin)
-    simulator.reset()
+    report = simulator.settle_start()
+    if not report.converged:
+        log.warning("%s", start_at_rest(robot, report))
     return simulator, float(np.median(times))
 
 
@@ -283,8 +288,9 @@ def simulate(robot: Robot, network: Network, settings: PlantSettings, stop: Stop
         session = open_session(network, Role.PLANT, robot.name)
         stack.callback(session.close)
         plant = Plant(robot, simulator, session, settings)
+        stack.enter_context(manual_garbage_collection())
+        # the last before the loop: who waits for the plant starts to move the model
         token = session.liveliness().declare_token(Keys(robot.name).plant_token)
         stack.callback(token.undeclare)
-        stack.enter_context(manual_garbage_collection())
         log.info("simulating %s at %g Hz", robot.name, 1.0 / robot.h)
         plant.run(stop)

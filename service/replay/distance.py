@@ -96,14 +96,18 @@ def measure_distances(path: Path, recorded_paths: bool, progress: Progress) -> D
         own = Simulator(robot, contact)
     converged = run.plant_value("steps", "single") == "converged"
     tension = run.tension if run.plant_value("drive", "pull") == "tension" else None
+    plant = Simulator(robot, "full")
     with one_blas_thread():
+        if recorded.start == "settled":
+            for simulator in (own, plant):
+                simulator.settle_start()
         progress(0.15, "one linearisation a step")
         single = simulated(own, run.pull, False, None)
         progress(0.5, "converged steps")
         own.reset()
         exact = simulated(own, run.pull, True, None)
         progress(0.35, "as the plant")
-        as_plant = simulated(Simulator(robot, "full"), run.pull, converged, tension)
+        as_plant = simulated(plant, run.pull, converged, tension)
     return distances(run, single, exact, as_plant)
 
 
@@ -113,7 +117,7 @@ def simulated(
     """First effector after each actuation (m, 3) [m].
 
     Args:
-        simulator: at rest.
+        simulator: at the start of the run.
         pull: pulled lengths.
         converged: whether its steps are iterated.
         tension: tensions that drive it in place of the pulled lengths.

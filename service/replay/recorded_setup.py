@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
+from tauten.model import ActuatorKind
 from tauten.model.schema import COMPONENTS, EffectorKind
 from tauten.service.log import LogError
-from tauten.service.setup import Order
+from tauten.service.setup import Order, Setup, Start, load_setup
 
 KINDS: dict[str, EffectorKind] = {kind: kind for kind in COMPONENTS}
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")  # of robots, as robot files allow it
@@ -32,6 +33,8 @@ class RecordedSetup:
         basis: "none", "full", name or path of the contact basis.
         order: which model decided.
         kind: of the first effector.
+        actuators: kind of each; none in logs that do not say it, whose actuators are cables.
+        start: where the model started; from rest in logs that do not say it.
     """
 
     log: Path
@@ -41,6 +44,29 @@ class RecordedSetup:
     basis: str
     order: Order
     kind: EffectorKind
+    actuators: tuple[ActuatorKind, ...]
+    start: Start
+
+    def load(
+        self, against: str | None = None, model: Order | None = None, allowed: bool = False
+    ) -> Setup:
+        """The setup that decides again what the log has.
+
+        Args:
+            against: robot to use instead of the recorded one, a name or a file.
+            model: model to use instead of the recorded one.
+            allowed: whether files that are not beside the log may be opened.
+
+        Raises:
+            LogError: the recorded file lies elsewhere, and recorded paths are not allowed.
+            RobotFileError, MeshError, BasisError, StateBasisError: the robot cannot be used.
+        """
+        if against is None:
+            name, basis = self.robot_file(allowed), self.contact_basis(allowed)
+        else:
+            name, basis = against, None
+        setup = load_setup(name, self.rate, basis, model or self.order, accept_error=True)
+        return replace(setup, start=self.start)
 
     def robot_file(self, allowed: bool) -> str:
         """The robot to load: a file beside the log, the recorded path, or the name of a shipped robot.
@@ -115,11 +141,25 @@ def recorded_setup(log: Path, metadata: dict[str, str]) -> RecordedSetup:
         raise LogError(
             f"{log}: its metadata: effector_kinds is {kind[:80]!r}, allowed are {', '.join(KINDS)}"
         )
+    allowed = {one.value: one for one in ActuatorKind}
+    actuators = metadata.get("actuator_kinds", "").split()
+    for name in actuators:
+        if name not in allowed:
+            raise LogError(
+                f"{log}: its metadata: actuator_kinds has {name[:80]!r}, allowed are {', '.join(allowed)}"
+            )
     file = metadata.get("robot_path", "")
     if "\0" in file + basis:
         raise LogError(f"{log}: its metadata: a path has a zero byte")
     known: Order = "full" if order == "full" else "reduced"
-    return RecordedSetup(log, robot, file, rate, basis, known, KINDS[kind])
+    begun = metadata.get("start", "rest")
+    if begun not in ("settled", "rest"):
+        raise LogError(
+            f"{log}: its metadata: start is {begun[:80]!r}, allowed are settled and rest"
+        )
+    start: Start = "settled" if begun == "settled" else "rest"
+    kinds = tuple(allowed[name] for name in actuators)
+    return RecordedSetup(log, robot, file, rate, basis, known, KINDS[kind], kinds, start)
 
 
 def _rate(log: Path, text: str) -> float:

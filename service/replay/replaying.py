@@ -21,7 +21,7 @@ from tauten.service.log import LogError, LogReader
 from tauten.service.node import Action, ControlLoop
 from tauten.service.process import one_blas_thread
 from tauten.service.replay.recorded_setup import recorded_setup
-from tauten.service.setup import Order, Setup, load_setup, warm_controller
+from tauten.service.setup import Order, Setup, warm_controller
 from tauten.service.wire import (
     CDR,
     JSON,
@@ -127,11 +127,7 @@ def replay(
     reader = LogReader(path)
     metadata = reader.read_metadata()
     recorded = recorded_setup(path, metadata)
-    if against is None:
-        name, basis = recorded.robot_file(recorded_paths), recorded.contact_basis(recorded_paths)
-    else:
-        name, basis = against, None
-    setup = load_setup(name, recorded.rate, basis, model or recorded.order, accept_error=True)
+    setup = recorded.load(against, model, recorded_paths)
     with one_blas_thread():
         return _compare(reader, setup, recorded.robot, tolerance)
 
@@ -152,13 +148,7 @@ def write_problem(path: Path, index: int, file: Path, recorded_paths: bool = Fal
     """
     reader = LogReader(path)
     recorded = recorded_setup(path, reader.read_metadata())
-    setup = load_setup(
-        recorded.robot_file(recorded_paths),
-        recorded.rate,
-        recorded.contact_basis(recorded_paths),
-        recorded.order,
-        accept_error=True,
-    )
+    setup = recorded.load(allowed=recorded_paths)
     with one_blas_thread():
         loop = replay_loop(setup)
         for tick, _, _ in actions(recorded_ticks(reader, setup, recorded.robot), loop):
@@ -248,8 +238,17 @@ def _check_goal(tick: Tick, layout: EffectorLayout, path: Path) -> None:
 
 
 def replay_loop(setup: Setup) -> ControlLoop:
-    """A loop at rest, with every kernel compiled."""
-    return ControlLoop(warm_controller(setup), settings=setup.service)
+    """A loop at the start of a run, with every kernel compiled.
+
+    Raises:
+        LogError: the run started from an equilibrium, and the model finds none.
+    """
+    controller = warm_controller(setup)
+    if setup.start == "settled" and not controller.settled:
+        raise LogError(
+            f"the run started from an equilibrium under the loads, which {setup.robot.name} no longer finds"
+        )
+    return ControlLoop(controller, settings=setup.service)
 
 
 def actions(

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
+from tauten.model import ActuatorKind, Quantity
 from tauten.model.numerics import Array
 from tauten.model.schema import EffectorKind
 from tauten.service.process import HostInfo, host_info, write_text
@@ -49,6 +50,27 @@ class TrackingError:
 
 
 @dataclass(frozen=True, slots=True)
+class ActuatorPeak:
+    """What was commanded of an actuator farthest from zero, in SI units.
+
+    Attributes:
+        name: of the actuator.
+        kind: its kind, "cable", "chamber" and so on.
+        position: pulled length, volume change, angle or travel.
+        position_unit: m, m³ or rad.
+        effort: tension, pressure, torque or force.
+        effort_unit: N, Pa or N m.
+    """
+
+    name: str
+    kind: str
+    position: float
+    position_unit: str
+    effort: float
+    effort_unit: str
+
+
+@dataclass(frozen=True, slots=True)
 class RunReport:
     """Numbers of a run, from the first to the last tick that followed a goal.
 
@@ -71,8 +93,7 @@ class RunReport:
         model_plant_error: distance between these two effectors.
         model_penetration_mm: deepest penetration that the model predicted.
         plant_penetration_mm: deepest in the plant; None without plant.
-        peak_pull_mm: largest pulled length of each cable.
-        peak_tension_n: largest tension of each cable.
+        peaks: largest position and effort of each actuator.
         modes: ticks by mode, of the whole run.
         statuses: decisions by status.
         clamped: ticks at which the actuation limiter changed the actuation.
@@ -101,8 +122,7 @@ class RunReport:
     model_plant_error: TrackingError
     model_penetration_mm: float
     plant_penetration_mm: float | None
-    peak_pull_mm: list[float]
-    peak_tension_n: list[float]
+    peaks: list[ActuatorPeak]
     modes: dict[str, int]
     statuses: dict[str, int]
     clamped: int
@@ -142,8 +162,7 @@ def make_report(run: RecordedRun) -> RunReport:
         model_plant_error=error(run.kind, *model_against_plant(run)),
         model_penetration_mm=penetration(finite([tick.deepest_gap for tick in decided])),
         plant_penetration_mm=penetration(gap) if gap.size else None,
-        peak_pull_mm=(1e3 * run.pull.value.max(axis=0)).tolist(),
-        peak_tension_n=run.tension.value.max(axis=0).tolist(),
+        peaks=actuator_peaks(run),
         modes=dict(Counter(tick.mode.value for tick in run.ticks)),
         statuses=dict(Counter(tick.status for tick in decided)),
         clamped=sum(tick.clamped for tick in ticks),
@@ -153,6 +172,21 @@ def make_report(run: RecordedRun) -> RunReport:
         metadata={k: v for k, v in run.metadata.items() if k != "robot_file"},
         machine=host_info(),
     )
+
+
+def actuator_peaks(run: RecordedRun) -> list[ActuatorPeak]:
+    """Position and effort farthest from zero of each actuator."""
+    pull, tension = (_farthest(series.value) for series in (run.pull, run.tension))
+    return [
+        ActuatorPeak(name, kind.value, pull[i], kind.position.unit, tension[i], kind.effort.unit)
+        for i, (name, kind) in enumerate(run.actuators)
+    ]
+
+
+def _farthest(values: Array) -> list[float]:
+    """The value farthest from zero in each column of (m, n_a)."""
+    rows = np.abs(values).argmax(axis=0)
+    return [float(values[row, i]) for i, row in enumerate(rows.tolist())]
 
 
 def overheads(ticks: tuple[Tick, ...], period: float) -> list[float]:
@@ -289,10 +323,24 @@ def table_rows(report: RunReport) -> list[tuple[str, str]]:
         ("plant against model, RMS / max", mm(report.model_plant_error)),
         ("deepest penetration, model", f"{report.model_penetration_mm:.3f} mm"),
         ("deepest penetration, plant", f"{_text(report.plant_penetration_mm, '{:.3f}')} mm"),
-        ("largest pull", ", ".join(f"{value:.1f}" for value in report.peak_pull_mm) + " mm"),
-        ("largest tension", ", ".join(f"{value:.2f}" for value in report.peak_tension_n) + " N"),
+        *_peak_rows(report.peaks),
         ("mesh error", report.metadata.get("mesh_error", "unknown")),
         ("decisions", ", ".join(f"{k} {v}" for k, v in report.statuses.items()) or "none"),
+    ]
+
+
+def _peak_rows(peaks: list[ActuatorPeak]) -> list[tuple[str, str]]:
+    """Largest positions, then largest efforts, a row for each quantity with its unit."""
+    values: dict[Quantity, list[str]] = {}
+    for peak in peaks:
+        quantity = ActuatorKind(peak.kind).position
+        values.setdefault(quantity, []).append(f"{quantity.scale * peak.position:.1f}")
+    for peak in peaks:
+        quantity = ActuatorKind(peak.kind).effort
+        values.setdefault(quantity, []).append(f"{quantity.scale * peak.effort:.2f}")
+    return [
+        (f"largest {quantity.name}", f"{', '.join(texts)} {quantity.shown_unit}")
+        for quantity, texts in values.items()
     ]
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tauten.model import VALUES
+from tauten.model import VALUES, ActuatorKind
 from tauten.model.numerics import Array
 from tauten.model.schema import EffectorKind
 from tauten.service.log import LogError, Logged, LogReader
@@ -53,8 +53,9 @@ class RecordedRun:
         kind: of the first effector.
         goal: (m, v) values of the first effector, NaN without a goal.
         model: values of the first effector in the model.
-        pull: commanded pulled lengths, one column for each cable [m].
-        tension: commanded tensions, one column for each cable [N].
+        actuators: name and kind of each.
+        pull: commanded positions, one column for each actuator [m, m³, rad].
+        tension: commanded efforts, one column for each actuator [N, Pa, N m].
         plant: values of the first effector in the plant; empty without plant.
         plant_gap: smallest gap in the plant [m]; empty without plant.
         health: last health of the node, by name.
@@ -70,6 +71,7 @@ class RecordedRun:
     kind: EffectorKind
     goal: Array
     model: Series
+    actuators: tuple[tuple[str, ActuatorKind], ...]
     pull: Series
     tension: Series
     plant: Series
@@ -119,9 +121,18 @@ def read_run(path: Path) -> RecordedRun:
         raise LogError(f"{path}: no tick in it")
     start = ticks[0].stamp
     joints = [joint_values(message.payload) for message in by_key.get(keys.actuation, [])]
+    names = _actuator_names(by_key.get(keys.actuation, []))
     sizes = {(len(pull), len(tension)) for _, pull, tension in joints}
-    if len(sizes) != 1 or len(set(*sizes)) != 1 or (0, 0) in sizes:
-        raise LogError(f"{path}: no actuation in it, or actuations of different numbers of cables")
+    if sizes != {(len(names), len(names))} or not names:
+        raise LogError(
+            f"{path}: no actuation in it, or actuations of different numbers of actuators"
+        )
+    kinds = recorded.actuators or (ActuatorKind.CABLE,) * len(names)
+    if len(kinds) != len(names):
+        raise LogError(
+            f"{path}: its metadata: actuator_kinds has {len(kinds)} kinds, its actuations have {len(names)} "
+            "actuators"
+        )
     gaps = by_key.get(keys.plant_gap, [])
     health, plant_health = (
         [decode_health(message.payload) for message in by_key.get(key, [])]
@@ -136,6 +147,7 @@ def read_run(path: Path) -> RecordedRun:
         kind=kind,
         goal=np.array([_first(tick.goal_values, size) for tick in ticks]),
         model=_values(by_key.get(keys.effectors(("",))[0], []), kind, start),
+        actuators=tuple(zip(names, kinds, strict=True)),
         pull=_series([(stamp, pull) for stamp, pull, _ in joints], start),
         tension=_series([(stamp, tension) for stamp, _, tension in joints], start),
         plant=_values(by_key.get(keys.plant_effectors(("",))[0], []), kind, start),
@@ -158,6 +170,15 @@ def joint_values(payload: bytes) -> tuple[int, list[float], list[float]]:
     if not np.isfinite([*message.position, *message.effort]).all():
         raise LogError("a damaged actuation: a pull or tension is not finite")
     return nanoseconds(message.header.stamp), list(message.position), list(message.effort)
+
+
+def _actuator_names(actuations: list[Logged]) -> tuple[str, ...]:
+    """Names of the actuators in the first of some actuations that `joint_values` has accepted."""
+    if not actuations:
+        return ()
+    message = from_cdr(JOINTS, actuations[0].payload)
+    assert not isinstance(message, Rejection)
+    return tuple(message.name)
 
 
 def _last(health: list[dict[str, Diagnostic] | Rejection]) -> dict[str, Diagnostic]:

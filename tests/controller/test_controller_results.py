@@ -185,7 +185,7 @@ def test_a_hold_has_residuals_of_its_own(beam: Robot) -> None:
 def closed_tip(finger: Robot) -> Array:
     """Where the finger's tip is with its notches closed."""
     simulator = Simulator(finger, contact="full")
-    assert simulator.settle(pull=[0.031]).converged
+    assert simulator.settle(pull=[0.024]).converged
     return simulator.effector[0]
 
 

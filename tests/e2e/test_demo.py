@@ -41,7 +41,7 @@ def test_it_leaves_log_report_and_targets(folder: Path) -> None:
     targets = report["health"]["targets"]  # on a busy machine a target can be too old on arrival
     assert targets["refused"] == targets.get("refused_too_old", "0")
     assert set(report["statuses"]) == {"OK"}
-    assert 0.0 < max(report["peak_pull_mm"]) < 1.1 * 0.3 * 20.0
+    assert 0.0 < max(peak["position"] for peak in report["peaks"]) < 1.1 * 0.3 * 0.02
 
 
 @pytest.mark.realtime
@@ -50,7 +50,7 @@ def test_it_follows_the_whole_path(folder: Path) -> None:
     # targets are where the cables can take the tip, so model and plant get there
     assert report["model_error"]["rms_mm"] < 0.5
     assert report["plant_error"]["rms_mm"] < 1.0
-    assert max(report["peak_pull_mm"]) == pytest.approx(0.3 * 20.0, rel=0.1)
+    assert max(peak["position"] for peak in report["peaks"]) == pytest.approx(0.3 * 0.02, rel=0.1)
 
 
 def test_its_log_replays_exactly(folder: Path) -> None:

@@ -7,7 +7,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-import pytest
+from tauten.model.numerics.kernel_cache import remove_unused
 
 CALLEE = """
 from typing import NamedTuple
@@ -51,25 +51,38 @@ def write(folder: Path) -> None:
         (folder / f"{name}.py").write_text(text)
 
 
-def run(folder: Path) -> tuple[float, int, int]:
-    """Value of the outer kernel, cache hits and cache misses, in a new process."""
-    environment = {**os.environ, "PYTHONPATH": str(folder), "PYTHONDONTWRITEBYTECODE": "1"}
-    found = subprocess.run(
+def start(folder: Path, cache: Path) -> subprocess.Popen[str]:
+    """A process that calls the outer kernel and prints its value, cache hits and cache misses."""
+    environment = {
+        **os.environ,
+        "NUMBA_CACHE_DIR": str(cache),
+        "PYTHONPATH": str(folder),
+        "PYTHONDONTWRITEBYTECODE": "1",
+    }
+    return subprocess.Popen(
         [sys.executable, "main.py"],
-        cwd=folder, env=environment, capture_output=True, text=True, check=True, timeout=100,
+        cwd=folder, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
     )  # fmt: skip
-    value, hits, misses = found.stdout.split()
+
+
+def end(process: subprocess.Popen[str]) -> tuple[float, int, int]:
+    """Value of the outer kernel, cache hits and cache misses."""
+    output, errors = process.communicate(timeout=300)
+    assert process.returncode == 0, errors
+    value, hits, misses = output.split()
     return float(value), int(hits), int(misses)
 
 
-def test_changed_callee_is_compiled_into_its_caller(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
+def run(folder: Path, cache: Path) -> tuple[float, int, int]:
+    """Value of the outer kernel, cache hits and cache misses, in a new process."""
+    return end(start(folder, cache))
+
+
+def test_changed_callee_is_compiled_into_its_caller(tmp_path: Path) -> None:
+    cache = tmp_path / "cache"
     write(tmp_path)
-    assert run(tmp_path) == (6.0, 0, 1)
-    assert run(tmp_path) == (6.0, 1, 0), "unchanged sources are not compiled again"
-    files = {path.name for path in tmp_path.rglob("*.nb?")}
+    assert run(tmp_path, cache) == (6.0, 0, 1)
+    assert run(tmp_path, cache) == (6.0, 1, 0), "unchanged sources are not compiled again"
     text = CALLEE
     for old, new, value in (
         ("3.0 * x", "5.0 * x", 10.0),  # the called kernel
@@ -78,35 +91,81 @@ def test_changed_callee_is_compiled_into_its_caller(
     ):
         text = text.replace(old, new)
         (tmp_path / "callee.py").write_text(text)
-        assert run(tmp_path) == (value, 0, 1), new
-    assert run(tmp_path) == (35.0, 1, 0)
-    assert {path.name for path in tmp_path.rglob("*.nb?")} == files, "old entries are overwritten"
+        assert run(tmp_path, cache) == (value, 0, 1), new
+    assert run(tmp_path, cache) == (35.0, 1, 0)
 
 
-def test_a_renamed_module_of_a_callee_is_compiled_again(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
+def test_a_second_clone_compiles_what_differs(tmp_path: Path) -> None:
+    cache = tmp_path / "cache"
+    clones = [tmp_path / "first", tmp_path / "second"]
+    for clone in clones:
+        clone.mkdir()
+        write(clone)
+    assert run(clones[0], cache) == (6.0, 0, 1)
+    assert run(clones[1], cache) == (6.0, 1, 0)
+    (clones[1] / "callee.py").write_text(CALLEE.replace("3.0 * x", "5.0 * x"))
+    assert run(clones[1], cache) == (10.0, 0, 1)
+    assert run(clones[0], cache) == (6.0, 1, 0), "entries of both clones are kept"
+
+
+def test_a_renamed_module_of_a_callee_is_compiled_again(tmp_path: Path) -> None:
+    cache = tmp_path / "cache"
     write(tmp_path)
-    assert run(tmp_path) == (6.0, 0, 1)
+    assert run(tmp_path, cache) == (6.0, 0, 1)
     for name in ("caller", "main"):
         file = tmp_path / f"{name}.py"
         file.write_text(file.read_text().replace("from callee", "from renamed"))
-    os.utime(tmp_path / "caller.py")
     (tmp_path / "callee.py").rename(tmp_path / "renamed.py")
-    assert run(tmp_path) == (6.0, 0, 1)
+    assert run(tmp_path, cache) == (6.0, 0, 1)
 
 
-def test_processes_that_start_together_compile_once(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
+def test_processes_that_start_together_compile_once(tmp_path: Path) -> None:
+    cache = tmp_path / "cache"
     write(tmp_path)
-    environment = {**os.environ, "PYTHONPATH": str(tmp_path)}
-    command = [sys.executable, "main.py"]
-    together = [
-        subprocess.Popen(command, cwd=tmp_path, env=environment, stdout=subprocess.PIPE, text=True)
-        for _ in range(3)
-    ]
-    misses = [int(process.communicate(timeout=100)[0].split()[2]) for process in together]
-    assert sum(misses) == 1
+    together = [start(tmp_path, cache) for _ in range(3)]
+    assert sum(end(process)[2] for process in together) == 1
+
+
+def test_damaged_files_are_compiled_again(tmp_path: Path) -> None:
+    cache = tmp_path / "cache"
+    write(tmp_path)
+    run(tmp_path, cache)
+    for file in cache.rglob("*.nb?"):
+        file.write_bytes(b"")
+    assert run(tmp_path, cache) == (6.0, 0, 1)
+    assert run(tmp_path, cache) == (6.0, 1, 0)
+
+
+def test_kernels_run_where_nothing_can_be_written(tmp_path: Path) -> None:
+    """A file where the folder should be: root may write into any folder."""
+    cache = tmp_path / "cache"
+    cache.touch()
+    write(tmp_path)
+    process = start(tmp_path, cache)
+    output, errors = process.communicate(timeout=300)
+    assert output.split() == ["6.0", "0", "1"]
+    assert errors.count("compiled kernels cannot be kept") == 1
+    assert "set NUMBA_CACHE_DIR" in errors
+
+
+def test_what_was_not_used_for_longest_is_removed(tmp_path: Path) -> None:
+    for number in range(6):
+        file = tmp_path / f"kernel-{number}.nbc"
+        file.write_bytes(bytes(100))
+        os.utime(file, (1000 * number, 1000 * number))
+    remove_unused(tmp_path, 600)
+    assert len(list(tmp_path.iterdir())) == 6, "not larger than permitted"
+    remove_unused(tmp_path, 599)
+    assert {file.name for file in tmp_path.iterdir()} == {"kernel-4.nbc", "kernel-5.nbc"}
+
+
+def test_a_kernel_in_use_counts_as_new(tmp_path: Path) -> None:
+    cache = tmp_path / "cache"
+    write(tmp_path)
+    run(tmp_path, cache)
+    code = next(cache.rglob("*outer*.nbc"))
+    old = code.stat().st_mtime - 1e6
+    for file in cache.rglob("*.nb?"):
+        os.utime(file, (old, old))
+    run(tmp_path, cache)
+    assert code.stat().st_mtime > old + 0.5e6

@@ -15,6 +15,7 @@ from tauten.service.bench.physics.loads import CableLoad
 from tauten.service.bench.physics.step_length import (
     StepLengthError,
     driven,
+    settled_simulator,
     step_length_errors,
 )
 from tauten.service.plant import PathSettings, make_path
@@ -273,8 +274,9 @@ def path_distance(name: str, seconds: float) -> PathDistance:
         pulls.append(actuation.pull)
         model.append(actuation.effector[0])
     own = Simulator(robot, controller.space, controller.settings.enrichment)
+    own.settle_start()  # as the controller
     single, exact = driven(own, pulls, False), driven(own, pulls, True)
-    full = driven(Simulator(robot), pulls, False)
+    full = driven(settled_simulator(robot), pulls, False)
 
     def apart(one: Array, other: Array) -> Series:
         return Series(time, np.linalg.norm(one - other, axis=1).astype(float))

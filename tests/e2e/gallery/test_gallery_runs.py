@@ -41,20 +41,7 @@ def check_limits(name: str, done: DemoResult) -> None:
 
 
 @pytest.mark.realtime
-@pytest.mark.parametrize(
-    "name",
-    [
-        "trunk",
-        pytest.param(
-            "pneumatic_finger",
-            marks=pytest.mark.xfail(
-                reason="the node's model starts at rest while the robot has sagged: its fall without "
-                "motion of the robot is taken for a frozen measurement"
-            ),
-        ),
-        "tripod",
-    ],
-)
+@pytest.mark.parametrize("name", ROBOTS)
 def test_what_can_be_reached_is_followed_and_replays(name: str, tmp_path: Path) -> None:
     # in 4 s the tensions of the trunk's cables reach their limits
     done = run(name, tmp_path / "run", "reach", 12.0)

@@ -49,6 +49,14 @@ def test_a_port_in_use(beam_file: Path, capsys: pytest.CaptureFixture[str]) -> N
     assert "--web-port" in sentence
 
 
+def test_the_port_of_zenoh_is_not_the_page_s(
+    beam_file: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run_main("view", beam_file, "--simulate", "--port", 8099) == 2
+    refusal = capsys.readouterr().err
+    assert "--port is Zenoh's" in refusal and "--web-port" in refusal
+
+
 def test_no_node(capsys: pytest.CaptureFixture[str]) -> None:
     sentence = refused(capsys, "nobody", "--no-browser", "--port", free_ports())
     assert sentence == "tauten: no node serves 'nobody': start it with tauten serve nobody"

@@ -22,11 +22,11 @@ from tauten.reduction.campaign import (
 def test_ramp_is_the_papers(finger: Robot) -> None:
     design = ramp(finger)
     (run,) = design.runs
-    assert len(run) == design.size == 800
-    np.testing.assert_allclose(run.pull[0], 5e-5 * np.arange(1, 801))
+    assert len(run) == design.size == 500
+    np.testing.assert_allclose(run.pull[0], 5e-5 * np.arange(1, 501))
     np.testing.assert_array_equal(run.gravity[:, 0], finger.gravity)
     assert not run.effector_force.any()
-    with pytest.raises(DesignError, match=r"ramp step is 0.05 m: allowed are 0 to 0.04 m"):
+    with pytest.raises(DesignError, match=r"ramp step is 0.05 m: allowed are 0 to 0.025 m"):
         ramp(finger, step=0.05)
 
 
@@ -64,7 +64,7 @@ def test_levels_become_pulls_gravity_and_forces(finger: Robot) -> None:
     design = plackett_burman(finger, ranges, steps=10)
     assert len(design.runs) == 8  # one cable, two tilts, three force components
     final = [run.pull[0, -1] for run in design.runs]
-    np.testing.assert_allclose(sorted(set(np.round(final, 12))), [0.01, 0.03])
+    np.testing.assert_allclose(sorted(set(np.round(final, 12))), [0.00625, 0.01875])
     g = finger.gravity
     for run in design.runs:
         np.testing.assert_allclose(np.linalg.norm(run.gravity, axis=0), np.linalg.norm(g))
@@ -88,7 +88,7 @@ def test_latin_hypercube_is_in_range_and_repeats_with_its_seed(finger: Robot) ->
     designs = [latin_hypercube(finger, ranges, runs=9, seed=seed, steps=4) for seed in (0, 0, 1)]
     assert designs[0].digest() == designs[1].digest() != designs[2].digest()
     for run in designs[0].runs:
-        assert 0.2 * 0.04 <= run.pull[0, -1] <= 0.04
+        assert 0.2 * 0.025 <= run.pull[0, -1] <= 0.025
         assert np.abs(run.effector_force).max() <= 0.5
     with pytest.raises(DesignError, match="of 0 runs"):
         latin_hypercube(finger, ranges, runs=0)
@@ -112,13 +112,13 @@ def test_csv(finger: Robot, tmp_path: Path) -> None:
     design = csv_design(
         finger,
         tmp_path,
-        "run,pull_tendon,gravity_x,force_tip_z\na,0.01,1.5,0\na,0.02,1.5,0.2\nb,0.03,0,0\n",
+        "run,pull_tendon,gravity_x,force_tip_z\na,0.01,1.5,0\na,0.02,1.5,0.2\nb,0.025,0,0\n",
     )
     first, second = design.runs
     np.testing.assert_array_equal(first.pull, [[0.01, 0.02]])
     np.testing.assert_array_equal(first.gravity, [[1.5, 1.5], [0.0, 0.0], [-9.81, -9.81]])
     np.testing.assert_array_equal(first.effector_force[2], [0.0, 0.2])
-    np.testing.assert_array_equal(second.pull, [[0.03]])
+    np.testing.assert_array_equal(second.pull, [[0.025]])
     assert design.description == "runs.csv: 2 runs"
 
 
@@ -132,7 +132,7 @@ def test_csv(finger: Robot, tmp_path: Path) -> None:
         ("run,pull_tendon\n1,nan\n", r"line 2: pull_tendon is 'nan'"),
         ("run,pull_tendon\n1\n", r"line 2: pull_tendon is ''"),
         ("run,pull_tendon\n1,0.01,3\n", r"line 2: .*more fields"),
-        ("run,pull_tendon\n1,0.05\n", r"line 2: pull_tendon is 0.05 m, allowed are 0.0 to 0.04 m"),
+        ("run,pull_tendon\n1,0.05\n", r"line 2: pull_tendon is 0.05 m, allowed are 0.0 to 0.025 m"),
     ],
 )
 def test_csv_errors_name_the_place(finger: Robot, tmp_path: Path, text: str, message: str) -> None:

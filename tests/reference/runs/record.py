@@ -30,7 +30,7 @@ from tauten.service.wire import (
     encode_tick,
 )
 
-RUNS = {"finger": (0.7, 4.0), "manipulator": (0.4, 3.0)}  # share of the largest pull, seconds
+RUNS = {"finger": (0.95, 4.0), "manipulator": (0.4, 3.0)}  # share of the largest pull, seconds
 STIFFER = 1.15
 IDLE, HOLD, STOP = 0.05, 0.45, 0.95  # shares of the run at which these begin; HOLD lasts as IDLE
 START = 1_700_000_000 * 10**9  # ns
@@ -82,6 +82,7 @@ def record(name: str, folder: Path) -> Path:
     targets = reached(setup, share, ticks)
     loop = ControlLoop(warm_controller(setup), settings=setup.service)
     plant = Simulator(load_robot(name, young_scale=STIFFER), "full")
+    plant.settle_start()
     feedback = Feedback(robot.effector_layout, setup.service.feedback_gain, LARGEST * robot.size)
     for index in range(ticks):
         done = index / ticks

@@ -17,9 +17,9 @@ def robot(beam_file: Path) -> Robot:
     return load_robot(beam_file)
 
 
-def test_a_warm_simulator_is_at_rest(robot: Robot) -> None:
+def test_a_warm_simulator_is_where_it_settles(robot: Robot) -> None:
     simulator, duration = warm_simulator(robot, converged=True)
-    np.testing.assert_array_equal(simulator.state.q, robot.rest().q)
+    np.testing.assert_allclose(simulator.state.q, robot.rest().q, atol=1e-12)  # has no weight
     assert duration > 0.0
 
 

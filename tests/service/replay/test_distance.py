@@ -41,7 +41,9 @@ def write_run(file: Path, log: Path, converged: bool) -> None:
     """A run whose plant uses each actuation a tick later, without a clock and a network."""
     setup = load_setup(file)
     robot, keys = setup.robot, Keys(setup.robot.name)
-    loop, recorder = ControlLoop(Controller(robot)), LogRecorder(log, setup.metadata())
+    controller, recorder = Controller(robot), LogRecorder(log, setup.metadata())
+    assert controller.settle_start().converged
+    loop = ControlLoop(controller)
     plant, command = Simulator(robot), np.zeros(robot.n_a)
     rest = robot.effector(robot.rest())
     steps = {"steps": "converged" if converged else "single", "drive": "pull"}

@@ -28,7 +28,10 @@ from tauten.service.wire import (
 )
 
 KEYS = Keys("beam")
-METADATA = {"robot": "beam", "robot_path": "beam.toml", "rate": "50.0", "basis": "none"}
+METADATA = {
+    "robot": "beam", "robot_path": "beam.toml", "rate": "50.0", "basis": "none", "start": "settled",
+    "actuator_kinds": "cable cable",
+}  # fmt: skip
 CABLES = ("lower", "upper")
 ODD = (0.0, -1.0, 1e300, -1e300, np.nan, np.inf, -np.inf, 5e-324)
 TEXTS = (

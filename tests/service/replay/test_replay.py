@@ -13,14 +13,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.processes import ROBOT, write_robot
+from support.processes import write_robot
+from support.recorded_run import HEAVY, LAG, TICKS
 
-from tauten.controller import Controller, Status
+from tauten.controller import Status
 from tauten.controller.qpcc import read_qpcc, solve_qpcc
 from tauten.model import Robot, load_robot
 from tauten.service.cli import main
 from tauten.service.log import Entry, LogError, LogReader, LogRecorder
-from tauten.service.node import ControlLoop, Signals
 from tauten.service.plots import draw_replay, draw_run
 from tauten.service.replay import TICKS as TABLE
 from tauten.service.replay import (
@@ -32,84 +32,18 @@ from tauten.service.replay import (
     write_problem,
     write_report,
 )
-from tauten.service.setup import Setup, load_setup
 from tauten.service.wire import (
     CDR,
-    FLOAT,
     JOINTS,
     POINT,
     TICK,
     Joints,
-    Keys,
-    Point,
     Positions,
     Tick,
     decode_joints,
     decode_tick,
-    encode_float,
-    encode_joints,
-    encode_point,
     encode_tick,
 )
-
-TICKS = 60
-LAG = 0.001  # m, the pretended plant is that much too low
-
-
-def write_run(setup: Setup, path: Path) -> None:
-    """The log of a run without clock and network: the loop as it is, times made up."""
-    robot, keys = setup.robot, Keys(setup.robot.name)
-    loop, recorder = (
-        ControlLoop(Controller(robot), settings=setup.service),
-        LogRecorder(path, setup.metadata()),
-    )
-    rest = robot.effector(robot.rest())
-    for index in range(TICKS + 20):
-        stamp = 10**18 + index * 20_000_000
-        goal = None
-        if 5 <= index < TICKS - 10:
-            goal = rest + np.array([[0.0, 0.0, 1e-4 * index], [0.0, 0.0, 3e-5 * index]])
-        action = loop.tick(goal, Signals(goal is not None, shutdown=index >= TICKS))
-        loop.prepare()
-        x, y, z = action.actuation.effector[0].tolist()
-        joints = Joints(
-            stamp,
-            robot.frame,
-            robot.actuators.names,
-            tuple(action.actuation.pull),
-            tuple(action.actuation.tension),
-        )
-        tick = Tick(
-            stamp, robot.frame, index, action.mode, action.cause,
-            "" if action.status is None else action.status.name,
-            () if goal is None else tuple((a, b, c) for a, b, c in goal.tolist()),
-            (), 0, 1e-4 * (index % 10), 2e-3 if goal is not None else float("nan"), 1e-3, 5e-3 + 1e-4 * index,
-            -0.001 if index == 30 else 0.01, 2 if index == 30 else 0,
-            action.actuation.certificate.deepest_gap, 0.0, 0.0, 0,
-            action.actuation.clamped,
-        )  # fmt: skip
-        for key, kind, payload in (
-            (keys.actuation, JOINTS, encode_joints(joints)),
-            (keys.effectors(("",))[0], POINT, encode_point(Point(stamp, "", (x, y, z)))),
-            (
-                keys.plant_effectors(("",))[0],
-                POINT,
-                encode_point(Point(stamp, "", (x, y, z - LAG))),
-            ),
-            (keys.plant_gap, FLOAT, encode_float(0.002 - 1e-4 * index)),
-            (keys.tick, TICK, encode_tick(tick)),
-        ):
-            recorder.write(Entry(key, kind, payload, False, stamp, stamp, index))
-    recorder.close()
-
-
-@pytest.fixture(scope="module")
-def log(beam_file: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("run")
-    for name in ("beam.toml", "beam.vtu"):  # a replay opens files beside the log
-        shutil.copy(beam_file.parent / name, folder)
-    write_run(load_setup(beam_file), folder / "log.mcap")
-    return folder / "log.mcap"
 
 
 def test_a_replay_on_the_same_robot_is_exact(log: Path) -> None:
@@ -123,7 +57,7 @@ def test_a_replay_on_the_same_robot_is_exact(log: Path) -> None:
 
 
 def test_a_stiffer_robot_is_found_out(log: Path, tmp_path: Path) -> None:
-    text = ROBOT.replace("young_modulus = 1e6", "young_modulus = 1.1e6")
+    text = HEAVY.replace("young_modulus = 1e6", "young_modulus = 1.1e6")
     result = replay(log, tolerance=1e-4, against=str(write_robot(tmp_path, text)))
     assert not result.same
     assert result.tension.max() > 0.01
@@ -143,7 +77,7 @@ def test_a_log_that_was_cut_is_replayed_as_far_as_it_goes(log: Path, tmp_path: P
 
 
 def test_a_log_of_another_robot_does_not_fit(log: Path, tmp_path: Path) -> None:
-    other = write_robot(tmp_path, ROBOT.replace('name = "upper"', 'name = "top"'))
+    other = write_robot(tmp_path, HEAVY.replace('name = "upper"', 'name = "top"'))
     with pytest.raises(LogError, match="does not fit the robot: found cables"):
         replay(log, 1e-4, str(other))
 
@@ -194,7 +128,10 @@ def test_the_report_has_the_numbers_of_the_run(log: Path) -> None:
     assert report.model_plant_error.rms_mm == pytest.approx(1e3 * LAG)
     assert report.plant_penetration_mm == pytest.approx(1e-1 * (TICKS + 19) - 2.0)
     assert report.modes == {"idle": 5, "run": following, "hold": 10, "stop": 20}
-    assert report.peak_pull_mm[1] == pytest.approx(1e3 * run.pull.value[:, 1].max())
+    upper = report.peaks[1]
+    assert (upper.name, upper.kind, upper.position_unit) == ("upper", "cable", "m")
+    assert upper.position == pytest.approx(run.pull.value[:, 1].max())
+    assert upper.effort == pytest.approx(run.tension.value[:, 1].max())
     assert report.complete
 
 
@@ -243,7 +180,7 @@ def test_the_robot_file_is_in_the_log(log: Path, beam_file: Path, tmp_path: Path
 
 
 def test_a_report_shows_every_tick_and_the_difference(log: Path, tmp_path: Path) -> None:
-    text = ROBOT.replace("young_modulus = 1e6", "young_modulus = 1.1e6")
+    text = HEAVY.replace("young_modulus = 1e6", "young_modulus = 1.1e6")
     result = replay(log, tolerance=1e-4, against=str(write_robot(tmp_path, text)))
     write_report(result, "log.mcap", tmp_path / "out")
     verdict = json.loads((tmp_path / "out" / VERDICT).read_text())

@@ -1,0 +1,58 @@
+"""What leaves a controller: positions and efforts of the actuators, with their certificate."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tauten.controller.qpcc import Certificate, Status
+from tauten.model.numerics import Array
+
+NO_CERTIFICATE = Certificate(np.nan, np.nan, np.nan, np.nan)  # nothing was solved
+
+
+@dataclass(frozen=True, slots=True)
+class Actuation:
+    """Positions and efforts of the actuators, and their certificate.
+
+    Attributes:
+        pull: (n_a,) positions, of cables pulled lengths [m, m³].
+        tension: (n_a,) efforts, of cables tensions [N, Pa].
+        effector: (p, 3) predicted positions of the effectors [m]; those of a distance, length or
+            volume are where they are drawn before the step.
+        effector_values: (n_v,) their predicted goal values, see `EffectorLayout`.
+        status: how the decision or the hold ended; where it is not usable, the actuators hold.
+        certificate: residuals and deepest predicted gap.
+        conflict: names of the limits that conflict.
+        clamped: whether a limiter changed positions or efforts.
+    """
+
+    pull: Array
+    tension: Array
+    effector: Array
+    effector_values: Array
+    status: Status
+    certificate: Certificate
+    conflict: tuple[str, ...] = ()
+    clamped: bool = False
+
+    def with_values(self, pull: Array, tension: Array, clamped: bool) -> Actuation:
+        """The same actuation with other values.
+
+        Args:
+            pull: (n_a,) positions.
+            tension: (n_a,) efforts.
+            clamped: whether a limiter changed them.
+        """
+        return Actuation(
+            pull, tension, self.effector, self.effector_values, self.status, self.certificate,
+            self.conflict, clamped,
+        )  # fmt: skip
+
+    def copy(self) -> Actuation:
+        """The same actuation in arrays of its own."""
+        return Actuation(
+            self.pull.copy(), self.tension.copy(), self.effector.copy(),
+            self.effector_values.copy(), self.status, self.certificate, self.conflict, self.clamped,
+        )  # fmt: skip

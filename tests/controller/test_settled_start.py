@@ -1,0 +1,68 @@
+"""Where controller and simulator start: the equilibrium under the loads, or rest where there is none."""
+
+from __future__ import annotations
+
+import logging
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.processes import ROBOT, write_robot
+
+from tauten.controller import Controller
+from tauten.model import Robot, Simulator
+from tauten.service.setup import load_setup, warm_controller
+
+HEAVY = ROBOT.replace("gravity = [0.0, 0.0, 0.0]", "gravity = [0.0, 0.0, -1.0]")
+SAG = 1e-4  # m, of the beam's tip at least
+
+
+@pytest.fixture(scope="module")
+def heavy_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return write_robot(tmp_path_factory.mktemp("heavy"), HEAVY)
+
+
+@pytest.fixture(scope="module")
+def heavy(heavy_file: Path) -> Robot:
+    return load_setup(heavy_file).robot
+
+
+def test_a_settled_controller_sags_and_does_not_move(heavy: Robot) -> None:
+    controller = Controller(heavy)
+    rest = controller.effector_values
+    assert controller.settle_start().converged
+    assert controller.settled
+    start = controller.effector_values
+    assert rest[2] - start[2] > SAG
+    for _ in range(5):
+        controller.hold()
+        controller.advance()
+    np.testing.assert_allclose(controller.effector_values, start, atol=1e-7)
+    np.testing.assert_array_equal(controller.pull, 0.0)
+    controller.step(controller.shifted(0.001))
+    controller.reset()
+    np.testing.assert_array_equal(controller.effector_values, start)
+
+
+def test_controller_and_simulator_settle_alike(heavy: Robot) -> None:
+    controller, simulator = Controller(heavy), Simulator(heavy, "none")
+    controller.settle_start()
+    simulator.settle_start()
+    np.testing.assert_array_equal(simulator.effector_values, controller.effector_values)
+    np.testing.assert_array_equal(simulator.tension, controller.tension)
+    simulator.step(pull=np.full(heavy.n_a, 1e-3))
+    simulator.reset()
+    np.testing.assert_array_equal(simulator.effector_values, controller.effector_values)
+
+
+def test_a_robot_that_does_not_settle_starts_at_rest_and_says_why(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    crushing = ROBOT.replace("gravity = [0.0, 0.0, 0.0]", "gravity = [-1e3, 0.0, 0.0]")
+    crushing = crushing.replace("young_modulus = 1e6", "young_modulus = 1e3")
+    setup = load_setup(write_robot(tmp_path, crushing))
+    with caplog.at_level(logging.WARNING, "tauten.service.setup"):
+        controller = warm_controller(setup)
+    assert not controller.settled
+    np.testing.assert_array_equal(controller.state.q, setup.robot.rest().q)
+    assert "starts undeformed and moves at first: it finds no equilibrium" in caplog.text

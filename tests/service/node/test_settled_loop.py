@@ -1,0 +1,31 @@
+"""A closed loop whose robot sags before it starts, in logical time."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tauten.service.bench import Case, follow
+from tauten.service.node import LARGEST
+from tauten.service.node.plausibility import MeasurementCheck
+from tauten.service.plant.plant import plant_robot, warm_simulator
+from tauten.service.setup import load_setup, warm_controller
+
+SAG = 5e-3  # m, of the pneumatic finger's tip
+
+
+@pytest.mark.slow
+def test_a_robot_that_sags_is_no_frozen_measurement() -> None:
+    setup = load_setup("pneumatic_finger")
+    controller = warm_controller(setup)
+    plant, _ = warm_simulator(plant_robot("pneumatic_finger", None, None), False)
+    robot, start = setup.robot, controller.effector_values
+    layout = robot.effector_layout
+    rest = robot.effector_values(robot.rest())
+    assert layout.lengths(layout.difference(start, rest)).max() > SAG
+    np.testing.assert_allclose(plant.effector_values, start, atol=1e-5)
+    check = MeasurementCheck(layout, robot.size, LARGEST * robot.size)
+    assert check.reason(start, plant.effector_values, robot.h) == ""
+    trace = follow(controller, plant, Case("stay", np.tile(start, (100, 1)), 0), True, "tension")
+    assert trace.error.max() < 1e-5
+    assert check.reason(controller.effector_values, plant.effector_values, robot.h) == ""

@@ -1,0 +1,51 @@
+"""Where a run started, and what actuated it: named in its log, or as it was before logs named it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tauten.service.log import Entry, LogError, LogReader, LogRecorder
+from tauten.service.replay import make_report, read_run, replay
+from tauten.service.wire import JOINTS, TICK
+
+
+def renamed(log: Path, path: Path, changes: dict[str, str | None]) -> Path:
+    """The same log with other metadata; None removes an entry."""
+    reader = LogReader(log)
+    messages = list(reader.messages())
+    metadata = {**reader.metadata, **changes}
+    recorder = LogRecorder(path, {k: v for k, v in metadata.items() if v is not None})
+    kinds = {"actuation": JOINTS, "tick": TICK}
+    for message in messages:
+        kind = kinds.get(message.key.rsplit("/", 1)[1])
+        if kind is not None:
+            recorder.write(Entry(message.key, kind, message.payload, False, 1, 1, message.sequence))
+    recorder.close()
+    return path
+
+
+def test_a_log_that_does_not_name_its_start_is_replayed_from_rest(
+    log: Path, tmp_path: Path
+) -> None:
+    old = renamed(log, tmp_path / "old.mcap", {"start": None, "actuator_kinds": None})
+    result = replay(old, tolerance=1e-4, recorded_paths=True)
+    assert not result.same  # the run started settled: from rest its first decisions are others
+    assert result.worst_tick < 20
+    assert [peak.kind for peak in make_report(read_run(old)).peaks] == ["cable", "cable"]
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"start": "above"}, "start is 'above', allowed are settled and rest"),
+        ({"actuator_kinds": "cable rope"}, "actuator_kinds has 'rope', allowed are cable, chamber"),
+        ({"actuator_kinds": "cable"}, "actuator_kinds has 1 kinds, its actuations have 2"),
+    ],
+)
+def test_wrong_metadata_are_refused(
+    log: Path, tmp_path: Path, changes: dict[str, str | None], message: str
+) -> None:
+    with pytest.raises(LogError, match=message):
+        read_run(renamed(log, tmp_path / "log.mcap", changes))

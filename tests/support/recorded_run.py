@@ -1,0 +1,77 @@
+"""The log of a run without clock and network."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from support.processes import ROBOT
+from tauten.controller import Controller
+from tauten.service.log import Entry, LogRecorder
+from tauten.service.node import ControlLoop, Signals
+from tauten.service.setup import Setup
+from tauten.service.wire import (
+    FLOAT,
+    JOINTS,
+    POINT,
+    TICK,
+    Joints,
+    Keys,
+    Point,
+    Tick,
+    encode_float,
+    encode_joints,
+    encode_point,
+    encode_tick,
+)
+
+TICKS = 60
+LAG = 0.001  # m, the pretended plant is that much too low
+HEAVY = ROBOT.replace("gravity = [0.0, 0.0, 0.0]", "gravity = [0.0, 0.0, -1.0]")
+
+
+def write_run(setup: Setup, path: Path) -> None:
+    """The log of a run without clock and network: the loop as it is, times made up."""
+    robot, keys = setup.robot, Keys(setup.robot.name)
+    controller, recorder = Controller(robot), LogRecorder(path, setup.metadata())
+    assert controller.settle_start().converged
+    loop = ControlLoop(controller, settings=setup.service)
+    rest = robot.effector(robot.rest())
+    for index in range(TICKS + 20):
+        stamp = 10**18 + index * 20_000_000
+        goal = None
+        if 5 <= index < TICKS - 10:
+            goal = rest + np.array([[0.0, 0.0, 1e-4 * index], [0.0, 0.0, 3e-5 * index]])
+        action = loop.tick(goal, Signals(goal is not None, shutdown=index >= TICKS))
+        loop.prepare()
+        x, y, z = action.actuation.effector[0].tolist()
+        joints = Joints(
+            stamp,
+            robot.frame,
+            robot.actuators.names,
+            tuple(action.actuation.pull),
+            tuple(action.actuation.tension),
+        )
+        tick = Tick(
+            stamp, robot.frame, index, action.mode, action.cause,
+            "" if action.status is None else action.status.name,
+            () if goal is None else tuple((a, b, c) for a, b, c in goal.tolist()),
+            (), 0, 1e-4 * (index % 10), 2e-3 if goal is not None else float("nan"), 1e-3, 5e-3 + 1e-4 * index,
+            -0.001 if index == 30 else 0.01, 2 if index == 30 else 0,
+            action.actuation.certificate.deepest_gap, 0.0, 0.0, 0,
+            action.actuation.clamped,
+        )  # fmt: skip
+        for key, kind, payload in (
+            (keys.actuation, JOINTS, encode_joints(joints)),
+            (keys.effectors(("",))[0], POINT, encode_point(Point(stamp, "", (x, y, z)))),
+            (
+                keys.plant_effectors(("",))[0],
+                POINT,
+                encode_point(Point(stamp, "", (x, y, z - LAG))),
+            ),
+            (keys.plant_gap, FLOAT, encode_float(0.002 - 1e-4 * index)),
+            (keys.tick, TICK, encode_tick(tick)),
+        ):
+            recorder.write(Entry(key, kind, payload, False, stamp, stamp, index))
+    recorder.close()
