@@ -84,7 +84,9 @@ def about(result: RobotCheck, subject: str) -> Finding:
     return found
 
 
-@pytest.mark.parametrize(("refinements", "source"), [(1, "quadratic"), (2, "linear")])
+@pytest.mark.parametrize(
+    ("refinements", "source"), [(1, "quadratic"), pytest.param(2, "linear", marks=pytest.mark.slow)]
+)
 def test_the_error_of_a_coarse_cantilever_is_that_against_beam_theory(
     tmp_path: Path, refinements: int, source: str
 ) -> None:
