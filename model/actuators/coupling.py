@@ -70,11 +70,19 @@ def coupling_of(config: RobotSettings) -> Coupling | None:
     if not config.couplings:
         return None
     number = {item.name: place for place, item in enumerate(config.single_actuators)}
-    gains, offsets = np.zeros((len(config.actuators), len(number))), np.zeros(len(number))
+    motors, places, gains = [], [], []
+    offsets = np.zeros(len(number))
     for motor, item in enumerate(config.actuators):
         if isinstance(item, CouplingSettings):
-            places = [number[name] for name in item.members]
-            gains[motor, places], offsets[places] = item.gains, item.offsets
+            own = [number[name] for name in item.members]
+            # the cables of a drum are its own, but it moves them by their springs: gains of zero are stored
+            shared = item.kind == "differential"
+            gains += item.gains if shared else [0.0] * len(own)
+            offsets[own] = item.offsets
         else:
-            gains[motor, number[item.name]] = 1.0
-    return Coupling(sp.csr_array(gains), offsets)
+            own = [number[item.name]]
+            gains.append(1.0)
+        places += own
+        motors += [motor] * len(own)
+    shape = (len(config.actuators), len(number))
+    return Coupling(sp.csr_array((gains, (motors, places)), shape=shape), offsets)

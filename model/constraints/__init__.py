@@ -7,6 +7,7 @@ from tauten.model.constraints.coordinates import (
     make_coordinates,
     make_product_pattern,
 )
+from tauten.model.constraints.drums import Drums, supports_of
 from tauten.model.constraints.followers import GluedNodes
 from tauten.model.constraints.frames import (
     DriveRegion,
@@ -23,6 +24,7 @@ __all__ = [
     "ConstrainedRobot",
     "CoordinateMap",
     "DriveRegion",
+    "Drums",
     "Frames",
     "GluedNodes",
     "FrameJoints",
@@ -32,4 +34,5 @@ __all__ = [
     "make_coordinates",
     "make_frames",
     "make_product_pattern",
+    "supports_of",
 ]

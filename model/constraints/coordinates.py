@@ -3,7 +3,8 @@
 Nodes are free, move with a frame (`Frames`), or are glued: the weighted mean of four other nodes. A pinned
 frame follows such a mean too. The velocities of the nodes that are not fixed are T v with a sparse T = ∂x/∂q
 whose pattern never changes and whose entries are numbers or components of levers. Below the rows of the nodes
-stand those of the rotations of beam nodes. Forces on nodes become Tᵀ f, tangents Tᵀ K T, rows H T.
+stand those of the rotations of beam nodes and of drums. Forces on nodes become Tᵀ f, tangents Tᵀ K T,
+rows H T.
 """
 
 from __future__ import annotations
@@ -38,9 +39,10 @@ class CoordinateMap:
     Attributes:
         n: coordinates' velocities, columns of T: three for each free node, six for each rigid region, three
             for each pinned one, one for each drive.
-        n_nodes: nodes that are not fixed; T has three rows for each, then three for each node of a beam.
+        n_nodes: nodes that are not fixed; T has three rows for each, then three for each node of a beam, then
+            one for each drum.
         free: (f,) free nodes, numbered among those that are not fixed.
-        indptr: (3 n_nodes + 3 b + 1,) CSR row pointers of T.
+        indptr: (3 n_nodes + 3 b + d + 1,) CSR row pointers of T.
         indices: (nnz,) its columns.
         factor: (nnz,) and
         source: (nnz,) its values: factor times one (source 0) or times component source − 1 of the levers.
@@ -74,7 +76,7 @@ class CoordinateMap:
         return values
 
     def matrix(self, values: Array) -> sp.csr_array:
-        """T (3 n_nodes + 3 b, n) with these values (nnz,)."""
+        """T (3 n_nodes + 3 b + d, n) with these values (nnz,)."""
         rows = len(self.indptr) - 1
         return sp.csr_array((values, self.indices, self.indptr), shape=(rows, self.n))
 
@@ -124,6 +126,7 @@ def make_coordinates(
     pinned: list[PinnedRegion],
     glued: GluedNodes,
     turning: Ints,
+    wound: Ints,
     number: Ints,
     x0: Array,
 ) -> CoordinateMap:
@@ -134,6 +137,7 @@ def make_coordinates(
         pinned: those of them that are pinned.
         glued: glued nodes.
         turning: (b,) the region whose rotation each node of a beam has, −1 where it is fixed.
+        wound: (d,) numbers of drums among the drive regions.
         number: (n_nodes,) number of each node among those that are not fixed, −1 where it is fixed.
         x0: (n_nodes, 3) positions at rest [m].
     """
@@ -162,7 +166,10 @@ def make_coordinates(
     row = product.row[order]
     entry, weight = entry[order], product.data[order]
     spins, spin_factors, present = rotation_entries(frames, turning)
-    counts = [np.bincount(row, minlength=3 * m), np.repeat(present.astype(np.int64), 3)]
+    spins = np.concatenate([spins, frames.drives[wound]])
+    spin_factors = np.append(spin_factors, np.ones(len(wound)))
+    turned = np.repeat(present.astype(np.int64), 3)
+    counts = [np.bincount(row, minlength=3 * m), turned, np.ones(len(wound), np.int64)]
     indptr = np.concatenate([[0], np.cumsum(np.concatenate(counts))])
     picked = (3 * frames.nodes[:, None] + np.arange(3)).ravel()
     return CoordinateMap(

@@ -210,7 +210,8 @@ class Frames:
         theta = self.parted(q)[1]
         points = np.zeros((self.n_drives, 3))
         for drive in range(self.n_drives):
-            middle = self.offsets[self.owner == self.n_turning + drive].mean(axis=0)
+            own = self.offsets[self.owner == self.n_turning + drive]
+            middle = own.mean(axis=0) if len(own) else np.zeros(3)  # a drum moves no nodes
             axis, travel = self.axes[drive], theta[drive]
             shift = (middle @ axis) * axis if self.turns[drive] else middle + travel * axis
             points[drive] = self.through[drive] + shift

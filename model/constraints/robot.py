@@ -10,151 +10,32 @@ from typing import TypeVar
 import numpy as np
 import scipy.sparse as sp
 
-from tauten.model.actuators import Coupling
-from tauten.model.body import SparseRobot
-from tauten.model.constraints.coordinates import CoordinateMap, ProductPattern
-from tauten.model.constraints.frames import Frames
-from tauten.model.constraints.joints import FrameJoints
-from tauten.model.mesh import TetMesh
+from tauten.model.constraints.coordinates import ProductPattern
+from tauten.model.constraints.drums import Drums, with_unit_rows
+from tauten.model.constraints.placed_robot import PlacedRobot
 from tauten.model.numerics import Array, FactorisationError, Ints
 from tauten.model.robot import RobotRows, State
-from tauten.model.rows import ContactRows, Rows, stack
+from tauten.model.rows import ContactRows, Rows
 from tauten.model.system import Integration, System, make_system
-from tauten.model.tetra import TetRobot
 
 R = TypeVar("R", bound=Rows)
 
 
 @dataclass(frozen=True, slots=True)
-class ConstrainedRobot(SparseRobot):
+class ConstrainedRobot(PlacedRobot):
     """A robot of tetrahedra and beams some of whose nodes follow others, a `Robot`; made by `load_robot`.
 
-    Forces, tangent and rows are those of the nodes, multiplied with T = ∂x/∂q (`CoordinateMap`). State.q has
-    the positions of free nodes, position and unit quaternion of each rigid region, the unit quaternion of
-    each pinned one, and the angle or travel of each drive; State.v has three, six, three and one numbers for
-    them. A node of a beam is a rigid region of four nodes: itself and three beside it.
+    Forces, tangent and rows are those of the nodes, multiplied with T = ∂x/∂q (`CoordinateMap`).
 
-    Attributes, beside those of every sparse robot:
-        raw: the same robot without constraints or couplings, over all nodes that are not fixed.
-        frames: rigid regions and drives.
-        coordinates: the map to the nodes.
+    Attributes, beside those of `PlacedRobot`:
         product: pattern of Tᵀ K T and places in it.
-        coupling: of all actuators, drives included; None: each is driven alone.
-        drive_places: (m,) numbers of the actuated drives among all single actuators.
-        driven: (m,) their numbers among the drive regions; hinges are drive regions without an actuator.
-        joints: beams and springs between frames; None: there are none.
         spring_values: values of the springs' tangent, see `FrameJoints.entries`.
+        drums: motors that wind several cables; None: there are none.
     """
 
-    raw: TetRobot
-    frames: Frames
-    coordinates: CoordinateMap
     product: ProductPattern
-    coupling: Coupling | None
-    drive_places: Ints
-    driven: Ints
-    joints: FrameJoints | None
     spring_values: Array
-
-    @property
-    def mesh(self) -> TetMesh:
-        """Linear tetrahedra on all nodes at rest."""
-        return self.raw.mesh
-
-    @property
-    def size(self) -> float:
-        """Diagonal of the bounding box at rest [m]."""
-        return self.raw.size
-
-    @property
-    def n_nodes(self) -> int:
-        """Nodes, fixed ones included."""
-        return self.raw.n_nodes
-
-    @property
-    def n_elements(self) -> int:
-        """Tetrahedra, of smoothed elements those that are averaged, and beams."""
-        return self.raw.n_elements
-
-    @property
-    def triangles(self) -> Ints:
-        """Surface as triples of `points`: (t, 3)."""
-        return self.raw.triangles if self.joints is None else self.joints.drawn(self.mesh)
-
-    def turns(self, state: State) -> Array:
-        """Rotations of the nodes of beams: (b, 4), unit quaternions."""
-        assert self.joints is not None
-        return self.frames.quaternions(state.q[3 * len(self.coordinates.free) :])[
-            self.joints.turning
-        ]
-
-    def rest(self) -> State:
-        """The stress-free state at standstill."""
-        free = self.raw.rest().q.reshape(-1, 3)[self.coordinates.free]
-        return State(np.concatenate([free.ravel(), self.frames.rest()]), np.zeros(self.n))
-
-    def placed(self, state: State) -> tuple[State, Array]:
-        """The state of the nodes, and the levers of `Frames.place`: (k, 3) [m]."""
-        first, map_ = 3 * len(self.coordinates.free), self.coordinates
-        x = np.zeros((map_.n_nodes, 3))
-        x[map_.free] = state.q[:first].reshape(-1, 3)
-        x[self.frames.nodes], levers = self.frames.place(state.q[first:])
-        q = map_.followed(x.ravel())
-        return State(q, np.zeros(len(q))), levers
-
-    def nodes(self, state: State) -> Array:
-        """Positions of all nodes, fixed ones included: (n_nodes, 3) [m]."""
-        return self.raw.nodes(self.placed(state)[0])
-
-    def effector(self, state: State) -> Array:
-        """Positions of the effectors: (p, 3) [m]."""
-        return self.raw.effector(self.placed(state)[0])
-
-    def effector_values(self, state: State) -> Array:
-        """Goal values of the effectors: (n_v,)."""
-        return self.raw.effector_values(self.placed(state)[0])
-
-    def points(self, state: State) -> Array:
-        """Positions of what `triangles` joins, here all nodes and the outlines of beams: (P, 3) [m]."""
-        x = self.nodes(state)
-        return x if self.joints is None else self.joints.points(x, self.turns(state))
-
-    def candidates(self, state: State) -> Array:
-        """Positions of the contact candidates: (n_c, 3) [m]."""
-        return self.raw.candidates(self.placed(state)[0])
-
-    def contact_normals(self, state: State) -> Array:
-        """Directions in which contacts push the candidates, NaN out of range: (n_c, 3)."""
-        return self.raw.contact_normals(self.placed(state)[0])
-
-    @property
-    def segment_owners(self) -> Ints:
-        """The actuator of every segment that `actuator_segments` gives: (s,)."""
-        others = self.member_numbers(self.raw.actuator_set.segment_members)
-        return self.motors(np.concatenate([others, self.drive_places]))
-
-    @property
-    def chamber_owners(self) -> Ints:
-        """The actuator whose chamber each of `triangles` encloses, −1 where none: (t,)."""
-        return self.motors(
-            self.member_numbers(self.raw.actuator_set.chamber_members(self.triangles))
-        )
-
-    def actuator_segments(self, state: State) -> Array:
-        """Segments by which actuators are drawn: (s, 2, 3) [m], see `Robot`."""
-        raw_state = self.placed(state)[0]
-        drives = self.frames.drive_segments(state.q[3 * len(self.coordinates.free) :])
-        return np.concatenate([self.raw.actuator_segments(raw_state), drives[self.driven]])
-
-    def member_numbers(self, others: Ints) -> Ints:
-        """Numbers among all single actuators, of numbers (m,) among those that are no drives; −1 remains."""
-        count = self.raw.actuator_set.n_members + len(self.drive_places)
-        numbers: Ints = np.append(np.setdiff1d(np.arange(count), self.drive_places), -1)[others]
-        return numbers
-
-    def motors(self, members: Ints) -> Ints:
-        """The actuators (m,) that drive single actuators (m,); −1 remains −1."""
-        return members if self.coupling is None else self.coupling.motors_of(members)
+    drums: Drums | None
 
     def loaded(self, gravity: Array, effector_force: Array) -> ConstrainedRobot:
         """The robot under another gravity (3,) [m/s²] and forces on its effectors (3 p,) [N]."""
@@ -196,7 +77,14 @@ class ConstrainedRobot(SparseRobot):
             exact: as in `forces`.
         """
         T = self.coordinates.values(levers)
-        efforts = self.efforts(tension)
+        efforts, winding, parts = self.efforts(tension), np.zeros(0), list[Array]()
+        pulled = np.zeros(self.raw.n)
+        if self.drums is not None:
+            rows, tensions = self.wound(state, raw_state)
+            efforts = np.zeros(self.raw.n_a) if efforts is None else efforts
+            efforts[self.drums.cables] = tensions
+            pulled, winding = rows.H[self.drums.cables].T @ tensions, -self.drums.efforts(tensions)
+            parts = [self.drums.tangent(rows.H, tensions)]
         force, K = self.raw.forces(raw_state, efforts, exact)
         tangent = self.product.tangent.apply(K, T, len(self.pattern.indices))
         moments = np.zeros(0)
@@ -205,10 +93,11 @@ class ConstrainedRobot(SparseRobot):
             _, joined, turning, part = self.joints.assemble(x, Q, exact)
             force = force + joined[self.raw.pattern.dof >= 0].ravel()
             moments = turning.ravel()
-            values = np.concatenate([part, self.spring_values])
-            tangent += self.product.joints.apply(values, T, len(tangent))
+            parts = [part, self.spring_values, *parts]
+        if parts:
+            tangent += self.product.joints.apply(np.concatenate(parts), T, len(tangent))
         matrix = self.coordinates.matrix(T)
-        mapped: Array = matrix.T @ np.concatenate([force, moments])
+        mapped: Array = matrix.T @ np.concatenate([force + pulled, moments, winding])
         preload = self.preload(state)
         if preload is not None:
             mapped = mapped + preload[0]
@@ -239,13 +128,15 @@ class ConstrainedRobot(SparseRobot):
 
     @property
     def motor_coordinates(self) -> Ints:
-        """Degrees of freedom that drives hold."""
-        return self.n - self.frames.n_drives + self.driven
+        """Degrees of freedom that drives and drums hold."""
+        drums = np.zeros(0, np.int64) if self.drums is None else self.drums.regions
+        return self.n - self.frames.n_drives + np.concatenate([self.driven, drums])
 
     def mass_values(self, T: Array) -> Array:
         """Values (nnz,) of the mass matrix Tᵀ M T [kg, kg m, kg m²] for values T of the map."""
         turning = np.zeros(0) if self.joints is None else np.repeat(self.joints.inertia, 3)
-        mass = np.concatenate([self.raw.mass, turning])
+        winding = np.zeros(0 if self.drums is None else len(self.drums.motors))
+        mass = np.concatenate([self.raw.mass, turning, winding])
         return self.product.inertia.apply(mass, T, len(self.pattern.indices))
 
     def mass_matrix(self, state: State) -> sp.csc_array:
@@ -319,6 +210,9 @@ class ConstrainedRobot(SparseRobot):
         if self.joints is not None:
             x = self.raw.nodes(raw_state)
             energy += self.joints.assemble(x, self.turns(state), False)[0]
+        if self.drums is not None:
+            theta = self.drive_angles(state)[self.drums.regions]
+            energy += self.drums.energy(self.wound(state, raw_state)[0].delta, theta)
         return energy if preload is None else energy - preload[1]
 
     def preload(self, state: State) -> tuple[Array, float] | None:
@@ -354,9 +248,15 @@ class ConstrainedRobot(SparseRobot):
             self.member_rows(self.through(found.actuators, T), state),
         )
         assert isinstance(touching.rows, Rows)  # of a mesh
+        motors = members if self.coupling is None else self.coupling.rows(members)
+        if self.drums is not None:
+            theta = self.drive_angles(state)[self.drums.regions]
+            motors = self.drums.motor_rows(
+                motors, self.motor_coordinates[len(self.driven) :], theta
+            )
         return RobotRows(
             effectors=self.through(found.effectors, T),
-            actuators=members if self.coupling is None else self.coupling.rows(members),
+            actuators=motors,
             contacts=ContactRows(
                 self.through(touching.rows, T), touching.slots, touching.pair, touching.n_slots
             ),
@@ -369,20 +269,21 @@ class ConstrainedRobot(SparseRobot):
             others: those of all actuators but drives.
             state: the state.
         """
-        if len(self.driven) == 0:
-            return others
-        m, n_drives = len(self.driven), self.frames.n_drives
-        arrays = np.ones(m), self.motor_coordinates, np.arange(m + 1)
-        angles = state.q[len(state.q) - n_drives :][self.driven]
-        drives = Rows(sp.csr_array(arrays, shape=(m, self.n)), angles)
-        if len(others) == 0:
-            return drives
-        count = len(others) + m
-        order = np.empty(count, dtype=np.int64)
-        order[self.drive_places] = len(others) + np.arange(m)
-        order[np.setdiff1d(np.arange(count), self.drive_places)] = np.arange(len(others))
-        both = stack([others, drives])
-        return Rows(both.H[order], both.delta[order])
+        angles = self.drive_angles(state)[self.driven]
+        columns = self.n - self.frames.n_drives + self.driven
+        return with_unit_rows(others, self.drive_places, columns, angles)
+
+    def drive_angles(self, state: State) -> Array:
+        """Angle or travel of every drive region: (n_drives,)."""
+        return state.q[len(state.q) - self.frames.n_drives :]
+
+    def wound(self, state: State, raw_state: State) -> tuple[Rows, Array]:
+        """Rows of all cables over the nodes, and tensions [N] of those on drums."""
+        assert self.drums is not None
+        cables, pattern = self.raw.actuator_set.cables, self.raw.pattern
+        rows = cables.rows(self.raw.nodes(raw_state), pattern.dof, pattern.n)
+        theta = self.drive_angles(state)[self.drums.regions]
+        return rows, self.drums.tensions(rows.delta, theta)
 
     def advance(self, state: State, system: System, dv: Array) -> State:
         """The state one step later: v + dv, moved by h (v + dv).

@@ -236,6 +236,10 @@ def _motor(item: SingleActuator | CouplingSettings, config: RobotSettings) -> _M
         members = [single[name] for name in item.members]
         gains, offsets = item.gains, item.offsets
     kind, flexibility, shift = ActuatorKind(members[0].kind), 0.0, 0.0
+    if (
+        isinstance(item, CouplingSettings) and item.kind == "drum"
+    ):  # springs between it and its cables
+        return _Motor(kind, True, flexibility, shift)
     for member, gain, offset in zip(members, gains, offsets, strict=True):
         if isinstance(member, CableSettings) and member.spring is not None:
             spring = member.spring

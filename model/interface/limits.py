@@ -55,7 +55,7 @@ def limits_of(config: RobotSettings, source: str = "robot file") -> Limits:
     single = {item.name: item.limits for item in config.single_actuators}
     ranges = []
     for item in config.actuators:
-        if isinstance(item, CouplingSettings):
+        if isinstance(item, CouplingSettings) and item.kind == "differential":
             ranges.append(_coupled(item, [single[name] for name in item.members], source))
         else:
             ranges.append(item.limits)

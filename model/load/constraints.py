@@ -13,6 +13,7 @@ from tauten.model.actuators import Coupling
 from tauten.model.constraints import (
     ConstrainedRobot,
     DriveRegion,
+    Drums,
     FrameJoints,
     GluedNodes,
     PinnedRegion,
@@ -20,12 +21,14 @@ from tauten.model.constraints import (
     make_coordinates,
     make_frames,
     make_product_pattern,
+    supports_of,
 )
 from tauten.model.load.beam_bodies import CORNERS, BeamPart, beam_joints
 from tauten.model.load.bodies import Bodies
 from tauten.model.load.glue import attached_parts, axis_of, build_glue
 from tauten.model.load.joins import AnyFrame, join_frames, require_no_circle
 from tauten.model.numerics import Bools, Ints, make_factorisation
+from tauten.model.points import CableSet
 from tauten.model.schema import RobotConfig, RobotFileError
 from tauten.model.tetra import TetRobot
 
@@ -37,7 +40,8 @@ class Constraints:
     Attributes:
         rigid: rigid regions, among them the free nodes of beams.
         pinned: pinned regions.
-        drives: those of the drives as listed, then those of hinges on the robot's frame.
+        drives: those of the drives as listed, then those of hinges on the robot's frame, then drums, which
+            have no nodes.
         glued: glued nodes.
         springs: see `FrameJoints`.
     """
@@ -89,6 +93,11 @@ def build_constraints(config: RobotConfig, bodies: Bodies) -> Constraints:
             axis, through = axis_of(hinge)
             name = f"attachments.{index}"
             drives.append(DriveRegion(name, np.flatnonzero(nodes), axis, through, True))
+    for motor in config.couplings:
+        if motor.kind == "drum":
+            none, along = np.zeros(0, np.int64), np.array([1.0, 0.0, 0.0])
+            name = f"couplings.{motor.name}"
+            drives.append(DriveRegion(name, none, along, np.zeros(3), False))
     require_own_nodes([*rigid, *drives], bodies.fixed, source)
     attachments = [
         attached_parts(item, bodies, f"attachments.{index}")
@@ -124,6 +133,8 @@ def require_held(config: RobotConfig, bodies: Bodies, constraints: Constraints) 
     glued = constraints.glued
     tied = [np.stack([np.repeat(glued.nodes, 4), glued.masters.ravel()])]
     for _, region in constraints.regions:
+        if len(region) == 0:  # a drum
+            continue
         tied.append(np.stack([region, np.full(len(region), region[0])]))
     for one in constraints.pinned:
         tied.append(np.stack([np.full(len(one.masters), one.nodes[0]), one.masters]))
@@ -225,19 +236,26 @@ def constrained(
     for region, (_, nodes) in enumerate(constraints.regions):
         moving[nodes] = region
     joints = beam_joints(bodies.beams, moving, constraints.springs)
-    turning = np.zeros(0, np.int64) if joints is None else joints.turning
-    coordinates = make_coordinates(frames, pinned, constraints.glued, turning, number, x0)
+    drums = build_drums(config, raw.actuator_set.cables, len(drives), number)
     none = np.zeros(0, dtype=np.int64)
+    turning = none if joints is None else joints.turning
+    wound = none if drums is None else drums.regions
+    coordinates = make_coordinates(frames, pinned, constraints.glued, turning, wound, number, x0)
     entries = (none, none) if joints is None else joints.entries(number)
+    if drums is not None:
+        more = drums.entries(len(coordinates.indptr) - 1 - len(wound))
+        i, j = (np.concatenate(pair) for pair in zip(entries, more, strict=True))
+        entries = i, j
     product = make_product_pattern(coordinates, raw.pattern, frames, entries)
     names = [item.name for item in config.single_actuators]
     pattern = product.pattern
     rest = coordinates.values(frames.place(frames.rest())[1])
     rotary = np.zeros(0) if joints is None else np.repeat(joints.inertia, 3)
-    inertia = product.inertia.apply(np.concatenate([raw.mass, rotary]), rest, len(pattern.indices))
+    mass = np.concatenate([raw.mass, rotary, np.zeros(len(wound))])
+    inertia = product.inertia.apply(mass, rest, len(pattern.indices))
     return ConstrainedRobot(
         names=raw.names,
-        digest=constrained_digest(raw, constraints, joints),
+        digest=constrained_digest(raw, constraints, joints, drums),
         gravity=raw.gravity,
         tolerance=raw.tolerance,
         integration=raw.integration,
@@ -260,18 +278,53 @@ def constrained(
         driven=np.arange(len(config.drives)),
         joints=joints,
         spring_values=np.zeros(0) if joints is None else joints.spring_tangent(number).data,
+        drums=drums,
     )
 
 
-def constrained_digest(raw: TetRobot, constraints: Constraints, joints: FrameJoints | None) -> str:
+def build_drums(config: RobotConfig, cables: CableSet, n_drives: int, number: Ints) -> Drums | None:
+    """The drums of a robot file; None: it has none.
+
+    Args:
+        config: the robot file.
+        cables: of the robot.
+        n_drives: drive regions, the last of which are drums.
+        number: (n_nodes,) number of each node among those that are not fixed.
+    """
+    names = [cable.name for cable in config.cables]
+    items = [item for item in config.couplings if item.kind == "drum"]
+    if not items:
+        return None
+    chosen = [names.index(name) for item in items for name in item.members]
+    springs = [config.cables[cable].spring for cable in chosen]
+    order = [item.name for item in config.actuators]
+    return Drums(
+        cables=np.array(chosen),
+        owner=np.repeat(np.arange(len(items)), [len(item.members) for item in items]),
+        gains=np.array([gain for item in items for gain in item.gains]),
+        stiffness=np.array([spring.stiffness for spring in springs if spring]),
+        pretension=np.array([spring.pretension for spring in springs if spring]),
+        motors=np.array([order.index(item.name) for item in items]),
+        regions=n_drives - len(items) + np.arange(len(items)),
+        supports=supports_of(cables, chosen, number),
+    )
+
+
+def constrained_digest(
+    raw: TetRobot, constraints: Constraints, joints: FrameJoints | None, drums: Drums | None
+) -> str:
     """SHA-256 of the robot, of what its nodes follow, and of its beams and hinges.
 
     Args:
         raw: the robot without constraints.
         constraints: the constraints.
         joints: beams and hinges.
+        drums: motors that wind several cables.
     """
     hasher = hashlib.sha256(raw.digest.encode())
+    if drums is not None:
+        for part in (drums.gains, drums.stiffness, drums.pretension):
+            hasher.update(np.round(part, 12).tobytes())
     for name, nodes in constraints.regions:
         hasher.update(name.encode() + nodes.tobytes())
     for drive in constraints.drives:

@@ -222,12 +222,20 @@ class ForceSettings(Section):
 class CouplingSettings(Section):
     """One motor that drives several actuators of the same kind, its members.
 
-    Its position is δ_m = Σ g_i δ_i and the effort on member i λ_i = pretension_i + g_i λ_m, with the gain
-    g_i. Its limits, its decision and its messages are in the motor's coordinate; the limits of the members'
-    efforts hold too.
+    Of a differential the position is δ_m = Σ g_i δ_i and the effort on member i is
+    λ_i = pretension_i + g_i λ_m, with the gain g_i. A drum winds its cables to the lengths g_i δ_m, and their
+    tensions differ: its effort is λ_m = Σ g_i λ_i. Limits, decision and messages are in the motor's
+    coordinate; the limits of the members' efforts hold for a differential too.
     """
 
     name: Annotated[Name, Field(description="Name in keys, messages and tables.")]
+    kind: Annotated[
+        Literal["differential", "drum"],
+        Field(
+            description="Whether the members share the motor's effort (differential, default), or are cables "
+            "that it winds together (drum), each with a `spring`."
+        ),
+    ] = "differential"
     members: Annotated[
         list[Name], Field(min_length=1, description="Names of the actuators that it drives.")
     ]
@@ -281,16 +289,23 @@ class CouplingSettings(Section):
             raise ValueError(f"gains {self.gains} must all be at least 1e-9 in magnitude")
         if len(set(self.members)) < len(self.members):
             raise ValueError(f"members {self.members} name an actuator twice")
+        if self.kind == "drum" and self.pretensions is not None:
+            raise ValueError(
+                "pretensions: the cables of a drum have theirs in `spring`, leave it out"
+            )
         self.limits.check("position", "effort")
         return self
 
 
-def check_couplings(couplings: Sequence[CouplingSettings], kinds: dict[str, Kind]) -> None:
+def check_couplings(
+    couplings: Sequence[CouplingSettings], kinds: dict[str, Kind], sprung: set[str]
+) -> None:
     """Raise a ValueError where a coupling names what is no actuator, is another's, or of another kind.
 
     Args:
         couplings: of a robot file.
         kinds: kind of every actuator that is no coupling, by name.
+        sprung: names of the cables with a spring.
     """
     taken: set[str] = set()
     for index, coupling in enumerate(couplings):
@@ -307,5 +322,10 @@ def check_couplings(couplings: Sequence[CouplingSettings], kinds: dict[str, Kind
                 raise ValueError(
                     f"couplings.{index}: {name!r} is a {kinds[name]} and {coupling.members[0]!r} a "
                     f"{kinds[coupling.members[0]]}, the members of a coupling are of one kind"
+                )
+            if coupling.kind == "drum" and name not in sprung:
+                raise ValueError(
+                    f"couplings.{index}: {name!r} on a drum has to be a cable with a spring, whose stiffness "
+                    "takes up what the drum winds"
                 )
         taken.update(coupling.members)

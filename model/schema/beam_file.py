@@ -35,6 +35,16 @@ class BeamConfig(RobotSettings):
     ] = Field(description="Cross-sections that the structure file names, one table each.")
 
     @model_validator(mode="after")
+    def _no_drums(self) -> BeamConfig:
+        for index, item in enumerate(self.couplings):
+            if item.kind == "drum":
+                raise ValueError(
+                    f"couplings.{index}.kind: drums are for robots with a mesh or bodies, not for structure "
+                    "files"
+                )
+        return self
+
+    @model_validator(mode="after")
     def _profiles(self) -> BeamConfig:
         check_unique("profiles", [profile.name for profile in self.profiles])
         return self

@@ -233,7 +233,8 @@ class RobotSettings(Section):
                 "a robot needs an actuator: a table cables, chambers, drives or forces"
             )
         check_unique("actuators", [item.name for item in (*single, *self.couplings)])
-        check_couplings(self.couplings, {item.name: item.kind for item in single})
+        sprung = {cable.name for cable in self.cables if cable.spring is not None}
+        check_couplings(self.couplings, {item.name: item.kind for item in single}, sprung)
         return self
 
     def named_regions(self) -> dict[str, Region]:

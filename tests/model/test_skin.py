@@ -12,11 +12,17 @@ from tauten.reduction.state import StateBasis, reduced_robot
 
 
 @pytest.fixture(scope="module")
-def bent() -> tuple[Robot, State]:
+def settled() -> Simulator:
     """The finger, pulled until its notches touch."""
     simulator = Simulator(load_robot("finger"))
     assert simulator.settle(pull=[0.02]).converged
-    return simulator.robot, simulator.state
+    return simulator
+
+
+@pytest.fixture(scope="module")
+def bent(settled: Simulator) -> tuple[Robot, State]:
+    """The finger, and its state pulled until its notches touch."""
+    return settled.robot, settled.state
 
 
 def test_drawn_cables_are_shorter_by_what_is_pulled(bent: tuple[Robot, State]) -> None:
@@ -68,10 +74,8 @@ def test_drawn_forces_open_the_contacts(bent: tuple[Robot, State]) -> None:
     assert np.maximum(along, 0.0).sum(axis=1).max() == pytest.approx(1.0)
 
 
-def test_the_skin_is_the_surface_and_forces_in_it_push(bent: tuple[Robot, State]) -> None:
-    robot, _ = bent
-    simulator = Simulator(robot)
-    assert simulator.settle(pull=[0.02]).converged
+def test_the_skin_is_the_surface_and_forces_in_it_push(settled: Simulator) -> None:
+    robot, simulator = settled.robot, settled
     skin = skin_of(robot)
     geometry = skin.geometry(robot, simulator.state, simulator.lam_c)
     assert np.array_equal(skin.used[skin.triangles], robot.triangles)

@@ -99,6 +99,7 @@ def test_energy_of_a_free_swing_falls_in_every_step(make: Callable[[], Robot]) -
     assert np.diff(energies[:15]).max() < 0.0
 
 
+@pytest.mark.slow
 def test_a_hanging_robot_with_held_cables_comes_to_rest(finger: Robot) -> None:
     """Where its weight, the cable and contacts are in equilibrium."""
     robot = undamped(finger)

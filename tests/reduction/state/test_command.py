@@ -69,6 +69,7 @@ def test_reduce_states_of_every_kind(
     assert decision.pull[0] > 5e-4
 
 
+@pytest.mark.slow
 def test_reduce_states_of_beams(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = write_short_arm(tmp_path)
     places = ("--out", tmp_path / "arm.basis", "--snapshots", tmp_path / "campaign")

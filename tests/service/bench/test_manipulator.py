@@ -77,6 +77,7 @@ def test_speed_is_measured_in_both_postures(arm: Robot) -> None:
     assert 0.0 < straight.control_reduced_ms <= straight.control_reduced_p99_ms
 
 
+@pytest.mark.slow
 def test_certified_basis_follows_the_full_arm(
     arm: Robot, tmp_path_factory: pytest.TempPathFactory
 ) -> None:

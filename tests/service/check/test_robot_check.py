@@ -340,6 +340,7 @@ def test_a_stop_on_the_first_mesh_gives_no_verdict(tmp_path: Path) -> None:
     assert result.estimate.verdict == "stopped before a better mesh was compared"
 
 
+@pytest.mark.slow
 def test_an_equilibrium_that_is_not_found_is_said(tmp_path: Path) -> None:
     """A cable of 0.11 m that is to be 0.3 m shorter."""
     robot = write(tmp_path, None, ("max_pull = 0.05", "max_pull = 0.3"))

@@ -1,0 +1,156 @@
+"""Drums: motors that wind several cables at once, each by its gain, and cables that go slack.
+
+The motor has a coordinate θ. Cable i is wound to the length g_i θ, its own pulled length is δ_i, and a spring
+of stiffness k_i in series with it, whose tension at rest is p_i, takes up the difference:
+
+    e_i = p_i / k_i + g_i θ − δ_i,   λ_i = k_i max(e_i, 0),   E = Σ ½ k_i max(e_i, 0)²              (A3)
+
+so that the effort of the motor is ∂E/∂θ = Σ g_i λ_i, and the force on the robot H_iᵀ λ_i. A cable that has
+gone slack keeps a small share of its stiffness in the tangent, not in the forces, so that the motor's
+coordinate is never free.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+
+from tauten.model.numerics import Array, Ints
+from tauten.model.points import CableSet
+from tauten.model.rows import Rows, stack
+
+SLACK_SHARE = 1e-6  # of the stiffness of a slack cable in the tangent
+
+
+@dataclass(frozen=True, slots=True)
+class Drums:
+    """The drums of a robot and the cables on them.
+
+    Attributes:
+        cables: (c,) numbers of the cables on drums.
+        owner: (c,) the drum of each.
+        gains: (c,) wound length by a unit of the drum's coordinate, signed.
+        stiffness: (c,) of the springs [N/m].
+        pretension: (c,) tension at rest [N].
+        motors: (d,) numbers of the drums among the motors of the robot.
+        regions: (d,) their numbers among the drive regions, which have no nodes.
+        supports: of each cable the degrees of freedom of nodes, those not fixed, that its length depends on.
+    """
+
+    cables: Ints
+    owner: Ints
+    gains: Array
+    stiffness: Array
+    pretension: Array
+    motors: Ints
+    regions: Ints
+    supports: tuple[Ints, ...]
+
+    def stretched(self, delta: Array, theta: Array) -> Array:
+        """Stretch e of the springs (c,) [m] for pulled lengths of all cables and coordinates (d,).
+
+        Args:
+            delta: (cables of the robot,) [m].
+            theta: (d,) coordinates of the drums.
+        """
+        wound: Array = self.pretension / self.stiffness + self.gains * theta[self.owner]
+        return wound - delta[self.cables]
+
+    def tensions(self, delta: Array, theta: Array) -> Array:
+        """Tensions λ (c,) [N]; arguments as of `stretched`."""
+        tension: Array = self.stiffness * np.maximum(self.stretched(delta, theta), 0.0)
+        return tension
+
+    def energy(self, delta: Array, theta: Array) -> float:
+        """Energy in the springs since rest [J]; arguments as of `stretched`."""
+        tension = self.tensions(delta, theta)
+        return float(0.5 * ((tension**2 - self.pretension**2) / self.stiffness).sum())
+
+    def efforts(self, tension: Array) -> Array:
+        """Efforts of the motors (d,) that hold tensions (c,) [N]."""
+        efforts: Array = np.bincount(self.owner, self.gains * tension, len(self.motors)).astype(
+            float
+        )
+        return efforts
+
+    def motor_rows(self, rows: Rows, columns: Ints, theta: Array) -> Rows:
+        """Rows of all motors, those of drums as unit rows.
+
+        Args:
+            rows: of all motors, zero for drums.
+            columns: (d,) velocities of the drums.
+            theta: (d,) their coordinates.
+        """
+        unit = sp.csr_array((np.ones(len(columns)), (self.motors, columns)), shape=rows.H.shape)
+        delta = rows.delta.copy()
+        delta[self.motors] = theta
+        return Rows(sp.csr_array(rows.H + unit), delta)
+
+    def entries(self, first: int) -> tuple[Ints, Ints]:
+        """Rows and columns of the entries that `tangent` gives.
+
+        Args:
+            first: row of the first drum below those of nodes and beams.
+        """
+        rows, columns = [np.zeros(0, np.int64)], [np.zeros(0, np.int64)]
+        for support, drum in zip(self.supports, self.owner.tolist(), strict=True):
+            places = np.append(support, first + drum)
+            rows.append(np.repeat(places, len(places)))
+            columns.append(np.tile(places, len(places)))
+        return np.concatenate(rows), np.concatenate(columns)
+
+    def tangent(self, H: sp.csr_array, tension: Array) -> Array:
+        """Values of the tangent k h hᵀ of each cable, h = ∂(δ − g θ), without the curvature of the cables.
+
+        Args:
+            H: rows of all cables over the nodes that are not fixed.
+            tension: (c,) of those on drums [N].
+        """
+        values = [np.zeros(0)]
+        for place, support in enumerate(self.supports):
+            dense = H[[self.cables[place]]].toarray()[0]
+            h = np.append(dense[support], -self.gains[place])
+            share = 1.0 if tension[place] > 0.0 else SLACK_SHARE
+            values.append(share * self.stiffness[place] * np.outer(h, h).ravel())
+        return np.concatenate(values)
+
+
+def supports_of(cables: CableSet, chosen: list[int], number: Ints) -> tuple[Ints, ...]:
+    """Degrees of freedom that the lengths of cables depend on, as `Drums` has them.
+
+    Args:
+        cables: all cables of the robot.
+        chosen: numbers of those on drums.
+        number: (n_nodes,) number of each node among those that are not fixed, −1 where it is fixed.
+    """
+    found = []
+    for cable in chosen:
+        nodes = np.unique(number[cables.nodes[cables.owner == cable]])
+        found.append((3 * nodes[nodes >= 0][:, None] + np.arange(3)).ravel())
+    return tuple(found)
+
+
+def with_unit_rows(others: Rows, places: Ints, coordinates: Ints, delta: Array) -> Rows:
+    """Rows among which those of coordinates stand, as unit rows.
+
+    Args:
+        others: all other rows.
+        places: (m,) numbers of the unit rows among all of them.
+        coordinates: (m,) the coordinate of each.
+        delta: (m,) their values.
+    """
+    m = len(places)
+    if m == 0:
+        return others
+    shape = (m, others.H.shape[1])
+    units = Rows(sp.csr_array((np.ones(m), coordinates, np.arange(m + 1)), shape=shape), delta)
+    if len(others) == 0:
+        return units
+    count = len(others) + m
+    order = np.empty(count, dtype=np.int64)
+    order[places] = len(others) + np.arange(m)
+    order[np.setdiff1d(np.arange(count), places)] = np.arange(len(others))
+    both = stack([others, units])
+    return Rows(both.H[order], both.delta[order])

@@ -1,0 +1,168 @@
+"""Drums: finite differences, statics of an antagonistic pair, cables that go slack, control."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+from support.robots.bodies import beam_config
+from support.robots.joined import joined, rod
+from support.robots.small_bodies import MESH, SIZE, constrained, moved
+
+from tauten.controller import Controller
+from tauten.model import Simulator
+from tauten.model.constraints import ConstrainedRobot
+from tauten.model.load import build_robot
+from tauten.model.numerics import Array
+from tauten.model.schema import RobotConfig, RobotFileError, validated
+
+STIFFNESS, PRETENSION = 5e3, 2.0
+LIMITS = {"max_tension": 50.0, "max_pull": 0.05, "max_rate": 1.0}
+
+
+def tendon(name: str, z: float, **changes: object) -> dict[str, object]:
+    """A cable along a bar of 0.1 m x 0.02 m x 0.02 m at the height z."""
+    spring = {"stiffness": STIFFNESS, "pretension": PRETENSION}
+    points = [[0.01, 0.01, z], [0.05, 0.01, z], [0.1, 0.01, z]]
+    return {"name": name, "points": points, "spring": spring, **LIMITS, **changes}
+
+
+DRUM: dict[str, object] = {
+    "name": "drum", "kind": "drum", "members": ["lower", "upper"], "gains": [1.0, -1.0],
+    "max_position": 0.02, "max_effort": 100.0, "max_rate": 0.5,
+}  # fmt: skip
+
+
+def antagonists(**changes: object) -> ConstrainedRobot:
+    """A soft bar with a cable below and one above on one drum."""
+    cables = [tendon("lower", 0.002), tendon("upper", 0.018)]
+    given = {"cables": cables, "couplings": [DRUM], "integration": {"scheme": "quasi-static"}}
+    return constrained(**{**given, **changes})
+
+
+def pulled(robot: ConstrainedRobot, simulator: Simulator) -> tuple[Array, Array]:
+    """Pulled lengths [m] and tensions [N] of all cables."""
+    state = simulator.state
+    rows, tensions = robot.wound(state, robot.placed(state)[0])
+    return rows.delta, tensions
+
+
+def test_forces_and_tangent_are_derivatives_of_the_energy() -> None:
+    """At a state with one cable taut and one slack, rows of the motor included."""
+    robot = antagonists()
+    rng = np.random.default_rng(3)
+    dq = 5e-4 * rng.standard_normal(robot.n)
+    dq[-1] = 3e-3
+    state = moved(robot, robot.rest(), dq)
+    tensions = robot.wound(state, robot.placed(state)[0])[1]
+    assert tensions[0] > 1.0
+    assert tensions[1] == 0.0
+    d, step = rng.standard_normal(robot.n), 1e-7
+
+    def slope(value: object) -> Array:
+        ahead, behind = (value(moved(robot, state, sign * step * d)) for sign in (1.0, -1.0))  # type: ignore[operator]
+        return np.asarray((ahead - behind) / (2.0 * step))
+
+    force, K = robot.forces(state, np.zeros(1), exact=True)
+    assert -force @ d == pytest.approx(float(slope(robot.potential)), rel=1e-6)
+    matrix = sp.csc_array((K, robot.pattern.indices, robot.pattern.indptr), shape=(robot.n,) * 2)
+    found = -slope(lambda at: robot.forces(at)[0])
+    assert np.abs(matrix @ d - found).max() < 2e-6 * np.abs(found).max()
+    rows = robot.rows(state).actuators
+    assert rows.H @ d == pytest.approx(d[-1:])
+    assert rows.delta == pytest.approx([3e-3])
+
+
+def test_the_motor_bears_the_difference_of_the_tensions() -> None:
+    """Given a position, each cable has the tension of its spring, and the effort is Σ g λ; both differ."""
+    robot = antagonists()
+    simulator = Simulator(robot, contact="none")
+    for position in (0.001, 0.003, -0.002):
+        assert simulator.settle(pull=[position], tension=[np.nan]).converged
+        delta, tension = pulled(robot, simulator)
+        wound = position * np.array([1.0, -1.0])
+        expected = np.maximum(PRETENSION + STIFFNESS * (wound - delta), 0.0)
+        assert tension == pytest.approx(expected, abs=1e-9)
+        assert simulator.tension[0] == pytest.approx(tension[0] - tension[1], abs=1e-6)
+        assert abs(tension[0] - tension[1]) > 0.1
+
+
+def test_work_of_the_motor_is_the_energy_stored() -> None:
+    """Trapezoidal sum of the effort over the position, from where the pretensions hold each other."""
+    robot = antagonists()
+    simulator = Simulator(robot, contact="none")
+    positions = np.linspace(0.0, 0.004, 41)
+    energy, effort = [], []
+    for position in positions:
+        assert simulator.settle(pull=[position], tension=[np.nan]).converged
+        energy.append(robot.potential(simulator.state))
+        effort.append(simulator.tension[0])
+    work = float(np.trapezoid(effort, positions))
+    assert work == pytest.approx(energy[-1] - energy[0], rel=3e-4)
+
+
+def test_a_stiff_drum_is_two_winches_at_the_lengths_that_it_winds() -> None:
+    """Where both springs are stiff: the same shape and tensions as two cables of their own at g θ."""
+    stiff = {"stiffness": 1e7, "pretension": PRETENSION}
+    cables = [tendon("lower", 0.002, spring=stiff), tendon("upper", 0.018, spring=stiff)]
+    drum = Simulator(antagonists(cables=cables), contact="none")
+    assert drum.settle(pull=[0.002], tension=[np.nan]).converged
+    winches = [
+        {key: value for key, value in cable.items() if key != "spring"} | {"min_pull": -0.02}
+        for cable in cables
+    ]
+    config = validated(RobotConfig, beam_config(SIZE, cables=winches), "bar.toml")
+    two = Simulator(build_robot(config, MESH, "bar.toml"), contact="none")
+    length = PRETENSION / 1e7
+    assert two.settle(pull=[0.002 + length, -0.002 + length]).converged
+    assert drum.robot.effector(drum.state) == pytest.approx(two.robot.effector(two.state), abs=1e-6)
+
+
+def test_a_drum_on_a_rod_goes_slack_and_is_controlled() -> None:
+    """One motor brings the tip of a rod with a pair of tendons to a height, and back beyond the middle."""
+    tendons = [
+        {
+            "name": name, "points": [[0.0, 0.0, z], [0.05, 0.0, z], [0.1, 0.0, z]], "max_outside": 0.01,
+            "spring": {"stiffness": 2e3, "pretension": 0.5}, **LIMITS,
+        }
+        for name, z in (("lower", -0.008), ("upper", 0.008))
+    ]  # fmt: skip
+    root = {"body": "rod", "kind": "sphere", "centre": [0.0, 0.0, 0.0], "radius": 1e-6}
+    robot = joined(
+        [rod("rod", [[0.0, 0.0, 0.0], [0.1, 0.0, 0.0]], fixed=[root])],
+        cables=tendons,
+        couplings=[{**DRUM, "members": ["upper", "lower"]}],
+        effectors=[{"name": "tip", "point": [0.1, 0.0, 0.0], "weight": [0.0, 0.0, 1.0]}],
+        integration={"scheme": "implicit-euler", "rayleigh_stiffness": 0.02},
+        controller={"rate": 100.0},
+    )
+    controller = Controller(robot)
+    for height in (0.02, -0.015):
+        for _ in range(150):
+            decision = controller.decide(np.array([0.1, 0.0, height]))
+            assert decision.status.usable
+            controller.advance()
+        assert robot.effector(controller.state)[0, 2] == pytest.approx(height, abs=2e-4)
+        tension = robot.wound(controller.state, robot.placed(controller.state)[0])[1]
+        assert tension.min() >= 0.0
+        assert tension.max() > 0.5
+
+
+def test_a_drum_needs_cables_with_springs() -> None:
+    bare = [tendon("lower", 0.002), tendon("upper", 0.018)]
+    del bare[1]["spring"]
+    with pytest.raises(RobotFileError, match="'upper' on a drum has to be a cable with a spring"):
+        antagonists(cables=bare)
+    with pytest.raises(RobotFileError, match="the cables of a drum have theirs in `spring`"):
+        antagonists(couplings=[{**DRUM, "pretensions": [1.0, 1.0]}])
+
+
+def test_cables_of_a_drum_are_drawn_as_its_own() -> None:
+    """Beside a cable that is alone and stands first, the other two belong to the second motor."""
+    alone = {**tendon("side", 0.01)}
+    del alone["spring"]
+    robot = antagonists(cables=[alone, tendon("lower", 0.002), tendon("upper", 0.018)])
+    assert robot.actuators.names == ("side", "drum")
+    assert robot.segment_owners.tolist() == [0, 0, 1, 1, 1, 1]
+    rows = robot.rows(moved(robot, robot.rest(), np.append(np.zeros(robot.n - 1), 0.01))).actuators
+    assert rows.delta == pytest.approx([0.0, 0.01])
