@@ -107,6 +107,7 @@ class Forked:
 
     def __init__(self, server: ForkServer, output: Path, **request: object) -> None:
         """Start what `tests/support/fork_server.py` is asked for: arguments of `tauten`, or a script."""
+        output.write_bytes(b"")  # can be read from now on
         what = {"script": None, "folder": str(Path.cwd()), "environment": dict(os.environ)}
         pid = server.ask(output=str(output), **(what | request))
         assert pid is not None
