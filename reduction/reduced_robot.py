@@ -263,6 +263,10 @@ class Reducible(Protocol):
     """
 
     @property
+    def own_coordinates(self) -> int:
+        """How many of the last deviations no mode combines: the reduced robot has them as coordinates."""
+
+    @property
     def weight(self) -> Array:
         """Diagonal W (m,) of the norm in which modes are orthonormal: ΦᵀWΦ = I."""
 

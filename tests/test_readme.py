@@ -25,6 +25,16 @@ def test_tables_come_from_the_results() -> None:
     assert tables.filled(README) == README, "run python docs/tables.py"
 
 
+def test_the_python_of_the_readme_imports_what_there_is() -> None:
+    (snippet,) = re.findall(r"```python\n(.*?)```", README, flags=re.DOTALL)
+    lines = snippet.splitlines()
+    names: dict[str, object] = {}
+    exec("\n".join(line for line in lines if line.startswith("from ")), names)
+    assert {"Controller", "Simulator", "ContactBasis", "StateBasis"} <= set(names)
+    compile(snippet, "README.md", "exec")
+
+
+@pytest.mark.slow
 def test_the_python_of_the_readme_runs(capsys: pytest.CaptureFixture[str]) -> None:
     (snippet,) = re.findall(r"```python\n(.*?)```", README, flags=re.DOTALL)
     exec(compile(snippet, "README.md", "exec"), {})

@@ -26,6 +26,17 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+def test_every_page_is_in_the_contents() -> None:
+    contents = (ROOT / "docs" / "index.md").read_text(encoding="utf-8").splitlines()
+    pages = sorted((ROOT / "docs").rglob("*.md"))
+    assert len(pages) > 20
+    for page in pages:
+        name = page.relative_to(ROOT / "docs").with_suffix("").as_posix()
+        if not name.startswith("_build") and name != "index":
+            assert name in contents, name
+
+
+@pytest.mark.slow
 def test_every_page_is_reached_from_the_first(site: Path) -> None:
     first = (site / "index.html").read_text(encoding="utf-8")
     for page in sorted((ROOT / "docs").rglob("*.md")):
@@ -35,12 +46,14 @@ def test_every_page_is_reached_from_the_first(site: Path) -> None:
         assert f'href="{name.as_posix()}"' in first, name
 
 
+@pytest.mark.slow
 def test_pages_load_nothing_from_elsewhere(site: Path) -> None:
     for page in site.rglob("*.html"):
         text = page.read_text(encoding="utf-8")
         assert not re.findall(r'(?:src|<link[^>]*href)="(?:https?:)?//[^"]*', text), page.name
 
 
+@pytest.mark.slow
 def test_the_reference_has_every_table_and_command(site: Path) -> None:
     robot_file = (site / "reference" / "robot-file.html").read_text(encoding="utf-8")
     commands = (site / "reference" / "commands.html").read_text(encoding="utf-8")

@@ -7,7 +7,7 @@ from tauten.model.beams import BeamRobot
 from tauten.model.constraints import ConstrainedRobot
 from tauten.reduction.reduced_robot import Reducible, StateBasisError
 from tauten.reduction.state.beams import ReducibleBeamRobot
-from tauten.reduction.state.tetra import ReducibleTetRobot
+from tauten.reduction.state.tetra import ReducibleDrivenRobot, ReducibleTetRobot
 
 
 def reducible(robot: Robot) -> Reducible:
@@ -16,22 +16,20 @@ def reducible(robot: Robot) -> Reducible:
     Raises:
         StateBasisError: its kind of body has no state bases.
     """
-    if isinstance(robot, ConstrainedRobot):
-        raise StateBasisError(
-            f"robot {robot.name}: robots with drives, rigid regions, beams or attachments have no state "
-            "bases; use the full model"
-        )
-    if isinstance(robot, TetRobot) and robot.viscosity is not None:
+    body = robot.raw if isinstance(robot, ConstrainedRobot) else robot
+    if isinstance(body, TetRobot) and body.viscosity is not None:
         raise StateBasisError(
             f"robot {robot.name}: viscous materials have no state bases; leave out material.viscosity, "
             "or use the full model"
         )
-    if isinstance(robot, TetRobot):
-        if robot.viscosity is not None:
+    if isinstance(robot, ConstrainedRobot):
+        if robot.frames.n_turning > 0 or robot.joints is not None:
             raise StateBasisError(
-                f"robot {robot.name}: viscous materials have no state bases; leave out material.viscosity, "
-                "or use the full model"
+                f"robot {robot.name}: robots of tetrahedra with rigid regions, pins or beams have no state "
+                "bases; use the full model"
             )
+        return ReducibleDrivenRobot(robot)
+    if isinstance(robot, TetRobot):
         return ReducibleTetRobot(robot)
     if isinstance(robot, BeamRobot):
         return ReducibleBeamRobot(robot)

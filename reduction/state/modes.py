@@ -83,6 +83,25 @@ def enriched(Phi: Array, vectors: Array, weight: Array) -> Array:
     return np.stack(columns, axis=1)
 
 
+def without_own(body: Reducible, vectors: Array) -> Array:
+    """Deviations (m, k) with zeros in place of what is a coordinate of its own."""
+    left = vectors.copy()
+    left[len(left) - body.own_coordinates :] = 0.0
+    return left
+
+
+def with_own(body: Reducible, Phi: Array) -> Array:
+    """Modes (m, r) that leave the robot's own coordinates out, and a unit mode for each of these.
+
+    Returns:
+        (m, r + o), orthonormal in the norm of the robot.
+    """
+    own, m = body.own_coordinates, len(Phi)
+    units = np.zeros((m, own))
+    units[np.arange(m - own, m), np.arange(own)] = 1.0 / np.sqrt(body.weight[m - own :])
+    return np.ascontiguousarray(np.hstack([Phi, units]))
+
+
 def responses(robot: Robot, space: ContactSpace, state: State, tension: Array) -> Array:
     """Static responses A⁻¹ Hᵀ to unit forces of each effector direction, cable, contact mode: (n, m).
 
@@ -118,7 +137,7 @@ def campaign_responses(
     for i in chosen:
         state = State(snapshots.q[:, i], np.zeros(robot.n))
         motion = responses(robot, space, state, snapshots.tension[:, i])  # (n, k)
-        found = body.rates(state.q, motion)  # (m, k)
+        found = without_own(body, body.rates(state.q, motion))  # (m, k)
         size = np.sqrt(body.weight @ found**2)  # (k,) per newton
         felt = size > NEGLIGIBLE * size.max()  # a mode may have nothing but tiny weights in range
         parts.append(found[:, felt] / size[felt])

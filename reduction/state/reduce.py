@@ -17,7 +17,14 @@ from tauten.reduction.provenance import package_versions
 from tauten.reduction.reduced_robot import ElementSample, StateBasisError
 from tauten.reduction.state.basis import StateBasis, StateOrigin
 from tauten.reduction.state.bodies import reducible
-from tauten.reduction.state.modes import Pod, campaign_responses, enriched, pod
+from tauten.reduction.state.modes import (
+    Pod,
+    campaign_responses,
+    enriched,
+    pod,
+    with_own,
+    without_own,
+)
 from tauten.reduction.state.robot import reduced_robot
 
 HELD_OUT = 5  # every fifth run, or snapshot of few runs, is held out of the training
@@ -102,14 +109,16 @@ def _reduced(
     training = snapshots.select(~held_out)
     deviations, weight = body.deviations(training.q), body.weight  # (m, s), (m,)
     allowed = body.default_motion if settings.motion is None else settings.motion
-    found = chosen_modes(pod(deviations, weight, MOST_MODES), settings.r, allowed)
+    modal = without_own(body, deviations)
+    found = chosen_modes(pod(modal, weight, MOST_MODES), settings.r, allowed)
     Phi = found.Phi
     if settings.responses:
         directions = campaign_responses(robot, body, basis, training)[:, : settings.responses]
         Phi = enriched(Phi, directions, weight)
+    Phi = with_own(body, Phi)
     alphas = Phi.T @ (weight[:, None] * deviations)  # (r, s)
     sample = body.sample(Phi, alphas, settings.sample, settings.seed)
-    responses = Phi.shape[1] - found.Phi.shape[1]
+    responses = Phi.shape[1] - found.Phi.shape[1] - body.own_coordinates
     origin = origin_of(robot, training, snapshots.digest(), found, responses, sample, settings)
     states = StateBasis(Phi, sample.elements, sample.weights, origin)
     return checked_on_held_out(robot, states, basis, snapshots.select(held_out))
@@ -141,7 +150,7 @@ def origin_of(
         campaign=training.origin.campaign,
         snapshots_digest=snapshots_digest,
         snapshots=len(training),
-        r=modes.Phi.shape[1] + responses,
+        r=modes.Phi.shape[1] + responses + reducible(robot).own_coordinates,
         responses=responses,
         projection_error=modes.error,
         sample=len(sample.elements),

@@ -1,4 +1,4 @@
-"""The mesher's process: `python -m tauten.service.new.mesher KIND FILE SIZE OUT`.
+"""The mesher's process: `python -P mesher.py KIND FILE SIZE OUT`.
 
 KIND is `surface` or `solid` (netgen), `repair` (fTetWild), or `facts` about a solid. Lengths are in the unit
 of the file. OUT is an npz file with `nodes` and `tets`, or with the facts.

@@ -151,7 +151,9 @@ def _solid_facts(path: Path) -> tuple[float, float]:
 
 def _run(arguments: list[str], path: Path) -> None:
     """Run the mesher's process; its last line of output is the reason where it fails."""
-    command = [sys.executable, "-m", "tauten.service.new.mesher", *arguments]
+    # as a file: a module would import all of tauten first, which it does not need
+    script = Path(__file__).with_name("mesher.py")
+    command = [sys.executable, "-P", str(script), *arguments]
     try:
         done = subprocess.run(
             command,

@@ -70,6 +70,7 @@ def test_a_node_that_ends_is_an_error_with_its_last_words(beam_file: Path) -> No
     shutil.rmtree(kept.parent)
 
 
+@pytest.mark.slow
 def test_a_served_robot_is_measured(beam_file: Path, tmp_path: Path) -> None:
     page, file = tmp_path / "page.md", tmp_path / "node.json"
     page.write_text(f"before\n{NODE_BEGIN}\nold\n{NODE_END}\nafter\n", encoding="utf-8")

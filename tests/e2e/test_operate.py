@@ -185,6 +185,7 @@ def test_the_loop_gets_its_priority_and_processor_where_permitted(
         while "serving beam" not in node.output.read_text():
             if node.process.poll() is not None:
                 pytest.skip(node.output.read_text().splitlines()[-1])
+            time.sleep(0.05)
         assert os.sched_getscheduler(node.process.pid) == os.SCHED_FIFO
         assert os.sched_getaffinity(node.process.pid) == {cpu}
         assert node.end() == 0

@@ -233,7 +233,7 @@ def run(damage: Callable[[Path, np.random.Generator], None], folder: Path, cases
 def test_damaged_files_give_a_robot_or_a_sentence(
     damage: Callable[[Path, np.random.Generator], None], folder: Path
 ) -> None:
-    run(damage, folder, range(60))
+    run(damage, folder, range(20))
 
 
 @pytest.mark.slow
@@ -241,4 +241,4 @@ def test_damaged_files_give_a_robot_or_a_sentence(
 def test_many_damaged_files_give_a_robot_or_a_sentence(
     damage: Callable[[Path, np.random.Generator], None], folder: Path
 ) -> None:
-    run(damage, folder, range(60, 3000))
+    run(damage, folder, range(20, 3000))

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import os
-import subprocess
-import sys
 from pathlib import Path
+
+from support.processes import Process, start_script
 
 from tauten.model.numerics.kernel_cache import remove_unused
 
@@ -51,25 +51,17 @@ def write(folder: Path) -> None:
         (folder / f"{name}.py").write_text(text)
 
 
-def start(folder: Path, cache: Path) -> subprocess.Popen[str]:
+def start(folder: Path, cache: Path, output: str = "output.txt") -> Process:
     """A process that calls the outer kernel and prints its value, cache hits and cache misses."""
-    environment = {
-        **os.environ,
-        "NUMBA_CACHE_DIR": str(cache),
-        "PYTHONPATH": str(folder),
-        "PYTHONDONTWRITEBYTECODE": "1",
-    }
-    return subprocess.Popen(
-        [sys.executable, "main.py"],
-        cwd=folder, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-    )  # fmt: skip
+    main = folder / "main.py"
+    variables = {"NUMBA_CACHE_DIR": str(cache), "PYTHONDONTWRITEBYTECODE": "1"}
+    return start_script(folder / output, main, **variables)
 
 
-def end(process: subprocess.Popen[str]) -> tuple[float, int, int]:
+def end(process: Process) -> tuple[float, int, int]:
     """Value of the outer kernel, cache hits and cache misses."""
-    output, errors = process.communicate(timeout=300)
-    assert process.returncode == 0, errors
-    value, hits, misses = output.split()
+    assert process.process.wait(300.0) == 0, process.output.read_text()
+    value, hits, misses = process.output.read_text().splitlines()[-1].split()
     return float(value), int(hits), int(misses)
 
 
@@ -122,7 +114,7 @@ def test_a_renamed_module_of_a_callee_is_compiled_again(tmp_path: Path) -> None:
 def test_processes_that_start_together_compile_once(tmp_path: Path) -> None:
     cache = tmp_path / "cache"
     write(tmp_path)
-    together = [start(tmp_path, cache) for _ in range(3)]
+    together = [start(tmp_path, cache, f"{number}.txt") for number in range(3)]
     assert sum(end(process)[2] for process in together) == 1
 
 
@@ -142,10 +134,10 @@ def test_kernels_run_where_nothing_can_be_written(tmp_path: Path) -> None:
     cache.touch()
     write(tmp_path)
     process = start(tmp_path, cache)
-    output, errors = process.communicate(timeout=300)
-    assert output.split() == ["6.0", "0", "1"]
-    assert errors.count("compiled kernels cannot be kept") == 1
-    assert "set NUMBA_CACHE_DIR" in errors
+    assert end(process) == (6.0, 0, 1)
+    output = process.output.read_text()
+    assert output.count("compiled kernels cannot be kept") == 1
+    assert "set NUMBA_CACHE_DIR" in output
 
 
 def test_what_was_not_used_for_longest_is_removed(tmp_path: Path) -> None:

@@ -21,7 +21,14 @@ CASES = cases()
 
 
 @pytest.mark.parametrize(
-    "name", ["block_tension", "block_shear", "cantilever", "cantilever_rubber", "finger"]
+    "name",
+    [
+        "block_tension",
+        "block_shear",
+        "cantilever",
+        "cantilever_rubber",
+        pytest.param("finger", marks=pytest.mark.slow),
+    ],
 )
 def test_same_displacements_as_c3d10(name: str) -> None:
     """Same elements, same law, same quadrature: what is left is the tolerance of the two solvers."""

@@ -63,6 +63,7 @@ def test_a_rigid_body_turns_uniformly_about_a_principal_axis() -> None:
         assert np.abs(robot.nodes(last) - turned).max() < 1e-9
 
 
+@pytest.mark.slow
 def test_a_tumbling_body_follows_eulers_equations() -> None:
     """Torque-free, about the unstable axis: Euler's equations by a Runge-Kutta method."""
     robot = rigid_box(controller={"rate": 4000.0})

@@ -40,7 +40,9 @@ def test_trunk_follows_sofas_curve(data: Path) -> None:
 
 @pytest.mark.parametrize("gravity", [(0.0, 0.0, 0.0), HANGING])
 @pytest.mark.parametrize("cables", [("L0",), TRUNK_CABLES])
-@pytest.mark.parametrize("pull", [0.02, 0.025, 0.035, 0.05])
+@pytest.mark.parametrize(
+    "pull", [0.02, *(pytest.param(pull, marks=pytest.mark.slow) for pull in (0.025, 0.035)), 0.05]
+)
 def test_trunk_settles_from_rest_under_one_cable(
     data: Path, cables: tuple[str, ...], gravity: tuple[float, ...], pull: float
 ) -> None:
@@ -51,7 +53,9 @@ def test_trunk_settles_from_rest_under_one_cable(
     assert simulator.pull[0] == pytest.approx(pull, abs=1e-6)
 
 
-@pytest.mark.parametrize("gravity", [(0.0, 0.0, 0.0), HANGING])
+@pytest.mark.parametrize(
+    "gravity", [pytest.param((0.0, 0.0, 0.0), marks=pytest.mark.slow), HANGING]
+)
 def test_trunk_settles_from_rest_under_pairs(data: Path, gravity: tuple[float, ...]) -> None:
     robot, taken = trunk(data, gravity=gravity), []
     for first, second in combinations(range(4), 2):

@@ -63,6 +63,7 @@ def kill_when_a_chunk_is_saved(
             return
 
 
+@pytest.mark.slow
 def test_killed_worker_does_not_change_the_result(
     thumb: TetRobot, cluster: tuple[str, list[subprocess.Popen[bytes]]], tmp_path: Path
 ) -> None:

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import atexit
 import dataclasses
+import json
 import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 
 import meshio
@@ -65,11 +69,81 @@ def write_robot(folder: Path, text: str = ROBOT) -> Path:
     return file
 
 
+class ForkServer:
+    """The process that `tests/support/fork_server.py` describes."""
+
+    def __init__(self) -> None:
+        """Start it; it ends with this process."""
+        script = Path(__file__).with_name("fork_server.py")
+        self._process = subprocess.Popen(
+            [sys.executable, str(script)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+        )
+        self._lock = threading.Lock()
+        atexit.register(self.close)
+
+    def ask(self, **request: object) -> int | None:
+        """The answer to a request."""
+        assert self._process.stdin is not None and self._process.stdout is not None
+        with self._lock:
+            self._process.stdin.write(json.dumps(request) + "\n")
+            self._process.stdin.flush()
+            answer: int | None = json.loads(self._process.stdout.readline())
+        return answer
+
+    def close(self) -> None:
+        """End it."""
+        with self._process:
+            pass
+
+
+@cache
+def fork_server() -> ForkServer:
+    """One for all tests of this process."""
+    return ForkServer()
+
+
+class Forked:
+    """A process made by the fork server, with the part of `subprocess.Popen` that tests use."""
+
+    def __init__(self, server: ForkServer, output: Path, **request: object) -> None:
+        """Start what `tests/support/fork_server.py` is asked for: arguments of `tauten`, or a script."""
+        what = {"script": None, "folder": str(Path.cwd()), "environment": dict(os.environ)}
+        pid = server.ask(output=str(output), **(what | request))
+        assert pid is not None
+        self.pid = pid
+        self.returncode: int | None = None
+        self._server = server
+
+    def poll(self) -> int | None:
+        """The exit code; None while it runs."""
+        if self.returncode is None:
+            self.returncode = self._server.ask(process=self.pid)
+        return self.returncode
+
+    def wait(self, timeout: float | None = None) -> int:
+        """Wait for its end; `subprocess.TimeoutExpired` where that takes more seconds."""
+        end = None if timeout is None else time.monotonic() + timeout
+        while (code := self.poll()) is None:
+            if end is not None and time.monotonic() > end:
+                raise subprocess.TimeoutExpired("tauten", timeout or 0.0)
+            time.sleep(0.01)
+        return code
+
+    def send_signal(self, number: int) -> None:
+        """Signal it unless it has ended."""
+        if self.poll() is None:
+            os.kill(self.pid, number)
+
+    def kill(self) -> None:
+        """End it at once."""
+        self.send_signal(signal.SIGKILL)
+
+
 @dataclasses.dataclass
 class Process:
     """A `tauten` command that runs."""
 
-    process: subprocess.Popen[bytes]
+    process: subprocess.Popen[bytes] | Forked
     output: Path
 
     def end(self, number: int = signal.SIGINT) -> int:
@@ -80,9 +154,19 @@ class Process:
 
 def start(output: Path, *arguments: object) -> Process:
     """Start a `tauten` command."""
-    command = [sys.executable, "-m", "tauten.service", *(str(a) for a in arguments)]
-    with output.open("wb") as sink:
-        return Process(subprocess.Popen(command, stdout=sink, stderr=subprocess.STDOUT), output)
+    return Process(Forked(fork_server(), output, arguments=[str(a) for a in arguments]), output)
+
+
+def start_script(output: Path, script: Path, **environment: str) -> Process:
+    """Start a Python script, in its folder, where tauten is imported already.
+
+    Args:
+        output: file for what it prints.
+        script: its file; modules beside it can be imported.
+        environment: variables that are added.
+    """
+    request = {"folder": str(script.parent), "environment": {**os.environ, **environment}}
+    return Process(Forked(fork_server(), output, script=str(script), **request), output)
 
 
 def wait_alive(session: zenoh.Session, token: str, process: Process) -> None:

@@ -36,6 +36,9 @@ rayleigh_stiffness = 0.02
 [controller]
 rate = 50.0
 
+[model]
+order = "reduced"
+
 [service]
 target_timeout = 0.5
 release_time = 1.0

@@ -31,6 +31,11 @@ class ReducibleBeamRobot:
         self.robot, self.tree = robot, make_tree(robot)
 
     @property
+    def own_coordinates(self) -> int:
+        """None: all strains are those of modes."""
+        return 0
+
+    @property
     def weight(self) -> Array:
         """Stiffnesses (6 e,) of the natural strains [N/m], [N m]."""
         return self.tree.D

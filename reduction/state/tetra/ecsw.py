@@ -31,6 +31,7 @@ STATES = 40  # training states taken of a campaign
 DIRECTIONS = 2  # random directions at each, for the tangent
 SHARE = 0.1  # length of a direction, relative to the norm of its state
 VOLUME = 0.1  # relative error of the sampled volume that counts as much as the whole tolerance
+FLOOR = 1e-12  # least stiffness, relative to the largest
 STEP = 1e-3  # step of the finite difference, relative to that length
 
 
@@ -106,6 +107,9 @@ def compliance_root(robot: TetRobot, Phi: Array, alpha: Array) -> Array:
     pattern = robot.pattern
     K = sp.csc_array((values, pattern.indices, pattern.indptr), shape=(robot.n, robot.n))
     energy, directions = np.linalg.eigh(Phi.T @ (K @ Phi))
+    energy = np.maximum(
+        energy, FLOOR * energy.max()
+    )  # a body that nothing holds turns without energy
     root: Array = (directions / np.sqrt(energy)) @ directions.T
     return root
 

@@ -192,6 +192,11 @@ class ReducibleTetRobot:
     robot: TetRobot
 
     @property
+    def own_coordinates(self) -> int:
+        """None: all displacements are those of modes."""
+        return 0
+
+    @property
     def weight(self) -> Array:
         """Diagonal (n,) of M / m."""
         weight: Array = (

@@ -40,12 +40,12 @@ def solve_nasty(seeds: range) -> int:
 
 
 def test_claims_hold_on_nasty_problems() -> None:
-    assert solve_nasty(range(400)) > 150
+    assert solve_nasty(range(100)) > 38
 
 
 @pytest.mark.slow
 def test_claims_hold_on_twenty_thousand_nasty_problems() -> None:
-    assert solve_nasty(range(1000, 21_000)) > 8000
+    assert solve_nasty(range(100, 20_100)) > 8000
 
 
 @pytest.mark.parametrize(("n_a", "k", "count"), [(3, 23, 40), (9, 23, 40), (9, 40, 20)])

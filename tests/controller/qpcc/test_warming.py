@@ -48,7 +48,7 @@ print(sorted(statuses), [name for name in after if after[name] != before[name]])
 """
 
 
-@pytest.mark.parametrize("solver", ["daqp", "osqp"])
+@pytest.mark.parametrize("solver", ["daqp", pytest.param("osqp", marks=pytest.mark.slow)])
 def test_no_kernel_is_left_to_load(solver: str) -> None:
     ended = subprocess.run(
         [sys.executable, "-c", HARSH, solver], capture_output=True, text=True, timeout=300,

@@ -9,7 +9,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.nodes import check_limits, wait_for, wait_health
-from support.processes import ROBOT, Process, Served, Start, start, tauten, wait_alive, write_robot
+from support.processes import (
+    ROBOT,
+    Process,
+    Served,
+    Start,
+    run_main,
+    start,
+    wait_alive,
+    write_robot,
+)
 
 from tauten.model import Robot, Simulator, load_robot
 from tauten.model.numerics import Array
@@ -174,8 +183,7 @@ def check_log(log: Path, robot: Robot, goal: Array, folder: Path) -> None:
     assert report.plant_error.rms_mrad is not None
     assert report.model_plant_error.max_mrad is not None
     assert 0.0 < report.model_plant_error.max_mrad < 100.0
-    shown = tauten("replay", log, "--recorded-paths", "--report", folder / "report")
-    assert shown.returncode == 0, shown.stderr
+    assert run_main("replay", log, "--recorded-paths", "--report", folder / "report") == 0
     joints = [
         decode_joints(message.payload, CDR, robot.actuators.names)
         for message in messages(log)

@@ -15,6 +15,7 @@ from tauten.service.frames import SimulatedRobot
 from tauten.service.setup import load_setup
 
 
+@pytest.mark.slow
 def test_a_cable_is_drawn_by_clicks_and_saved(beam_file: Path, beam: Robot, tmp_path: Path) -> None:
     file = Path(shutil.copytree(beam_file.parent, tmp_path / "own")) / beam_file.name
     text = file.read_text(encoding="utf-8")

@@ -100,6 +100,7 @@ def test_the_buttons_reach_the_node(served: Served, shown: Shown) -> None:
     wait_mode(served, Mode.IDLE)
 
 
+@pytest.mark.slow
 def test_closing_the_page_of_a_real_browser_holds_the_node(served: Served, shown: Shown) -> None:
     with page_of(shown.origin, "Operate") as page:
         page.get_by_label("follow").click(force=True)

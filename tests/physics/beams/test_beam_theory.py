@@ -48,6 +48,7 @@ def test_free_fall_of_an_unloaded_step() -> None:
     assert simulator.state.v[2::3].min() == pytest.approx(-G * robot.h, rel=0.02)
 
 
+@pytest.mark.slow
 def test_bending_frequency_of_a_plucked_beam() -> None:
     mesh = box_mesh(SIZE, (20, 2, 2))
     material = {"young_modulus": E, "poisson_ratio": 0.0, "density": RHO}

@@ -95,7 +95,7 @@ def test_recorded_forces_hold_the_robot_in_place(
         np.testing.assert_allclose(robot.effector(state).ravel(), snapshots.effector[:, i])
 
 
-@pytest.mark.parametrize("chunks", [0, 1, 4])
+@pytest.mark.parametrize("chunks", [0, pytest.param(1, marks=pytest.mark.slow), 4])
 def test_interrupted_campaign_goes_on_to_the_same_result(
     thumb: TetRobot, design: Design, snapshots: Snapshots, tmp_path: Path, chunks: int
 ) -> None:
@@ -113,17 +113,15 @@ def test_complete_campaign_is_not_done_again(
     assert_same(run_campaign(thumb, design, tmp_path, Interrupted(0), False), snapshots)
 
 
-def test_workers_do_not_change_the_result(thumb: TetRobot, design: Design, tmp_path: Path) -> None:
+def test_workers_do_not_change_the_result(
+    thumb: TetRobot, design: Design, snapshots: Snapshots, tmp_path: Path
+) -> None:
     """To rounding: kernels that a worker has just compiled may round otherwise than those on disk."""
-    found = []
-    for workers in (1, 2):
-        with executors.processes(workers) as pool:
-            folder = tmp_path / str(workers)
-            found.append(run_campaign(thumb, design, folder, pool, show_progress=False))
-    one, two = found
-    np.testing.assert_array_equal(one.converged, two.converged)
-    np.testing.assert_allclose(one.q, two.q, atol=1e-9)
-    np.testing.assert_allclose(one.lam, two.lam, atol=1e-6)
+    with executors.processes(2) as pool:
+        found = run_campaign(thumb, design, tmp_path, pool, show_progress=False)
+    np.testing.assert_array_equal(found.converged, snapshots.converged)
+    np.testing.assert_allclose(found.q, snapshots.q, atol=1e-9)
+    np.testing.assert_allclose(found.lam, snapshots.lam, atol=1e-6)
 
 
 def test_ctrl_c_saves_what_is_under_way(thumb: TetRobot, design: Design, tmp_path: Path) -> None:

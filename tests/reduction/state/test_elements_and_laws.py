@@ -18,7 +18,16 @@ from tauten.reduction.state.tetra import ReducibleTetRobot, integration_points, 
 TENSION = np.array([0.5])
 
 
-@pytest.fixture(scope="module", params=sorted(KINDS))
+MORE = ("linear, yeoh", "smoothed", "smoothed, neo-hookean", "quadratic")  # others have their parts
+
+
+@pytest.fixture(
+    scope="module",
+    params=[
+        pytest.param(kind, marks=[pytest.mark.slow] if kind in MORE else [])
+        for kind in sorted(KINDS)
+    ],
+)
 def body(request: pytest.FixtureRequest) -> TetRobot:
     return small_body(request.param)
 

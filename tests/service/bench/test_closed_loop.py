@@ -9,6 +9,7 @@ import pytest
 
 from tauten.controller import Controller
 from tauten.model import EmptySpace, Robot, Simulator, load_robot
+from tauten.model.load import robot_path
 from tauten.reduction import ContactBasis
 from tauten.service.bench import (
     CASES,
@@ -48,7 +49,7 @@ def test_cases_start_at_rest_and_are_within_reach(beam: Robot, cases: list[Case]
     np.testing.assert_array_equal(again[3].targets, cases[3].targets)
 
 
-@pytest.mark.parametrize("scale", [0.8, STIFFER])
+@pytest.mark.parametrize("scale", [pytest.param(0.8, marks=pytest.mark.slow), STIFFER])
 def test_a_robot_of_another_stiffness_settles_in_closed_loop_only(
     beam: Robot, beam_file: Path, cases: list[Case], scale: float
 ) -> None:
@@ -101,7 +102,7 @@ def test_a_figure_is_drawn(beam: Robot, cases: list[Case], tmp_path: Path) -> No
 @pytest.mark.slow
 def test_without_contact_the_finger_is_missed() -> None:
     robot, basis = load_robot("finger"), ContactBasis.load("finger")
-    bench = ClosedLoopRunner(robot, Path("finger"), basis)
+    bench = ClosedLoopRunner(robot, robot_path("finger"), basis)
     cases = make_cases(robot, 4.0, 0, lambda: None)
     groups = {group.name: group for group in planned(cases)}
     assert set(groups) == {*CASES, "stiffness-0.8", "stiffness-1.2"}

@@ -29,6 +29,7 @@ def test_contact_opens_what_overlaps(finger: Robot) -> None:
     assert found.tension_n[0][0] > 1.5 * found.tension_n[1][0]
 
 
+@pytest.mark.slow
 def test_a_load_without_equilibrium_is_shortened(finger: Robot) -> None:
     pull = np.array([0.5])  # m, four times the length of the finger
     passing = equilibrium(finger, "none", pull, None)

@@ -47,6 +47,7 @@ def beam(tmp_path: Path) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_elements_are_compared_with_the_fine_quadratic_mesh(beam: Path) -> None:
     settings = ElementBenchSettings(
         robot=str(beam), laws=("corotational", "neo-hookean"), pulls=(0.1, 0.3), refinements=1,

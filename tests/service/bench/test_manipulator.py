@@ -77,6 +77,7 @@ def test_speed_is_measured_in_both_postures(arm: Robot) -> None:
     assert 0.0 < straight.control_reduced_ms <= straight.control_reduced_p99_ms
 
 
+@pytest.mark.slow
 def test_certified_basis_follows_the_full_arm(
     arm: Robot, tmp_path_factory: pytest.TempPathFactory
 ) -> None:
@@ -96,6 +97,7 @@ def test_certified_basis_follows_the_full_arm(
     assert certified.extra_columns > 0
 
 
+@pytest.mark.slow
 def test_arm_stands_still_when_its_target_does(arm: Robot) -> None:
     """Ribs in contact: tensions become constant, near the least that hold the tip.
 

@@ -84,7 +84,9 @@ def about(result: RobotCheck, subject: str) -> Finding:
     return found
 
 
-@pytest.mark.parametrize(("refinements", "source"), [(1, "quadratic"), (2, "linear")])
+@pytest.mark.parametrize(
+    ("refinements", "source"), [(1, "quadratic"), pytest.param(2, "linear", marks=pytest.mark.slow)]
+)
 def test_the_error_of_a_coarse_cantilever_is_that_against_beam_theory(
     tmp_path: Path, refinements: int, source: str
 ) -> None:
@@ -340,6 +342,7 @@ def test_a_stop_on_the_first_mesh_gives_no_verdict(tmp_path: Path) -> None:
     assert result.estimate.verdict == "stopped before a better mesh was compared"
 
 
+@pytest.mark.slow
 def test_an_equilibrium_that_is_not_found_is_said(tmp_path: Path) -> None:
     """A cable of 0.11 m that is to be 0.3 m shorter."""
     robot = write(tmp_path, None, ("max_pull = 0.05", "max_pull = 0.3"))

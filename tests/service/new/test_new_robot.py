@@ -58,6 +58,7 @@ def test_a_box_becomes_a_robot_that_bends(tmp_path: Path) -> None:
     assert sim.tension[0] < robot.limits.tension_max[0]
 
 
+@pytest.mark.slow
 def test_the_size_is_chosen_by_the_error_of_the_mesh(tmp_path: Path) -> None:
     part = write_stl(tmp_path / "bar.stl", *box())
     made = make_new_robot(

@@ -141,7 +141,7 @@ events = st.lists(st.tuples(st.lists(messages, max_size=4), slacks), min_size=20
 
 
 @settings(
-    max_examples=40,
+    max_examples=15,
     deadline=None,
     phases=[Phase.explicit, Phase.generate],
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],

@@ -1,0 +1,357 @@
+"""Robots of tetrahedra with drives and glue in reduced coordinates: modes, and the drives' own coordinates.
+
+A rotation of a region about an axis a is linear in sin θ and 1 − cos θ,
+
+    x = x₀ + sin θ a x ρ + (1 − cos θ) a x (a x ρ),                                           (T6)
+
+so that all nodes are q₀ + E β with a constant E and β = (α, sin θ or travel, 1 − cos θ): modes α that leave
+the regions of drives where they are, and the motion of the drives, exact at any angle. The body without
+drives reduced to E gives forces f(β), tangents and rows; those in (α, θ) follow with J = ∂β/∂(α, θ): Jᵀ f
+and H J.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+
+import numpy as np
+
+from tauten.model import ContactRows, Integration, RobotRows, Rows, State, System
+from tauten.model.constraints import ConstrainedRobot
+from tauten.model.numerics import Array, DenseFactors, FactorisationError, Ints
+from tauten.reduction.dense_step import implicit_step, scheme_of
+from tauten.reduction.reduced_robot import ElementSample, ReducedRobot, StateBasisError
+from tauten.reduction.state.tetra.ecsw import sample_elements
+from tauten.reduction.state.tetra.robot import ReducedTetRobot, ReducibleTetRobot
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DriveMotion:
+    """β and its derivatives by (α, θ).
+
+    Attributes:
+        modes: number of α.
+        drives: m.
+        turning: (t,) numbers of the drives that turn about their axes.
+    """
+
+    modes: int
+    drives: int
+    turning: Ints
+
+    @property
+    def size(self) -> int:
+        """Length of β."""
+        return self.modes + self.drives + len(self.turning)
+
+    def beta(self, q: Array) -> Array:
+        """β (R, …) of coordinates q (r + m, …), one state or several in columns."""
+        theta = q[self.modes + self.turning]
+        beta = np.concatenate([q, 1.0 - np.cos(theta)])
+        beta[self.modes + self.turning] = np.sin(theta)
+        return beta
+
+    def jacobian(self, q: Array) -> Array:
+        """J (R, r + m) at q (r + m,)."""
+        columns = self.modes + self.turning
+        J, theta = np.eye(self.size, len(q)), q[columns]
+        J[columns, columns] = np.cos(theta)
+        J[len(q) + np.arange(len(columns)), columns] = np.sin(theta)
+        return J
+
+    def bend(self, q: Array) -> Array:
+        """∂²β/∂θ² of each drive: (m, R), two entries a row at most."""
+        columns = self.modes + self.turning
+        second, theta = np.zeros((self.drives, self.size)), q[columns]
+        second[self.turning, columns] = -np.sin(theta)
+        second[self.turning, len(q) + np.arange(len(columns))] = np.cos(theta)
+        return second
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ReducedDrivenRobot(ReducedRobot):
+    """A reduced robot with drives. State.q has α and the angle or travel of each drive, State.v their rates.
+
+    Attributes, beside those of every reduced robot:
+        body: the robot without drives, reduced to β.
+        motion: β of the coordinates.
+        other_places: numbers of what is no drive among all single actuators.
+    """
+
+    full: ConstrainedRobot
+    body: ReducedTetRobot
+    motion: DriveMotion
+    other_places: Ints
+
+    @property
+    def n_elements(self) -> int:
+        """Elements in the sample."""
+        return self.body.n_elements
+
+    def fork(self) -> ReducedDrivenRobot:
+        """The same robot with a workspace of its own."""
+        return dataclasses.replace(self, body=self.body.fork())
+
+    def loaded(self, gravity: Array, effector_force: Array) -> ReducedDrivenRobot:
+        """The robot under another gravity (3,) [m/s²] and forces on its effectors (3 p,) [N]."""
+        return dataclasses.replace(
+            self,
+            full=self.full.loaded(gravity, effector_force),
+            body=self.body.loaded(gravity, effector_force),
+        )
+
+    def lifted(self, state: State) -> State:
+        """The state of the full robot."""
+        Phi = self.Phi
+        return State(self.full.rest().q + Phi @ state.q, Phi @ state.v)
+
+    def projected(self, state: State) -> State:
+        """The nearest state to one of the full robot, in the mass, with the same angles and travels."""
+        project = self.Phi.T * ReducibleDrivenRobot(self.full).weight
+        return State(project @ (state.q - self.full.rest().q), project @ state.v)
+
+    def effector(self, state: State) -> Array:
+        """Positions of the effectors: (p, 3) [m]."""
+        return self.body.effector(self.moved(state))
+
+    def effector_values(self, state: State) -> Array:
+        """Goal values of the effectors: (n_v,)."""
+        return self.body.effector_values(self.moved(state))
+
+    def candidates(self, state: State) -> Array:
+        """Positions of the contact candidates: (n_c, 3) [m]."""
+        return self.body.candidates(self.moved(state))
+
+    def contact_normals(self, state: State) -> Array:
+        """Directions in which contacts push the candidates, NaN out of range: (n_c, 3)."""
+        return self.body.contact_normals(self.moved(state))
+
+    def moved(self, state: State) -> State:
+        """The state of `body`, at standstill."""
+        beta = self.motion.beta(state.q)
+        return State(beta, np.zeros_like(beta))
+
+    def displacement(self, dq: Array) -> float:
+        """Largest displacement of an effector, contact vertex or driven node in a change dq (r + m,) [m]."""
+        change = np.zeros(self.motion.size)
+        change[: len(dq)] = dq
+        driven = np.abs(dq[self.motion.modes :]) * self.full.frames.reach
+        return max(self.body.displacement(change), float(driven.max(initial=0.0)))
+
+    def forces(
+        self, state: State, tension: Array | None = None, exact: bool = False
+    ) -> tuple[Array, Array]:
+        """Forces without actuators and contacts (r + m,), and the tangent K (r + m, r + m).
+
+        Args:
+            state: where to evaluate.
+            tension: (n_a,) efforts of the actuators, whose curvature enters the tangent.
+            exact: the exact derivative, which is not always positive definite.
+        """
+        motion, q, efforts = self.motion, state.q, self.full.efforts(tension)
+        at, J = self.moved(state), motion.jacobian(q)
+        force, K = self.body.forces(at, efforts, exact)
+        tangent = J.T @ K @ J
+        if exact and len(motion.turning) > 0:
+            others = force
+            if efforts is not None and len(efforts) > 0:
+                others = force + efforts @ self.body.actuator_set.rows(at.q).dense()
+            diagonal = np.einsum("ii->i", tangent)[motion.modes :]
+            diagonal -= motion.bend(q) @ others
+        mapped = J.T @ force
+        coupling = self.full.coupling
+        if coupling is not None and coupling.is_preloaded:
+            mapped = mapped + coupling.offsets @ self.member_rows(state, J).dense()
+        return mapped, tangent
+
+    def linearise(
+        self, state: State, tension: Array | None = None, integration: Integration | None = None
+    ) -> System:
+        """The system of one step from this state: A, b, v_free (7)-(10).
+
+        Args:
+            state: where the step starts.
+            tension: (n_a,) last efforts of the actuators, for the curvature they add to A.
+            integration: replaces the robot's own scheme.
+
+        Raises:
+            FactorisationError: A is not positive definite (a state that has blown up).
+        """
+        integration = integration or self.integration
+        scheme, motion, q = scheme_of(integration), self.motion, state.q
+        mass, inertia, v = np.zeros((0, 0)), np.zeros(self.n), np.zeros(self.n)
+        if not scheme.static:
+            J, v = motion.jacobian(q), state.v
+            mass = J.T @ self.body.mass @ J
+            inertia = J.T @ (self.body.mass @ (v[motion.modes :] ** 2 @ motion.bend(q)))
+        L, v_free = np.zeros((self.n, self.n)), np.empty(self.n)
+        for exact in (True, False):  # buckling makes the exact tangent indefinite
+            force, K = self.forces(state, tension, exact)
+            if implicit_step(scheme, mass, K, force - inertia, v, L, v_free):
+                residual = float(np.linalg.norm(force))
+                return System(scheme.h, v, v_free, residual, DenseFactors(L), exact)
+        raise FactorisationError("the reduced model's matrix is not positive definite")
+
+    def rows(self, state: State, contacts: bool = True) -> RobotRows:
+        """Rows of effectors, actuators and, where `contacts` is true, contacts at this state."""
+        J = self.motion.jacobian(state.q)
+        found = self.body.rows(self.moved(state), contacts)
+        touching, members = found.contacts, self.member_rows(state, J, found.actuators)
+        coupling = self.full.coupling
+        if coupling is not None:
+            members = Rows(coupling.gains @ members.dense(), coupling.gains @ members.delta)
+        return RobotRows(
+            effectors=dataclasses.replace(found.effectors, H=found.effectors.dense() @ J),
+            actuators=members,
+            contacts=ContactRows(
+                Rows(touching.rows.dense() @ J, touching.rows.delta),
+                touching.slots,
+                touching.pair,
+                touching.n_slots,
+            ),
+        )
+
+    def member_rows(self, state: State, J: Array, others: Rows | None = None) -> Rows:
+        """Rows (m, r + m) of all single actuators: drives have unit rows.
+
+        Args:
+            state: the state.
+            J: of the motion there.
+            others: rows of all actuators but drives over β, where they are known.
+        """
+        full, first = self.full, self.motion.modes
+        if others is None:
+            others = self.body.actuator_set.rows(self.motion.beta(state.q))
+        places = full.drive_places
+        H = np.zeros((len(others) + len(places), self.n))
+        delta = np.zeros(len(H))
+        if len(others) > 0:
+            H[self.other_places], delta[self.other_places] = others.dense() @ J, others.delta
+        H[places, first + full.driven] = 1.0
+        delta[places] = state.q[first + full.driven]
+        return Rows(H, delta)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ReducibleDrivenRobot:
+    """A robot with drives and glue as state reduction sees it.
+
+    Deviations are displacements of the free nodes, orthonormal in their mass, and then the angle or travel of
+    each drive, which are coordinates of their own.
+
+    Attributes:
+        robot: the robot, without rigid or pinned regions and beams.
+    """
+
+    robot: ConstrainedRobot
+
+    @property
+    def own_coordinates(self) -> int:
+        """The drives, at the end of the deviations."""
+        return self.robot.frames.n_drives
+
+    @property
+    def weight(self) -> Array:
+        """Diagonal (n,) of M / m for the free nodes, one for each drive."""
+        mass = self.robot.raw.mass.reshape(-1, 3)[self.robot.coordinates.free].ravel()
+        return np.concatenate([3.0 * mass / mass.sum(), np.ones(self.own_coordinates)])
+
+    @property
+    def norm(self) -> str:
+        """What W is, in a word."""
+        return "mass"
+
+    @property
+    def default_motion(self) -> float:
+        """Relative projection error that a basis is allowed, a share of all displacement."""
+        return self.plain.default_motion
+
+    @property
+    def n_elements(self) -> int:
+        """Number of integration points."""
+        return self.plain.n_elements
+
+    @property
+    def plain(self) -> ReducibleTetRobot:
+        """The body without drives and glue."""
+        return ReducibleTetRobot(self.robot.raw)
+
+    def deviations(self, q: Array) -> Array:
+        """Displacements and coordinates of drives (n, s) of configurations (n, s) [m, rad]."""
+        deviations: Array = q - self.robot.rest().q[:, None]
+        return deviations
+
+    def rates(self, q: Array, motion: Array) -> Array:
+        """The velocities (n, k) themselves, at any configuration q (n,) [m/s, rad/s]."""
+        return motion
+
+    def sample(self, Phi: Array, alphas: Array, tolerance: float, seed: int) -> ElementSample:
+        """A sample of integration points, see `sample_elements`.
+
+        Args:
+            Phi: (n, r + m) state modes, the last of which are the drives.
+            alphas: (r + m, s) states of a campaign [m, rad].
+            tolerance: relative residual.
+            seed: of random directions.
+        """
+        E, motion = self.places(Phi)
+        return sample_elements(self.robot.raw, E, motion.beta(alphas), tolerance, seed)
+
+    def implausible(self, elements: Ints, weights: Array) -> str:
+        """A sentence where the weighted elements have another volume than the body.
+
+        Args:
+            elements: (s,) numbers of integration points.
+            weights: (s,) their weights.
+        """
+        return self.plain.implausible(elements, weights)
+
+    def places(self, Phi: Array) -> tuple[Array, DriveMotion]:
+        """E (3 n_nodes, R), displacements of all nodes that are not fixed, and the motion of β.
+
+        Args:
+            Phi: (n, r + m) state modes.
+
+        Raises:
+            StateBasisError: the last modes are not those of the drives.
+        """
+        map_, frames, m = self.robot.coordinates, self.robot.frames, self.own_coordinates
+        r, first = Phi.shape[1] - m, 3 * len(map_.free)
+        if r < 1 or not np.array_equal(Phi[first:], np.eye(m, r + m, r)) or Phi[:first, r:].any():
+            raise StateBasisError(
+                f"the last {m} modes are not the drives of robot {self.robot.name!r}: make the state basis "
+                f"again with `tauten reduce {self.robot.name} --states`"
+            )
+        motion = DriveMotion(r, m, np.flatnonzero(frames.turns))
+        E = np.zeros((map_.n_nodes, 3, motion.size))
+        E[map_.free, :, :r] = Phi[:first, :r].reshape(-1, 3, r)
+        second = r + m
+        for drive, axis in enumerate(frames.axes):
+            inside = frames.owner == drive
+            nodes, arms = frames.nodes[inside], frames.offsets[inside]
+            if not frames.turns[drive]:
+                E[nodes, :, r + drive] = axis
+                continue
+            E[nodes, :, r + drive] = np.cross(axis, arms)
+            E[nodes, :, second] = np.cross(axis, np.cross(axis, arms))
+            second += 1
+        flat = E.reshape(-1, motion.size)
+        return np.ascontiguousarray(flat if map_.glue is None else map_.glue @ flat), motion
+
+    def reduced(self, Phi: Array, elements: Ints, weights: Array) -> ReducedDrivenRobot:
+        """The robot in the coordinates of a state basis.
+
+        Args:
+            Phi: (n, r + m) state modes, the last of which are the drives.
+            elements: (s,) numbers of integration points, ascending.
+            weights: (s,) their weights.
+
+        Raises:
+            StateBasisError: the last modes are not those of the drives.
+        """
+        E, motion = self.places(Phi)
+        robot, body = self.robot, self.plain.reduced(E, elements, weights)
+        count = body.actuator_set.n_a + len(robot.drive_places)
+        others = np.setdiff1d(np.arange(count), robot.drive_places)
+        return ReducedDrivenRobot(robot, Phi, robot.integration, body, motion, others)

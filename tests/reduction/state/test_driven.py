@@ -1,0 +1,150 @@
+"""Reduced robots with drives, hinges and glue: those of the full robot in the basis, at any angle."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from support.robots.bodies import CABLE
+from support.robots.small_bodies import MESH, MIDDLE, ROOT, RUBBER, SLIDE, TURN, constrained
+from support.state_bases import basis_of
+
+from tauten.controller import Controller
+from tauten.model import State, load_robot
+from tauten.model.constraints import ConstrainedRobot
+from tauten.reduction.state import ReducedRobot, StateBasisError, reduced_robot, reducible
+from tauten.service.setup import load_setup
+
+FACE = {"body": "second", "lower": [0.0, 0.0, 0.0], "upper": [0.0, 0.02, 0.02]}
+HINGE = {
+    "kind": "hinge",
+    "region": {"body": "second", "lower": [0.024, 0, 0], "upper": [0.026, 0.02, 0.02]},
+    "axis": [1.0, 1.0, 0.0],
+    "through": [0.125, 0.01, 0.01],
+}
+TOUCH = {
+    "surfaces": [
+        {"name": side, "box": {"lower": [-1, -1, -1], "upper": [1, 1, 1]}, "normal": [0, 0, z]}
+        for side, z in (("top", 1.0), ("bottom", -1.0))
+    ],
+    "contacts": [{"candidates": "top", "against": "bottom", "points": 20}],
+    "contact": {"alarm_distance": 0.1},
+}  # fmt: skip
+WINCH = {
+    "name": "winch", "members": ["tendon"], "gains": [-0.5], "pretensions": [2.0],
+    "max_position": 1.0, "max_effort": 10.0, "max_rate": 1.0,
+}  # fmt: skip
+MODES = 9
+
+
+@pytest.fixture(scope="module")
+def robot() -> ConstrainedRobot:
+    """Two boxes, glued: a slider, a servo and a hinge, a cable on a preloaded winch, contacts."""
+    last = {"kind": "half_space", "point": [0.1874, 0.0, 0.0], "normal": [1.0, 0.0, 0.0]}
+    return constrained(
+        [MESH, MESH],
+        bodies=[
+            {"name": "first", "mesh": {"file": "a.vtu"}, "fixed": [ROOT]},
+            {"name": "second", "mesh": {"file": "b.vtu"}, "position": [0.1, 0.0, 0.0]},
+        ],
+        mesh=None, fixed=[], material=RUBBER, gravity=[0.0, 0.0, -9.81],
+        attachments=[
+            {"kind": "glue", "region": FACE, "to": {"kind": "all", "body": "first"}}, HINGE
+        ],
+        cables=[CABLE],
+        drives=[{**SLIDE, "region": last}, {**TURN, "region": MIDDLE}],
+        couplings=[WINCH],
+        **TOUCH,
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def reduced(robot: ConstrainedRobot) -> ReducedRobot:
+    """Random modes, every element."""
+    body = reducible(robot)
+    own, weight = body.own_coordinates, body.weight
+    Phi = np.zeros((robot.n, MODES + own))
+    random = np.random.default_rng(0).normal(size=(robot.n - own, MODES))
+    Phi[: robot.n - own, :MODES] = np.linalg.qr(random)[0] / np.sqrt(weight[:-own, None])
+    Phi[robot.n - own :, MODES:] = np.eye(own)
+    every = np.arange(body.n_elements)
+    return reduced_robot(robot, basis_of(robot, Phi, every, np.ones(len(every))))
+
+
+@pytest.fixture(scope="module")
+def state(reduced: ReducedRobot) -> State:
+    """Drives turned by 40 degrees and more, and moving."""
+    rng = np.random.default_rng(1)
+    q = np.concatenate([1e-3 * rng.normal(size=MODES), [0.004, 0.7, -0.9]])
+    return State(q, np.concatenate([0.02 * rng.normal(size=MODES), [0.1, 3.0, -2.0]]))
+
+
+def test_forces_tangent_and_rows_are_those_of_the_full_robot(
+    robot: ConstrainedRobot, reduced: ReducedRobot, state: State
+) -> None:
+    lifted, Phi = reduced.lifted(state), reduced.Phi
+    lam = np.array([0.5, 0.2, 1.5])[: robot.n_a]
+    for exact in (False, True):
+        force, K = reduced.forces(state, lam, exact)
+        full_force, values = robot.forces(lifted, lam, exact)
+        pattern = robot.pattern
+        column = np.repeat(np.arange(robot.n), np.diff(pattern.indptr))
+        columns = [np.bincount(pattern.indices, values * one[column]) for one in Phi.T]
+        np.testing.assert_allclose(force, Phi.T @ full_force, rtol=1e-8, atol=1e-10)
+        np.testing.assert_allclose(K, Phi.T @ np.stack(columns, 1), atol=1e-9 * np.abs(K).max())
+    found, full = reduced.rows(state), robot.rows(lifted)
+    np.testing.assert_allclose(found.actuators.delta, full.actuators.delta, atol=1e-15)
+    np.testing.assert_allclose(found.actuators.dense(), full.actuators.dense() @ Phi, atol=1e-12)
+    np.testing.assert_allclose(found.effectors.values, full.effectors.values, atol=1e-14)
+    np.testing.assert_allclose(found.effectors.dense(), full.effectors.dense() @ Phi, atol=1e-12)
+    assert len(full.contacts) > 0
+    np.testing.assert_array_equal(found.contacts.slots, full.contacts.slots)
+    both = found.contacts.rows.dense(), full.contacts.rows.dense() @ Phi
+    np.testing.assert_allclose(*both, atol=1e-12)
+    np.testing.assert_allclose(reduced.points(state), robot.points(lifted), atol=1e-14)
+
+
+def test_a_step_is_that_of_the_full_robot_in_the_basis(
+    robot: ConstrainedRobot, reduced: ReducedRobot, state: State
+) -> None:
+    calm = State(0.1 * state.q, state.v)
+    system, full = reduced.linearise(calm), robot.linearise(reduced.lifted(calm))
+    assert system.exact
+    assert full.exact
+    # A and b of the full system from its solutions; the reduced one has ΦᵀA Φ and Φᵀb
+    A, Phi = np.linalg.inv(full.solve(np.eye(robot.n))), reduced.Phi
+    b = A @ (full.v_free - Phi @ calm.v)
+    change = np.linalg.solve(Phi.T @ A @ Phi, Phi.T @ b)
+    np.testing.assert_allclose(system.v_free - calm.v, change, atol=1e-6 * np.abs(change).max())
+
+
+def test_the_tangent_is_the_derivative_of_the_forces(reduced: ReducedRobot, state: State) -> None:
+    direction, step = np.random.default_rng(2).normal(size=reduced.n), 1e-7
+    ahead, behind = (
+        reduced.forces(State(state.q + sign * step * direction, state.v))[0] for sign in (1.0, -1.0)
+    )
+    _, K = reduced.forces(state, exact=True)
+    difference = -(ahead - behind) / (2.0 * step)
+    np.testing.assert_allclose(K @ direction, difference, atol=1e-5 * np.abs(difference).max())
+
+
+def test_modes_that_move_the_drives_are_refused(robot: ConstrainedRobot) -> None:
+    body = reducible(robot)
+    Phi = np.linalg.qr(np.random.default_rng(3).normal(size=(robot.n, 8)))[0]
+    Phi /= np.sqrt(body.weight)[:, None]
+    every = np.arange(body.n_elements)
+    with pytest.raises(StateBasisError, match="the last 3 modes are not the drives of robot"):
+        reduced_robot(robot, basis_of(robot, Phi, every, np.ones(len(every))))
+
+
+def test_the_reduced_tripod_takes_the_pose_of_the_full_one() -> None:
+    setup, full = load_setup("tripod"), load_robot("tripod")
+    assert setup.order == "reduced"
+    controllers = [Controller(robot) for robot in (setup.robot, full)]
+    goal = controllers[1].effector_values
+    goal[2] += 0.004
+    for _ in range(40):
+        for controller in controllers:
+            assert controller.step(goal).status.usable
+    one, other = (controller.effector_values for controller in controllers)
+    assert np.linalg.norm(one[:3] - other[:3]) < 1e-3 * full.size
+    np.testing.assert_allclose(controllers[0].pull, controllers[1].pull, atol=4e-3)
