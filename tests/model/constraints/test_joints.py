@@ -258,7 +258,7 @@ def test_a_viscous_beam_is_refused() -> None:
     """Its material may be that of the whole file."""
     viscous = {**RUBBER, "viscosity": {"shear_viscosity": 10.0}}
     held = {key: value for key, value in RIGID[0].items() if key != "material"}
-    with pytest.raises(RobotFileError, match="bodies.0.material: a beam is elastic"):
+    with pytest.raises(RobotFileError, match=r"bodies\.0\.material: a beam is elastic"):
         joined([{**held, "fixed": [node(0.0)]}], material=viscous)
 
 
