@@ -132,15 +132,12 @@ class Frames:
     @property
     def reach(self) -> Array:
         """Largest displacement of a node by a unit of each region's rotation or travel (regions,) [m]."""
-        longest = np.ones(self.n_turning + self.n_drives)
-        for region in range(len(longest)):
-            arms = self.offsets[self.owner == region]
-            drive = region - self.n_turning
-            if drive >= 0 and not self.turns[drive]:
-                continue
-            if drive >= 0:
-                arms = np.cross(self.axes[drive], arms)
-            longest[region] = np.linalg.norm(arms, axis=1).max(initial=0.0)
+        drive = self.owner - self.n_turning
+        turning, arms = drive >= 0, self.offsets.copy()
+        arms[turning] = np.cross(self.axes[drive[turning]], arms[turning])
+        longest = np.zeros(self.n_turning + self.n_drives)
+        np.maximum.at(longest, self.owner, np.linalg.norm(arms, axis=1))
+        longest[self.n_turning :][~self.turns] = 1.0
         return longest
 
     def largest_moves(self, step: Array) -> tuple[float, float]:

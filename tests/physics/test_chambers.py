@@ -86,6 +86,7 @@ def test_a_balloon_passes_its_limit_point_under_given_volume() -> None:
     assert np.argmax(pressures) == 3  # the largest pressure is at four times the volume
 
 
+@pytest.mark.slow
 def test_more_pressure_than_the_limit_point_has_no_equilibrium() -> None:
     simulator = Simulator(sphere("quadratic", "neo-hookean", 0.49, 1, 1), "none")
     report = simulator.settle(tension=[6e4], max_iterations=60)

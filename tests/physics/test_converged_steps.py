@@ -84,7 +84,9 @@ def test_momentum_of_rotating_nodes_is_the_derivative_of_their_kinetic_energy() 
         assert slope == pytest.approx(force @ d, rel=1e-6)
 
 
-@pytest.mark.parametrize("make", [bar_robot, lambda: load_robot("manipulator")])
+@pytest.mark.parametrize(
+    "make", [bar_robot, pytest.param(lambda: load_robot("manipulator"), marks=pytest.mark.slow)]
+)
 def test_energy_of_a_free_swing_falls_in_every_step(make: Callable[[], Robot]) -> None:
     """From wild velocities, which one linearisation a step turns into energy."""
     robot = undamped(make())

@@ -185,6 +185,7 @@ def test_cantilever_does_not_lock(kind: Kind, nu: float) -> None:
     assert cantilever_deflection("linear", neo_hookean(1e6, nu), 2) < 0.52
 
 
+@pytest.mark.slow
 def test_smoothed_cantilever_converges_where_linear_elements_lock() -> None:
     law = neo_hookean(1e6, 0.499)
     assert cantilever_deflection("edge-node", law, 4) > 0.94

@@ -71,7 +71,9 @@ def test_kelvin_voigt_block_creeps_as_the_exact_solution(element: str, converged
     assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.1)
 
 
-@pytest.mark.parametrize("element", ["linear", "quadratic", "smoothed"])
+@pytest.mark.parametrize(
+    "element", ["linear", pytest.param("quadratic", marks=pytest.mark.slow), "smoothed"]
+)
 def test_standard_linear_solid_creeps_as_the_exact_solution(element: str) -> None:
     """E ∥ (E₁ in series with E₁ τ): ε = σ / E (1 − E₁ / (E + E₁) exp(−t E / (τ (E + E₁))))."""
     share, tau = 1.5, 0.1

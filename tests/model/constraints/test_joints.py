@@ -103,6 +103,25 @@ def test_velocities_of_nodes(robot: ConstrainedRobot, state: State, direction: A
     assert np.abs((T @ direction)[: len(found)] - found).max() < 1e-7 * np.abs(found).max()
 
 
+def test_beams_are_drawn_around_their_axis(robot: ConstrainedRobot, state: State) -> None:
+    """The outline of a rod of 2 mm, a millimetre from the line between its nodes, which it moves with."""
+    points, triangles = robot.points(robot.rest()), robot.triangles
+    drawn = np.unique(triangles)
+    assert drawn.max() == len(points) - 1
+    outline = points[robot.n_nodes :]
+    radius = np.linalg.norm(outline[:, 1:] - 0.01, axis=1)
+    assert radius == pytest.approx(np.full(len(outline), 1e-3))
+    beams = robot.joints
+    assert beams is not None
+    # no corner beside a node is part of the surface
+    corners = (beams.nodes[:, None] + np.arange(4)).ravel()
+    assert not np.isin(drawn, corners).any()
+    at = robot.points(state)
+    nodes = robot.nodes(state)[beams.nodes]
+    away = np.linalg.norm(at[robot.n_nodes :, None] - nodes, axis=2).min(axis=1)
+    assert away == pytest.approx(np.full(len(outline), 1e-3))
+
+
 def test_rest_is_where_the_bodies_are(robot: ConstrainedRobot) -> None:
     assert np.abs(robot.nodes(robot.rest()) - robot.mesh.nodes).max() < 1e-15
 

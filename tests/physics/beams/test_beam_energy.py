@@ -118,6 +118,7 @@ def test_energy_of_a_stiff_beam_falls_when_it_is_released(tmp_path: Path) -> Non
     assert np.diff(energies).max() < 0.0
 
 
+@pytest.mark.slow
 def test_rolling_over_a_potential_hill_gains_no_energy(tmp_path: Path) -> None:
     """A beam that is compressed straight has an indefinite tangent; a push lets it snap aside."""
     robot = cantilever(tmp_path, SOFT, 200.0)

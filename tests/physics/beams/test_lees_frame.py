@@ -156,6 +156,7 @@ def limit_load(robot: BeamRobot) -> float:
     return low
 
 
+@pytest.mark.slow
 def test_first_limit_load_of_a_dead_force(tmp_path: Path) -> None:
     limits = np.array([limit_load(frame(tmp_path, count)) for count in (5, 10)])
     exact = exact_limit()

@@ -59,6 +59,7 @@ def test_finger_agrees_with_sofa_as_two_corotational_models_do(reference: Path) 
     assert np.abs(tension_error[pull <= 30.0]).max() < 0.025
 
 
+@pytest.mark.slow
 def test_refined_finger_is_softer_and_converges(reference: Path) -> None:
     """Linear tetrahedra are too stiff: tension falls, and changes less, with every refinement."""
     tension = []

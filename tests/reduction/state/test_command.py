@@ -44,7 +44,15 @@ def write_kind(folder: Path, kind: dict[str, object]) -> Path:
     return file
 
 
-@pytest.mark.parametrize("kind", sorted(KINDS))
+@pytest.mark.parametrize(
+    "kind",
+    [
+        pytest.param(
+            kind, marks=[] if kind in ("linear", "quadratic, mooney-rivlin") else [pytest.mark.slow]
+        )
+        for kind in sorted(KINDS)
+    ],
+)
 def test_reduce_states_of_every_kind(
     kind: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

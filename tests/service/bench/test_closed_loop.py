@@ -49,7 +49,7 @@ def test_cases_start_at_rest_and_are_within_reach(beam: Robot, cases: list[Case]
     np.testing.assert_array_equal(again[3].targets, cases[3].targets)
 
 
-@pytest.mark.parametrize("scale", [0.8, STIFFER])
+@pytest.mark.parametrize("scale", [pytest.param(0.8, marks=pytest.mark.slow), STIFFER])
 def test_a_robot_of_another_stiffness_settles_in_closed_loop_only(
     beam: Robot, beam_file: Path, cases: list[Case], scale: float
 ) -> None:

@@ -97,6 +97,7 @@ def test_certified_basis_follows_the_full_arm(
     assert certified.extra_columns > 0
 
 
+@pytest.mark.slow
 def test_arm_stands_still_when_its_target_does(arm: Robot) -> None:
     """Ribs in contact: tensions become constant, near the least that hold the tip.
 

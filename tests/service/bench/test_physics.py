@@ -64,6 +64,7 @@ def test_tables_have_every_course_and_share(energy: EnergyBench, tmp_path: Path)
     assert "old" not in page.read_text()
 
 
+@pytest.mark.slow
 def test_the_command_writes_numbers_and_figures(
     beam_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -84,7 +84,9 @@ def about(result: RobotCheck, subject: str) -> Finding:
     return found
 
 
-@pytest.mark.parametrize(("refinements", "source"), [(1, "quadratic"), (2, "linear")])
+@pytest.mark.parametrize(
+    ("refinements", "source"), [(1, "quadratic"), pytest.param(2, "linear", marks=pytest.mark.slow)]
+)
 def test_the_error_of_a_coarse_cantilever_is_that_against_beam_theory(
     tmp_path: Path, refinements: int, source: str
 ) -> None:
@@ -350,3 +352,51 @@ def test_an_equilibrium_that_is_not_found_is_said(tmp_path: Path) -> None:
     assert own.unsettled == 1
     assert own.level == "wrong"
     assert "1 of 2 equilibria not found" in result.estimate.verdict
+
+
+SPINE = """
+name = "spine"
+
+[material]
+young_modulus = 2e9
+poisson_ratio = 0.35
+density = 1100.0
+
+[[profiles]]
+kind = "tube"
+name = "rod"
+outer = 2e-3
+
+[[bodies]]
+name = "rod"
+beam = { points = [[0.0, 0.0, 0.0], [0.1, 0.0, 0.0]], elements = 4, profile = "rod" }
+fixed = [{ kind = "sphere", centre = [0.0, 0.0, 0.0], radius = 1e-6 }]
+
+[[cables]]
+name = "tendon"
+points = [[0.0, 0.0, 0.008], [0.1, 0.0, 0.008]]
+max_outside = 0.01
+max_tension = 1.0
+max_pull = 0.01
+max_rate = 0.1
+
+[[effectors]]
+name = "tip"
+point = [0.1, 0.0, 0.0]
+"""
+
+
+def test_a_body_that_is_a_beam_is_checked(tmp_path: Path) -> None:
+    """Its mass is that of the rod without its clamped node, its sag that of a cantilever under its weight."""
+    path = tmp_path / "spine.toml"
+    path.write_text(SPINE, encoding="utf-8")
+    result = checked(str(path))
+    mass = 1100.0 * np.pi / 4.0 * 2e-3**2 * 0.1 * 7.0 / 8.0
+    assert float(about(result, "moving mass").found.split()[0]) == pytest.approx(
+        1e3 * mass, rel=1e-3
+    )
+    sag = float(about(result, "sag under gravity").found.split()[0])
+    line = 1100.0 * np.pi / 4.0 * 2e-3**2 * 9.81  # N/m
+    assert sag == pytest.approx(
+        1e3 * line * 0.1**4 / 8.0 / (2e9 * np.pi / 64.0 * 2e-3**4), rel=0.03
+    )

@@ -49,7 +49,12 @@ def run_of(kind: EffectorKind, size: int) -> RecordedRun:
 
 
 @pytest.mark.parametrize(
-    ("kind", "size", "unit"), [("frame", 7, "mrad"), ("distance", 1, "mm"), ("volume", 1, "ml")]
+    ("kind", "size", "unit"),
+    [
+        ("frame", 7, "mrad"),
+        pytest.param("distance", 1, "mm", marks=pytest.mark.slow),
+        ("volume", 1, "ml"),
+    ],
 )
 def test_a_run_of_any_kind_is_reported_and_drawn(
     kind: EffectorKind, size: int, unit: str, tmp_path: Path

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from tauten.service.log import Entry, LogError, LogReader, LogRecorder
-from tauten.service.replay import make_report, read_run, replay
+from tauten.service.replay import make_report, read_run, replay, table_rows
 from tauten.service.wire import JOINTS, TICK
 
 
@@ -49,3 +49,17 @@ def test_wrong_metadata_are_refused(
 ) -> None:
     with pytest.raises(LogError, match=message):
         read_run(renamed(log, tmp_path / "log.mcap", changes))
+
+
+def test_each_kind_of_actuator_is_reported_in_its_units(log: Path, tmp_path: Path) -> None:
+    other = renamed(log, tmp_path / "log.mcap", {"actuator_kinds": "chamber drive"})
+    report = make_report(read_run(other))
+    air, servo = report.peaks
+    assert (air.position_unit, air.effort_unit) == ("m³", "Pa")
+    assert (servo.position_unit, servo.effort_unit) == ("rad", "N m")
+    rows = dict(table_rows(report))
+    assert rows["largest volume change"] == f"{1e6 * air.position:.1f} mL"
+    assert rows["largest pressure"] == f"{1e-3 * air.effort:.2f} kPa"
+    assert rows["largest angle"].endswith(" deg")
+    assert rows["largest torque"].endswith(" N mm")
+    assert "largest pull" not in rows
