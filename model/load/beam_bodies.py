@@ -121,9 +121,13 @@ def build_beam(
         prefix: of the table's fields, for errors.
 
     Raises:
-        RobotFileError: a beam without length, or one that lies along `up`.
+        RobotFileError: a beam without length, one that lies along `up`, or one that is viscous.
     """
     assert body.beam is not None and body.material is not None
+    if body.material.viscosity is not None:
+        raise RobotFileError(
+            f"{source}: {prefix}material: a beam is elastic, give it a material without viscosity"
+        )
     profile = own_profile(config, body)
     axis = mesh.nodes[::CORNERS]  # (b, 3)
     count = len(axis) - 1

@@ -136,6 +136,4 @@ class BodySettings(Section):
         if self.beam is not None and (self.rigid or self.materials):
             field = "rigid" if self.rigid else "materials"
             raise ValueError(f"{field}: a beam deforms and has one material, leave it out")
-        if self.beam is not None and self.material and self.material.viscosity:
-            raise ValueError("material.viscosity: a beam is elastic, leave it out")
         return self

@@ -23,10 +23,11 @@ def reducible(robot: Robot) -> Reducible:
             "or use the full model"
         )
     if isinstance(robot, ConstrainedRobot):
-        if robot.frames.n_turning > 0 or robot.joints is not None:
+        unlike = robot.joints is not None or robot.drums is not None
+        if robot.frames.n_turning > 0 or unlike:
             raise StateBasisError(
-                f"robot {robot.name}: robots of tetrahedra with rigid regions, pins or beams have no state "
-                "bases; use the full model"
+                f"robot {robot.name}: robots of tetrahedra with rigid regions, pins, beams or drums have no "
+                "state bases; use the full model"
             )
         return ReducibleDrivenRobot(robot)
     if isinstance(robot, TetRobot):

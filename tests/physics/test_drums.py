@@ -15,6 +15,7 @@ from tauten.model.constraints import ConstrainedRobot
 from tauten.model.load import build_robot
 from tauten.model.numerics import Array
 from tauten.model.schema import RobotConfig, RobotFileError, validated
+from tauten.reduction.state import StateBasisError, reducible
 
 STIFFNESS, PRETENSION = 5e3, 2.0
 LIMITS = {"max_tension": 50.0, "max_pull": 0.05, "max_rate": 1.0}
@@ -146,6 +147,11 @@ def test_a_drum_on_a_rod_goes_slack_and_is_controlled() -> None:
         tension = robot.wound(controller.state, robot.placed(controller.state)[0])[1]
         assert tension.min() >= 0.0
         assert tension.max() > 0.5
+
+
+def test_a_drum_has_no_state_basis() -> None:
+    with pytest.raises(StateBasisError, match="pins, beams or drums have no state bases"):
+        reducible(antagonists())
 
 
 def test_a_drum_needs_cables_with_springs() -> None:

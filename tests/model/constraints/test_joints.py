@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 from support.robots.bodies import CABLE
-from support.robots.joined import joined, joined_config, push, rod
+from support.robots.joined import RUBBER, joined, joined_config, push, rod
 from support.robots.small_bodies import moved
 
 from tauten.model import State
@@ -252,6 +252,14 @@ def test_files_that_make_no_sense(
             forces=[push("push", [0.0, 0.0, 0.0], [0, 0, 1])],
         )
     assert sentence in str(caught.value)
+
+
+def test_a_viscous_beam_is_refused() -> None:
+    """Its material may be that of the whole file."""
+    viscous = {**RUBBER, "viscosity": {"shear_viscosity": 10.0}}
+    held = {key: value for key, value in RIGID[0].items() if key != "material"}
+    with pytest.raises(RobotFileError, match=r"bodies\.0\.material: a beam is elastic"):
+        joined([{**held, "fixed": [node(0.0)]}], material=viscous)
 
 
 def test_parts_that_follow_each_other_are_refused() -> None:

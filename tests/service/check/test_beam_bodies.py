@@ -1,0 +1,59 @@
+"""`tauten check` of a robot with a body that is a beam."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tauten.service.check import CheckSettings, check_robot
+from tauten.service.process import StopFlag
+
+SPINE = """
+name = "spine"
+
+[material]
+young_modulus = 2e9
+poisson_ratio = 0.35
+density = 1100.0
+
+[[profiles]]
+kind = "tube"
+name = "rod"
+outer = 2e-3
+
+[[bodies]]
+name = "rod"
+beam = { points = [[0.0, 0.0, 0.0], [0.1, 0.0, 0.0]], elements = 4, profile = "rod" }
+fixed = [{ kind = "sphere", centre = [0.0, 0.0, 0.0], radius = 1e-6 }]
+
+[[cables]]
+name = "tendon"
+points = [[0.0, 0.0, 0.008], [0.1, 0.0, 0.008]]
+max_outside = 0.01
+max_tension = 1.0
+max_pull = 0.01
+max_rate = 0.1
+
+[[effectors]]
+name = "tip"
+point = [0.1, 0.0, 0.0]
+"""
+
+
+def test_a_body_that_is_a_beam_is_checked(tmp_path: Path) -> None:
+    """Its mass is that of the rod without its clamped node, its sag that of a cantilever under its weight."""
+    path = tmp_path / "spine.toml"
+    path.write_text(SPINE, encoding="utf-8")
+    settings = CheckSettings(str(path), ())
+    result = check_robot(settings, StopFlag(), lambda _share, _what: None)
+    found = {item.subject: item.found for item in result.findings}
+    mass = 1100.0 * np.pi / 4.0 * 2e-3**2 * 0.1 * 7.0 / 8.0
+    assert float(found["moving mass"].split()[0]) == pytest.approx(1e3 * mass, rel=1e-3)
+    sag = float(found["sag under gravity"].split()[0])
+    line = 1100.0 * np.pi / 4.0 * 2e-3**2 * 9.81  # N/m
+    bent = line * 0.1**4 / 8.0 / (2e9 * np.pi / 64.0 * 2e-3**4)
+    assert sag == pytest.approx(
+        1e3 * bent, rel=0.04
+    )  # masses on four nodes; corners beyond the end
