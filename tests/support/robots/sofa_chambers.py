@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import scipy.sparse as sp
 
 from support.sofa_elements import MM, points_as_in_sofa
 from tauten.model.constraints import ConstrainedRobot, GluedNodes
@@ -102,7 +103,9 @@ def built(config: RobotConfig, model: Any, *points: str) -> ConstrainedRobot:
     nodes = MM * np.concatenate([model["nodes"], model["cavity_nodes"]])
     surface = count + model["cavity_triangles"].astype(np.int64)
     extra = count + np.arange(len(model["cavity_nodes"]))
-    mapped = Constraints([], [], GluedNodes(extra, tets[model["cavity_tet"]], model["cavity_w"]))
+    glued = GluedNodes(extra, tets[model["cavity_tet"]], model["cavity_w"])
+    none = sp.csr_array((0, 3 * len(nodes)))
+    mapped = Constraints(rigid=[], pinned=[], drives=[], glued=glued, springs=none)
     with pytest.MonkeyPatch.context() as patch, points_as_in_sofa(model, *points):
         patch.setattr(actuators, "build_chamber", lambda item, selector: surface)
         patch.setattr(robot_module, "build_constraints", lambda config, bodies: mapped)
