@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -187,22 +187,17 @@ def variant_robot(config: RobotConfig, path: Path, variant: Variant) -> TetRobot
     return build_robot(changed, read_bodies(changed, path, variant.refinements), str(path))
 
 
-def equilibria(
-    robot: AnyRobot, loads: tuple[Load, ...], stopped: Callable[[], bool]
-) -> Iterator[LoadedState]:
-    """The robot at rest under each load, until `stopped`.
+def equilibria(robot: AnyRobot, loads: tuple[Load, ...]) -> Iterator[LoadedState]:
+    """The robot at rest under each load.
 
     Args:
         robot: the robot.
         loads: in ascending order for each cable, which starts from rest.
-        stopped: read before each load.
     """
     simulator, cable = Simulator(robot, contact="full"), -1
     one_unit = bool((robot.actuators.groups == 0).all())
     unit = np.ones(robot.n_a) if one_unit else robot.limits.largest_tension
     for load in loads:
-        if stopped():
-            return
         if load.cable != cable:
             simulator.reset()
             cable = load.cable

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -20,6 +21,7 @@ from tauten.service.check.mesh_error import MeshErrorEstimate, estimate_error
 from tauten.service.check.mesh_findings import mesh_findings
 from tauten.service.check.mesh_variants import (
     AnyRobot,
+    LoadedState,
     Variant,
     VariantStates,
     chosen_variants,
@@ -28,7 +30,7 @@ from tauten.service.check.mesh_variants import (
     variant_robot,
 )
 from tauten.service.check.region_findings import RegionParts, region_parts
-from tauten.service.process import StopFlag, one_blas_thread
+from tauten.service.process import Interrupted, StopFlag, one_blas_thread
 
 Progress = Callable[[float, str], None]
 
@@ -200,7 +202,7 @@ def compare_meshes(
         robot: the robot on its own mesh.
         variants: the meshes, the robot's own first.
         make: the robot on another mesh.
-        stop: read before each equilibrium.
+        stop: ends the search for an equilibrium; those found are compared.
         progress: called with the share of the work just done, and what comes next.
     """
     loads = make_loads(robot, settings.shares)
@@ -210,10 +212,11 @@ def compare_meshes(
         if stop.requested:
             break
         made = robot if variant == variants[0] else make(variant)
-        states = []
-        for state in equilibria(made, loads, lambda: stop.requested):
-            states.append(state)
-            progress(0.9 * variant.relative_cost / total, variant.name)
+        states: list[LoadedState] = []
+        with suppress(Interrupted), stop.interruptible():
+            for state in equilibria(made, loads):
+                states.append(state)
+                progress(0.9 * variant.relative_cost / total, variant.name)
         found.append(VariantStates(variant, made.n_nodes, tuple(states)))
     complete = len(found) == len(variants) and len(found[-1].states) == len(loads)
     return estimate_error(loads, tuple(found), robot.size, complete)

@@ -17,7 +17,7 @@ from tauten.service.process.runtime import (
     short_switch_interval,
     versions,
 )
-from tauten.service.process.stopping import StopFlag, stop_on_signals
+from tauten.service.process.stopping import Interrupted, StopFlag, stop_on_signals
 
 __all__ = [
     "HostInfo",
@@ -25,6 +25,7 @@ __all__ = [
     "ORDINARY",
     "RealtimeError",
     "RealtimeSettings",
+    "Interrupted",
     "StopFlag",
     "apply_realtime",
     "has_realtime_priority",
