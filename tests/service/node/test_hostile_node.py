@@ -46,6 +46,7 @@ KEYS = Keys("beam")
 TARGET, MEASURED = KEYS.targets(("tip", "middle")), KEYS.measurements(("tip", "middle"))
 ROUNDING = 1e-12
 PROBE = "probe/of/this/test"  # messages of a session arrive in order
+RELEASED = 60  # ticks, in which a stop has let the cables out
 PATIENCE = 60.0  # s, for a message on a machine that is busy with something else
 
 
@@ -85,6 +86,33 @@ class Rig:
         self.outside.put(PROBE, number)
         while self.probed.get(timeout=PATIENCE) != number:
             pass
+
+    def tick(self, slack: float = 0.01) -> None:
+        """One tick of the node."""
+        self.node.tick(self.clock, Beat(0, max(-slack, 0.0), slack, 0), shutdown=False)
+
+    def follow_and_hold(self) -> None:
+        """Bring the node from any mode to following a target, and to a hold by command."""
+        for _ in range(RELEASED):
+            self.send([order(OperatorCommand.RESET)])
+            self.tick()
+        for _ in range(5):
+            at = self.node._loop.controller.effector
+            places = [encode_point(Point(0, "", tuple(point))) for point in at]
+            sent = zip([*MEASURED, *TARGET], [*places, *places], strict=True)
+            self.send([(key, payload, f"{CDR};{POINT}") for key, payload in sent])
+            self.tick()
+        self.send([order(OperatorCommand.HOLD)])
+        self.tick()
+        self.send([order(OperatorCommand.ENABLE)])
+        last = self.seen.take(KEYS.actuation)[-1]
+        joints = decode_joints(last, CDR, self.node._robot.actuators.names)
+        assert isinstance(joints, Joints)
+        self.pull = np.array(joints.pull)
+
+
+def order(command: OperatorCommand) -> tuple[str, bytes, str]:
+    return KEYS.command, encode_command(command), f"{CDR};{TEXT}"
 
 
 @pytest.fixture(scope="module")
@@ -152,10 +180,11 @@ def test_everything_that_leaves_is_within_the_limits(
 ) -> None:
     robot = rig.node._robot
     limits = robot.limits
+    rig.follow_and_hold()
     rig.seen.entries.clear()
     for sent, slack in wanted:
         rig.send(sent)
-        rig.node.tick(rig.clock, Beat(0, max(-slack, 0.0), slack, 0), shutdown=False)
+        rig.tick(slack)
     ticks = [decode_tick(payload) for payload in rig.seen.take(KEYS.tick)]
     assert len(ticks) == len(wanted)
     assert all(isinstance(tick, Tick) for tick in ticks)
