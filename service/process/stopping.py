@@ -11,6 +11,7 @@ r"""Signals that end a process, as a flag that a loop reads, so that every end i
 from __future__ import annotations
 
 import signal
+import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -55,6 +56,14 @@ class StopFlag:
             self.requested, self._first = True, now
         elif now - self._first >= _AGAIN:
             self.urgent = True
+        self.interrupt()
+
+    def interrupt(self) -> None:
+        """End a part of the program that is `interruptible`, where it is in one.
+
+        Raises:
+            Interrupted: it is.
+        """
         if self._interruptible:
             raise Interrupted
 
@@ -76,18 +85,36 @@ class StopFlag:
 
 @contextmanager
 def stop_on_signals() -> Iterator[StopFlag]:
-    """A flag that the signals above raise; the old handlers are restored afterwards."""
+    """A flag that the signals above raise; the old handlers are restored afterwards.
+
+    An exception that a handler raises is lost where it interrupts a callback of the compiler, so that
+    `Interrupted` is raised again and again until the part that is interruptible has ended.
+    """
     flag = StopFlag()
 
     def handler(_signal: int, _frame: FrameType | None) -> None:
+        _set_alarm(_AGAIN)
         flag.request()
+
+    def again(_signal: int, _frame: FrameType | None) -> None:
+        flag.interrupt()
+        _set_alarm(0.0)
 
     ignored = signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
     numbers = [number for number in _SIGNALS if not (ignored and number is signal.SIGHUP)]
     old = {number: signal.signal(number, handler) for number in numbers}
+    if sys.platform != "win32":
+        old[signal.SIGALRM] = signal.signal(signal.SIGALRM, again)
     try:
         with suppress(Interrupted):
             yield flag
     finally:
+        _set_alarm(0.0)
         for number, before in old.items():
             signal.signal(number, before)
+
+
+def _set_alarm(interval: float) -> None:
+    """Send SIGALRM in this interval [s]; 0: never."""
+    if sys.platform != "win32":
+        signal.setitimer(signal.ITIMER_REAL, interval, interval)
