@@ -72,7 +72,7 @@ def make_factorisation(indptr: Ints, indices: Ints, backend: str = "auto") -> Fa
         "cholmod": Cholmod,
         "superlu": SuperLU,
     }
-    log.info("factorisation: %s, %d unknowns, %d entries", name, len(indptr) - 1, len(indices))
+    log.debug("factorisation: %s, %d unknowns, %d entries", name, len(indptr) - 1, len(indices))
     return makers[name](indptr, indices)
 
 
