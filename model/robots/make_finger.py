@@ -1,6 +1,6 @@
 """Makes finger.vtu: a hanging finger of blocks joined by elastic hinges.
 
-    python -m tauten.model.robots.make_finger [FOLDER]
+    python -m tauten.model.robots.make_finger [FOLDER] [--across N] [--coarse]
 
 The finger hangs along −z from its fixed face at z = 0, is 15 mm wide in y and bends towards +x, the
 side on which the notches open. It is a mapped grid, graded towards the hinges, the fixed face and the ends of
@@ -66,6 +66,18 @@ class FingerShape:
     first: tuple[float, ...] = (0.0, 0.12, 0.3, 0.5, 0.7, 0.85, 0.95, 1.0)
     last: tuple[float, ...] = (0.0, 0.1, 0.3, 0.6, 1.0)
     end: int = 2
+
+
+# few, large cells, which can be refined more than once
+COARSE = FingerShape(
+    below=(0.0, 0.6, 1.0),
+    above=(0.010, 0.0125, 0.015),
+    across=2,
+    along=(0.0, 0.5, 1.0),
+    first=(0.0, 0.5, 1.0),
+    last=(0.0, 0.5, 1.0),
+    end=1,
+)
 
 
 def make_finger(shape: FingerShape) -> tuple[Array, Ints]:
@@ -135,10 +147,13 @@ def main() -> None:
     """Write finger.vtu into a folder."""
     parser = argparse.ArgumentParser(description="Write finger.vtu into a folder.")
     parser.add_argument("folder", type=Path, nargs="?", default=Path(__file__).parent)
-    default = FingerShape()
-    parser.add_argument("--across", type=int, default=default.across, help="cells over the width")
+    parser.add_argument("--across", type=int, help="cells over the width")
+    parser.add_argument("--coarse", action="store_true", help="few, large cells")
     settings = parser.parse_args()
-    nodes, tets = make_finger(replace(default, across=settings.across))
+    shape = COARSE if settings.coarse else FingerShape()
+    if settings.across is not None:
+        shape = replace(shape, across=settings.across)
+    nodes, tets = make_finger(shape)
     path = settings.folder / "finger.vtu"
     path.parent.mkdir(parents=True, exist_ok=True)
     meshio.write(path, meshio.Mesh(nodes, [("tetra", tets)]))

@@ -10,7 +10,7 @@ import meshio
 
 from tauten.model.load import build_robot, robot_path
 from tauten.model.mesh import TetMesh
-from tauten.model.robots.make_finger import FingerShape, make_finger
+from tauten.model.robots.make_finger import COARSE, FingerShape, make_finger
 from tauten.model.schema import RobotConfig, model_tables, read_toml, validated
 from tauten.model.tetra import TetRobot
 
@@ -39,19 +39,7 @@ def thumb_mesh() -> TetMesh:
 
 def coarse_finger_mesh() -> TetMesh:
     """The shape of the shipped finger with few, large tetrahedra."""
-    return TetMesh(
-        *make_finger(
-            FingerShape(
-                below=(0.0, 0.6, 1.0),
-                above=(0.010, 0.0125, 0.015),
-                across=2,
-                along=(0.0, 0.5, 1.0),
-                first=(0.0, 0.5, 1.0),
-                last=(0.0, 0.5, 1.0),
-                end=1,
-            )
-        )
-    )
+    return TetMesh(*make_finger(COARSE))
 
 
 def coarse_finger() -> TetRobot:
