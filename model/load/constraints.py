@@ -25,8 +25,8 @@ from tauten.model.constraints import (
 )
 from tauten.model.load.beam_bodies import CORNERS, BeamPart, beam_joints
 from tauten.model.load.bodies import Bodies
-from tauten.model.load.glue import attached_parts, axis_of, build_glue
-from tauten.model.load.joins import AnyFrame, join_frames, require_no_circle
+from tauten.model.load.glue import attached_parts, build_glue
+from tauten.model.load.joins import AnyFrame, axis_of, join_frames, require_no_circle
 from tauten.model.numerics import Bools, Ints, make_factorisation
 from tauten.model.points import CableSet
 from tauten.model.schema import RobotConfig, RobotFileError

@@ -8,7 +8,7 @@ import numpy as np
 
 from tauten.model.constraints import GluedNodes, PinnedRegion
 from tauten.model.load.bodies import Bodies
-from tauten.model.load.joins import AnyFrame, Attachment
+from tauten.model.load.joins import AnyFrame, Attachment, axis_of
 from tauten.model.mesh import TetMesh
 from tauten.model.numerics import Array, Ints
 from tauten.model.schema import AttachmentSettings, RobotFileError
@@ -18,13 +18,6 @@ def no_glue() -> tuple[Ints, Ints, Array]:
     """Nodes, masters and weights of no glued node."""
     none = np.zeros((0, 4), dtype=np.int64)
     return none[:, 0], none, np.zeros((0, 4))
-
-
-def axis_of(item: AttachmentSettings) -> tuple[Array, Array]:
-    """Unit direction (3,) of a hinge's axis and a point (3,) of it [m]."""
-    assert item.axis is not None
-    assert item.through is not None
-    return np.array(item.axis) / np.linalg.norm(item.axis), np.array(item.through)
 
 
 def build_glue(

@@ -233,8 +233,7 @@ def alignment(bodies: Bodies, one: Attachment, body: PinnedRegion) -> list[sp.cs
         raise RobotFileError(
             f"{source}: {one.where}.radius: a rigid body turns about its axis, leave it out"
         )
-    assert one.item.axis is not None
-    axis = np.array(one.item.axis) / np.linalg.norm(one.item.axis)
+    axis, _ = axis_of(one.item)
     arm = float(np.linalg.norm(mesh.nodes[body.nodes] - body.pin, axis=1).max())
     root = np.sqrt(0.5 * one.item.tilt_stiffness) / arm
     own = mesh.tets[np.isin(mesh.tets, body.nodes).all(axis=1)][0]
@@ -249,6 +248,13 @@ def alignment(bodies: Bodies, one: Attachment, body: PinnedRegion) -> list[sp.cs
         row = sp.csr_array((root * weights, (np.zeros(len(columns), int), columns)), shape=shape)
         rows.append(sp.csr_array(sp.kron(row, np.eye(3), format="csr")))
     return rows
+
+
+def axis_of(item: AttachmentSettings) -> tuple[Array, Array]:
+    """Unit direction (3,) of a hinge's axis and a point (3,) of it [m]."""
+    assert item.axis is not None
+    assert item.through is not None
+    return np.array(item.axis) / np.linalg.norm(item.axis), np.array(item.through)
 
 
 def combination(corners: Array, point: Array) -> Array:
