@@ -2,12 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
-from tauten.model import Integration
-from tauten.model.numerics import Array, cholesky, kernel, solve_in_place
+from tauten.model import Integration, System
+from tauten.model.numerics import (
+    Array,
+    DenseFactors,
+    FactorisationError,
+    cholesky,
+    kernel,
+    solve_in_place,
+)
 
 
 class Scheme(NamedTuple):
@@ -67,3 +75,34 @@ def implicit_step(
     if not scheme.static:
         v_free[:] += v
     return True
+
+
+def implicit_system(
+    scheme: Scheme,
+    mass: Array,
+    forces: Callable[[bool], tuple[Array, Array]],
+    v: Array,
+    L: Array,
+    inertia: Array | None = None,
+) -> System:
+    """The system of one step, with the exact tangent where it is positive definite.
+
+    Args:
+        scheme: damping and time step.
+        mass: (r, r), not read where the scheme is static.
+        forces: forces (r,) and tangent (r, r), exact or not, see `ReducedRobot.forces`.
+        v: (r,) velocity.
+        L: (r, r) memory of the factor.
+        inertia: (r,) forces of inertia at constant velocities; None: there are none.
+
+    Raises:
+        FactorisationError: neither matrix is positive definite (a state that has blown up).
+    """
+    v_free = np.empty_like(v)
+    for exact in (True, False):  # buckling makes the exact tangent indefinite
+        force, K = forces(exact)
+        moving = force if inertia is None else force - inertia
+        if implicit_step(scheme, mass, K, moving, v, L, v_free):
+            residual = float(np.linalg.norm(force))
+            return System(scheme.h, v, v_free, residual, DenseFactors(L), exact)
+    raise FactorisationError("the reduced model's matrix is not positive definite")

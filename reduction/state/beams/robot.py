@@ -29,9 +29,9 @@ from tauten.model import (
     System,
 )
 from tauten.model.beams import BeamRobot, gap_arrays
-from tauten.model.numerics import Array, DenseFactors, FactorisationError, Ints
+from tauten.model.numerics import Array, Ints
 from tauten.model.points import AttachedPoints, Entries
-from tauten.reduction.dense_step import implicit_step, scheme_of
+from tauten.reduction.dense_step import implicit_system, scheme_of
 from tauten.reduction.reduced_robot import ReducedRobot
 from tauten.reduction.state.beams.loads import (
     add_point_loads,
@@ -251,13 +251,10 @@ class ReducedBeamRobot(ReducedRobot):
         integration = integration or self.integration
         scheme, work = scheme_of(integration), self.moved(state.q)
         mass = np.zeros((0, 0)) if scheme.static else self.projected_mass(work)
-        v, v_free = (np.zeros(self.n) if scheme.static else state.v), np.empty(self.n)
-        for exact in (True, False):  # buckling makes the exact tangent indefinite
-            force, K = self.forces(state, tension, exact)
-            if implicit_step(scheme, mass, K, force, v, work.L, v_free):
-                residual = float(np.linalg.norm(force))
-                return System(scheme.h, v, v_free, residual, DenseFactors(work.L), exact)
-        raise FactorisationError("the reduced model's matrix is not positive definite")
+        v = np.zeros(self.n) if scheme.static else state.v
+        return implicit_system(
+            scheme, mass, lambda exact: self.forces(state, tension, exact), v, work.L
+        )
 
     def projected_mass(self, work: BeamWork) -> Array:
         """The mass Jᵀ M J (r, r)."""

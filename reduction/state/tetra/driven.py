@@ -19,8 +19,8 @@ import numpy as np
 
 from tauten.model import ContactRows, Integration, RobotRows, Rows, State, System
 from tauten.model.constraints import ConstrainedRobot
-from tauten.model.numerics import Array, DenseFactors, FactorisationError, Ints
-from tauten.reduction.dense_step import implicit_step, scheme_of
+from tauten.model.numerics import Array, Ints
+from tauten.reduction.dense_step import implicit_system, scheme_of
 from tauten.reduction.reduced_robot import ElementSample, ReducedRobot, StateBasisError
 from tauten.reduction.state.tetra.ecsw import sample_elements
 from tauten.reduction.state.tetra.robot import ReducedTetRobot, ReducibleTetRobot
@@ -185,13 +185,10 @@ class ReducedDrivenRobot(ReducedRobot):
             J, v = motion.jacobian(q), state.v
             mass = J.T @ self.body.mass @ J
             inertia = J.T @ (self.body.mass @ (v[motion.modes :] ** 2 @ motion.bend(q)))
-        L, v_free = np.zeros((self.n, self.n)), np.empty(self.n)
-        for exact in (True, False):  # buckling makes the exact tangent indefinite
-            force, K = self.forces(state, tension, exact)
-            if implicit_step(scheme, mass, K, force - inertia, v, L, v_free):
-                residual = float(np.linalg.norm(force))
-                return System(scheme.h, v, v_free, residual, DenseFactors(L), exact)
-        raise FactorisationError("the reduced model's matrix is not positive definite")
+        return implicit_system(
+            scheme, mass, lambda exact: self.forces(state, tension, exact), v,
+            np.zeros((self.n, self.n)), inertia,
+        )  # fmt: skip
 
     def rows(self, state: State, contacts: bool = True) -> RobotRows:
         """Rows of effectors, actuators and, where `contacts` is true, contacts at this state."""
