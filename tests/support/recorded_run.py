@@ -8,7 +8,7 @@ import numpy as np
 
 from support.processes import ROBOT
 from tauten.controller import Controller
-from tauten.service.log import Entry, LogRecorder
+from tauten.service.log import Entry, LogReader, LogRecorder
 from tauten.service.node import ControlLoop, Signals
 from tauten.service.setup import Setup
 from tauten.service.wire import (
@@ -75,3 +75,18 @@ def write_run(setup: Setup, path: Path) -> None:
         ):
             recorder.write(Entry(key, kind, payload, False, stamp, stamp, index))
     recorder.close()
+
+
+def doctored(log: Path, path: Path, changes: dict[str, str | None]) -> Path:
+    """The log with other metadata, written as a recorder writes them; None removes an entry."""
+    reader = LogReader(log)
+    messages = list(reader.messages())
+    metadata = {**reader.metadata, **changes}
+    recorder = LogRecorder(path, {k: v for k, v in metadata.items() if v is not None})
+    kinds = {"actuation": JOINTS, "tick": TICK}
+    for m in messages:
+        kind = kinds.get(m.key.rsplit("/", 1)[1])
+        if kind is not None:
+            recorder.write(Entry(m.key, kind, m.payload, False, m.logged, m.logged, m.sequence))
+    recorder.close()
+    return path

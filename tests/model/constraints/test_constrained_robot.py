@@ -8,12 +8,19 @@ import scipy.sparse as sp
 from support.robots.bodies import box_mesh
 from support.robots.small_bodies import (
     END,
+    FIRST,
+    GLUE,
+    HINGE,
+    LAST,
     MESH,
     MIDDLE,
     ROOT,
     RUBBER,
+    SECOND,
     SLIDE,
+    TOUCH,
     TURN,
+    WINCH,
     constrained,
     moved,
 )
@@ -23,20 +30,6 @@ from tauten.model.constraints import ConstrainedRobot
 from tauten.model.numerics import Array
 from tauten.model.schema import RobotFileError
 from tauten.reduction.state import StateBasisError, reducible
-
-SECOND = {"name": "second", "mesh": {"file": "b.vtu"}, "position": [0.1, 0.0, 0.0]}
-FIRST = {"name": "first", "mesh": {"file": "a.vtu"}, "fixed": [ROOT]}
-FACE = {"body": "second", "lower": [0.0, 0.0, 0.0], "upper": [0.0, 0.02, 0.02]}
-LAST = {"kind": "half_space", "point": [0.1874, 0.0, 0.0], "normal": [1.0, 0.0, 0.0]}
-GLUE = {"kind": "glue", "region": FACE, "to": {"kind": "all", "body": "first"}}
-TOUCH = {
-    "surfaces": [
-        {"name": side, "box": {"lower": [-1, -1, -1], "upper": [1, 1, 1]}, "normal": [0, 0, z]}
-        for side, z in (("top", 1.0), ("bottom", -1.0))
-    ],
-    "contacts": [{"candidates": "top", "against": "bottom", "points": 20}],
-    "contact": {"alarm_distance": 0.1},
-}  # fmt: skip
 
 
 def pair(**changes: object) -> ConstrainedRobot:
@@ -51,24 +44,14 @@ def with_everything() -> ConstrainedRobot:
         gravity=[0.0, 0.0, -9.81],
         attachments=[
             GLUE,
-            {
-                "kind": "hinge",
-                "region": {"body": "second", "lower": [0.024, 0, 0], "upper": [0.026, 0.02, 0.02]},
-                "axis": [1.0, 1.0, 0.0],
-                "through": [0.125, 0.01, 0.01],
-            },
+            HINGE,
         ],
         rigid=[{"name": "plate", "region": {**END, "body": "first"}}],
         drives=[
             {**TURN, "region": MIDDLE},
             {**SLIDE, "region": LAST},
         ],
-        couplings=[
-            {
-                "name": "winch", "members": ["tendon"], "gains": [-0.5], "pretensions": [2.0],
-                "max_position": 1.0, "max_effort": 10.0, "max_rate": 1.0,
-            }
-        ],
+        couplings=[WINCH],
         **TOUCH,
     )  # fmt: skip
 

@@ -5,7 +5,21 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from support.robots.bodies import CABLE
-from support.robots.small_bodies import MESH, MIDDLE, ROOT, RUBBER, SLIDE, TURN, constrained
+from support.robots.small_bodies import (
+    FIRST,
+    GLUE,
+    HINGE,
+    LAST,
+    MESH,
+    MIDDLE,
+    RUBBER,
+    SECOND,
+    SLIDE,
+    TOUCH,
+    TURN,
+    WINCH,
+    constrained,
+)
 from support.state_bases import basis_of
 
 from tauten.controller import Controller
@@ -14,44 +28,21 @@ from tauten.model.constraints import ConstrainedRobot
 from tauten.reduction.state import ReducedRobot, StateBasisError, reduced_robot, reducible
 from tauten.service.setup import load_setup
 
-FACE = {"body": "second", "lower": [0.0, 0.0, 0.0], "upper": [0.0, 0.02, 0.02]}
-HINGE = {
-    "kind": "hinge",
-    "region": {"body": "second", "lower": [0.024, 0, 0], "upper": [0.026, 0.02, 0.02]},
-    "axis": [1.0, 1.0, 0.0],
-    "through": [0.125, 0.01, 0.01],
-}
-TOUCH = {
-    "surfaces": [
-        {"name": side, "box": {"lower": [-1, -1, -1], "upper": [1, 1, 1]}, "normal": [0, 0, z]}
-        for side, z in (("top", 1.0), ("bottom", -1.0))
-    ],
-    "contacts": [{"candidates": "top", "against": "bottom", "points": 20}],
-    "contact": {"alarm_distance": 0.1},
-}  # fmt: skip
-WINCH = {
-    "name": "winch", "members": ["tendon"], "gains": [-0.5], "pretensions": [2.0],
-    "max_position": 1.0, "max_effort": 10.0, "max_rate": 1.0,
-}  # fmt: skip
 MODES = 9
 
 
 @pytest.fixture(scope="module")
 def robot() -> ConstrainedRobot:
     """Two boxes, glued: a slider, a servo and a hinge, a cable on a preloaded winch, contacts."""
-    last = {"kind": "half_space", "point": [0.1874, 0.0, 0.0], "normal": [1.0, 0.0, 0.0]}
     return constrained(
         [MESH, MESH],
-        bodies=[
-            {"name": "first", "mesh": {"file": "a.vtu"}, "fixed": [ROOT]},
-            {"name": "second", "mesh": {"file": "b.vtu"}, "position": [0.1, 0.0, 0.0]},
-        ],
+        bodies=[FIRST, SECOND],
         mesh=None, fixed=[], material=RUBBER, gravity=[0.0, 0.0, -9.81],
         attachments=[
-            {"kind": "glue", "region": FACE, "to": {"kind": "all", "body": "first"}}, HINGE
+            GLUE, HINGE
         ],
         cables=[CABLE],
-        drives=[{**SLIDE, "region": last}, {**TURN, "region": MIDDLE}],
+        drives=[{**SLIDE, "region": LAST}, {**TURN, "region": MIDDLE}],
         couplings=[WINCH],
         **TOUCH,
     )  # fmt: skip

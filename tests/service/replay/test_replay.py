@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.processes import write_robot
-from support.recorded_run import HEAVY, LAG, TICKS
+from support.recorded_run import HEAVY, LAG, TICKS, doctored
 
 from tauten.controller import Status
 from tauten.controller.qpcc import read_qpcc, solve_qpcc
@@ -195,21 +195,6 @@ def test_a_report_shows_every_tick_and_the_difference(log: Path, tmp_path: Path)
     draw_replay(result, "log.mcap", tmp_path / "out" / "replay.png")
     assert (tmp_path / "out" / "replay.png").read_bytes().startswith(b"\x89PNG")
     assert result.speed > 0.0
-
-
-def doctored(log: Path, path: Path, changes: dict[str, str | None]) -> Path:
-    """The log with other metadata, written as a recorder writes them; None removes an entry."""
-    reader = LogReader(log)
-    messages = list(reader.messages())
-    metadata = {**reader.metadata, **changes}
-    recorder = LogRecorder(path, {k: v for k, v in metadata.items() if v is not None})
-    kinds = {"actuation": JOINTS, "tick": TICK}
-    for m in messages:
-        kind = kinds.get(m.key.rsplit("/", 1)[1])
-        if kind is not None:
-            recorder.write(Entry(m.key, kind, m.payload, False, m.logged, m.logged, m.sequence))
-    recorder.close()
-    return path
 
 
 @pytest.mark.parametrize(

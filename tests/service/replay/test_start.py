@@ -5,31 +5,16 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from support.recorded_run import doctored
 
-from tauten.service.log import Entry, LogError, LogReader, LogRecorder
+from tauten.service.log import LogError
 from tauten.service.replay import make_report, read_run, replay, table_rows
-from tauten.service.wire import JOINTS, TICK
-
-
-def renamed(log: Path, path: Path, changes: dict[str, str | None]) -> Path:
-    """The same log with other metadata; None removes an entry."""
-    reader = LogReader(log)
-    messages = list(reader.messages())
-    metadata = {**reader.metadata, **changes}
-    recorder = LogRecorder(path, {k: v for k, v in metadata.items() if v is not None})
-    kinds = {"actuation": JOINTS, "tick": TICK}
-    for message in messages:
-        kind = kinds.get(message.key.rsplit("/", 1)[1])
-        if kind is not None:
-            recorder.write(Entry(message.key, kind, message.payload, False, 1, 1, message.sequence))
-    recorder.close()
-    return path
 
 
 def test_a_log_that_does_not_name_its_start_is_replayed_from_rest(
     log: Path, tmp_path: Path
 ) -> None:
-    old = renamed(log, tmp_path / "old.mcap", {"start": None, "actuator_kinds": None})
+    old = doctored(log, tmp_path / "old.mcap", {"start": None, "actuator_kinds": None})
     result = replay(old, tolerance=1e-4, recorded_paths=True)
     assert not result.same  # the run started settled: from rest its first decisions are others
     assert result.worst_tick < 20
@@ -48,11 +33,11 @@ def test_wrong_metadata_are_refused(
     log: Path, tmp_path: Path, changes: dict[str, str | None], message: str
 ) -> None:
     with pytest.raises(LogError, match=message):
-        read_run(renamed(log, tmp_path / "log.mcap", changes))
+        read_run(doctored(log, tmp_path / "log.mcap", changes))
 
 
 def test_each_kind_of_actuator_is_reported_in_its_units(log: Path, tmp_path: Path) -> None:
-    other = renamed(log, tmp_path / "log.mcap", {"actuator_kinds": "chamber drive"})
+    other = doctored(log, tmp_path / "log.mcap", {"actuator_kinds": "chamber drive"})
     report = make_report(read_run(other))
     air, servo = report.peaks
     assert (air.position_unit, air.effort_unit) == ("m³", "Pa")

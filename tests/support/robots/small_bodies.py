@@ -71,6 +71,30 @@ SLIDE = {
     "name": "slider", "motion": "translation", "axis": [0.0, 0.0, 2.0],
     "max_travel": 0.1, "max_force": 100.0, "max_rate": 1.0,
 }  # fmt: skip
+# two of them, one after the other, and what joins and moves them
+SECOND = {"name": "second", "mesh": {"file": "b.vtu"}, "position": [0.1, 0.0, 0.0]}
+FIRST = {"name": "first", "mesh": {"file": "a.vtu"}, "fixed": [ROOT]}
+FACE = {"body": "second", "lower": [0.0, 0.0, 0.0], "upper": [0.0, 0.02, 0.02]}
+LAST = {"kind": "half_space", "point": [0.1874, 0.0, 0.0], "normal": [1.0, 0.0, 0.0]}
+GLUE = {"kind": "glue", "region": FACE, "to": {"kind": "all", "body": "first"}}
+TOUCH = {
+    "surfaces": [
+        {"name": side, "box": {"lower": [-1, -1, -1], "upper": [1, 1, 1]}, "normal": [0, 0, z]}
+        for side, z in (("top", 1.0), ("bottom", -1.0))
+    ],
+    "contacts": [{"candidates": "top", "against": "bottom", "points": 20}],
+    "contact": {"alarm_distance": 0.1},
+}  # fmt: skip
+HINGE = {
+    "kind": "hinge",
+    "region": {"body": "second", "lower": [0.024, 0, 0], "upper": [0.026, 0.02, 0.02]},
+    "axis": [1.0, 1.0, 0.0],
+    "through": [0.125, 0.01, 0.01],
+}
+WINCH = {
+    "name": "winch", "members": ["tendon"], "gains": [-0.5], "pretensions": [2.0],
+    "max_position": 1.0, "max_effort": 10.0, "max_rate": 1.0,
+}  # fmt: skip
 
 
 def constrained(
