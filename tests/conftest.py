@@ -40,12 +40,16 @@ def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
 
 @pytest.hookimpl(wrapper=True)
 def pytest_collection() -> Generator[None, object, object]:
-    """What is imported and collected lives to the end: the garbage collector leaves it out."""
+    """What is imported and collected lives to the end: the garbage collector leaves it out.
+
+    It looks less often at the rest, most of which lives on where kernels are compiled.
+    """
     gc.disable()
     try:
         return (yield)
     finally:
         gc.freeze()
+        gc.set_threshold(20_000, 20, 20)
         gc.enable()
 
 
