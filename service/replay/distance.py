@@ -10,7 +10,7 @@ The recorded actuation drives simulators of the robot, tick by tick and without 
 
 so that model to A is the share of state reduction, A to B that of linearisation, A (or B, where the plant's
 steps are converged) to C that of the contact basis, and C to plant that of the delay. Shares of state
-reduction and linearisation may cancel in part, so model to B is given too: all errors of the controller's steps.
+reduction and linearisation may cancel in part, so model to B is given too: all errors of the model in time.
 """
 
 from __future__ import annotations
