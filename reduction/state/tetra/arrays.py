@@ -19,7 +19,8 @@ class Body(NamedTuple):
     """Sampled elements, s in b blocks of LANES.
 
     Attributes:
-        count: s.
+        elements: s.
+        rows: of Z and Y that an element contributes.
         gradient: (b, r, 9 LANES) G, the change of F_ij of a block's elements from (3 i + j) LANES on.
         volume: (b, LANES) weighted volumes w V [m³].
         kind: (b LANES,) density of each element's law.
@@ -31,7 +32,8 @@ class Body(NamedTuple):
         drift: (r,) Σ 2 μ w V Gᵀ I where they are, else zero.
     """
 
-    count: int
+    elements: int
+    rows: int
     gradient: Array
     volume: Array
     kind: Ints
@@ -41,11 +43,6 @@ class Body(NamedTuple):
     turns: bool
     stiffness: Array
     drift: Array
-
-    @property
-    def rows(self) -> int:
-        """Rows of Z and Y that an element contributes."""
-        return 4 if self.corotational else 9
 
 
 class Tendons(NamedTuple):
@@ -95,9 +92,8 @@ def in_lanes(values: Array) -> Array:
     blocks = -(-len(values) // LANES)
     padded = np.zeros((blocks * LANES, values.shape[1]))
     padded[: len(values)] = values
-    return np.ascontiguousarray(padded.reshape(blocks, LANES, -1).swapaxes(1, 2)).reshape(
-        blocks, -1
-    )
+    lanes: Array = padded.reshape(blocks, LANES, -1).swapaxes(1, 2).reshape(blocks, -1)
+    return lanes
 
 
 def make_work(body: Body, tendons: Tendons) -> Work:

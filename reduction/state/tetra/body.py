@@ -55,7 +55,8 @@ def sampled_body(robot: TetRobot, Phi: Array, elements: Ints, weights: Array) ->
     gradient = in_lanes(G.reshape(s, 9, r).swapaxes(1, 2).reshape(s, r * 9))
     filled = np.minimum(np.arange(len(gradient) * LANES), s - 1)  # lanes past the last repeat it
     return Body(
-        count=s,
+        elements=s,
+        rows=4 if corotational else 9,
         gradient=gradient.reshape(-1, r, 9 * LANES),
         volume=in_lanes(volume[:, None]),
         kind=kind[filled],

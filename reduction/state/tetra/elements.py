@@ -38,7 +38,7 @@ def assemble_elements(alpha: Array, exact: bool, body: Body, work: Work) -> int:
     """
     F, R, T = np.empty(9 * LANES), np.zeros(9 * LANES), np.empty(7 * LANES)
     P, C = np.empty(9 * LANES), np.empty(81 * LANES)
-    width = (4 if body.corotational else 9) * LANES
+    width = body.rows * LANES
     for block in range(body.gradient.shape[0]):
         G, first = body.gradient[block], block * width
         deformation_gradients(alpha, G, F)
@@ -51,7 +51,7 @@ def assemble_elements(alpha: Array, exact: bool, body: Body, work: Work) -> int:
             laws = (body.kind[block * LANES :], body.constants[block * LANES :])
             respond(F, R, body.volume[block], laws, EXACT if exact else PROJECTED, P, C)
             project_laws(first, G, P, C, work)
-    return body.gradient.shape[0] * width
+    return int(body.gradient.shape[0] * width)
 
 
 @kernel
@@ -112,7 +112,7 @@ def stress_and_turning(F: Array, R: Array, lame: Array, exact: bool, T: Array) -
 
 @kernel
 def project(first: int, G: Array, R: Array, T: Array, lame: Array, work: Work) -> None:
-    """t and a of a block and their images; its part of the force that is not linear in α.
+    """The rows t and a of a block and their images; its part of the force that is not linear in α.
 
     Args:
         first: its first column of Z and Y.

@@ -1,8 +1,8 @@
 """Kernels of a robot in reduced coordinates q = q₀ + Φ α: no array here is as long as the mesh.
 
-**Elements** (`tauten.reduction.state.tetra.elements`) and **cables** contribute rows, the columns of Z (r, z),
-with their images in Y (r, z), so that one matrix product Z Yᵀ is the tangent. A cable segment's difference of
-stations is d = d₀ + D α; its tension adds λ Dᵀ (I − d dᵀ/ℓ²) D / ℓ.
+**Elements** (`tauten.reduction.state.tetra.elements`) and **cables** contribute rows, the columns of Z
+(r, z), with their images in Y (r, z), so that one matrix product Z Yᵀ is the tangent. A cable segment's
+difference of stations is d = d₀ + D α; its tension adds λ Dᵀ (I − d dᵀ/ℓ²) D / ℓ.
 """
 
 from __future__ import annotations

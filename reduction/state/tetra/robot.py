@@ -67,7 +67,7 @@ class ReducedTetRobot(ReducedRobot):
     @property
     def n_elements(self) -> int:
         """Elements in the sample."""
-        return self.body.count
+        return self.body.elements
 
     def fork(self) -> ReducedTetRobot:
         """The same robot with a workspace of its own."""
