@@ -127,26 +127,31 @@ def linearise(
 
 
 @kernel
-def contact_jacobian(normal: Array, vertices: Ints, coefficients: Array, surface: Array) -> Array:
+def contact_jacobian(
+    normal: Array, slots: Ints, vertices: Ints, coefficients: Array, own: Array, surface: Array
+) -> Array:
     """Contact rows in reduced coordinates (m, r), equation (T2) of `tauten.model.contact.detection`.
 
     Args:
         normal: (m, 3) directions.
-        vertices: (m, 6) vertices of each row.
+        slots: (m,) candidates.
+        vertices: (m, 6) vertices of each row; the first three are those of the candidate, and not used.
         coefficients: (m, 6) their shares.
-        surface: (3 v, r) derivative of the vertices with respect to α.
+        own: (n_c, 3, r) derivative of the candidates with respect to α.
+        surface: (3 v, r) that of the vertices.
     """
     m, r = normal.shape[0], surface.shape[1]
-    H = np.zeros((m, r))
+    H = np.empty((m, r))
     for k in range(m):
         n0, n1, n2 = normal[k, 0], normal[k, 1], normal[k, 2]
-        # two at a time: the compiler makes vector instructions of short sums only
-        for a in range(0, 6, 2):
-            v, w = coefficients[k, a], coefficients[k, a + 1]
-            f, s = 3 * vertices[k, a], 3 * vertices[k, a + 1]
-            v0, v1, v2, w0, w1, w2 = v * n0, v * n1, v * n2, w * n0, w * n1, w * n2
+        h, x, y, z = H[k], own[slots[k], 0], own[slots[k], 1], own[slots[k], 2]
+        for j in range(r):
+            h[j] = n0 * x[j] + n1 * y[j] + n2 * z[j]
+        # one vertex at a time: the compiler makes vector instructions of short sums only
+        for a in range(3, 6):
+            w, f = coefficients[k, a], 3 * vertices[k, a]
+            w0, w1, w2 = w * n0, w * n1, w * n2
+            x, y, z = surface[f], surface[f + 1], surface[f + 2]
             for j in range(r):
-                change = v0 * surface[f, j] + v1 * surface[f + 1, j] + v2 * surface[f + 2, j]
-                change += w0 * surface[s, j] + w1 * surface[s + 1, j] + w2 * surface[s + 2, j]
-                H[k, j] += change
+                h[j] += w0 * x[j] + w1 * y[j] + w2 * z[j]
     return H
