@@ -26,14 +26,14 @@ class SteppedRobot(SparseRobot):
     def velocity(self, start: State, end: State) -> Array:
         """The velocity (n,) that moves one state to another within a step [m/s], [rad/s]."""
 
-    def momentum_force(self, start: State, v: Array) -> Array:
-        """Derivative of ½ (v − v₀)ᵀ M (v − v₀) by the end of a step: (n,) [N].
+    def at_end(self, start: State, end: State, force: Array) -> Array:
+        """Forces (n,) at the end of a step that do the work of given ones at its start [N].
 
         Args:
-            start: of the step, with v₀.
-            v: (n,) velocity of the step [m/s].
+            start: of the step.
+            end: of the step.
+            force: (n,) forces that do work on displacements v h [N].
         """
-        force: Array = self.mass * (v - start.v) / self.h
         return force
 
     @abstractmethod
@@ -95,7 +95,8 @@ class SteppedRobot(SparseRobot):
             FactorisationError: A is not positive definite.
         """
         v = self.velocity(start.state, state)
-        inertia = self.momentum_force(start.state, v) + self.viscous_force(start, v) - start.force
+        inertia = self.mass * (v - start.state.v) / self.h + self.viscous_force(start, v) - start.force
+        inertia = self.at_end(start.state, state, inertia)
         for exact in (True, False):
             force, K = self.forces(state, tension, exact)
             try:
