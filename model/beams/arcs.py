@@ -87,9 +87,7 @@ def forces_at_end(
         P = (forces[s], forces[s + 1], forces[s + 2])
         bent = (forces[s + 3], forces[s + 4], forces[s + 5])
         N = stretched(P, phi, gamma, eta)
-        M = stretched(
-            add(bent, stretch_moment(u, phi, P, eta, d_gamma, d_eta)), phi, gamma, eta
-        )
+        M = stretched(add(bent, stretch_moment(u, phi, P, eta, d_gamma, d_eta)), phi, gamma, eta)
         t = cross(N, u)
         c = add(scale(0.5 * tau, cross(phi, t)), M)
         pull = rotate(frame, N)

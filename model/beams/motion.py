@@ -108,7 +108,10 @@ def strain_forces(x: Array, Q: Array, load: Array, beams: BeamArrays) -> Array:
         a, b = beams.ends[k]
         _, phi, u = element_frame(x, Q, beams, k)
         gamma, eta, _, _, _, _ = stretch_functions(dot(phi, phi) ** 0.5)
-        e, back = stretched(u, phi, gamma, eta), conjugate(product(quaternion(Q, a), quaternion(beams.axes, k)))
+        e, back = (
+            stretched(u, phi, gamma, eta),
+            conjugate(product(quaternion(Q, a), quaternion(beams.axes, k))),
+        )
         force, moment = row(load[:, :3], b), row(load[:, 3:], b)
         F, M = rotate(back, force), rotate(back, moment)
         away = scale(-1.0, phi)

@@ -18,7 +18,7 @@ from tauten.model.beams.tree import BeamTree
 from tauten.model.body import SteppedRobot
 from tauten.model.effectors import BeamEffectors
 from tauten.model.numerics import Array, Ints, rotations_between, turned
-from tauten.model.robot import RobotRows, State
+from tauten.model.robot import RobotRows, State, StepStart
 from tauten.model.rows import ContactRows, Rows
 from tauten.model.system import System
 
@@ -186,6 +186,19 @@ class BeamRobot(SteppedRobot):
         v: Array = np.hstack([last[:, :3] - first[:, :3], turns]).ravel() / self.h
         return v
 
+    def damping_at_end(self, start: StepStart, K: Array) -> Array:
+        """Second derivative (nnz,) of ½ vᵀ C v by v h at the end of a step; along arcs it turns with the nodes.
+
+        Args:
+            start: of the step, with C.
+            K: (nnz,) tangent at the end.
+        """
+        if self.tree is None:
+            return start.damping
+        damping: Array = self.integration.rayleigh_stiffness * K
+        damping[self.pattern.diagonal] += self.integration.rayleigh_mass * self.mass
+        return damping
+
     def at_end(self, start: State, end: State, force: Array) -> Array:
         """Forces (n,) at the end of a step that do the work of given ones at its start [N, N m].
 
@@ -232,8 +245,12 @@ class BeamRobot(SteppedRobot):
     def advance(self, state: State, system: System, dv: Array) -> State:
         """The state one step later: v + dv, nodes moved and turned by h (v + dv).
 
-        Nodes of a tree move along arcs (`tauten.model.beams.arcs`), those of beams in loops along straight
-        lines.
+        Nodes of a tree move along arcs (`tauten.model.beams.arcs`). They move along straight lines where beams
+        form loops, and in steps towards an equilibrium: along arcs these are too long in soft directions of a
+        robot whose contacts push, and some do not end.
+
+        Velocities are not turned with the nodes: they are where the inertia of the next step goes on, and turned
+        ones would leave out what the beams do to curve a node's path.
 
         Args:
             state: before the step.
@@ -242,24 +259,11 @@ class BeamRobot(SteppedRobot):
         """
         v = system.v + dv
         step, q = (system.h * v).reshape(-1, 6), state.q.reshape(-1, 7)
-        if self.tree is None:
+        if self.tree is None or system.static:
             turned_by = turned(q[:, 3:].copy(), step[:, 3:].copy())
             return State(np.hstack([q[:, :3] + step[:, :3], turned_by]).ravel(), v)
         free, every = self.dof >= 0, np.zeros((self.n_nodes, 6))
         every[free] = step
         x, Q = self.pose(state)
         end, turns = moved_along_arcs(x, Q, every, self.tree.beams)
-        if MODE == "turn":
-            from tauten.model.beams.motion import follow
-            from tauten.model.beams.tree import strain_rates
-            rate = strain_rates(x, Q, every, self.tree.beams)
-            J = np.zeros((6 * self.n_nodes, 1))
-            follow(self.tree.strains(end, turns), rate[:, None], self.tree.beams, end.copy(), turns.copy(), J)
-            v = J.reshape(-1, 6)[free].ravel() / system.h
-        if MODE == "chord":
-            v = np.hstack([(end[free]-x[free])/system.h, v.reshape(-1, 6)[:, 3:]]).ravel()
         return State(np.hstack([end[free], turns[free]]).ravel(), v)
-
-
-import os
-MODE = os.environ.get("MODE", "keep")

@@ -36,6 +36,15 @@ class SteppedRobot(SparseRobot):
         """
         return force
 
+    def damping_at_end(self, start: StepStart, K: Array) -> Array:
+        """Second derivative (nnz,) of ½ vᵀ C v by v h at the end of a step, where it may be approximated.
+
+        Args:
+            start: of the step, with C.
+            K: (nnz,) tangent at the end.
+        """
+        return start.damping
+
     @abstractmethod
     def potential(self, state: State) -> float:
         """Elastic energy minus the work of gravity and outer forces since rest [J]."""
@@ -95,8 +104,9 @@ class SteppedRobot(SparseRobot):
             FactorisationError: A is not positive definite.
         """
         v = self.velocity(start.state, state)
-        inertia = self.mass * (v - start.state.v) / self.h + self.viscous_force(start, v) - start.force
-        inertia = self.at_end(start.state, state, inertia)
+        accelerated = self.mass * (v - start.state.v) / self.h
+        resisting = accelerated + self.viscous_force(start, v) - start.force
+        inertia = self.at_end(start.state, state, resisting)
         for exact in (True, False):
             force, K = self.forces(state, tension, exact)
             try:
@@ -105,7 +115,7 @@ class SteppedRobot(SparseRobot):
                     self.factorisation,
                     self.h,
                     K,
-                    start.damping,
+                    self.damping_at_end(start, K),
                     self.mass,
                     force - inertia,
                 )
