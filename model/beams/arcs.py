@@ -1,14 +1,14 @@
-"""How the nodes of a tree of beams move in a step: along arcs, because every element keeps its strains' rates.
+"""How the nodes of a tree of beams move in a step: along arcs.
 
-A node that moves along a straight line while its beam turns by Δθ stretches the beam by the share Δθ²/2, which
-its axial stiffness and damping resist. A step is therefore taken in the natural strains: with their changes
-B δ, equation (B2), where δ are displacements and turns of the nodes, the configuration is rebuilt from the fixed
-nodes outwards,
+A node that moves along a straight line while its beam turns by Δθ stretches the beam by the share Δθ²/2,
+which its axial stiffness and damping resist. A step is therefore taken in the natural strains: with their
+changes B δ, equation (B2), where δ are displacements and turns of the nodes, the configuration is rebuilt
+from the fixed nodes outwards,
 
     q ⊕ δ = x(ε(q) + B(q) δ)                                                      (B6)
 
-To first order in δ it is the straight one. Its inverse is the velocity h v = J(q₀) (ε(q₁) − ε(q₀)), J = B⁻¹, and
-forces g that do work on δ at the start are the forces J(q₁)⁻ᵀ J(q₀)ᵀ g at the end.
+To first order in δ it is the straight one. Its inverse is h v = J(q₀) (ε(q₁) − ε(q₀)), J = B⁻¹, and forces
+g that do work on δ at the start are the forces J(q₁)⁻ᵀ J(q₀)ᵀ g at the end.
 """
 
 from __future__ import annotations

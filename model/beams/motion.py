@@ -6,9 +6,9 @@ velocity v_a and angular velocity w_a of that end, those of the other end b are
     w_b = w_a + R T dφ
     v_b = v_a + w_a x R r + R (T dε + ∂r/∂φ dφ)                                   (B4)
 
-so one pass from the fixed nodes outwards gives all of them. With J the velocities and angular velocities of all
-nodes per rate of the strains, forces and moments g on the nodes do on the strains the work of Jᵀ g, which one
-pass back to the fixed nodes gives.
+so one pass from the fixed nodes outwards gives all of them. With J the velocities and angular velocities of
+all nodes per rate of the strains, forces and moments g on the nodes are Jᵀ g for the strains, which one pass
+back to the fixed nodes gives.
 """
 
 from __future__ import annotations

@@ -187,7 +187,7 @@ class BeamRobot(SteppedRobot):
         return v
 
     def damping_at_end(self, start: StepStart, K: Array) -> Array:
-        """Second derivative (nnz,) of ½ vᵀ C v by v h at the end of a step; along arcs it turns with the nodes.
+        """Second derivative (nnz,) of ½ vᵀ C v by v h at the end of a step; it turns with the beams.
 
         Args:
             start: of the step, with C.
@@ -245,12 +245,12 @@ class BeamRobot(SteppedRobot):
     def advance(self, state: State, system: System, dv: Array) -> State:
         """The state one step later: v + dv, nodes moved and turned by h (v + dv).
 
-        Nodes of a tree move along arcs (`tauten.model.beams.arcs`). They move along straight lines where beams
-        form loops, and in steps towards an equilibrium: along arcs these are too long in soft directions of a
-        robot whose contacts push, and some do not end.
+        Nodes of a tree move along arcs (`tauten.model.beams.arcs`). They move along straight lines where
+        beams form loops, and in steps towards an equilibrium: along arcs, these do not always become short
+        where contacts push.
 
-        Velocities are not turned with the nodes: they are where the inertia of the next step goes on, and turned
-        ones would leave out what the beams do to curve a node's path.
+        Velocities are not turned with the nodes: inertia continues them along straight lines, and the forces
+        of the next step curve the path.
 
         Args:
             state: before the step.
