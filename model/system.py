@@ -139,6 +139,7 @@ class System:
         residual: norm of the forces out of balance, without constraints [N].
         factorisation: factors of A.
         exact: whether A has the exact tangent, which is then positive definite.
+        static: whether inertia and damping are left out, so that the step leads towards an equilibrium.
     """
 
     h: float
@@ -147,6 +148,7 @@ class System:
     residual: float
     factorisation: Factorisation
     exact: bool = True
+    static: bool = False
 
     def solve(self, B: Array) -> Array:
         """A⁻¹ B for B (n, m), best column-major: (n, m)."""
@@ -182,7 +184,8 @@ def make_system(
     if integration.static:
         factorisation.refactor(h * h * K)
         dv = factorisation.solve(h * force)
-        return System(h, np.zeros_like(v), dv, float(np.linalg.norm(force)), factorisation)
+        residual = float(np.linalg.norm(force))
+        return System(h, np.zeros_like(v), dv, residual, factorisation, static=True)
     a, b_K = integration.rayleigh_mass, integration.rayleigh_stiffness
     n = pattern.n
     A, Kv = _scaled_with_product(pattern.indptr, pattern.indices, K, h * b_K + h * h, v)
