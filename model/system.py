@@ -138,7 +138,7 @@ class System:
         v_free: (n,) velocity after a step without constraint forces (10) [m/s].
         residual: norm of the forces out of balance, without constraints [N].
         factorisation: factors of A.
-        exact: whether A has the exact tangent, which is then positive definite.
+        blend: share of the semidefinite tangent in that of A, the rest is the exact one.
     """
 
     h: float
@@ -146,7 +146,12 @@ class System:
     v_free: Array
     residual: float
     factorisation: Factorisation
-    exact: bool = True
+    blend: float = 0.0
+
+    @property
+    def exact(self) -> bool:
+        """Whether A has the exact tangent, which is then positive definite."""
+        return self.blend == 0.0
 
     def solve(self, B: Array) -> Array:
         """A⁻¹ B for B (n, m), best column-major: (n, m)."""

@@ -104,5 +104,6 @@ def implicit_system(
         moving = force if inertia is None else force - inertia
         if implicit_step(scheme, mass, K, moving, v, L, v_free):
             residual = float(np.linalg.norm(force))
-            return System(scheme.h, v, v_free, residual, DenseFactors(L), exact)
+            blend = 0.0 if exact else 1.0
+            return System(scheme.h, v, v_free, residual, DenseFactors(L), blend)
     raise FactorisationError("the reduced model's matrix is not positive definite")
