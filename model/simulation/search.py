@@ -1,6 +1,6 @@
 """The search for an equilibrium: linearised steps under a load that grows.
 
-Each step solves the quasi-static system, factorised once. The load moves from that at the start to the command
+Each step solves the quasi-static system, factorised once. The load moves from its start to the command
 as far as a step may be long, REACH of the body: forces under several loads are found with the same factors.
 Where the state is out of balance by more than that, the load waits, and a line search on a merit
 (`tauten.model.simulation.equilibrium`) bounds steps that do not become shorter. So the state follows a branch
