@@ -116,7 +116,7 @@ class EquilibriumSearch:
         """
         robot = self.robot
         load, result, movement, taken, pushed = GrowingLoad(start, command), None, np.inf, 0, 0
-        descent, ending = self._descent(load.now), Ending.OUT_OF_ITERATIONS
+        shares, ending = self._shares(load.now), Ending.OUT_OF_ITERATIONS
         while taken < max_iterations:
             taken += 1
             try:
@@ -126,9 +126,9 @@ class EquilibriumSearch:
                 ending = Ending.NOT_FINITE
                 break
             if grown:
-                descent = self._descent(load.now)
+                shares = self._shares(load.now)
             length = self._length(found)
-            dv = descent.step(found, length, grown) if np.isfinite(length) else found.prediction.dv
+            dv = shares.step(found, length, grown) if np.isfinite(length) else found.prediction.dv
             after = self._moved(state, step.system, dv)
             if not np.isfinite(length) or not np.isfinite(after.q).all():
                 ending = Ending.NOT_FINITE
@@ -141,7 +141,7 @@ class EquilibriumSearch:
                     break
                 pushed, movement = pushed + 1, np.inf
                 state = self._moved(state, step.system, push)
-                descent = self._descent(load.now)
+                shares = self._shares(load.now)
         state = State(state.q, np.zeros_like(state.v))
         if pushed > 0 and ending is not Ending.SETTLED:
             ending = Ending.BUCKLED
@@ -186,9 +186,9 @@ class EquilibriumSearch:
             dv = self._turning.turned(self.robot.nodes(state), system.h * dv) / system.h
         return self.robot.advance(state, system, dv)
 
-    def _descent(self, command: Command) -> Descent:
+    def _shares(self, command: Command) -> StepShares:
         merit = Merit(self.robot, self._space, command, StaticPotential(self.robot), self._moved)
-        return Descent(self.robot, merit, self._reach, self._near)
+        return StepShares(self.robot, merit, self._reach, self._near)
 
 
 class GrowingLoad:
@@ -235,7 +235,7 @@ class GrowingLoad:
         return grown
 
 
-class Descent:
+class StepShares:
     """How far steps under one load go."""
 
     def __init__(self, robot: Robot, merit: Merit, reach: float, near: float) -> None:
