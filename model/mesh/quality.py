@@ -17,7 +17,7 @@ from tauten.model.mesh.tet_mesh import (
     read_with_meshio,
     used_nodes,
 )
-from tauten.model.numerics import Array, Ints
+from tauten.model.numerics import Array, Ints, row_keys
 
 PARALLEL = 1e-9  # of a triangle's edges: rays whose determinant is smaller do not cross it
 
@@ -58,8 +58,7 @@ def mean_ratios(mesh: TetMesh) -> Array:
 def part_numbers(tets: Ints) -> Ints:
     """Number of the part that each tetrahedron (e, 4) belongs to, parts being joined by faces: (e,)."""
     faces = np.sort(tets[:, FACES], axis=2).reshape(-1, 3)  # (4 e, 3)
-    _, face = np.unique(faces, axis=0, return_inverse=True)
-    face = face.ravel()
+    _, face = np.unique(row_keys(faces), return_inverse=True)
     owner = np.repeat(np.arange(len(tets)), 4)
     incidence = sp.csr_array(
         (np.ones(len(face)), (owner, face)), shape=(len(tets), int(face.max()) + 1)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import cKDTree
 
-from tauten.model.numerics import Array, Ints, kernel
+from tauten.model.numerics import Array, Ints, kernel, row_keys
 
 # Corners of the faces of a positively oriented tetrahedron, seen from outside counter-clockwise.
 FACES = np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]])
@@ -36,9 +36,8 @@ def boundary_owners(tets: Ints) -> Ints:
 def faces_used_once(tets: Ints) -> Ints:
     """Places of the boundary among the faces (4 e,) of tetrahedra (e, 4): (t,), ascending."""
     faces = tets[:, FACES].reshape(-1, 3)  # (4 e, 3)
-    _, first, count = np.unique(
-        np.sort(faces, axis=1), axis=0, return_index=True, return_counts=True
-    )
+    keys = row_keys(np.sort(faces, axis=1))
+    _, first, count = np.unique(keys, return_index=True, return_counts=True)
     places: Ints = np.sort(first[count == 1])
     return places
 

@@ -15,7 +15,7 @@ from scipy.sparse.csgraph import connected_components
 
 from tauten.model.mesh.groups import CellGroup, divided, read_groups
 from tauten.model.mesh.surface import FACES
-from tauten.model.numerics import Array, Ints
+from tauten.model.numerics import Array, Ints, row_keys
 from tauten.model.schema import LARGEST_COORDINATE
 
 EDGES = np.array([[0, 1], [1, 2], [0, 2], [0, 3], [1, 3], [2, 3]])  # of corners, in VTK's order
@@ -83,9 +83,11 @@ def join_meshes(meshes: list[TetMesh]) -> TetMesh:
 def with_midpoints(nodes: Array, tets: Ints) -> tuple[Array, Ints]:
     """Nodes with the midpoints of all edges added, and tetrahedra (e, 10) with those on their `EDGES`."""
     edges = np.sort(tets[:, EDGES], axis=2).reshape(-1, 2)  # (6 e, 2)
-    unique, inverse = np.unique(edges, axis=0, return_inverse=True)
+    _, first, inverse = np.unique(row_keys(edges), return_index=True, return_inverse=True)
     middle = len(nodes) + inverse.reshape(-1, 6)  # (e, 6)
-    return np.vstack([nodes, nodes[unique].mean(axis=1)]), np.concatenate([tets, middle], axis=1)
+    return np.vstack([nodes, nodes[edges[first]].mean(axis=1)]), np.concatenate(
+        [tets, middle], axis=1
+    )
 
 
 def eight_parts(nodes: Array, tets: Ints, groups: tuple[CellGroup, ...] = ()) -> TetMesh:
@@ -284,9 +286,8 @@ def shared_faces(tets: Ints, source: str) -> tuple[Ints, Ints]:
     Raises:
         MeshError: a tetrahedron given twice, or two on the same side of a face.
     """
-    _, first, count = np.unique(
-        np.sort(tets, axis=1), axis=0, return_index=True, return_counts=True
-    )
+    keys = row_keys(np.sort(tets, axis=1))
+    _, first, count = np.unique(keys, return_index=True, return_counts=True)
     if count.max() > 1:
         raise MeshError(
             f"{source}: {int((count - 1).sum())} tetrahedra are given more than once, "
@@ -295,9 +296,8 @@ def shared_faces(tets: Ints, source: str) -> tuple[Ints, Ints]:
     faces = tets[:, FACES].reshape(-1, 3)  # (4 e, 3), seen from outside counter-clockwise
     start = np.argmin(faces, axis=1)
     turned = np.take_along_axis(faces, (start[:, None] + np.arange(3)) % 3, axis=1)
-    _, count = np.unique(turned, axis=0, return_counts=True)
+    _, inverse, count = np.unique(row_keys(turned), return_inverse=True, return_counts=True)
     if count.max() > 1:
-        _, inverse = np.unique(turned, axis=0, return_inverse=True)
         same = np.flatnonzero(inverse == inverse[count[inverse] > 1][0])
         raise MeshError(
             f"{source}: tetrahedra {same[0] // 4} and {same[1] // 4} lie on the same side of their common "

@@ -1,4 +1,4 @@
-"""Names for the array types that signatures use."""
+"""Names for the array types that signatures use, and integers that stand for the rows of a table."""
 
 from __future__ import annotations
 
@@ -10,3 +10,23 @@ from numpy.typing import NDArray
 Array: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int64]
 Bools: TypeAlias = NDArray[np.bool_]
+
+
+def row_keys(rows: Ints) -> Ints:
+    """Integers that compare as the rows do from left to right: equal, smaller or larger.
+
+    `np.unique` of them finds the same rows in the same order as with `axis=0`, several times as fast.
+
+    Args:
+        rows: (r, c) non-negative integers below 2⁶³ / r, such as the nodes of faces.
+
+    Returns:
+        (r,).
+    """
+    keys = np.zeros(len(rows), dtype=np.int64)
+    for column in rows.T:
+        size = int(column.max(initial=0)) + 1
+        if int(keys.max(initial=0)) >= np.iinfo(np.int64).max // size - 1:
+            keys = np.unique(keys, return_inverse=True)[1]  # the rank is as good, and smaller
+        keys = keys * size + column
+    return keys

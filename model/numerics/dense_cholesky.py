@@ -10,6 +10,8 @@ from tauten.model.numerics.arrays import Array
 from tauten.model.numerics.factorisation import FactorisationError
 from tauten.model.numerics.jit import kernel
 
+FEW = 4  # right-hand sides for which substitution is as fast as a product with the inverse factor
+
 
 @kernel
 def cholesky(A: Array, L: Array) -> bool:
@@ -45,11 +47,32 @@ def solve_in_place(L: Array, b: Array) -> None:
 
 @kernel
 def solve_rows(L: Array, rows: Array) -> Array:
-    """Rows (m, r) of the solutions to rows of right-hand sides (m, r)."""
+    """Rows (m, r) of the solutions to rows of right-hand sides (m, r).
+
+    Several rows are multiplied with L⁻¹, because substitution has short loops that depend on each other.
+    """
+    if rows.shape[0] > FEW:
+        inverse = inverse_factor(L)
+        product: Array = np.dot(np.dot(rows, inverse.T), inverse)
+        return product
     X = rows.copy()
     for i in range(X.shape[0]):
         solve_in_place(L, X[i])
     return X
+
+
+@kernel
+def inverse_factor(L: Array) -> Array:
+    """L⁻¹ (r, r) of a lower factor."""
+    inverse = np.zeros_like(L)
+    for i in range(L.shape[0]):
+        scale = 1.0 / L[i, i]
+        inverse[i, i] = scale
+        for k in range(i):
+            factor = scale * L[i, k]
+            for j in range(k + 1):
+                inverse[i, j] -= factor * inverse[k, j]
+    return inverse
 
 
 @dataclass(frozen=True, slots=True, eq=False)

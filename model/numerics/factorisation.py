@@ -7,10 +7,13 @@ Back ends, fastest first: MKL PARDISO (`pip install tauten[pardiso]`), CHOLMOD f
 from __future__ import annotations
 
 import ctypes
+import importlib.metadata
 import importlib.util
 import logging
+import os
 import sys
 from collections.abc import Callable
+from functools import cache
 from typing import Any, Protocol
 
 import numpy as np
@@ -172,6 +175,25 @@ class Cholmod(Analysed):
         return np.asarray(X).reshape(B.shape, order="F")
 
 
+@cache
+def mkl() -> Any:
+    """The MKL library as pypardiso opens it, found once for the process.
+
+    Without the name of the library's file pypardiso starts a compiler and reads every folder of the
+    environment, for each solver. Pip knows the file; where it does not, pypardiso searches once.
+    """
+    from pypardiso import PyPardisoSolver
+
+    try:
+        files = importlib.metadata.files("mkl") or []
+    except importlib.metadata.PackageNotFoundError:
+        files = []
+    for file in files:
+        if "mkl_rt" in file.name:
+            os.environ.setdefault("PYPARDISO_MKL_RT", str(file.locate()))
+    return PyPardisoSolver(mtype=2).libmkl
+
+
 MINIMUM_DEGREE, NESTED_DISSECTION = 0, 2  # PARDISO's orderings
 
 
@@ -185,17 +207,14 @@ class Pardiso(Analysed):
     name = "pardiso"
 
     def __init__(self, indptr: Ints, indices: Ints) -> None:
-        from pypardiso import PyPardisoSolver
-
         super().__init__(indptr, indices)
         # The lower triangle by columns is the upper triangle by rows, which PARDISO expects.
         lower_ptr, lower, self._places = triangle(indptr, indices)
         self._ia, self._ja = (lower_ptr + 1).astype(np.int32), (lower + 1).astype(np.int32)
         self._a = np.zeros(len(lower))
         self._n = len(indptr) - 1
-        # pypardiso finds the MKL library and its calling convention; calling that directly spares
-        # a conversion of the pattern in every phase
-        self._library = PyPardisoSolver(mtype=2)
+        # calling the library without pypardiso spares a conversion of the pattern in every phase
+        self._pardiso = mkl().pardiso
         self._pt = np.zeros(64, dtype=np.int64)
         self._iparm = np.zeros(64, dtype=np.int32)
         self._iparm[0], self._iparm[9] = 1, 8  # user-defined parameters
@@ -224,7 +243,7 @@ class Pardiso(Analysed):
             return array.ctypes.data_as(ctypes.POINTER(ctypes.c_double))
 
         error = ctypes.c_int32(0)
-        self._library._mkl_pardiso(
+        self._pardiso(
             self._pt.ctypes.data_as(ctypes.POINTER(ctypes.c_int64)),
             scalar(1), scalar(1), scalar(2), scalar(phase), scalar(self._n),
             floats(self._a), ints(self._ia), ints(self._ja), ints(np.zeros(1, dtype=np.int32)),

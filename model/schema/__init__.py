@@ -26,7 +26,7 @@ from tauten.model.schema.contact import (
     check_surfaces,
 )
 from tauten.model.schema.effector import COMPONENTS, EffectorKind, EffectorSettings
-from tauten.model.schema.material import LawName, MaterialSettings
+from tauten.model.schema.material import MaterialSettings, SolidMaterialSettings
 from tauten.model.schema.profile import (
     AnyProfile,
     BarSettings,
@@ -106,7 +106,6 @@ __all__ = [
     "Kind",
     "NamedGroup",
     "LARGEST_COORDINATE",
-    "LawName",
     "MaterialSettings",
     "MeshSettings",
     "Name",
@@ -125,6 +124,7 @@ __all__ = [
     "SectionSettings",
     "Selection",
     "SingleActuator",
+    "SolidMaterialSettings",
     "Skin",
     "Sphere",
     "SpringSettings",

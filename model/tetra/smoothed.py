@@ -18,7 +18,7 @@ from typing import Literal
 import numpy as np
 
 from tauten.model.mesh import TetMesh
-from tauten.model.numerics import Ints
+from tauten.model.numerics import Ints, row_keys
 from tauten.model.tetra.domains import Domains
 from tauten.model.tetra.elements import rest_gradients
 
@@ -41,17 +41,18 @@ def smoothed_domains(mesh: TetMesh, law: Ints, around: Around) -> list[Domains]:
     e, parts = len(mesh.tets), len(CORNERS[around])
     corners = np.sort(mesh.tets[:, np.array(CORNERS[around])], axis=2)  # (e, parts, c)
     keys = np.concatenate([corners, np.broadcast_to(law[:, None, None], (e, parts, 1))], axis=2)
-    unique, domain = np.unique(keys.reshape(e * parts, -1), axis=0, return_inverse=True)
+    keys = keys.reshape(e * parts, -1)
+    _, first, domain = np.unique(row_keys(keys), return_index=True, return_inverse=True)
     element = np.repeat(np.arange(e), parts)
     share = np.repeat(mesh.volumes / parts, parts)
-    domain = domain.ravel()  # (e parts,)
     volumes = np.bincount(domain, share).astype(float)  # (d,)
     # entries: the nodes of each domain, with their averaged gradients
     weight = (share / volumes[domain])[:, None, None]
     pairs = np.stack([np.repeat(domain, 4), mesh.tets[element].ravel()], axis=1)
-    entries, entry = np.unique(pairs, axis=0, return_inverse=True)
+    _, place, entry = np.unique(row_keys(pairs), return_index=True, return_inverse=True)
+    entries = pairs[place]
     values = np.zeros((len(entries), 3))
-    np.add.at(values, entry.ravel(), (weight * rest_gradients(mesh)[element]).reshape(-1, 3))
+    np.add.at(values, entry, (weight * rest_gradients(mesh)[element]).reshape(-1, 3))
     count = np.bincount(entries[:, 0])  # (d,) nodes of each domain
     start = np.cumsum(count) - count
     domains = []
@@ -63,7 +64,7 @@ def smoothed_domains(mesh: TetMesh, law: Ints, around: Around) -> list[Domains]:
                 nodes=entries[rows, 1],
                 gradients=np.ascontiguousarray(values[rows][:, None]),
                 volumes=volumes[chosen][:, None].copy(),
-                law=unique[chosen, -1].copy(),
+                law=keys[first[chosen], -1].copy(),
             )
         )
     return domains

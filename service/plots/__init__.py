@@ -6,6 +6,7 @@ from tauten.service.plots.comparison import draw_comparison
 from tauten.service.plots.contact_basis import draw_contact_basis
 from tauten.service.plots.contact_modes import draw_modes
 from tauten.service.plots.distance import draw_distances
+from tauten.service.plots.elements import draw_elements
 from tauten.service.plots.energy import draw_energy
 from tauten.service.plots.error_curve import draw_curve
 from tauten.service.plots.mesh_error import draw_mesh_error
@@ -21,6 +22,7 @@ __all__ = [
     "draw_contact_basis",
     "draw_curve",
     "draw_distances",
+    "draw_elements",
     "draw_energy",
     "draw_mesh_error",
     "draw_modes",

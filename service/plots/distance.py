@@ -25,6 +25,7 @@ def draw_distances(found: Distances, path: Path) -> None:
         (above, found.total, "plant against model", "#222222"),
         (above, found.delay, "delay", "#d55e00"),
         (above, found.tick, "motion of the model in a tick", "#999999"),
+        (below, found.model, "model against converged steps", "#222222"),
         (below, found.linearisation, "linearisation", "#0072b2"),
         (below, found.contact_basis, "contact basis", "#009e73"),
         (below, found.reduction, "state reduction", "#cc79a7"),
@@ -36,7 +37,7 @@ def draw_distances(found: Distances, path: Path) -> None:
         axes.set_ylabel("distance [mm]")
         axes.set_ylim(bottom=0.0, top=1.2 * axes.get_ylim()[1])
         axes.grid(alpha=0.3)
-        axes.legend(loc="upper right", ncols=3, fontsize="small")
+        axes.legend(loc="upper right", ncols=2, fontsize="small")
     below.set_xlabel("time [s]")
     figure.suptitle(f"{found.robot}: plant and model, steps of the plant: {found.steps}")
     figure.savefig(path, dpi=130)

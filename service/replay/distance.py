@@ -9,7 +9,8 @@ The recorded actuation drives simulators of the robot, tick by tick and without 
     plant   the recorded one, which uses an actuation up to a tick after the model
 
 so that model to A is the share of state reduction, A to B that of linearisation, A (or B, where the plant's
-steps are converged) to C that of the contact basis, and C to plant that of the delay.
+steps are converged) to C that of the contact basis, and C to plant that of the delay. Shares of state
+reduction and linearisation may cancel in part, so model to B is given too: all errors of the model in time.
 """
 
 from __future__ import annotations
@@ -41,6 +42,7 @@ class Distances:
         steps: the plant's time steps, "single" or "converged".
         linearisation: model without state reduction against converged steps [m].
         reduction: recorded model against the same with all degrees of freedom [m].
+        model: recorded model against converged steps with all degrees of freedom [m].
         contact_basis: with the model's contact basis against pointwise contact [m].
         delay: the plant against the simulation of it without delay [m]; empty without plant.
         total: the plant against the model [m]; empty without plant.
@@ -51,6 +53,7 @@ class Distances:
     steps: str
     linearisation: Series
     reduction: Series
+    model: Series
     contact_basis: Series
     delay: Series
     total: Series
@@ -61,6 +64,7 @@ class Distances:
         named = {
             "linearisation": self.linearisation,
             "state reduction": self.reduction,
+            "model against converged steps": self.model,
             "contact basis": self.contact_basis,
             "delay": self.delay,
             "plant against model": self.total,
@@ -151,6 +155,7 @@ def distances(run: RecordedRun, single: Series, exact: Series, as_plant: Series)
         steps=steps,
         linearisation=apart(run, single, exact),
         reduction=apart(run, model, single),
+        model=apart(run, model, exact),
         contact_basis=apart(run, nearest, as_plant),
         delay=apart(run, run.plant, as_plant),
         total=apart(run, run.plant, model),

@@ -15,14 +15,14 @@ COLUMNS = (
 
 
 def element_tables(result: ElementBench) -> tuple[Numbers, ...]:
-    """A table for each law and pull, the reference in its last row."""
+    """A table for each material and pull, the reference in its last row."""
     tables = []
     for reference in result.references:
-        cases = [case for case in result.cases if case.law == reference.law]
+        cases = [case for case in result.cases if case.material == reference.material]
         for index, state in enumerate(reference.equilibria):
             rows = [element_row(case, case.equilibria[index]) for case in cases]
             rows.append(element_row(reference, state))
-            title = f"{result.robot}, {reference.law}, {100.0 * state.pull:g} % of the largest pull"
+            title = f"{result.robot}, {reference.material}, {100.0 * state.pull:g} % of the largest pull"
             tables.append(Numbers(title, COLUMNS, tuple(rows)))
     return tuple(tables)
 

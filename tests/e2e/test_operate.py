@@ -17,7 +17,7 @@ from pathlib import Path
 import pytest
 from prometheus_client.parser import text_string_to_metric_families
 from support.nodes import send_until_followed
-from support.processes import Served, start, tauten
+from support.processes import Served, run_main, start
 
 from tauten.model import Robot
 from tauten.service.log import LogReader
@@ -148,10 +148,11 @@ def test_a_rate_the_computer_cannot_hold_is_refused_when_it_was_requested(
     assert rate_for(0.015) == 53.0
 
 
-def test_serve_refuses_such_a_rate(beam_file: Path) -> None:
-    result = tauten("serve", beam_file, "--rate", "9000", "--port", free_ports())
-    assert result.returncode == 2
-    assert re.match(r"tauten: 9000 Hz cannot be held: a control step takes ", result.stderr)
+def test_serve_refuses_such_a_rate(beam_file: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    asking = ("serve", beam_file, "--rate", "9000", "--port", free_ports())
+    assert run_main("--log-level", "error", *asking) == 2
+    said = capsys.readouterr().err
+    assert re.match(r"tauten: 9000 Hz cannot be held: a control step takes ", said)
 
 
 def test_a_processor_that_is_not_there_is_refused() -> None:

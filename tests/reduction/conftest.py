@@ -4,6 +4,8 @@ Candidates are finer than the nodes that carry them, so the compliance W is near
 forces move over the faces as the notches close, and most candidates never touch.
 """
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from support.robots.thumb import thumb_mesh, thumb_settings
@@ -12,7 +14,7 @@ from tauten.model.load import build_robot
 from tauten.model.numerics import Array, coordinates
 from tauten.model.schema import RobotConfig
 from tauten.model.tetra import TetRobot
-from tauten.reduction.campaign import Snapshots, ramp, run_campaign
+from tauten.reduction.campaign import Design, Snapshots, ramp, run_campaign
 from tauten.reduction.contact import ContactProblem, contact_problems
 
 
@@ -53,10 +55,25 @@ def thumb() -> TetRobot:
 
 
 @pytest.fixture(scope="session")
-def thumb_ramp(thumb: TetRobot, tmp_path_factory: pytest.TempPathFactory) -> Snapshots:
-    """The thumb's equilibria from rest to its largest pull."""
+def thumb_design(thumb: TetRobot) -> Design:
+    """From rest to the thumb's largest pull."""
+    return ramp(thumb, step=2e-4)
+
+
+@pytest.fixture(scope="session")
+def thumb_folder(
+    thumb: TetRobot, thumb_design: Design, tmp_path_factory: pytest.TempPathFactory
+) -> Path:
+    """The folder of the campaign of this design, which is complete."""
     folder = tmp_path_factory.mktemp("ramp")
-    found = run_campaign(thumb, ramp(thumb, step=2e-4), folder, show_progress=False)
+    run_campaign(thumb, thumb_design, folder, show_progress=False)
+    return folder
+
+
+@pytest.fixture(scope="session")
+def thumb_ramp(thumb: TetRobot, thumb_design: Design, thumb_folder: Path) -> Snapshots:
+    """The equilibria of this campaign."""
+    found = run_campaign(thumb, thumb_design, thumb_folder, show_progress=False)
     return found.select(found.converged)
 
 

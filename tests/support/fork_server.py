@@ -1,12 +1,14 @@
 """A process that has imported tauten, and makes copies of itself that become `tauten` commands or scripts.
 
-Importing takes most of the time of a short command, so that tests import once. The copies are processes like
-others: with signals, priority, exit code and output of their own. It reads one request in a line from
-standard input, answers with one number in a line, and ends with its input.
+Importing takes most of the time of a short command, and loading the kernels most of the start of a node, so
+that tests do both once. The copies are processes like others: with signals, priority, exit code and output of
+their own. It reads one request in a line from standard input, answers with one number in a line, and ends
+with its input.
 """
 
 from __future__ import annotations
 
+import gc
 import json
 import os
 import runpy
@@ -15,6 +17,17 @@ import sys
 from typing import Any, TextIO
 
 from tauten.service.cli import main
+from tauten.service.process import one_blas_thread
+from tauten.service.setup import load_setup, warm_controller
+from tauten.service.wire import Point, encode_point
+
+
+def warm(robot: str) -> None:
+    """Load what a node of this robot file needs, and leave it out of the garbage collection of the copies."""
+    with one_blas_thread():  # threads would be missing in the copies
+        warm_controller(load_setup(robot))
+    encode_point(Point(0, "", (0.0, 0.0, 0.0)))  # loads the definitions of the messages
+    gc.freeze()
 
 
 def become(request: dict[str, Any]) -> None:
@@ -45,6 +58,10 @@ def serve(requests: TextIO, answers: TextIO) -> None:
     """Answer until the input ends; returns in a copy when its command is to run."""
     for line in requests:
         request = json.loads(line)
+        if "warm" in request:
+            warm(request["warm"])
+            print(0, file=answers, flush=True)
+            continue
         if "process" in request:
             print(json.dumps(exit_code(request["process"])), file=answers, flush=True)
             continue

@@ -9,6 +9,7 @@ import os
 import signal
 import subprocess
 import sys
+import tempfile
 import threading
 import time
 from collections.abc import Callable
@@ -80,6 +81,8 @@ class ForkServer:
         )
         self._lock = threading.Lock()
         atexit.register(self.close)
+        with tempfile.TemporaryDirectory() as folder:
+            self.ask(warm=str(write_robot(Path(folder))))
 
     def ask(self, **request: object) -> int | None:
         """The answer to a request."""

@@ -8,9 +8,9 @@ import numpy as np
 
 from tauten.model.contact import ContactPair, ContactSet
 from tauten.model.materials import COROTATIONAL
-from tauten.model.numerics import Array, Ints
+from tauten.model.numerics import LANES, Array, Ints
 from tauten.model.tetra import TetRobot
-from tauten.reduction.state.tetra.arrays import Body, Tendons
+from tauten.reduction.state.tetra.arrays import Body, Tendons, in_lanes
 from tauten.reduction.state.tetra.points import gradients_of, integration_points, node_rows
 
 
@@ -45,24 +45,39 @@ def sampled_body(robot: TetRobot, Phi: Array, elements: Ints, weights: Array) ->
     kind, constants = points.kind[elements], points.constants[elements]  # (s,), (s, 5)
     volume = weights * points.volume[elements]  # (s,)
     G = gradients_of(robot, points, Phi, elements)  # (9 s, r)
-    r = Phi.shape[1]
-    if (kind != COROTATIONAL).any():
-        turns = bool((kind == COROTATIONAL).any())
-        return Body(G, volume, kind, constants, False, turns, np.zeros((r, r)), np.zeros(r))
-    weighted = np.repeat(2.0 * constants[:, 1] * volume, 9)[:, None] * G  # (9 s, r)
-    identity = np.tile(np.eye(3).ravel(), len(elements))  # (9 s,)
-    return Body(G, volume, kind, constants, True, True, G.T @ weighted, identity @ weighted)
+    s, r = len(elements), Phi.shape[1]
+    corotational = bool((kind == COROTATIONAL).all())
+    lame, stiffness, drift = np.zeros((s, 2)), np.zeros((r, r)), np.zeros(r)
+    if corotational:
+        lame = volume[:, None] * constants[:, :2]
+        weighted = np.repeat(2.0 * lame[:, 1], 9)[:, None] * G  # (9 s, r)
+        stiffness, drift = G.T @ weighted, np.tile(np.eye(3).ravel(), s) @ weighted
+    gradient = in_lanes(G.reshape(s, 9, r).swapaxes(1, 2).reshape(s, r * 9))
+    filled = np.minimum(np.arange(len(gradient) * LANES), s - 1)  # lanes past the last repeat it
+    return Body(
+        elements=s,
+        rows=4 if corotational else 9,
+        gradient=gradient.reshape(-1, r, 9 * LANES),
+        volume=in_lanes(volume[:, None]),
+        kind=kind[filled],
+        constants=constants[filled],
+        lame=in_lanes(lame),
+        corotational=corotational,
+        turns=bool((kind == COROTATIONAL).any()),
+        stiffness=stiffness,
+        drift=drift,
+    )
 
 
 def reduced_tendons(robot: TetRobot, Phi: Array) -> Tendons:
     """The cables in reduced coordinates."""
     cables = robot.actuator_set.cables
-    D = np.einsum("sa,sair->sir", cables.weights, node_rows(robot, Phi, cables.nodes))
+    D = np.einsum("sa,sair->ris", cables.weights, node_rows(robot, Phi, cables.nodes))
     rest = cables.offset + np.einsum("sa,sai->si", cables.weights, robot.mesh.nodes[cables.nodes])
     return Tendons(
-        cables.owner,
-        np.ascontiguousarray(D.reshape(-1, Phi.shape[1])),
-        rest.ravel(),
+        np.searchsorted(cables.owner, np.arange(cables.n_a + 1)),
+        np.ascontiguousarray(D.reshape(Phi.shape[1], -1)),
+        rest.T.ravel(),
         cables.rest_length,
     )
 

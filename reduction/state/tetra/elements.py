@@ -1,4 +1,4 @@
-"""Forces and tangents of sampled elements in reduced coordinates.
+"""Forces and tangents of sampled elements in reduced coordinates, a block of LANES at a time.
 
 **Corotational laws.** The stress (`tauten.model.tetra.corotational`) is P = 2 μ F + c R with
 c = λ tr(S − I) − 2 μ, and F = I + G α is linear in α. So the force and its exact tangent are
@@ -16,21 +16,16 @@ Summed over a sample of elements with weights w (`tauten.reduction.state.tetra.e
 
 from __future__ import annotations
 
-from typing import TypeAlias
-
 import numpy as np
 
 from tauten.model.materials import EXACT, PROJECTED, WORK, response
-from tauten.model.numerics import Array, kernel, polar_rotations
+from tauten.model.numerics import LANES, Array, Ints, kernel, polar_lanes
 from tauten.reduction.state.tetra.arrays import Body, Work
-
-# of a symmetric 3x3 matrix: entries 00, 01, 02, 11, 12, 22
-Symmetric: TypeAlias = tuple[float, float, float, float, float, float]
 
 
 @kernel
 def assemble_elements(alpha: Array, exact: bool, body: Body, work: Work) -> int:
-    """Subtract the force of the elements from work.force, and write their rows into work.Z and work.Y.
+    """Subtract the force of the elements from work.force, and write their columns of work.Z and work.Y.
 
     Args:
         alpha: (r,) [m].
@@ -39,128 +34,168 @@ def assemble_elements(alpha: Array, exact: bool, body: Body, work: Work) -> int:
         work: overwritten.
 
     Returns:
-        Number of rows written.
+        Number of columns written.
     """
-    np.dot(body.gradient, alpha, work.F.reshape(-1))
-    for i in range(3):
-        work.F[:, i, i] += 1.0
-    n = len(body.volume)
-    if body.turns or not exact:
-        polar_rotations(work.F, work.R)
-    else:
-        work.R[:] = 0.0  # no law reads it
-    if body.corotational:
-        for e in range(n):
-            lam, mu = body.constants[e, 0], body.constants[e, 1]
-            c, Q = stress_and_turning(work.F[e], work.R[e], lam, mu, exact)
-            project(e, body.volume[e], lam, c, work.R[e], Q, body, work)
-        return 4 * n
-    tangent = EXACT if exact else PROJECTED
-    P, C, scratch = np.empty((3, 3)), np.empty((9, 9)), np.empty(WORK)
-    for e in range(n):
-        response(body.kind[e], body.constants[e], work.F[e], work.R[e], tangent, P, C, scratch)
-        project_law(e, body.volume[e], P, C, work)
-    return 9 * n
+    F, R, T = np.empty(9 * LANES), np.zeros(9 * LANES), np.empty(7 * LANES)
+    P, C = np.empty(9 * LANES), np.empty(81 * LANES)
+    width = body.rows * LANES
+    for block in range(body.gradient.shape[0]):
+        G, first = body.gradient[block], block * width
+        deformation_gradients(alpha, G, F)
+        if body.turns or not exact:  # else no law reads R
+            polar_lanes(F, R)
+        if body.corotational:
+            stress_and_turning(F, R, body.lame[block], exact, T)
+            project(first, G, R, T, body.lame[block], work)
+        else:
+            laws = (body.kind[block * LANES :], body.constants[block * LANES :])
+            respond(F, R, body.volume[block], laws, EXACT if exact else PROJECTED, P, C)
+            project_laws(first, G, P, C, work)
+    return int(body.gradient.shape[0] * width)
 
 
 @kernel
-def stress_and_turning(
-    F: Array, R: Array, lam: float, mu: float, exact: bool
-) -> tuple[float, Symmetric]:
-    """The stress coefficient c, and c (tr(S) I − S)⁻¹, or −μ I with rotations held.
+def deformation_gradients(alpha: Array, G: Array, F: Array) -> None:
+    """F = I + G α of a block.
 
     Args:
-        F: (3, 3) deformation gradient.
-        R: (3, 3) its rotation.
-        lam: λ [Pa].
-        mu: μ [Pa].
+        alpha: (r,) [m].
+        G: (r, 9 LANES) of the block.
+        F: (9 LANES,) output.
+    """
+    for m in range(9 * LANES):
+        F[m] = 1.0 if (m // LANES) % 4 == 0 else 0.0
+    for j in range(G.shape[0]):
+        step = alpha[j]
+        for m in range(9 * LANES):
+            F[m] += step * G[j, m]
+
+
+@kernel
+def stress_and_turning(F: Array, R: Array, lame: Array, exact: bool, T: Array) -> None:
+    """The stress coefficients c, and c (tr(S) I − S)⁻¹, or −μ I with rotations held, times the volume.
+
+    Args:
+        F: (9 LANES,) deformation gradients.
+        R: (9 LANES,) their rotations.
+        lame: (2 LANES,) V λ and V μ [N m].
         exact: whether the tangent includes the change of rotations.
-
-    Returns:
-        c [Pa]; the six entries of the symmetric matrix [Pa].
+        T: (7 LANES,) output, entries 00, 01, 02, 11, 12, 22 of the symmetric matrix, then c [N m].
     """
-    S00 = R[0, 0] * F[0, 0] + R[1, 0] * F[1, 0] + R[2, 0] * F[2, 0]
-    S11 = R[0, 1] * F[0, 1] + R[1, 1] * F[1, 1] + R[2, 1] * F[2, 1]
-    S22 = R[0, 2] * F[0, 2] + R[1, 2] * F[1, 2] + R[2, 2] * F[2, 2]
-    S01 = R[0, 0] * F[0, 1] + R[1, 0] * F[1, 1] + R[2, 0] * F[2, 1]
-    S02 = R[0, 0] * F[0, 2] + R[1, 0] * F[1, 2] + R[2, 0] * F[2, 2]
-    S12 = R[0, 1] * F[0, 2] + R[1, 1] * F[1, 2] + R[2, 1] * F[2, 2]
-    c = float(lam * (S00 + S11 + S22 - 3.0) - 2.0 * mu)
-    a, b, d = S11 + S22, S00 + S22, S00 + S11  # tr(S) I − S has −S01, −S02, −S12 beside them
-    C00, C11, C22 = b * d - S12 * S12, a * d - S02 * S02, a * b - S01 * S01
-    C01, C02, C12 = S01 * d + S02 * S12, S01 * S12 + b * S02, a * S12 + S01 * S02
-    det = a * C00 - S01 * C01 - S02 * C02
-    # singular only for inverted elements, which keep the tangent with fixed rotations
-    if not (exact and det > 1e-3):
-        return c, (-mu, 0.0, 0.0, -mu, 0.0, -mu)
-    w = c / det
-    return c, (w * C00, w * C01, w * C02, w * C11, w * C12, w * C22)
+    for k in range(LANES):
+        F00, F01, F02 = F[k], F[LANES + k], F[2 * LANES + k]
+        F10, F11, F12 = F[3 * LANES + k], F[4 * LANES + k], F[5 * LANES + k]
+        F20, F21, F22 = F[6 * LANES + k], F[7 * LANES + k], F[8 * LANES + k]
+        R00, R01, R02 = R[k], R[LANES + k], R[2 * LANES + k]
+        R10, R11, R12 = R[3 * LANES + k], R[4 * LANES + k], R[5 * LANES + k]
+        R20, R21, R22 = R[6 * LANES + k], R[7 * LANES + k], R[8 * LANES + k]
+        S00 = R00 * F00 + R10 * F10 + R20 * F20
+        S11 = R01 * F01 + R11 * F11 + R21 * F21
+        S22 = R02 * F02 + R12 * F12 + R22 * F22
+        S01 = R00 * F01 + R10 * F11 + R20 * F21
+        S02 = R00 * F02 + R10 * F12 + R20 * F22
+        S12 = R01 * F02 + R11 * F12 + R21 * F22
+        mu = lame[LANES + k]
+        c = lame[k] * (S00 + S11 + S22 - 3.0) - 2.0 * mu
+        # tr(S) I − S has −S01, −S02, −S12 beside its diagonal
+        a, b, d = S11 + S22, S00 + S22, S00 + S11
+        C00, C11, C22 = b * d - S12 * S12, a * d - S02 * S02, a * b - S01 * S01
+        C01, C02, C12 = S01 * d + S02 * S12, S01 * S12 + b * S02, a * S12 + S01 * S02
+        det = a * C00 - S01 * C01 - S02 * C02
+        # singular only for inverted elements, which keep the tangent with fixed rotations
+        turns = exact and det > 1e-3
+        w, held = c / det if turns else 0.0, 0.0 if turns else -mu
+        T[k], T[LANES + k], T[2 * LANES + k] = w * C00 + held, w * C01, w * C02
+        T[3 * LANES + k], T[4 * LANES + k] = w * C11 + held, w * C12
+        T[5 * LANES + k], T[6 * LANES + k] = w * C22 + held, c
 
 
 @kernel
-def project(
-    e: int, V: float, lam: float, c: float, R: Array, Q: Symmetric, body: Body, work: Work
-) -> None:
-    """Rows t and a of element e and their images; its part of the force that is not linear in α.
+def project(first: int, G: Array, R: Array, T: Array, lame: Array, work: Work) -> None:
+    """The rows t and a of a block and their images; its part of the force that is not linear in α.
 
     Args:
-        e: number of the element in the sample.
-        V: its weighted volume w V [m³].
-        lam: λ [Pa].
-        c: stress coefficient of `stress_and_turning` [Pa].
-        R: (3, 3) rotation of its deformation gradient.
-        Q: symmetric matrix of `stress_and_turning` [Pa].
-        body: the elements.
+        first: its first column of Z and Y.
+        G: (r, 9 LANES) of the block.
+        R: (9 LANES,) rotations.
+        T: (7 LANES,) of `stress_and_turning`.
+        lame: (2 LANES,) V λ and V μ [N m].
         work: Z, Y and force are written.
     """
-    G, Z, Y, force = body.gradient, work.Z, work.Y, work.force
-    # scalars, because numba keeps them in registers where it would reload array entries
-    R00, R01, R02, R10, R11, R12 = R[0, 0], R[0, 1], R[0, 2], R[1, 0], R[1, 1], R[1, 2]
-    R20, R21, R22 = R[2, 0], R[2, 1], R[2, 2]
-    Q00, Q01, Q02, Q11, Q12, Q22 = V * Q[0], V * Q[1], V * Q[2], V * Q[3], V * Q[4], V * Q[5]
-    Vc, Vl = V * c, V * lam
-    g, z = 9 * e, 4 * e
-    for j in range(G.shape[1]):
-        G00, G01, G02 = G[g, j], G[g + 1, j], G[g + 2, j]
-        G10, G11, G12 = G[g + 3, j], G[g + 4, j], G[g + 5, j]
-        G20, G21, G22 = G[g + 6, j], G[g + 7, j], G[g + 8, j]
-        t = R00 * G00 + R01 * G01 + R02 * G02 + R10 * G10 + R11 * G11 + R12 * G12
-        t += R20 * G20 + R21 * G21 + R22 * G22
-        a0 = R02 * G01 - R01 * G02 + R12 * G11 - R11 * G12 + R22 * G21 - R21 * G22
-        a1 = R00 * G02 - R02 * G00 + R10 * G12 - R12 * G10 + R20 * G22 - R22 * G20
-        a2 = R01 * G00 - R00 * G01 + R11 * G10 - R10 * G11 + R21 * G20 - R20 * G21
-        force[j] -= Vc * t
-        Z[z, j], Z[z + 1, j], Z[z + 2, j], Z[z + 3, j] = t, a0, a1, a2
-        Y[z, j] = Vl * t
-        Y[z + 1, j] = Q00 * a0 + Q01 * a1 + Q02 * a2
-        Y[z + 2, j] = Q01 * a0 + Q11 * a1 + Q12 * a2
-        Y[z + 3, j] = Q02 * a0 + Q12 * a1 + Q22 * a2
+    end = first + 4 * LANES
+    for j in range(G.shape[0]):
+        g, z, y, total = G[j], work.Z[j, first:end], work.Y[j, first:end], 0.0
+        for k in range(LANES):
+            R00, R01, R02 = R[k], R[LANES + k], R[2 * LANES + k]
+            R10, R11, R12 = R[3 * LANES + k], R[4 * LANES + k], R[5 * LANES + k]
+            R20, R21, R22 = R[6 * LANES + k], R[7 * LANES + k], R[8 * LANES + k]
+            G00, G01, G02 = g[k], g[LANES + k], g[2 * LANES + k]
+            G10, G11, G12 = g[3 * LANES + k], g[4 * LANES + k], g[5 * LANES + k]
+            G20, G21, G22 = g[6 * LANES + k], g[7 * LANES + k], g[8 * LANES + k]
+            t = R00 * G00 + R01 * G01 + R02 * G02 + R10 * G10 + R11 * G11 + R12 * G12
+            t += R20 * G20 + R21 * G21 + R22 * G22
+            a0 = R02 * G01 - R01 * G02 + R12 * G11 - R11 * G12 + R22 * G21 - R21 * G22
+            a1 = R00 * G02 - R02 * G00 + R10 * G12 - R12 * G10 + R20 * G22 - R22 * G20
+            a2 = R01 * G00 - R00 * G01 + R11 * G10 - R10 * G11 + R21 * G20 - R20 * G21
+            T00, T01, T02 = T[k], T[LANES + k], T[2 * LANES + k]
+            T11, T12, T22 = T[3 * LANES + k], T[4 * LANES + k], T[5 * LANES + k]
+            z[k], z[LANES + k], z[2 * LANES + k], z[3 * LANES + k] = t, a0, a1, a2
+            y[k], y[LANES + k] = lame[k] * t, T00 * a0 + T01 * a1 + T02 * a2
+            y[2 * LANES + k] = T01 * a0 + T11 * a1 + T12 * a2
+            y[3 * LANES + k] = T02 * a0 + T12 * a1 + T22 * a2
+            total += T[6 * LANES + k] * t
+        work.force[j] -= total
 
 
 @kernel
-def project_law(e: int, V: float, P: Array, C: Array, work: Work) -> None:
-    """The force of element e, and the images V C G of its rows G.
+def respond(
+    F: Array, R: Array, volume: Array, laws: tuple[Ints, Array], tangent: int, P: Array, C: Array
+) -> None:
+    """Stresses and tangents of a block of any laws, times the volume.
 
     Args:
-        e: number of the element in the sample.
-        V: its weighted volume w V [m³].
-        P: (3, 3) stress [Pa].
-        C: (9, 9) tangent [Pa].
-        work: Z begins with G; Y and force are written.
+        F: (9 LANES,) deformation gradients.
+        R: (9 LANES,) their rotations.
+        volume: (LANES,) weighted volumes [m³].
+        laws: kind (LANES, …) and constants (LANES, 5) of each element's law.
+        tangent: EXACT or PROJECTED.
+        P: (9 LANES,) output [N m].
+        C: (81 LANES,) output, ∂P_m/∂F_n from (9 m + n) LANES on [N m].
     """
-    G, Y, force, g = work.Z, work.Y, work.force, 9 * e
-    for m in range(9):
-        p = V * P[m // 3, m % 3]
-        # scalars, because numba keeps them in registers where it would reload array entries
-        C0, C1, C2 = V * C[m, 0], V * C[m, 1], V * C[m, 2]
-        C3, C4, C5 = V * C[m, 3], V * C[m, 4], V * C[m, 5]
-        C6, C7, C8 = V * C[m, 6], V * C[m, 7], V * C[m, 8]
-        for j in range(
-            G.shape[1]
-        ):  # with the zeros that follow r columns, which makes whole vectors
-            y = C0 * G[g, j] + C1 * G[g + 1, j] + C2 * G[g + 2, j]
-            y += C3 * G[g + 3, j] + C4 * G[g + 4, j] + C5 * G[g + 5, j]
-            y += C6 * G[g + 6, j] + C7 * G[g + 7, j] + C8 * G[g + 8, j]
-            Y[g + m, j] = y
-        for j in range(force.shape[0]):
-            force[j] -= p * G[g + m, j]
+    F_k, R_k, P_k = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
+    C_k, scratch = np.empty((9, 9)), np.empty(WORK)
+    for k in range(LANES):
+        for m in range(9):
+            F_k[m // 3, m % 3], R_k[m // 3, m % 3] = F[m * LANES + k], R[m * LANES + k]
+        response(laws[0][k], laws[1][k], F_k, R_k, tangent, P_k, C_k, scratch)
+        for m in range(9):
+            P[m * LANES + k] = volume[k] * P_k[m // 3, m % 3]
+            for n in range(9):
+                C[(9 * m + n) * LANES + k] = volume[k] * C_k[m, n]
+
+
+@kernel
+def project_laws(first: int, G: Array, P: Array, C: Array, work: Work) -> None:
+    """The force of a block, and the images V C G of its rows G.
+
+    Args:
+        first: its first column of Y.
+        G: (r, 9 LANES) of the block.
+        P: (9 LANES,) of `respond`.
+        C: (81 LANES,) of `respond`.
+        work: Y and force are written.
+    """
+    for j in range(G.shape[0]):
+        g, total = G[j], 0.0
+        for m in range(9 * LANES):
+            total += P[m] * g[m]
+        work.force[j] -= total
+        for m in range(9):
+            begin = first + m * LANES
+            c, y = C[9 * m * LANES : 9 * (m + 1) * LANES], work.Y[j, begin : begin + LANES]
+            for k in range(LANES):
+                value = c[k] * g[k] + c[LANES + k] * g[LANES + k]
+                value += c[2 * LANES + k] * g[2 * LANES + k] + c[3 * LANES + k] * g[3 * LANES + k]
+                value += c[4 * LANES + k] * g[4 * LANES + k] + c[5 * LANES + k] * g[5 * LANES + k]
+                value += c[6 * LANES + k] * g[6 * LANES + k] + c[7 * LANES + k] * g[7 * LANES + k]
+                y[k] = value + c[8 * LANES + k] * g[8 * LANES + k]

@@ -1,8 +1,8 @@
 """Kernels of a robot in reduced coordinates q = q₀ + Φ α: no array here is as long as the mesh.
 
-**Elements** (`tauten.reduction.state.tetra.elements`) and **cables** contribute rows that stand below each
-other in Z (z, r), with their images in Y (z, r), so that one matrix product Zᵀ Y is the tangent. A cable
-segment's difference of stations is d = d₀ + D α; its tension adds λ Dᵀ (I − d dᵀ/ℓ²) D / ℓ.
+**Elements** (`tauten.reduction.state.tetra.elements`) and **cables** contribute rows, the columns of Z
+(r, z), with their images in Y (r, z), so that one matrix product Z Yᵀ is the tangent. A cable segment's
+difference of stations is d = d₀ + D α; its tension adds λ Dᵀ (I − d dᵀ/ℓ²) D / ℓ.
 """
 
 from __future__ import annotations
@@ -11,8 +11,9 @@ import numpy as np
 
 from tauten.model.numerics import Array, Ints, kernel
 from tauten.reduction.dense_step import Scheme, implicit_step
-from tauten.reduction.state.tetra.arrays import COLUMNS, ROWS, Body, Tendons, Work
+from tauten.reduction.state.tetra.arrays import Body, Tendons, Work
 from tauten.reduction.state.tetra.elements import assemble_elements
+from tauten.reduction.state.tetra.product import symmetric_product
 
 
 @kernel
@@ -34,69 +35,43 @@ def assemble_sample(
     for j in range(alpha.shape[0]):
         work.force[j] = load[j] - body.drift[j] - work.force[j]
     first = assemble_elements(alpha, exact, body, work)
-    add_curvature(alpha, tension, tendons, first, work)
-    symmetric_product(work.Z, work.Y, work.lower, work.K)
+    add_curvature(alpha, tension, tendons, first, work.Y)
+    symmetric_product(work.Z, work.Y, work.lower)
+    for i in range(alpha.shape[0]):
+        for j in range(i + 1):
+            work.K[i, j] = work.K[j, i] = work.lower[i, j]
     work.K[:] += body.stiffness
     if exact:
         work.K[:] += work.curvature
 
 
 @kernel
-def symmetric_product(Z: Array, Y: Array, lower: Array, K: Array) -> None:
-    """K = Zᵀ Y, where that is symmetric: half the operations of a general product.
-
-    A pair of rows of K is updated by ROWS rows of Z and Y at a time, over whole vectors of COLUMNS numbers.
-
-    Args:
-        Z: (z, n) with zeros up to a multiple of ROWS rows and of COLUMNS columns.
-        Y: (z, n) likewise.
-        lower: (n, n) overwritten.
-        K: (r, r) output, r ≤ n.
-    """
-    lower[:] = 0.0
-    for k in range(0, Z.shape[0], ROWS):
-        for i in range(0, lower.shape[0], 2):
-            z0, z1, z2, z3 = Z[k, i], Z[k + 1, i], Z[k + 2, i], Z[k + 3, i]
-            w0, w1, w2, w3 = Z[k, i + 1], Z[k + 1, i + 1], Z[k + 2, i + 1], Z[k + 3, i + 1]
-            for j in range(COLUMNS * (i // COLUMNS + 1)):
-                y0, y1, y2, y3 = Y[k, j], Y[k + 1, j], Y[k + 2, j], Y[k + 3, j]
-                lower[i, j] += z0 * y0 + z1 * y1 + z2 * y2 + z3 * y3
-                lower[i + 1, j] += w0 * y0 + w1 * y1 + w2 * y2 + w3 * y3
-    for i in range(K.shape[0]):
-        for j in range(i + 1):
-            K[i, j] = lower[i, j]
-            K[j, i] = lower[i, j]
-
-
-@kernel
-def add_curvature(alpha: Array, tension: Array, tendons: Tendons, first: int, work: Work) -> None:
-    """Rows D of the segments and their images, from row `first` of Z and Y on.
+def add_curvature(alpha: Array, tension: Array, tendons: Tendons, first: int, Y: Array) -> None:
+    """Images of the rows D of the segments.
 
     Args:
         alpha: (r,) state [m].
         tension: (n_a,) cable tensions [N].
         tendons: the cables.
-        first: row of Z and Y to start at.
-        work: Z, Y and d are written.
+        first: their first column of Y.
+        Y: (r, z) output.
     """
-    np.dot(tendons.map, alpha, work.d)
-    D, Z, Y = tendons.map, work.Z, work.Y
-    for s in range(tendons.owner.shape[0]):
-        k, z = 3 * s, first + 3 * s
-        d0 = tendons.rest[k] + work.d[k]
-        d1 = tendons.rest[k + 1] + work.d[k + 1]
-        d2 = tendons.rest[k + 2] + work.d[k + 2]
-        square = d0 * d0 + d1 * d1 + d2 * d2
-        pull = max(tension[tendons.owner[s]], 0.0)
-        scale = pull / np.sqrt(square) if square > 0.0 else 0.0
-        along = scale / square if square > 0.0 else 0.0
-        for j in range(D.shape[1]):
-            D0, D1, D2 = D[k, j], D[k + 1, j], D[k + 2, j]
-            dot = along * (d0 * D0 + d1 * D1 + d2 * D2)
-            Z[z, j], Z[z + 1, j], Z[z + 2, j] = D0, D1, D2
-            Y[z, j] = scale * D0 - dot * d0
-            Y[z + 1, j] = scale * D1 - dot * d1
-            Y[z + 2, j] = scale * D2 - dot * d2
+    d = tendons.rest + np.dot(alpha, tendons.map)
+    g = d.shape[0] // 3
+    x, y, z, scale, along = d[:g], d[g : 2 * g], d[2 * g :], np.zeros(g), np.zeros(g)
+    for a in range(tension.shape[0]):
+        for s in range(tendons.starts[a], tendons.starts[a + 1]):
+            square = x[s] * x[s] + y[s] * y[s] + z[s] * z[s]
+            if square > 0.0:
+                scale[s] = max(tension[a], 0.0) / np.sqrt(square)
+                along[s] = scale[s] / square
+    for j in range(alpha.shape[0]):
+        D, out = tendons.map[j], Y[j, first : first + 3 * g]
+        for s in range(g):
+            D0, D1, D2 = D[s], D[g + s], D[2 * g + s]
+            dot = along[s] * (x[s] * D0 + y[s] * D1 + z[s] * D2)
+            out[s], out[g + s] = scale[s] * D0 - dot * x[s], scale[s] * D1 - dot * y[s]
+            out[2 * g + s] = scale[s] * D2 - dot * z[s]
 
 
 @kernel
@@ -104,15 +79,22 @@ def pulled_lengths(alpha: Array, tendons: Tendons) -> tuple[Array, Array]:
     """Pulled lengths L(q₀) − L(q) (n_a,) [m] and their rows −∂L/∂α (n_a, r)."""
     r, n_a = alpha.shape[0], tendons.rest_length.shape[0]
     H, delta = np.zeros((n_a, r)), tendons.rest_length.copy()
-    d, D = tendons.rest + np.dot(tendons.map, alpha), tendons.map
-    for s in range(tendons.owner.shape[0]):
-        k, a = 3 * s, tendons.owner[s]
-        length = np.sqrt(d[k] * d[k] + d[k + 1] * d[k + 1] + d[k + 2] * d[k + 2])
-        delta[a] -= length
-        if length > 0.0:
-            u0, u1, u2 = d[k] / length, d[k + 1] / length, d[k + 2] / length
-            for j in range(r):
-                H[a, j] -= u0 * D[k, j] + u1 * D[k + 1, j] + u2 * D[k + 2, j]
+    d = tendons.rest + np.dot(alpha, tendons.map)
+    g = d.shape[0] // 3
+    for a in range(n_a):
+        first, end = tendons.starts[a], tendons.starts[a + 1]
+        for s in range(first, end):
+            length = np.sqrt(d[s] * d[s] + d[g + s] * d[g + s] + d[2 * g + s] * d[2 * g + s])
+            delta[a] -= length
+            if length > 0.0:
+                d[s], d[g + s], d[2 * g + s] = (
+                    d[s] / length, d[g + s] / length, d[2 * g + s] / length,
+                )  # fmt: skip
+        for j in range(r):
+            for i in range(3):
+                D, u = tendons.map[j, i * g + first : i * g + end], d[i * g + first : i * g + end]
+                for s in range(end - first):
+                    H[a, j] -= u[s] * D[s]
     return H, delta
 
 
@@ -145,26 +127,31 @@ def linearise(
 
 
 @kernel
-def contact_jacobian(normal: Array, vertices: Ints, coefficients: Array, surface: Array) -> Array:
+def contact_jacobian(
+    normal: Array, slots: Ints, vertices: Ints, coefficients: Array, own: Array, surface: Array
+) -> Array:
     """Contact rows in reduced coordinates (m, r), equation (T2) of `tauten.model.contact.detection`.
 
     Args:
         normal: (m, 3) directions.
-        vertices: (m, 6) vertices of each row.
+        slots: (m,) candidates.
+        vertices: (m, 6) vertices of each row; the first three are those of the candidate, and not used.
         coefficients: (m, 6) their shares.
-        surface: (3 v, r) derivative of the vertices with respect to α.
+        own: (n_c, 3, r) derivative of the candidates with respect to α.
+        surface: (3 v, r) that of the vertices.
     """
     m, r = normal.shape[0], surface.shape[1]
-    H = np.zeros((m, r))
+    H = np.empty((m, r))
     for k in range(m):
         n0, n1, n2 = normal[k, 0], normal[k, 1], normal[k, 2]
-        # two at a time: the compiler makes vector instructions of short sums only
-        for a in range(0, 6, 2):
-            v, w = coefficients[k, a], coefficients[k, a + 1]
-            f, s = 3 * vertices[k, a], 3 * vertices[k, a + 1]
-            v0, v1, v2, w0, w1, w2 = v * n0, v * n1, v * n2, w * n0, w * n1, w * n2
+        h, x, y, z = H[k], own[slots[k], 0], own[slots[k], 1], own[slots[k], 2]
+        for j in range(r):
+            h[j] = n0 * x[j] + n1 * y[j] + n2 * z[j]
+        # one vertex at a time: the compiler makes vector instructions of short sums only
+        for a in range(3, 6):
+            w, f = coefficients[k, a], 3 * vertices[k, a]
+            w0, w1, w2 = w * n0, w * n1, w * n2
+            x, y, z = surface[f], surface[f + 1], surface[f + 2]
             for j in range(r):
-                change = v0 * surface[f, j] + v1 * surface[f + 1, j] + v2 * surface[f + 2, j]
-                change += w0 * surface[s, j] + w1 * surface[s + 1, j] + w2 * surface[s + 2, j]
-                H[k, j] += change
+                h[j] += w0 * x[j] + w1 * y[j] + w2 * z[j]
     return H

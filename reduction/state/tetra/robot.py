@@ -50,6 +50,7 @@ class ReducedTetRobot(ReducedRobot):
         effector_places: (3 p, r) displacement of the effectors, where outer forces act on them.
         surface: vertices of candidates and target triangles.
         contacts: candidates and triangles on the vertices of `surface`.
+        candidate_motion: (n_c, 3, r) derivative of the candidates with respect to α.
         work: workspace of the kernels.
     """
 
@@ -62,12 +63,13 @@ class ReducedTetRobot(ReducedRobot):
     effector_places: Array
     surface: ReducedPoints
     contacts: ContactSet
+    candidate_motion: Array
     work: Work
 
     @property
     def n_elements(self) -> int:
         """Elements in the sample."""
-        return len(self.body.volume)
+        return self.body.elements
 
     def fork(self) -> ReducedTetRobot:
         """The same robot with a workspace of its own."""
@@ -171,7 +173,10 @@ class ReducedTetRobot(ReducedRobot):
 
     def _contact_rows(self, alpha: Array) -> ContactRows:
         found = self.contacts.detect(self.surface.at(alpha))
-        H = contact_jacobian(found.normal, found.vertices, found.coefficients, self.surface.map)
+        H = contact_jacobian(
+            found.normal, found.slots, found.vertices, found.coefficients,
+            self.candidate_motion, self.surface.map,
+        )  # fmt: skip
         return ContactRows(Rows(H, found.gap), found.slots, found.pair, self.n_c)
 
     def _no_contact_rows(self) -> ContactRows:
@@ -268,6 +273,7 @@ class ReducibleTetRobot:
         body = sampled_body(robot, Phi, elements, weights)
         actuators = reduced_actuators(robot, Phi)
         surface, contacts = contact_surface(robot, Phi)
+        by_mode = [contacts.positions(mode.reshape(-1, 3)) for mode in surface.map.T]
         points = robot.effectors.points(robot.mesh.nodes).ravel()
         return ReducedTetRobot(
             full=robot,
@@ -281,5 +287,6 @@ class ReducibleTetRobot:
             effector_places=np.asarray(robot.effectors.kinds.force_map(robot.effectors.C) @ Phi),
             surface=surface,
             contacts=contacts,
+            candidate_motion=np.stack(by_mode, axis=2),
             work=make_work(body, actuators.tendons),
         )

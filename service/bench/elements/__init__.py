@@ -5,8 +5,10 @@ from tauten.service.bench.elements.study import (
     ElementBenchSettings,
     ElementCase,
     ElementEquilibrium,
+    ElementVariant,
     bench_elements,
-    parse_law,
+    load_variant,
+    parse_material,
 )
 
 __all__ = [
@@ -14,6 +16,8 @@ __all__ = [
     "ElementBenchSettings",
     "ElementCase",
     "ElementEquilibrium",
+    "ElementVariant",
     "bench_elements",
-    "parse_law",
+    "load_variant",
+    "parse_material",
 ]

@@ -10,11 +10,12 @@ import numpy as np
 
 from tauten.model import Simulator, TetRobot
 from tauten.model.load import robot_path
+from tauten.model.materials import SILICONES
 from tauten.model.numerics import Array
 from tauten.model.schema import (
     ElementName,
-    LawName,
     RobotConfig,
+    SolidMaterialSettings,
     model_tables,
     read_toml,
     validated,
@@ -25,7 +26,11 @@ from tauten.service.replay import Spread, spread
 
 Progress = Callable[[float, str], None]
 ELEMENTS: tuple[ElementName, ...] = ("linear", "smoothed", "quadratic")
-LAWS: tuple[LawName, ...] = ("corotational", "stable-neo-hookean", "neo-hookean")
+LAWS = (
+    "corotational",
+    "stable-neo-hookean",
+    "neo-hookean",
+)  # of Young's modulus and Poisson's ratio
 TIMED_STEPS = 25
 
 
@@ -35,7 +40,8 @@ class ElementBenchSettings:
 
     Attributes:
         robot: a robot file, or the name of a shipped robot.
-        laws: laws of the material, each compared with a reference of its own.
+        materials: laws, and silicones scaled to the robot's Young's modulus, see `parse_material`; each is
+            compared with a reference of its own.
         pulls: shares of every cable's largest pull at which equilibria are compared.
         refinements: of the mesh of linear and smoothed elements, from none to this; quadratic ones have one
             less, as each of their elements has the nodes of eight linear ones.
@@ -44,7 +50,7 @@ class ElementBenchSettings:
     """
 
     robot: str = "finger"
-    laws: tuple[LawName, ...] = ("corotational",)
+    materials: tuple[str, ...] = ("corotational",)
     pulls: tuple[float, ...] = (0.375,)
     refinements: int = 1
     reference: int = 1
@@ -84,22 +90,22 @@ class ElementVariant:
 
     Attributes:
         element: type of the mesh's elements.
-        law: of its material.
+        material: law, or name of a silicone.
         refinements: how often its mesh is refined.
     """
 
     element: ElementName
-    law: LawName
+    material: str
     refinements: int
 
 
 @dataclass(frozen=True, slots=True)
 class ElementCase:
-    """One element, law and mesh.
+    """One element, material and mesh.
 
     Attributes:
         element: type of the mesh's elements.
-        law: of the material.
+        material: law, or name of a silicone.
         refinements: how often the file's mesh was refined.
         nodes: nodes.
         nonzeros: entries of the tangent.
@@ -109,7 +115,7 @@ class ElementCase:
     """
 
     element: ElementName
-    law: LawName
+    material: str
     refinements: int
     nodes: int
     nonzeros: int
@@ -126,7 +132,7 @@ class ElementBench:
         machine: where.
         robot: its name.
         factorisation: back end.
-        references: the fine quadratic mesh of each law.
+        references: the fine quadratic mesh with each material.
         cases: what is compared with it.
     """
 
@@ -152,45 +158,59 @@ def bench_elements(settings: ElementBenchSettings, progress: Progress) -> Elemen
         for element in ELEMENTS
         for count in range(settings.refinements + (element != "quadratic"))
     ]
-    share = 1.0 / (len(settings.laws) * (len(plan) + 1))
+    share = 1.0 / (len(settings.materials) * (len(plan) + 1))
     references, cases = [], []
     with one_blas_thread():
-        for law in settings.laws:
-            progress(share, f"reference, {law}")
-            fine = ElementVariant("quadratic", law, settings.reference)
+        for material in settings.materials:
+            progress(share, f"reference, {material}")
+            fine = ElementVariant("quadratic", material, settings.reference)
             robot = load_variant(settings.robot, fine)
             reference = measure_elements(robot, settings, fine)
             references.append(reference)
             for element, count in plan:
-                progress(share, f"{element}, {law}, {count} refinements")
+                progress(share, f"{element}, {material}, {count} refinements")
                 if (element, count) == ("quadratic", settings.reference):
                     continue
-                variant = ElementVariant(element, law, count)
+                variant = ElementVariant(element, material, count)
                 robot = load_variant(settings.robot, variant)
                 cases.append(compared(measure_elements(robot, settings, variant), reference))
     machine = host_info()
     return ElementBench(machine, robot.name, robot.linear_solver, tuple(references), tuple(cases))
 
 
-def parse_law(name: str) -> LawName:
-    """The law of this name that takes Young's modulus and Poisson's ratio alone.
+def parse_material(name: str) -> str:
+    """The name, where it is that of a law of Young's modulus and Poisson's ratio, or of a silicone.
 
     Raises:
-        ValueError: there is none.
+        ValueError: it is neither.
     """
-    for law in LAWS:
-        if law == name:
-            return law
-    raise ValueError(f"law is {name!r}, to compare are {', '.join(LAWS)}")
+    known = (*LAWS, *(item.name for item in SILICONES))
+    if name not in known:
+        raise ValueError(f"material is {name!r}, to compare are {', '.join(known)}")
+    return name
 
 
 def load_variant(name: str, variant: ElementVariant) -> TetRobot:
-    """A robot file with another element and another law for its material outside of `materials`."""
+    """A robot file with another element and another material outside of `materials`.
+
+    Young's modulus and density are those of the file; a silicone has its own Poisson's ratio.
+    """
     path = robot_path(name)
     config = validated(RobotConfig, model_tables(read_toml(path)), path)
     if config.material is None:
         raise ValueError(f"{path}: material: the comparison of elements needs one for all bodies")
-    material = config.material.model_copy(update={"law": variant.law})
+    own = config.material
+    if variant.material in LAWS:
+        material = own.model_copy(update={"law": variant.material})
+    else:
+        material = SolidMaterialSettings.model_validate(
+            {
+                "silicone": variant.material,
+                "young_modulus": own.young_modulus,
+                "density": own.density,
+                "total_mass": own.total_mass,
+            }
+        )
     mesh = Variant(variant.element, variant.refinements)
     robot = variant_robot(config.model_copy(update={"material": material}), path, mesh)
     if not isinstance(robot, TetRobot):
@@ -225,7 +245,7 @@ def measure_elements(
     assembly, step = time_step(robot, settings.pulls[-1] * robot.limits.pull_max)
     return ElementCase(
         element=variant.element,
-        law=variant.law,
+        material=variant.material,
         refinements=variant.refinements,
         nodes=robot.n_nodes,
         nonzeros=len(robot.pattern.indices),

@@ -288,6 +288,7 @@ def path_distance(name: str, seconds: float) -> PathDistance:
         steps="single",
         linearisation=apart(single, exact),
         reduction=apart(tips, single),
+        model=apart(tips, exact),
         contact_basis=apart(single, full),
         delay=apart(late, full),
         total=apart(late, tips),

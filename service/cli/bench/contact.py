@@ -130,7 +130,7 @@ def contact_basis(
         write_contact_basis_tables,
     )
 
-    setup = load_setup(robot)
+    setup = load_setup(robot, model="full")
     basis = basis_of(setup, robot)
     folder = snapshots or Path(f"{setup.robot.name}-snapshots")
     found = run_campaign(setup.robot, ramp(setup.robot), folder)

@@ -18,7 +18,14 @@ def elements(
     json_file: Json = None,
     markdown: Markdown = None,
     robot: Annotated[str, typer.Option(help="A shipped robot's name, or a robot file.")] = "finger",
-    law: Annotated[list[str] | None, typer.Option(help="Law of the material, or several.")] = None,
+    figure: Annotated[
+        Path | None,
+        typer.Option(help="Figure of the errors over nodes and over the time of a step."),
+    ] = None,
+    material: Annotated[
+        list[str] | None,
+        typer.Option(help="Law of the material, or name of a silicone; may be repeated."),
+    ] = None,
     pull: Annotated[
         list[float] | None,
         typer.Option(min=0.0, max=1.0, help="Share of the largest pull, or several in order."),
@@ -36,16 +43,17 @@ def elements(
     The default compares the finger at 15 mm of pull. Its mesh is fine: refined once it has 20,000 nodes, and
     its quadratic mesh 150,000.
     """
-    from tauten.service.bench.elements import ElementBenchSettings, bench_elements, parse_law
+    from tauten.service.bench.elements import ElementBenchSettings, bench_elements, parse_material
+    from tauten.service.plots import draw_elements
     from tauten.service.tables import element_tables, write_element_tables
 
     try:
-        laws = tuple(parse_law(name) for name in law or ("corotational",))
+        materials = tuple(parse_material(name) for name in material or ("corotational",))
     except ValueError as error:
         raise typer.BadParameter(str(error)) from error
     settings = ElementBenchSettings(
         robot=robot,
-        laws=laws,
+        materials=materials,
         pulls=tuple(pull or (0.6,)),
         refinements=refinements,
         reference=reference,
@@ -55,6 +63,8 @@ def elements(
         result = bench_elements(settings, report)
     show_tables(element_tables(result), 160)
     write_json(result, json_file)
+    if figure is not None:
+        draw_elements(result, figure)
     if markdown is not None:
         write_element_tables(result, markdown)
 

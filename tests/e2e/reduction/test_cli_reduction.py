@@ -176,7 +176,7 @@ def test_interrupted_campaign_goes_on(tmp_path: Path) -> None:
         "--design",
         "ramp",
         "--step",
-        4e-5,
+        8e-5,
         "--snapshots",
         tmp_path / "cut",
     )
@@ -194,4 +194,4 @@ def test_interrupted_campaign_goes_on(tmp_path: Path) -> None:
     assert run_main(*command, "--out", tmp_path / "cut.basis") == 0
     assert first.stat().st_mtime_ns == written
     converged = ContactBasis.load(tmp_path / "cut.basis").provenance.snapshots
-    assert 190 <= converged <= 200
+    assert 95 <= converged <= 100

@@ -12,6 +12,7 @@ from tauten.model.numerics import (
     installed_backends,
     make_factorisation,
 )
+from tauten.model.numerics.factorisation import mkl
 
 
 def random_spd(seed: int, n: int = 60) -> sp.csc_array:
@@ -63,3 +64,17 @@ def test_indefinite_matrices_are_refused(backend: str) -> None:
         factorisation.refactor(-A.data)
     factorisation.refactor(A.data)  # and usable afterwards
     assert np.allclose(A @ factorisation.solve(np.ones(60)), 1.0)
+
+
+@pytest.mark.skipif("pardiso" not in installed_backends(), reason="pardiso is not installed")
+def test_no_folder_is_searched_for_the_library(monkeypatch: pytest.MonkeyPatch) -> None:
+    """pypardiso would start a compiler and read all of the environment for every matrix."""
+    pytest.importorskip("pypardiso")
+    searched: list[str] = []
+    monkeypatch.setattr("pypardiso.pardiso_wrapper.find_library", searched.append)
+    monkeypatch.delenv("PYPARDISO_MKL_RT", raising=False)
+    mkl.cache_clear()
+    A = random_spd(1)
+    make_factorisation(A.indptr, A.indices, "pardiso")
+    make_factorisation(A.indptr, A.indices, "pardiso")
+    assert searched == []

@@ -60,10 +60,14 @@ def design(thumb: TetRobot, short_chunks: None) -> Design:
 
 
 @pytest.fixture(scope="module")
-def snapshots(
-    thumb: TetRobot, design: Design, tmp_path_factory: pytest.TempPathFactory
-) -> Snapshots:
-    return run_campaign(thumb, design, tmp_path_factory.mktemp("whole"), show_progress=False)
+def complete(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of `snapshots`."""
+    return tmp_path_factory.mktemp("whole")
+
+
+@pytest.fixture(scope="module")
+def snapshots(thumb: TetRobot, design: Design, complete: Path) -> Snapshots:
+    return run_campaign(thumb, design, complete, show_progress=False)
 
 
 def test_snapshots_are_as_in_the_design(
@@ -95,7 +99,7 @@ def test_recorded_forces_hold_the_robot_in_place(
         np.testing.assert_allclose(robot.effector(state).ravel(), snapshots.effector[:, i])
 
 
-@pytest.mark.parametrize("chunks", [0, pytest.param(1, marks=pytest.mark.slow), 4])
+@pytest.mark.parametrize("chunks", [*(pytest.param(n, marks=pytest.mark.slow) for n in (0, 1)), 4])
 def test_interrupted_campaign_goes_on_to_the_same_result(
     thumb: TetRobot, design: Design, snapshots: Snapshots, tmp_path: Path, chunks: int
 ) -> None:
@@ -107,10 +111,9 @@ def test_interrupted_campaign_goes_on_to_the_same_result(
 
 
 def test_complete_campaign_is_not_done_again(
-    thumb: TetRobot, design: Design, snapshots: Snapshots, tmp_path: Path
+    thumb: TetRobot, design: Design, snapshots: Snapshots, complete: Path
 ) -> None:
-    run_campaign(thumb, design, tmp_path, show_progress=False)
-    assert_same(run_campaign(thumb, design, tmp_path, Interrupted(0), False), snapshots)
+    assert_same(run_campaign(thumb, design, complete, Interrupted(0), False), snapshots)
 
 
 def test_workers_do_not_change_the_result(

@@ -10,7 +10,14 @@ import pytest
 from support.robots.bodies import box_mesh
 from typer.testing import CliRunner
 
-from tauten.service.bench.elements import ElementBenchSettings, bench_elements, parse_law
+from tauten.model import Simulator
+from tauten.service.bench.elements import (
+    ElementBenchSettings,
+    ElementVariant,
+    bench_elements,
+    load_variant,
+    parse_material,
+)
 from tauten.service.cli.app import app
 
 SIZE = (0.06, 0.02, 0.02)
@@ -50,7 +57,7 @@ def beam(tmp_path: Path) -> Path:
 @pytest.mark.slow
 def test_elements_are_compared_with_the_fine_quadratic_mesh(beam: Path) -> None:
     settings = ElementBenchSettings(
-        robot=str(beam), laws=("corotational", "neo-hookean"), pulls=(0.1, 0.3), refinements=1,
+        robot=str(beam), materials=("corotational", "neo-hookean"), pulls=(0.1, 0.3), refinements=1,
         reference=1,
     )  # fmt: skip
     messages: list[str] = []
@@ -65,19 +72,21 @@ def test_elements_are_compared_with_the_fine_quadratic_mesh(beam: Path) -> None:
         last = case.equilibria[-1]
         assert last.tension_error is not None
         assert last.contact_error is None
-        errors[case.law, case.element, case.refinements] = last.tension_error
+        errors[case.material, case.element, case.refinements] = last.tension_error
     assert len(errors) == len(result.cases) == 10
-    for law in settings.laws:
+    for material in settings.materials:
         coarse = {
-            element: errors[law, element, 0] for element in ("linear", "smoothed", "quadratic")
+            element: errors[material, element, 0] for element in ("linear", "smoothed", "quadratic")
         }
         assert coarse["linear"] > 2.0 * abs(coarse["smoothed"])
         assert coarse["linear"] > 2.0 * abs(coarse["quadratic"])
-        assert 0.0 < errors[law, "linear", 1] < coarse["linear"]
+        assert 0.0 < errors[material, "linear", 1] < coarse["linear"]
 
 
 def test_the_command_writes_json_and_a_page(beam: Path, tmp_path: Path) -> None:
-    numbers, page = tmp_path / "elements.json", tmp_path / "page.md"
+    numbers, page, figure = (
+        tmp_path / name for name in ("elements.json", "page.md", "elements.png")
+    )
     page.write_text("before\n<!-- tauten bench elements -->\nold\n<!-- end -->\nafter\n")
     arguments = [
         "bench",
@@ -89,7 +98,9 @@ def test_the_command_writes_json_and_a_page(beam: Path, tmp_path: Path) -> None:
         "--reference",
         "0",
     ]
-    done = CliRunner().invoke(app, [*arguments, "--json", str(numbers), "--markdown", str(page)])
+    done = CliRunner().invoke(
+        app, [*arguments, "--json", str(numbers), "--markdown", str(page), "--figure", str(figure)]
+    )
     assert done.exit_code == 0, done.output
     cases = json.loads(numbers.read_text(encoding="utf-8"))["cases"]
     assert [case["element"] for case in cases] == ["linear", "smoothed"]
@@ -98,11 +109,29 @@ def test_the_command_writes_json_and_a_page(beam: Path, tmp_path: Path) -> None:
     assert text.endswith("after\n")
     assert "| smoothed | 63 |" in text
     assert "old" not in text
+    assert figure.read_bytes().startswith(b"\x89PNG")
 
 
-def test_a_law_that_is_none(beam: Path) -> None:
-    with pytest.raises(ValueError, match="law is 'yeoh', to compare are corotational, stable-neo"):
-        parse_law("yeoh")
-    done = CliRunner().invoke(app, ["bench", "elements", "--robot", str(beam), "--law", "ogden"])
+def test_a_silicone_has_its_own_law_and_the_young_modulus_of_the_robot(beam: Path) -> None:
+    robots = {
+        material: load_variant(str(beam), ElementVariant("linear", material, 0))
+        for material in ("neo-hookean", "dragon-skin-10")
+    }
+    tensions = {}
+    for material, robot in robots.items():
+        simulator = Simulator(robot, contact="none")
+        assert simulator.settle(pull=[0.002]).converged
+        tensions[material] = simulator.tension[0]
+        assert robot.mass.sum() == pytest.approx(robots["neo-hookean"].mass.sum())
+    # Stiffness in bending is Young's modulus; Poisson's ratio 0.49 instead of 0.45 locks linear elements.
+    assert 1.0 < tensions["dragon-skin-10"] / tensions["neo-hookean"] < 2.0
+
+
+def test_a_material_that_is_none(beam: Path) -> None:
+    with pytest.raises(ValueError, match="material is 'yeoh', to compare are corotational, stable"):
+        parse_material("yeoh")
+    done = CliRunner().invoke(
+        app, ["bench", "elements", "--robot", str(beam), "--material", "ogden"]
+    )
     assert done.exit_code == 2
-    assert "law is 'ogden'" in done.output
+    assert "material is 'ogden'" in done.output

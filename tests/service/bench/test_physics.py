@@ -55,7 +55,7 @@ def test_shorter_steps_lead_elsewhere(energy: EnergyBench) -> None:
 
 def test_tables_have_every_course_and_share(energy: EnergyBench, tmp_path: Path) -> None:
     courses, costs, shares, lengths = energy_tables(energy)
-    assert (len(courses.rows), len(costs.rows), len(shares.rows)) == (4, 1, 6)
+    assert (len(courses.rows), len(costs.rows), len(shares.rows)) == (4, 1, 7)
     assert [row[1] for row in lengths.rows] == ["one linearisation", "converged"]
     page = tmp_path / "page.md"
     page.write_text("before\n<!-- tauten bench energy -->\nold\n<!-- end -->\nafter\n")

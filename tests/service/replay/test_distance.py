@@ -116,6 +116,8 @@ def test_the_delay_is_the_motion_in_a_tick(log: tuple[Path, bool], found: Distan
     linearisation = shares["linearisation"].max_mm
     assert linearisation is not None
     assert 0.0 < linearisation < delay
+    # The model is a full one, so that its distance from converged steps is that of the linearisation.
+    assert shares["model against converged steps"].max_mm == pytest.approx(linearisation, abs=1e-4)
 
 
 def test_the_command_shows_and_writes_the_shares(
