@@ -169,7 +169,7 @@ class SparseRobot(ABC):
                     state.v,
                     viscous,
                 )
-                return dataclasses.replace(system, blend=blend)
+                return dataclasses.replace(system, exact=blend == 0.0)
             except FactorisationError:
                 # the exact tangent may be indefinite (buckling, compression); the semidefinite one is not
                 if blend == 1.0:

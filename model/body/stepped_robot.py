@@ -108,7 +108,7 @@ class SteppedRobot(SparseRobot):
                     self.mass,
                     force - inertia,
                 )
-                return system if exact else dataclasses.replace(system, blend=1.0)
+                return system if exact else dataclasses.replace(system, exact=False)
             except FactorisationError:
                 if not exact:
                     raise

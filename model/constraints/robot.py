@@ -178,7 +178,7 @@ class ConstrainedRobot(PlacedRobot):
         for tangent in [K, semidefinite] if len(drives) else [semidefinite]:
             try:
                 system = make(tangent, mass, force + inertia, state.v)
-                return dataclasses.replace(system, blend=1.0)
+                return dataclasses.replace(system, exact=False)
             except FactorisationError:
                 if tangent is semidefinite:
                     raise

@@ -50,16 +50,16 @@ def unstable_direction(robot: Robot, solved: PredictedStep, held: Bools) -> Arra
         held: (n_a,) which positions of actuators are held; taut cables among them are constraints.
     """
     step = solved.step
-    if step.system.exact or robot.n < FEWEST:
+    factorised = step.system.tangent
+    if step.system.exact or factorised is None or robot.n < FEWEST:
         return None
     acting = solved.lam[step.n_e :] > 0.0
     acting[: step.n_a] = held & (acting[: step.n_a] | step.bilateral)
     taut = step.n_e + np.flatnonzero(acting)
     tension = solved.lam[step.n_e : step.n_e + step.n_a]
     h, system = step.system.h, step.system
-    exact, semidefinite = (robot.forces(step.state, tension, which)[1] for which in (True, False))
-    K = tangent(robot, exact)
-    M = tangent(robot, (1.0 - system.blend) * exact + system.blend * semidefinite)
+    K = tangent(robot, robot.forces(step.state, tension, exact=True)[1])
+    M = tangent(robot, factorised)
     H, X = step.compliance.H[taut], h * h * step.compliance.X[taut]  # rows, and (K₊⁻¹ Hᵀ)ᵀ
     W = H @ X.T
     inverse = np.linalg.pinv(W, rcond=1e-10) if len(taut) > 0 else W
