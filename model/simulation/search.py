@@ -39,6 +39,8 @@ CLOSE = 0.8  # of the reach; a correction that takes more leaves nothing to the 
 GROWTH = 2.0  # of a step of the load, from one to the next
 NEAR = 2e-3  # of the body; shorter steps are linear, and extrapolated where they converge slowly
 DEPTH = 5  # steps that are extrapolated from
+PATIENCE = 16  # straight steps longer than the shortest, before they are searched along: every second one only
+# takes back what the one before has stretched
 
 
 class Turning(Protocol):
@@ -188,7 +190,8 @@ class EquilibriumSearch:
 
     def _shares(self, command: Command) -> StepShares:
         merit = Merit(self.robot, self._space, command, StaticPotential(self.robot), self._moved)
-        return StepShares(self.robot, merit, self._reach, self._near)
+        patience = PATIENCE if self._turning is None else 0
+        return StepShares(self.robot, merit, self._reach, self._near, patience)
 
 
 class GrowingLoad:
@@ -238,7 +241,9 @@ class GrowingLoad:
 class StepShares:
     """How far steps under one load go."""
 
-    def __init__(self, robot: Robot, merit: Merit, reach: float, near: float) -> None:
+    def __init__(
+        self, robot: Robot, merit: Merit, reach: float, near: float, patience: int
+    ) -> None:
         """Before the first step.
 
         Args:
@@ -246,9 +251,11 @@ class StepShares:
             merit: of the load.
             reach: of a step [m].
             near: steps shorter than this are linear [m].
+            patience: steps that may be longer than the shortest so far, before they are searched along.
         """
         self._robot, self._merit, self._reach, self._near = robot, merit, reach, near
         self._shortest, self._anderson = np.inf, Anderson(DEPTH)
+        self._patience, self._stalled = patience, 0
 
     def step(self, found: ForwardStep, length: float, grown: bool) -> Array:
         """The change of velocity (n,) to move by.
@@ -263,7 +270,8 @@ class StepShares:
         share = min(1.0, self._reach / max(length, 1e-300))
         if grown:
             return share * dv
-        shorter, self._shortest = length < self._shortest, min(length, self._shortest)
+        self._stalled = 0 if length < self._shortest else self._stalled + 1
+        self._shortest = min(length, self._shortest)
         pushing = bool((solved.lam[solved.step.n_a :] > 0.0).any())
         if length < self._near and (pushing or not solved.step.system.exact):
             move = self._anderson.next(h * dv)
@@ -271,7 +279,7 @@ class StepShares:
                 return move / h
             self._anderson.restart()  # extrapolated beyond where it is linear
             return dv
-        if shorter:
+        if self._stalled <= self._patience:
             return share * dv
         self._merit.observe(solved)
         return self._merit.share(solved, share) * dv
