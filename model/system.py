@@ -139,6 +139,8 @@ class System:
         residual: norm of the forces out of balance, without constraints [N].
         factorisation: factors of A.
         exact: whether A has the exact tangent, which is then positive definite.
+        tangent: in A of a quasi-static step, as the robot stores it; None where it is not kept.
+        static: whether inertia and damping are left out, so that the step leads towards an equilibrium.
     """
 
     h: float
@@ -147,6 +149,8 @@ class System:
     residual: float
     factorisation: Factorisation
     exact: bool = True
+    tangent: Array | None = None
+    static: bool = False
 
     def solve(self, B: Array) -> Array:
         """A⁻¹ B for B (n, m), best column-major: (n, m)."""
@@ -169,7 +173,7 @@ def make_system(
         pattern: sparsity of K.
         factorisation: overwritten with the factors of A.
         integration: scheme and damping.
-        K: (nnz,) tangent values; may be overwritten.
+        K: (nnz,) tangent values, kept where the step is quasi-static.
         mass: (n,) lumped mass [kg], or (nnz,) values of a mass matrix in the pattern.
         force: (n,) internal and external forces without constraints [N].
         v: (n,) velocity [m/s].
@@ -182,7 +186,8 @@ def make_system(
     if integration.static:
         factorisation.refactor(h * h * K)
         dv = factorisation.solve(h * force)
-        return System(h, np.zeros_like(v), dv, float(np.linalg.norm(force)), factorisation)
+        residual = float(np.linalg.norm(force))
+        return System(h, np.zeros_like(v), dv, residual, factorisation, tangent=K, static=True)
     a, b_K = integration.rayleigh_mass, integration.rayleigh_stiffness
     n = pattern.n
     A, Kv = _scaled_with_product(pattern.indptr, pattern.indices, K, h * b_K + h * h, v)

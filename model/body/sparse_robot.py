@@ -19,6 +19,14 @@ from tauten.model.robot import RobotNames, State
 from tauten.model.rows import ContactRows, PairSlots
 from tauten.model.system import Integration, Pattern, System, make_system
 
+BLENDS = (0.0, 1.0)  # shares of the semidefinite tangent that a step tries, besides the exact one
+STATIC_BLENDS = (
+    0.0,
+    1.0 / 64.0,
+    1.0 / 8.0,
+    1.0,
+)  # the same; the less of it, the faster steps converge
+
 
 @dataclass(frozen=True, slots=True)
 class SparseRobot(ABC):
@@ -142,18 +150,29 @@ class SparseRobot(ABC):
         """
         scheme = integration or self.integration
         remembered, viscous = (None, None) if scheme.static else self.viscosity_at(state, scheme.h)
-        for exact in (True, False):
-            force, K = self.forces(state, tension, exact)
-            if remembered is not None:
-                force += remembered
+        force, K = self.forces(state, tension, exact=True)
+        if remembered is not None:
+            force += remembered
+        semidefinite: Array | None = None
+        for blend in STATIC_BLENDS if scheme.static else BLENDS:
+            if blend > 0.0 and semidefinite is None:
+                semidefinite = self.forces(state, tension, exact=False)[1]
+            tangent = K if semidefinite is None else (1.0 - blend) * K + blend * semidefinite
             try:
                 system = make_system(
-                    self.pattern, self.factorisation, scheme, K, self.mass, force, state.v, viscous
+                    self.pattern,
+                    self.factorisation,
+                    scheme,
+                    tangent,
+                    self.mass,
+                    force,
+                    state.v,
+                    viscous,
                 )
-                return system if exact else dataclasses.replace(system, exact=False)
+                return dataclasses.replace(system, exact=blend == 0.0)
             except FactorisationError:
-                # the exact tangent may be indefinite (buckling, compression); the other one is not
-                if not exact:
+                # the exact tangent may be indefinite (buckling, compression); the semidefinite one is not
+                if blend == 1.0:
                     raise
         raise AssertionError("unreachable")
 

@@ -150,7 +150,7 @@ def converged_step(
             "attachments"
         )
     start, system = first_system(robot, state, forces.tension)
-    merit = Merit(robot, space, command, IncrementalPotential(robot, start))
+    merit = Merit(robot, space, command, IncrementalPotential(robot, start), robot.advance)
     contacts = space.k > 0 or enrichment.rounds > 0
     iterate, lam, taken, movement = state, forces, 0, np.inf
     last: ForwardStep | None = None

@@ -13,6 +13,7 @@ wherever the tangent is positive definite (Nocedal and Wright, Numerical Optimiz
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
 from typing import Protocol, runtime_checkable
@@ -25,9 +26,9 @@ from tauten.model.forward_step import ForwardStep
 from tauten.model.interface import Command
 from tauten.model.numerics import Array
 from tauten.model.robot import Robot, State
+from tauten.model.system import System
 
 WEIGHT = 2.0  # of a constraint's violation, relative to the largest force on it
-PATIENCE = 16  # default of `Search`
 HALVINGS = 6  # of a step at most
 LOBATTO = ((0.5, 4.0 / 6.0), (1.0, 1.0 / 6.0))  # Simpson's rule without its first point
 
@@ -129,7 +130,12 @@ class Merit:
     """The merit φ along the steps of one command; weights only grow, so that φ does not cycle."""
 
     def __init__(
-        self, robot: Robot, space: ContactSpace, command: Command, energy: EnergyAlongStep
+        self,
+        robot: Robot,
+        space: ContactSpace,
+        command: Command,
+        energy: EnergyAlongStep,
+        moved: Callable[[State, System, Array], State],
     ) -> None:
         """Start with no weights.
 
@@ -138,7 +144,9 @@ class Merit:
             space: basis of its contact forces.
             command: what is held.
             energy: what is minimised under the constraints.
+            moved: the state after a step of a system, a change of velocity (n,).
         """
+        self._moved = moved
         self._robot, self._space, self._command, self._energy = robot, space, command, energy
         self._weights = np.zeros(robot.n_a)
         self._modes = np.zeros(space.k)
@@ -169,7 +177,7 @@ class Merit:
         before = self._constraints(state)
         best, least = 0.0, np.inf
         for _ in range(HALVINGS + 1):
-            after = self._robot.advance(state, solved.step.system, share * solved.dv)
+            after = self._moved(state, solved.step.system, share * solved.dv)
             change = self._energy.change(solved, share, after) + self._constraints(after) - before
             if change < 0.0:
                 return share
@@ -204,40 +212,6 @@ class Merit:
             stiff &= ~soft
         short = np.where(law.bilateral, np.abs(short), np.maximum(short, 0.0))
         return value + float(self._weights[stiff] @ short[stiff])
-
-
-class Search:
-    """When steps towards an equilibrium are searched along, and with which merit."""
-
-    def __init__(
-        self, robot: Robot, space: ContactSpace, command: Command, patience: int = PATIENCE
-    ) -> None:
-        """Start without a search.
-
-        Args:
-            robot: that moves.
-            space: basis of its contact forces.
-            command: what is held.
-            patience: steps that may be longer than the shortest so far, before they are searched along.
-        """
-        self._patience = patience
-        self._merit = Merit(robot, space, command, StaticPotential(robot))
-        self._shortest, self._stalled = np.inf, 0
-
-    def share(self, solved: PredictedStep, movement: float, largest: float) -> float:
-        """The share of a step to take; where steps do not become shorter, one that decreases the merit.
-
-        Args:
-            solved: the step with its forces.
-            movement: largest displacement of a node in it [m].
-            largest: share that is allowed.
-        """
-        self._stalled = 0 if movement < self._shortest else self._stalled + 1
-        self._shortest = min(self._shortest, movement)
-        if self._stalled <= self._patience:
-            return largest
-        self._merit.observe(solved)
-        return self._merit.share(solved, largest)
 
 
 def make_report(

@@ -14,32 +14,20 @@ from tauten.model.contact_space import ContactSpace
 from tauten.model.enrichment import NO_ENRICHMENT, Enrichment, contact_model
 from tauten.model.forward_step import ForwardStep, forward_step
 from tauten.model.interface import Command
-from tauten.model.numerics import Anderson, Array, FactorisationError, solve_lcp
+from tauten.model.numerics import Array, solve_lcp
 from tauten.model.robot import Robot, State
 from tauten.model.simulation.converged_step import converged_step
-from tauten.model.simulation.equilibrium import (
-    PATIENCE,
-    Ending,
-    Report,
-    Search,
-    make_report,
-)
-from tauten.model.simulation.stability import way_on
-from tauten.model.system import Integration
+from tauten.model.simulation.equilibrium import Report, make_report
+from tauten.model.simulation.search import EquilibriumSearch
 
 LARGEST = 1e6  # m or N; no cable is pulled farther or harder
 LARGEST_EFFORT = 1e9  # N or Pa, of any other actuator
 SMOOTHING = (
     1e-6  # regularisation of smooth forces relative to the diagonal of W; larger is smoother
 )
-FIRST_LOAD_STEP, LEAST_LOAD_STEP = 0.25, 1.0 / 64.0  # shares of the way to the command
+LEAST_LOAD_STEP = 1.0 / 64.0  # share of the way to the command
 STATIC_TOLERANCE, STATIC_ITERATIONS = 1e-7, 200  # m; of a converged quasi-static step
 START_ITERATIONS = 60  # of each attempt to settle before the start
-LOAD_STEP_ITERATIONS = 30  # for a load step; a longer search does not pay
-FEW_ITERATIONS = 12  # after a load step with no more of them the next one is twice as long
-LOAD_STEP_PATIENCE = (
-    6  # see `PATIENCE`; a load step starts near its end, and full steps lead away from it
-)
 
 
 class Simulator:
@@ -68,7 +56,7 @@ class Simulator:
         self._space, default = contact_model(contact, robot.n_c, NO_ENRICHMENT)
         self._enrichment = enrichment or default
         self.robot = robot.fork()
-        self._static = replace(robot.integration, static=True)
+        self._search: EquilibriumSearch | None = None
         self._start = self.robot.rest(), no_forces(self.robot.n_a, self._space.k)
         self.reset()
 
@@ -104,7 +92,7 @@ class Simulator:
 
     def load(self, gravity: Array, effector_force: Array) -> None:
         """Change the loads: gravity (3,) [m/s²] and forces on the effectors (3 p,) [N]."""
-        self.robot = self.robot.loaded(gravity, effector_force)
+        self.robot, self._search = self.robot.loaded(gravity, effector_force), None
 
     @property
     def state(self) -> State:
@@ -174,7 +162,7 @@ class Simulator:
         """
         command = self._checked(pull, tension)
         if converged and self.robot.integration.static:
-            return self._attempt(command, STATIC_TOLERANCE, STATIC_ITERATIONS)
+            return self._attempt(command, command, STATIC_TOLERANCE, STATIC_ITERATIONS)
         if converged:
             return self._converged_step(command)
         result, movement = self._advance(command)
@@ -199,26 +187,26 @@ class Simulator:
     ) -> Report:
         """Move to equilibrium under given positions or efforts of the actuators, see `step`.
 
-        Newton steps of the quasi-static system, each at most a twentieth of the body long, near the end
-        accelerated by Anderson's method, because the tangent leaves out how contact normals turn. Where
-        steps do not become shorter, a line search on a merit function bounds them
-        (`tauten.model.simulation.equilibrium`).
+        Newton steps of the quasi-static system, while the load grows from that at the start to the
+        command as far as a step may reach (`tauten.model.simulation.search`). A state out of balance
+        descends on a merit function (`tauten.model.simulation.equilibrium`), to another branch of
+        equilibria where one ends, as a robot that snaps does.
 
         An equilibrium that is unstable (a column pushed straight beyond Euler's load) is left along the
         direction of its negative stiffness. Where no stable one is found, the report says BUCKLED.
 
-        Where that does not converge, the load moves from that at the start to the command in steps that
-        grow and shrink. Where even the shortest finds no equilibrium, the last attempt goes from the last one
-        found to the whole load, searched along from its first step. Where it fails too, the state is the
-        last equilibrium found, and the report says for which share of the way and why.
+        Where that does not converge, shares of the load are settled, each half as far beyond the last
+        equilibrium as the one that failed. Where even the shortest fails, the state is the last equilibrium
+        found, and the report says for which share of the way and why.
 
         Args:
             pull: (n_a,) positions, of cables pulled lengths [m, m³].
             tension: (n_a,) efforts, of cables tensions, not negative [N, Pa].
             tolerance: largest displacement of a node in the last step [m].
-            max_iterations: linearised steps at most, at least 1: of the first attempt, of all load steps and
-                of the attempt after them; then `converged` is False.
-            load_steps: without them there is one attempt, and its last finite state is kept.
+            max_iterations: linearised steps at most, at least 1: of the first search, and of all shorter
+                ones; then `converged` is False.
+            load_steps: without them the whole load acts at once, there is one search, and its last finite
+                state is kept.
 
         Raises:
             ValueError: as of `step`, or `max_iterations` below 1.
@@ -226,79 +214,57 @@ class Simulator:
         if max_iterations < 1:
             raise ValueError(f"max_iterations: found {max_iterations}, expected at least 1")
         command = self._checked(pull, tension)
+        if not load_steps:
+            return self._attempt(command, command, tolerance, max_iterations)
         before = self._state, self._forces
-        report = self._attempt(command, tolerance, max_iterations)
-        if report.converged or not load_steps:
+        start = command.between(self.pull, self._forces.tension, 0.0)
+        report = self._attempt(command, start, tolerance, max_iterations)
+        if report.converged:
             return report
         self._state, self._forces = before
-        return self._in_load_steps(command, tolerance, max_iterations, report)
+        return self._in_load_steps(command, start, tolerance, max_iterations, report)
 
     def _in_load_steps(
-        self, command: Command, tolerance: float, max_iterations: int, failed: Report
+        self,
+        command: Command,
+        start: Command,
+        tolerance: float,
+        max_iterations: int,
+        failed: Report,
     ) -> Report:
-        """Settle in load steps after a failed attempt; the state is the last equilibrium found.
-
-        A load step that takes many iterations is followed by one no longer. Where the shortest fails, the
-        branch ends: the last attempt descends along the merit at the whole load, as a robot that snaps does.
-        """
-        pull, tension = self.pull, self._forces.tension
-        share, step, taken, last = 0.0, FIRST_LOAD_STEP, 0, failed
-        most = min(LOAD_STEP_ITERATIONS, max_iterations)
+        """Settle shares of the load after a failed search; the state is the last equilibrium found."""
+        share, step, taken, last, now = 0.0, 0.5, 0, failed, start
         while share < 1.0 and step >= LEAST_LOAD_STEP and taken < max_iterations:
             following = min(share + step, 1.0)
             good = self._state, self._forces
-            load = command.between(pull, tension, following)
-            last = self._attempt(load, tolerance, most, LOAD_STEP_PATIENCE)
+            load = command.between(start.pull, start.tension, following)
+            last = self._attempt(load, now, tolerance, max_iterations - taken)
             taken += last.iterations
             if last.converged:
-                share = following
-                step *= 2.0 if last.iterations <= FEW_ITERATIONS else 1.0
+                share, now = following, load
             else:
                 self._state, self._forces = good
                 step *= 0.5
-        if share < 1.0:
-            good = self._state, self._forces
-            last = self._attempt(command, tolerance, max_iterations, 0)
-            taken += last.iterations
-            share = 1.0 if last.converged else share
-            if not last.converged:
-                self._state, self._forces = good
         return replace(last, iterations=failed.iterations + taken, share=share)
 
     def _attempt(
-        self, command: Command, tolerance: float, max_iterations: int, patience: int = PATIENCE
+        self, command: Command, start: Command, tolerance: float, max_iterations: int
     ) -> Report:
-        """Newton steps to one load; where they diverge, the last finite state is kept."""
-        near = 2e-3 * self.robot.size  # from here on the iteration is nearly linear
-        anderson, search = Anderson(depth=5), self._search(command, patience)
-        result, movement, taken, pushed = None, np.inf, 0, 0
-        ending = Ending.OUT_OF_ITERATIONS
-        while taken < max_iterations:
-            taken += 1
-            before = self._state, self._forces
-            try:
-                result, movement = self._advance(command, self._static, anderson, near, search)
-            except FactorisationError:
-                movement = np.nan
-            if result is None or not np.isfinite(movement) or not np.isfinite(self._state.q).all():
-                (self._state, self._forces), ending = before, Ending.NOT_FINITE
-                break
-            if movement < tolerance:
-                ending, push = way_on(self.robot, result, command.by_position, pushed)
-                if push is None:
-                    break
-                pushed, movement = pushed + 1, np.inf
-                self._state = self.robot.advance(self._state, result.prediction.step.system, push)
-                anderson, search = Anderson(depth=5), self._search(command, patience)
-        self._state = State(self._state.q, np.zeros_like(self._state.v))
-        if pushed > 0 and ending is not Ending.SETTLED:
-            ending = Ending.BUCKLED
-        if result is None:
-            return Report(False, taken, np.inf, np.inf, np.inf, 0, Ending.NOT_FINITE, 0.0)
-        return make_report(self.robot, self._state, result, taken, movement, ending)
+        """Search an equilibrium; where steps diverge, the last finite state is kept.
 
-    def _search(self, command: Command, patience: int) -> Search:
-        return Search(self.robot, self._space, command, patience)
+        Args:
+            command: the load there.
+            start: the load from which it grows.
+            tolerance: largest displacement of a node in the last step [m].
+            max_iterations: linearised steps at most.
+        """
+        if self._search is None:
+            self._search = EquilibriumSearch(self.robot, self._space, self._enrichment)
+        found = self._search.run(
+            self._state, self._forces, command, start, tolerance, max_iterations
+        )
+        self._state, self._forces = found.state, found.forces
+        return found.report
 
     def smooth_contact_forces(self) -> Array:
         """The equilibrium's contact forces of nearly least norm: (n_c,) [N].
@@ -307,10 +273,10 @@ class Simulator:
         smooth ones. The state does not change.
         """
         rows = self.robot.rows(self._state)
-        lam_c = np.zeros(self.robot.n_c)
+        lam_c, static = np.zeros(self.robot.n_c), replace(self.robot.integration, static=True)
         if len(rows.contacts) == 0:
             return lam_c
-        system = self.robot.linearise(self._state, self._forces.tension, self._static)
+        system = self.robot.linearise(self._state, self._forces.tension, static)
         H = np.vstack([rows.actuators.dense(), rows.contacts.rows.dense()])
         response = row_compliance(
             system, H, np.concatenate([rows.actuators.delta, rows.contacts.rows.delta])
@@ -321,32 +287,14 @@ class Simulator:
         lam_c[rows.contacts.slots] = solve_lcp(W, delta, rho=SMOOTHING).lam
         return lam_c
 
-    def _advance(
-        self,
-        command: Command,
-        integration: Integration | None = None,
-        anderson: Anderson | None = None,
-        near: float = 0.0,
-        search: Search | None = None,
-    ) -> tuple[ForwardStep, float]:
-        """One step, and the largest displacement of a node in it [m]."""
+    def _advance(self, command: Command) -> tuple[ForwardStep, float]:
+        """One time step, and the largest displacement of a node in it [m]."""
         contacts = self._space.k > 0 or self._enrichment.rounds > 0
-        step = condense_step(
-            self.robot, self._space, self._state, self._forces, contacts, False, integration
-        )
+        step = condense_step(self.robot, self._space, self._state, self._forces, contacts, False)
         result = forward_step(step, self._enrichment, self._forces, command)
         system, solved = step.system, result.prediction
-        movement, dv = self.robot.displacement(system.h * (system.v + solved.dv)), solved.dv
-        if anderson is not None and movement < near:
-            dv = anderson.next(system.h * dv) / system.h
-            if (
-                self.robot.displacement(system.h * dv) > near
-            ):  # extrapolated beyond where it is linear
-                dv = solved.dv
-                anderson.restart()
-        elif search is not None:
-            dv = dv * search.share(solved, movement, min(1.0, 0.05 * self.robot.size / movement))
-        self._state = self.robot.advance(self._state, system, dv)
+        movement = self.robot.displacement(system.h * (system.v + solved.dv))
+        self._state = self.robot.advance(self._state, system, solved.dv)
         self._forces = solved.step.split(solved.lam, self._space.k)
         return result, movement
 

@@ -6,8 +6,8 @@ nothing needs to be computed. Otherwise the smallest eigenvalue of
 
     Pᵀ K P x = κ K₊ x,   P = I − K₊⁻¹ Hᵀ (H K₊⁻¹ Hᵀ)⁻¹ H                               (S1)
 
-decides, by Lanczos iterations; K₊ is the positive semidefinite tangent, whose factors the last step left, so
-that eigenvalues are clustered at one and negative ones stand apart. How the normals of contacts turn is left
+decides, by Lanczos iterations; K₊ is the positive definite tangent whose factors the last step left, so that
+eigenvalues are clustered at one and negative ones stand apart. How the normals of contacts turn is left
 out of K, so that `way_on` does not judge robots whose contacts push.
 """
 
@@ -50,14 +50,16 @@ def unstable_direction(robot: Robot, solved: PredictedStep, held: Bools) -> Arra
         held: (n_a,) which positions of actuators are held; taut cables among them are constraints.
     """
     step = solved.step
-    if step.system.exact or robot.n < FEWEST:
+    factorised = step.system.tangent
+    if step.system.exact or factorised is None or robot.n < FEWEST:
         return None
     acting = solved.lam[step.n_e :] > 0.0
     acting[: step.n_a] = held & (acting[: step.n_a] | step.bilateral)
     taut = step.n_e + np.flatnonzero(acting)
     tension = solved.lam[step.n_e : step.n_e + step.n_a]
     h, system = step.system.h, step.system
-    K, M = (tangent(robot, robot.forces(step.state, tension, exact)[1]) for exact in (True, False))
+    K = tangent(robot, robot.forces(step.state, tension, exact=True)[1])
+    M = tangent(robot, factorised)
     H, X = step.compliance.H[taut], h * h * step.compliance.X[taut]  # rows, and (K₊⁻¹ Hᵀ)ᵀ
     W = H @ X.T
     inverse = np.linalg.pinv(W, rcond=1e-10) if len(taut) > 0 else W

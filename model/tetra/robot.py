@@ -18,6 +18,7 @@ from tauten.model.robot import RobotRows, State
 from tauten.model.rows import ContactRows
 from tauten.model.system import System
 from tauten.model.tetra.solid import Solid
+from tauten.model.tetra.turning import TurningSteps
 from tauten.model.tetra.viscoelastic import Viscoelasticity
 
 
@@ -185,6 +186,10 @@ class TetRobot(SteppedRobot):
     def contact_rows(self, x: Array) -> ContactRows:
         """Gaps and H_c of the candidates in range at node positions x (n_nodes, 3)."""
         return contact_rows(self.contacts.detect(x), self.pattern.dof, self.n, self.n_c)
+
+    def turning_steps(self) -> TurningSteps:
+        """What makes long steps towards equilibrium turn elements instead of stretching them."""
+        return TurningSteps(self.mesh, self.pattern.dof)
 
     def advance(self, state: State, system: System, dv: Array) -> State:
         """The state one step later: v + dv and q + h (v + dv), at standstill when quasi-static.

@@ -1,0 +1,286 @@
+"""The search for an equilibrium: linearised steps under a load that grows.
+
+Each step solves the quasi-static system, factorised once. The load moves from its start to the command
+as far as a step may be long, REACH of the body: forces under several loads are found with the same factors.
+Where the state is out of balance by more than that, the load waits, and a line search on a merit
+(`tauten.model.simulation.equilibrium`) bounds steps that do not become shorter. So the state follows a branch
+of equilibria without settling on it, and descends to another one where the branch ends.
+
+Steps of robots that can turn elements do so instead of stretching them (`Turnable`). Near the end, where the
+tangent is not exact or contacts push, whose normals turn, steps are extrapolated by Anderson's method.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+
+from tauten.model.condensed_step import CondensedStep, Forces, condense_step
+from tauten.model.contact_space import ContactSpace
+from tauten.model.enrichment import Enrichment
+from tauten.model.forward_step import ForwardStep, forward_step
+from tauten.model.interface import Command
+from tauten.model.numerics import Anderson, Array, FactorisationError
+from tauten.model.robot import Robot, State
+from tauten.model.simulation.equilibrium import (
+    Ending,
+    Merit,
+    Report,
+    StaticPotential,
+    make_report,
+)
+from tauten.model.simulation.stability import way_on
+from tauten.model.system import System
+
+REACH = 0.1  # of the body, a step at most
+CLOSE = 0.8  # of the reach; a correction that takes more leaves nothing to the load
+GROWTH = 2.0  # of a step of the load, from one to the next
+NEAR = 2e-3  # of the body; shorter steps are linear, and extrapolated where they converge slowly
+DEPTH = 5  # steps that are extrapolated from
+# Every second straight step only takes back what the one before has stretched: so many steps may be longer
+# than the shortest before they are searched along.
+PATIENCE = 16
+
+
+class Turning(Protocol):
+    """Replaces straight steps by such that turn elements."""
+
+    def turned(self, x: Array, u: Array) -> Array:
+        """The displacement (n,) instead of a straight one.
+
+        Args:
+            x: (n_nodes, 3) positions of all nodes before it [m].
+            u: (n,) straight displacement [m].
+        """
+
+
+@runtime_checkable
+class Turnable(Protocol):
+    """A robot whose long steps can turn its elements instead of stretching them."""
+
+    def nodes(self, state: State) -> Array:
+        """Positions of all nodes, fixed ones included: (n_nodes, 3) [m]."""
+
+    def turning_steps(self) -> Turning:
+        """What replaces straight steps; expensive."""
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """Where a search ended.
+
+    Attributes:
+        state: at standstill.
+        forces: constraint forces there.
+        report: how it went.
+    """
+
+    state: State
+    forces: Forces
+    report: Report
+
+
+class EquilibriumSearch:
+    """Searches equilibria of one robot."""
+
+    def __init__(self, robot: Robot, space: ContactSpace, enrichment: Enrichment) -> None:
+        """Prepare.
+
+        Args:
+            robot: its factorisation workspace is in use during a search.
+            space: basis of the contact forces.
+            enrichment: when unit columns join.
+        """
+        self.robot, self._space, self._enrichment = robot, space, enrichment
+        self._static = replace(robot.integration, static=True)
+        self._reach, self._near = REACH * robot.size, NEAR * robot.size
+        self._turning = robot.turning_steps() if isinstance(robot, Turnable) else None
+
+    def run(
+        self,
+        state: State,
+        forces: Forces,
+        command: Command,
+        start: Command,
+        tolerance: float,
+        max_iterations: int,
+    ) -> Found:
+        """Search from a state; where steps diverge, the last finite state is kept.
+
+        Args:
+            state: where the search starts.
+            forces: constraint forces there.
+            command: positions or efforts of the actuators at the end.
+            start: those from which the load grows; the command itself where it does not grow.
+            tolerance: largest displacement of a node in the last step [m].
+            max_iterations: linearised steps at most.
+        """
+        robot = self.robot
+        load, result, movement, taken, pushed = GrowingLoad(start, command), None, np.inf, 0, 0
+        shares, ending = self._shares(load.now), Ending.OUT_OF_ITERATIONS
+        while taken < max_iterations:
+            taken += 1
+            try:
+                step = self._condensed(state, forces)
+                found, grown = self._solved(step, forces, load)
+            except FactorisationError:
+                ending = Ending.NOT_FINITE
+                break
+            if grown:
+                shares = self._shares(load.now)
+            length = self._length(found)
+            dv = shares.step(found, length, grown) if np.isfinite(length) else found.prediction.dv
+            after = self._moved(state, step.system, dv)
+            if not np.isfinite(length) or not np.isfinite(after.q).all():
+                ending = Ending.NOT_FINITE
+                break
+            state, result, movement = after, found, length
+            forces = found.prediction.step.split(found.prediction.lam, self._space.k)
+            if load.complete and movement < tolerance:
+                ending, push = way_on(robot, result, command.by_position, pushed)
+                if push is None:
+                    break
+                pushed, movement = pushed + 1, np.inf
+                state = self._moved(state, step.system, push)
+                shares = self._shares(load.now)
+        state = State(state.q, np.zeros_like(state.v))
+        if pushed > 0 and ending is not Ending.SETTLED:
+            ending = Ending.BUCKLED
+        if result is None:
+            nothing = Report(False, taken, np.inf, np.inf, np.inf, 0, Ending.NOT_FINITE, 0.0)
+            return Found(state, forces, nothing)
+        return Found(state, forces, make_report(robot, state, result, taken, movement, ending))
+
+    def _condensed(self, state: State, forces: Forces) -> CondensedStep:
+        contacts = self._space.k > 0 or self._enrichment.rounds > 0
+        return condense_step(self.robot, self._space, state, forces, contacts, False, self._static)
+
+    def _solved(
+        self, step: CondensedStep, forces: Forces, load: GrowingLoad
+    ) -> tuple[ForwardStep, bool]:
+        """A step under the largest load within reach, and whether the load has grown; it is moved there."""
+
+        def under(share: float, step: CondensedStep) -> tuple[ForwardStep, float]:
+            found = forward_step(step, self._enrichment, forces, load.at(share))
+            return found, self._length(found)
+
+        top = load.next
+        found, length = under(top, step)
+        if top == load.share or length <= self._reach:
+            return found, load.grow(top)
+        kept, least = under(load.share, found.prediction.step)
+        if not least < CLOSE * self._reach:
+            return kept, False
+        share = load.share + (top - load.share) * (self._reach - least) / (length - least)
+        found, _ = under(share, kept.prediction.step)
+        return found, load.grow(share)
+
+    def _length(self, found: ForwardStep) -> float:
+        """Largest displacement of a node in a step [m]."""
+        solved = found.prediction
+        return self.robot.displacement(solved.step.system.h * solved.dv)
+
+    def _moved(self, state: State, system: System, dv: Array) -> State:
+        """The state after a step that turns elements where it is long."""
+        if self._turning is not None and self.robot.displacement(system.h * dv) > self._near:
+            assert isinstance(self.robot, Turnable)
+            dv = self._turning.turned(self.robot.nodes(state), system.h * dv) / system.h
+        return self.robot.advance(state, system, dv)
+
+    def _shares(self, command: Command) -> StepShares:
+        merit = Merit(self.robot, self._space, command, StaticPotential(self.robot), self._moved)
+        patience = PATIENCE if self._turning is None else 0
+        return StepShares(self.robot, merit, self._reach, self._near, patience)
+
+
+class GrowingLoad:
+    """The load on its way from that at the start to the command.
+
+    Attributes:
+        share: of the way.
+    """
+
+    def __init__(self, start: Command, command: Command) -> None:
+        """At the start.
+
+        Args:
+            start: the load there.
+            command: the load at the end.
+        """
+        self._start, self._command = start, command
+        self.share, self._step = 0.0, 1.0
+
+    @property
+    def complete(self) -> bool:
+        """Whether it has come to the command."""
+        return self.share >= 1.0
+
+    @property
+    def next(self) -> float:
+        """The share to try next."""
+        return min(1.0, self.share + self._step)
+
+    @property
+    def now(self) -> Command:
+        """The load at its share."""
+        return self.at(self.share)
+
+    def at(self, share: float) -> Command:
+        """The load at a share of the way."""
+        return self._command.between(self._start.pull, self._start.tension, share)
+
+    def grow(self, share: float) -> bool:
+        """Move to a share; returns whether that is another one."""
+        grown = share > self.share
+        if grown:
+            self._step, self.share = GROWTH * (share - self.share), share
+        return grown
+
+
+class StepShares:
+    """How far steps under one load go."""
+
+    def __init__(
+        self, robot: Robot, merit: Merit, reach: float, near: float, patience: int
+    ) -> None:
+        """Before the first step.
+
+        Args:
+            robot: that moves.
+            merit: of the load.
+            reach: of a step [m].
+            near: steps shorter than this are linear [m].
+            patience: steps that may be longer than the shortest so far, before they are searched along.
+        """
+        self._robot, self._merit, self._reach, self._near = robot, merit, reach, near
+        self._shortest, self._anderson = np.inf, Anderson(DEPTH)
+        self._patience, self._stalled = patience, 0
+
+    def step(self, found: ForwardStep, length: float, grown: bool) -> Array:
+        """The change of velocity (n,) to move by.
+
+        Args:
+            found: the step.
+            length: largest displacement of a node in it [m].
+            grown: whether the load grew in it, so that its length does not tell whether it converges.
+        """
+        solved = found.prediction
+        h, dv = solved.step.system.h, solved.dv
+        share = min(1.0, self._reach / max(length, 1e-300))
+        if grown:
+            return share * dv
+        self._stalled = 0 if length < self._shortest else self._stalled + 1
+        self._shortest = min(length, self._shortest)
+        pushing = bool((solved.lam[solved.step.n_a :] > 0.0).any())
+        if length < self._near and (pushing or not solved.step.system.exact):
+            move = self._anderson.next(h * dv)
+            if self._robot.displacement(move) <= self._near:
+                return move / h
+            self._anderson.restart()  # extrapolated beyond where it is linear
+            return dv
+        if self._stalled <= self._patience:
+            return share * dv
+        self._merit.observe(solved)
+        return self._merit.share(solved, share) * dv
