@@ -39,8 +39,8 @@ CLOSE = 0.8  # of the reach; a correction that takes more leaves nothing to the 
 GROWTH = 2.0  # of a step of the load, from one to the next
 NEAR = 2e-3  # of the body; shorter steps are linear, and extrapolated where they converge slowly
 DEPTH = 5  # steps that are extrapolated from
-# Every second straight step only takes back what the one before has stretched: so many steps may be longer than
-# the shortest before they are searched along.
+# Every second straight step only takes back what the one before has stretched: so many steps may be longer
+# than the shortest before they are searched along.
 PATIENCE = 16
 
 
