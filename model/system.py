@@ -140,6 +140,7 @@ class System:
         factorisation: factors of A.
         exact: whether A has the exact tangent, which is then positive definite.
         tangent: in A of a quasi-static step, as the robot stores it; None where it is not kept.
+        static: whether inertia and damping are left out, so that the step leads towards an equilibrium.
     """
 
     h: float
@@ -149,6 +150,7 @@ class System:
     factorisation: Factorisation
     exact: bool = True
     tangent: Array | None = None
+    static: bool = False
 
     def solve(self, B: Array) -> Array:
         """A⁻¹ B for B (n, m), best column-major: (n, m)."""
@@ -185,7 +187,7 @@ def make_system(
         factorisation.refactor(h * h * K)
         dv = factorisation.solve(h * force)
         residual = float(np.linalg.norm(force))
-        return System(h, np.zeros_like(v), dv, residual, factorisation, tangent=K)
+        return System(h, np.zeros_like(v), dv, residual, factorisation, tangent=K, static=True)
     a, b_K = integration.rayleigh_mass, integration.rayleigh_stiffness
     n = pattern.n
     A, Kv = _scaled_with_product(pattern.indptr, pattern.indices, K, h * b_K + h * h, v)

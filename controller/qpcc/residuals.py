@@ -86,9 +86,8 @@ def pair_values(problem: Scaled, z: Array, values: Array, sizes: Array) -> tuple
     n_a = len(problem.lb)
     k = len(z) - n_a
     beta, w = np.zeros(k), np.zeros(k)
-    M = problem.R[k : 2 * k]  # once, because taking it from the tuple costs more than a weight
     for i in range(k):
-        weight = pair_weight(M, i)
+        weight = pair_weight(problem, i)
         size = max(sizes[k + i], abs(weight * z[n_a + i]))
         if size > 0.0:
             beta[i] = weight * z[n_a + i] / size
@@ -97,12 +96,13 @@ def pair_values(problem: Scaled, z: Array, values: Array, sizes: Array) -> tuple
 
 
 @kernel
-def pair_weight(M: Array, i: int) -> float:
-    """How far a unit of β_i moves w_i, to compare the two; M (k, n) has the rows of w."""
-    k, n = M.shape
-    weight = float(abs(M[i, n - k + i]))
+def pair_weight(problem: Scaled, i: int) -> float:
+    """How far a unit of β_i moves w_i, to compare the two."""
+    n_a = len(problem.lb)
+    k = len(problem.c) - n_a
+    weight = float(abs(problem.R[k + i, n_a + i]))
     if weight == 0.0:
-        weight = largest_magnitude(M[i])
+        weight = largest_magnitude(problem.R[k + i])
     return weight
 
 
@@ -230,13 +230,13 @@ def residuals(problem: Scaled, z: Array, alpha: Array, dual: Array) -> Residuals
         value += 0.5 * z[j] * (total[j] + problem.c[j])
         magnitude += abs(z[j]) * (0.5 * abs(total[j] - problem.c[j]) + abs(problem.c[j]))
     add_multipliers(problem, alpha, dual, total)
-    stationarity, gain, M = 0.0, np.zeros(k), problem.R[k : 2 * k]
+    stationarity, gain = 0.0, np.zeros(k)
     for j in range(len(z)):
         if total[j] != 0.0:
             stationarity = max(stationarity, abs(total[j]) / terms[j])
         i = j - n_a
         if i >= 0 and both[i]:
-            release = max(dual[i], dual[k + i] * pair_weight(M, i), 0.0)
+            release = max(dual[i], dual[k + i] * pair_weight(problem, i), 0.0)
             gain[i] = release / terms[j] if release > 0.0 else 0.0
     if not magnitude < np.inf:  # max() above passes over a NaN, this does not
         primal = np.inf

@@ -11,29 +11,48 @@ from tauten.model.beams.elements import (
     turn_functions,
 )
 from tauten.model.beams.gaps import gap_arrays
+from tauten.model.beams.helix import (
+    along_helix,
+    chord_change,
+    first_derivatives,
+    helix_functions,
+    second_derivatives,
+)
+from tauten.model.beams.motion import follow, unit_vector
 from tauten.model.beams.profile import Profile, bar, natural_stiffness, section, tube
 from tauten.model.beams.robot import BeamRobot
 from tauten.model.beams.surfaces import BeamSurfaces, build_beam_surfaces, outline
+from tauten.model.beams.tree import BeamLoopError, BeamTree, make_tree
 
 __all__ = [
     "BeamArrays",
     "BeamBody",
     "BeamError",
+    "BeamLoopError",
     "BeamRobot",
     "BeamSurfaces",
+    "BeamTree",
     "Profile",
+    "along_helix",
     "assemble_beams",
     "bar",
     "build_beam_surfaces",
+    "chord_change",
     "element",
+    "first_derivatives",
+    "follow",
     "gap_arrays",
+    "helix_functions",
     "make_body",
+    "make_tree",
     "natural_stiffness",
     "outline",
+    "second_derivatives",
     "section",
     "stretch_change",
     "stretch_functions",
     "stretched",
     "tube",
     "turn_functions",
+    "unit_vector",
 ]

@@ -9,14 +9,16 @@ import numpy as np
 import scipy.sparse as sp
 
 from tauten.model.actuators import BeamActuators
+from tauten.model.beams.arcs import forces_at_end, moved_along_arcs, step_along_arcs
 from tauten.model.beams.body import BeamBody
 from tauten.model.beams.elements import assemble_beams
 from tauten.model.beams.gaps import gap_arrays
 from tauten.model.beams.surfaces import BeamSurfaces
+from tauten.model.beams.tree import BeamTree
 from tauten.model.body import SteppedRobot
 from tauten.model.effectors import BeamEffectors
 from tauten.model.numerics import Array, Ints, rotations_between, turned
-from tauten.model.robot import RobotRows, State
+from tauten.model.robot import RobotRows, State, StepStart
 from tauten.model.rows import ContactRows, Rows
 from tauten.model.system import System
 
@@ -32,6 +34,7 @@ class BeamRobot(SteppedRobot):
 
     Attributes, beside those of every sparse robot:
         body: the beams at rest.
+        tree: the elements outwards from the fixed nodes, along which nodes move; None: they form loops.
         beam_slot: places of the elements in the pattern.
         effector_force: (3 p,) outer forces on the effectors [N].
         surfaces: for contact and for drawing.
@@ -40,6 +43,7 @@ class BeamRobot(SteppedRobot):
     actuator_set: BeamActuators
     effectors: BeamEffectors
     body: BeamBody
+    tree: BeamTree | None
     beam_slot: tuple[Ints, Ints]
     effector_force: Array
     surfaces: BeamSurfaces
@@ -173,29 +177,53 @@ class BeamRobot(SteppedRobot):
 
         Rotations of up to π in a step.
         """
+        if self.tree is not None:
+            step = step_along_arcs(*self.pose(start), *self.pose(end), self.tree.beams)
+            along: Array = step[self.dof >= 0].ravel() / self.h
+            return along
         first, last = start.q.reshape(-1, 7), end.q.reshape(-1, 7)
         turns = rotations_between(first[:, 3:].copy(), last[:, 3:].copy())
         v: Array = np.hstack([last[:, :3] - first[:, :3], turns]).ravel() / self.h
         return v
 
-    def momentum_force(self, start: State, v: Array) -> Array:
-        """Derivative of ½ (v − v₀)ᵀ M (v − v₀) by the end of a step: (n,) [N, N m].
-
-        Where the end is turned further by a small δ, the rotation θ of the step grows by L⁻¹(θ) δ, with the
-        left Jacobian L of the exponential map, so that moments are multiplied by L⁻ᵀ.
+    def damping_at_end(self, start: StepStart, K: Array) -> Array:
+        """Second derivative (nnz,) of ½ vᵀ C v by v h at the end of a step; it turns with the beams.
 
         Args:
-            start: of the step, with v₀.
-            v: (n,) velocity of the step [m/s, rad/s].
+            start: of the step, with C.
+            K: (nnz,) tangent at the end.
         """
-        force = (self.mass * (v - start.v) / self.h).reshape(-1, 6)
-        theta, moment = self.h * v.reshape(-1, 6)[:, 3:], force[:, 3:]
+        if self.tree is None:
+            return start.damping
+        damping: Array = self.integration.rayleigh_stiffness * K
+        damping[self.pattern.diagonal] += self.integration.rayleigh_mass * self.mass
+        return damping
+
+    def at_end(self, start: State, end: State, force: Array) -> Array:
+        """Forces (n,) at the end of a step that do the work of given ones at its start [N, N m].
+
+        Where the end of a straight step is turned further by a small δ, the rotation θ of the step grows by
+        L⁻¹(θ) δ, with the left Jacobian L of the exponential map, so that moments are multiplied by L⁻ᵀ.
+
+        Args:
+            start: of the step.
+            end: of the step.
+            force: (n,) forces and moments that do work on displacements and turns v h [N, N m].
+        """
+        if self.tree is not None:
+            load = np.zeros((self.n_nodes, 6))
+            load[self.dof >= 0] = force.reshape(-1, 6)
+            beams = self.tree.beams
+            at = forces_at_end(*self.pose(start), *self.pose(end), load, beams)
+            return at[self.dof >= 0].ravel()
+        found = force.reshape(-1, 6).copy()
+        theta, moment = self.h * self.velocity(start, end).reshape(-1, 6)[:, 3:], found[:, 3:]
         half = 0.5 * np.linalg.norm(theta, axis=1, keepdims=True)
         safe = np.maximum(half, 1e-4)
         factor = (1.0 - safe / np.tan(safe)) / (4.0 * safe * safe)  # 1/12 at zero
         across = np.cross(theta, moment)
-        force[:, 3:] = moment + 0.5 * across + factor * np.cross(theta, across)
-        return force.ravel()
+        found[:, 3:] = moment + 0.5 * across + factor * np.cross(theta, across)
+        return found.ravel()
 
     def rows(self, state: State, contacts: bool = True) -> RobotRows:
         """Rows of effectors, actuators and, with `contacts`, contacts at this state."""
@@ -217,13 +245,25 @@ class BeamRobot(SteppedRobot):
     def advance(self, state: State, system: System, dv: Array) -> State:
         """The state one step later: v + dv, nodes moved and turned by h (v + dv).
 
+        Nodes of a tree move along arcs (`tauten.model.beams.arcs`). They move along straight lines where
+        beams form loops, and in steps towards an equilibrium: along arcs, these do not always become short
+        where contacts push.
+
+        Velocities are not turned with the nodes: inertia continues them along straight lines, and the forces
+        of the next step curve the path.
+
         Args:
             state: before the step.
             system: of the step.
             dv: (n,) change of the velocity [m/s, rad/s].
         """
         v = system.v + dv
-        step = (system.h * v).reshape(-1, 6)
-        q = state.q.reshape(-1, 7)
-        moved = np.hstack([q[:, :3] + step[:, :3], turned(q[:, 3:].copy(), step[:, 3:].copy())])
-        return State(moved.ravel(), v)
+        step, q = (system.h * v).reshape(-1, 6), state.q.reshape(-1, 7)
+        if self.tree is None or system.static:
+            turned_by = turned(q[:, 3:].copy(), step[:, 3:].copy())
+            return State(np.hstack([q[:, :3] + step[:, :3], turned_by]).ravel(), v)
+        free, every = self.dof >= 0, np.zeros((self.n_nodes, 6))
+        every[free] = step
+        x, Q = self.pose(state)
+        end, turns = moved_along_arcs(x, Q, every, self.tree.beams)
+        return State(np.hstack([end[free], turns[free]]).ravel(), v)

@@ -26,15 +26,24 @@ class SteppedRobot(SparseRobot):
     def velocity(self, start: State, end: State) -> Array:
         """The velocity (n,) that moves one state to another within a step [m/s], [rad/s]."""
 
-    def momentum_force(self, start: State, v: Array) -> Array:
-        """Derivative of ½ (v − v₀)ᵀ M (v − v₀) by the end of a step: (n,) [N].
+    def at_end(self, start: State, end: State, force: Array) -> Array:
+        """Forces (n,) at the end of a step that do the work of given ones at its start [N].
 
         Args:
-            start: of the step, with v₀.
-            v: (n,) velocity of the step [m/s].
+            start: of the step.
+            end: of the step.
+            force: (n,) forces that do work on displacements v h [N].
         """
-        force: Array = self.mass * (v - start.v) / self.h
         return force
+
+    def damping_at_end(self, start: StepStart, K: Array) -> Array:
+        """Second derivative (nnz,) of ½ vᵀ C v by v h at the end of a step, where it may be approximated.
+
+        Args:
+            start: of the step, with C.
+            K: (nnz,) tangent at the end.
+        """
+        return start.damping
 
     @abstractmethod
     def potential(self, state: State) -> float:
@@ -95,7 +104,9 @@ class SteppedRobot(SparseRobot):
             FactorisationError: A is not positive definite.
         """
         v = self.velocity(start.state, state)
-        inertia = self.momentum_force(start.state, v) + self.viscous_force(start, v) - start.force
+        accelerated = self.mass * (v - start.state.v) / self.h
+        resisting = accelerated + self.viscous_force(start, v) - start.force
+        inertia = self.at_end(start.state, state, resisting)
         for exact in (True, False):
             force, K = self.forces(state, tension, exact)
             try:
@@ -104,7 +115,7 @@ class SteppedRobot(SparseRobot):
                     self.factorisation,
                     self.h,
                     K,
-                    start.damping,
+                    self.damping_at_end(start, K),
                     self.mass,
                     force - inertia,
                 )

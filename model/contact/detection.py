@@ -246,13 +246,11 @@ def detect_all(
         reach: alarm distance [m].
     """
     count = nodes.shape[0]
-    points = np.empty((3, count))
+    points = np.zeros((3, count))
     for s in range(count):
-        a, b, c = nodes[s, 0], nodes[s, 1], nodes[s, 2]
-        for i in range(3):
-            points[i, s] = (
-                weights[s, 0] * x[a, i] + weights[s, 1] * x[b, i] + weights[s, 2] * x[c, i]
-            )
+        for j in range(3):
+            for i in range(3):
+                points[i, s] += weights[s, j] * x[nodes[s, j], i]
     found, pairs = no_closest_points(count), np.empty(count, np.int64)
     for k in range(blocks.shape[0]):
         begin, end, pair = blocks[k]

@@ -16,11 +16,14 @@ from tauten.model.actuators import BeamActuators, coupling_of
 from tauten.model.beams import (
     BeamBody,
     BeamError,
+    BeamLoopError,
     BeamRobot,
     BeamSurfaces,
+    BeamTree,
     Profile,
     build_beam_surfaces,
     make_body,
+    make_tree,
 )
 from tauten.model.body import Material
 from tauten.model.contact import ContactPair, ContactSet
@@ -101,6 +104,7 @@ def build_beam_robot(config: BeamConfig, structure: Structure, source: str) -> B
         body=body,
         integration=integration_of(config),
         pattern=pattern,
+        tree=tree_of(body, fixed),
         beam_slot=pattern.blocks(groups(body.ends)),
         mass=np.repeat(np.stack([body.mass, body.inertia], axis=1)[free].ravel(), 3),
         effector_force=np.zeros(3 * len(config.effectors)),
@@ -114,6 +118,14 @@ def build_beam_robot(config: BeamConfig, structure: Structure, source: str) -> B
         contacts=contacts,
         factorisation=make_factorisation(pattern.indptr, pattern.indices, scheme.factorisation),
     )
+
+
+def tree_of(body: BeamBody, fixed: Bools) -> BeamTree | None:
+    """The tree of the beams; None: they form loops."""
+    try:
+        return make_tree(body, fixed)
+    except BeamLoopError:
+        return None
 
 
 def groups(ends: Ints) -> Ints:

@@ -47,14 +47,7 @@ def solve_in_place(L: Array, b: Array) -> None:
 
 @kernel
 def solve_rows(L: Array, rows: Array) -> Array:
-    """Rows (m, r) of the solutions to rows of right-hand sides (m, r).
-
-    Several rows are multiplied with L⁻¹, because substitution has short loops that depend on each other.
-    """
-    if rows.shape[0] > FEW:
-        inverse = inverse_factor(L)
-        product: Array = np.dot(np.dot(rows, inverse.T), inverse)
-        return product
+    """Rows (m, r) of the solutions to rows of right-hand sides (m, r), by substitution."""
     X = rows.copy()
     for i in range(X.shape[0]):
         solve_in_place(L, X[i])
@@ -62,8 +55,11 @@ def solve_rows(L: Array, rows: Array) -> Array:
 
 
 @kernel
-def inverse_factor(L: Array) -> Array:
-    """L⁻¹ (r, r) of a lower factor."""
+def solve_many_rows(L: Array, rows: Array) -> Array:
+    """`solve_rows` by products with L⁻¹, because the short loops of substitution depend on each other.
+
+    Not for matrices that are nearly singular.
+    """
     inverse = np.zeros_like(L)
     for i in range(L.shape[0]):
         scale = 1.0 / L[i, i]
@@ -72,7 +68,8 @@ def inverse_factor(L: Array) -> Array:
             factor = scale * L[i, k]
             for j in range(k + 1):
                 inverse[i, j] -= factor * inverse[k, j]
-    return inverse
+    X: Array = np.dot(np.dot(rows, inverse.T), inverse)
+    return X
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -97,4 +94,5 @@ class DenseFactors:
             x = B.copy()
             solve_in_place(self.L, x)
             return x
-        return solve_rows(self.L, np.ascontiguousarray(B.T)).T
+        solve = solve_many_rows if B.shape[1] > FEW else solve_rows
+        return solve(self.L, np.ascontiguousarray(B.T)).T

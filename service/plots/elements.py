@@ -7,6 +7,7 @@ from pathlib import Path
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.ticker import LogLocator, NullFormatter
 
 from tauten.service.bench.elements import ElementBench, ElementCase
 from tauten.service.plots.mesh_error import COLOURS, EXACT, QUANTITIES
@@ -68,6 +69,10 @@ def draw_errors(axes: Axes, result: ElementBench, name: str, scale: float, timed
                     ms=4, lw=1.2,
                 )  # fmt: skip
     axes.set(xscale="log", yscale="log")
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axis.set_major_formatter("{x:g}")
+        axis.set_minor_formatter(NullFormatter())
     axes.grid(visible=True, which="both", alpha=0.3)
 
 

@@ -76,7 +76,7 @@ def test_momentum_of_rotating_nodes_is_the_derivative_of_their_kinetic_energy() 
 
     end = moved(start, robot.h * v)
     np.testing.assert_allclose(robot.velocity(start, end), v, rtol=1e-9, atol=1e-9)
-    force = robot.momentum_force(start, v)
+    force = robot.at_end(start, end, robot.mass * (v - v0) / robot.h)
     for _ in range(5):
         d = generator.standard_normal(robot.n)
         ends = [robot.velocity(start, moved(end, sign * 1e-5 * d)) for sign in (1.0, -1.0)]

@@ -2,6 +2,5 @@
 
 from tauten.reduction.state.beams.reduction import ReducibleBeamRobot
 from tauten.reduction.state.beams.robot import ReducedBeamRobot
-from tauten.reduction.state.beams.tree import BeamTree, make_tree
 
-__all__ = ["BeamTree", "ReducedBeamRobot", "ReducibleBeamRobot", "make_tree"]
+__all__ = ["ReducedBeamRobot", "ReducibleBeamRobot"]

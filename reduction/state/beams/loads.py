@@ -1,7 +1,7 @@
 """How the turning of a tree of beams changes the power of loads: second derivatives of loaded points.
 
 Loads are forces on points that move with the nodes. The points beyond an element have, in the frame of its
-first end, the positions y = r + ρ with the chord r = T(φ) e of `tauten.reduction.state.beams.helix` and ρ
+first end, the positions y = r + ρ with the chord r = T(φ) e of `tauten.model.beams.helix` and ρ
 turned by exp(φ). Strain rates dε, dφ move them by V + Ω x ρ, and
 
     V = T dε + dT e,   Ω = T dφ                 dT and d²T: first and second change of T with dφ
@@ -17,7 +17,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from tauten.model.beams import BeamArrays
+from tauten.model.beams import (
+    BeamArrays,
+    along_helix,
+    chord_change,
+    first_derivatives,
+    helix_functions,
+    second_derivatives,
+    unit_vector,
+)
 from tauten.model.numerics import (
     Array,
     Ints,
@@ -34,14 +42,6 @@ from tauten.model.numerics import (
     scale,
     subtract,
 )
-from tauten.reduction.state.beams.helix import (
-    along_helix,
-    chord_change,
-    first_derivatives,
-    helix_functions,
-    second_derivatives,
-)
-from tauten.reduction.state.beams.motion import unit_vector
 
 
 @kernel

@@ -6,11 +6,10 @@ import numpy as np
 from scipy.optimize import nnls
 
 from tauten.model import State
-from tauten.model.beams import BeamRobot
+from tauten.model.beams import BeamLoopError, BeamRobot, make_tree
 from tauten.model.numerics import Array, Ints
-from tauten.reduction.reduced_robot import ElementSample
+from tauten.reduction.reduced_robot import ElementSample, StateBasisError
 from tauten.reduction.state.beams.robot import ReducedBeamRobot, make_reduced
-from tauten.reduction.state.beams.tree import make_tree
 
 STATES = 40  # training states taken of a campaign
 DIRECTIONS = 3  # random directions at each
@@ -26,9 +25,15 @@ class ReducibleBeamRobot:
         """Order the beams of a robot.
 
         Raises:
-            StateBasisError: they form closed loops.
+            StateBasisError: they form closed loops, or none of the nodes is fixed.
         """
-        self.robot, self.tree = robot, make_tree(robot)
+        try:
+            self.robot, self.tree = robot, make_tree(robot.body, robot.dof < 0)
+        except BeamLoopError as error:
+            raise StateBasisError(
+                f"robot {robot.name}: {error}; state bases need beams that branch from fixed nodes without "
+                "loops, use the full model"
+            ) from error
 
     @property
     def own_coordinates(self) -> int:
@@ -57,12 +62,16 @@ class ReducibleBeamRobot:
 
     def deviations(self, q: Array) -> Array:
         """Natural strains (6 e, s) of configurations (n_q, s)."""
-        columns = [self.tree.strains(self.robot, np.ascontiguousarray(column)) for column in q.T]
+        poses = [self.robot.pose(State(column, column)) for column in q.T]
+        columns = [self.tree.strains(*pose) for pose in poses]
         return np.stack(columns, axis=1)
 
     def rates(self, q: Array, motion: Array) -> Array:
         """Rates of the strains (6 e, k) of velocities (n, k) at a configuration (n_q,)."""
-        return self.tree.rates(self.robot, q, motion)
+        robot, k = self.robot, motion.shape[1]
+        every = np.zeros((2 * robot.n_nodes, 3, k))
+        every[robot.pattern.dof >= 0] = motion.reshape(-1, 3, k)
+        return self.tree.rates(*robot.pose(State(q, q)), every.reshape(-1, 6, k))
 
     def sample(self, Phi: Array, alphas: Array, tolerance: float, seed: int) -> ElementSample:
         """The elements that carry loads: those at which the change of J is evaluated for the tangent.

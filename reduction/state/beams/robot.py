@@ -3,7 +3,7 @@
 The strain energy is quadratic in the natural strains, so with modes that are orthonormal in their
 stiffnesses, Φᵀ D Φ = I, it is ½ |α|² and the elastic force is −α, without a sum over elements. Modes of
 positions would stretch the beams where they bend; these modes do not. Large rotations are in the motion
-(`tauten.reduction.state.beams.motion`): gravity, cables, contacts, effectors and the mass are those of the
+(`tauten.model.beams.motion`): gravity, cables, contacts, effectors and the mass are those of the
 full robot, multiplied by its J.
 
 The tangent is Φᵀ D Φ, the curvature of taut cables, and the change of J under gravity, cables and outer
@@ -28,7 +28,7 @@ from tauten.model import (
     State,
     System,
 )
-from tauten.model.beams import BeamRobot, gap_arrays
+from tauten.model.beams import BeamRobot, BeamTree, follow, gap_arrays
 from tauten.model.numerics import Array, Ints
 from tauten.model.points import AttachedPoints, Entries
 from tauten.reduction.dense_step import implicit_system, scheme_of
@@ -39,8 +39,7 @@ from tauten.reduction.state.beams.loads import (
     loads_beyond,
     tension_rows,
 )
-from tauten.reduction.state.beams.motion import follow, point_motion, point_rows
-from tauten.reduction.state.beams.tree import BeamTree
+from tauten.reduction.state.beams.motion import point_motion, point_rows
 
 
 @dataclass(slots=True, eq=False)
@@ -123,7 +122,7 @@ class ReducedBeamRobot(ReducedRobot):
 
     def projected(self, state: State) -> State:
         """The nearest state to one of the full robot: strains in their energy, velocities in the mass."""
-        alpha = self.Phi.T @ (self.tree.D * self.tree.strains(self.full, state.q))
+        alpha = self.Phi.T @ (self.tree.D * self.tree.strains(*self.full.pose(state)))
         J, v = self.moved(alpha).J, np.zeros((self.full.n_nodes, 6))
         v[self.full.dof >= 0] = state.v.reshape(-1, 6)
         weighted = self.mass[:, None] * J

@@ -13,10 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tauten.model import State
-from tauten.model.beams import (
+from tauten.model.beams.body import BeamBody, BeamError
+from tauten.model.beams.elements import (
     BeamArrays,
-    BeamRobot,
     stretch_change,
     stretch_functions,
     stretched,
@@ -24,6 +23,7 @@ from tauten.model.beams import (
 )
 from tauten.model.numerics import (
     Array,
+    Bools,
     add,
     conjugate,
     cross,
@@ -37,7 +37,6 @@ from tauten.model.numerics import (
     row,
     subtract,
 )
-from tauten.reduction.reduced_robot import StateBasisError
 
 BACKWARDS = (
     0.0,
@@ -62,40 +61,45 @@ class BeamTree:
     def __len__(self) -> int:
         return len(self.beams.length)
 
-    def strains(self, robot: BeamRobot, q: Array) -> Array:
-        """Natural strains (6 e,) [m], [rad] at a configuration (n_q,)."""
-        return natural_strains(*robot.pose(State(q, q)), self.beams)
+    def strains(self, x: Array, Q: Array) -> Array:
+        """Natural strains (6 e,) [m], [rad] of nodes at x (n_nodes, 3) [m], turned by Q (n_nodes, 4)."""
+        return natural_strains(x, Q, self.beams)
 
-    def rates(self, robot: BeamRobot, q: Array, motion: Array) -> Array:
+    def rates(self, x: Array, Q: Array, motion: Array) -> Array:
         """Rates of the natural strains: (6 e, k).
 
         Args:
-            robot: whose beams these are.
-            q: (n_q,) configuration.
-            motion: (n, k) velocities of the free degrees of freedom.
+            x: (n_nodes, 3) positions [m].
+            Q: (n_nodes, 4) rotations, unit quaternions.
+            motion: (n_nodes, 6, k) velocities and angular velocities of the nodes.
         """
-        every = np.zeros((2 * robot.n_nodes, 3, motion.shape[1]))
-        every[robot.pattern.dof >= 0] = motion.reshape(-1, 3, motion.shape[1])
-        x, Q = robot.pose(State(q, q))
-        rates = np.empty((len(self) * 6, motion.shape[1]))
-        for j in range(motion.shape[1]):
-            part = np.ascontiguousarray(every[:, :, j]).reshape(-1, 6)  # (n_nodes, 6)
-            rates[:, j] = strain_rates(x, Q, part, self.beams)
+        rates = np.empty((len(self) * 6, motion.shape[2]))
+        for j in range(motion.shape[2]):
+            rates[:, j] = strain_rates(x, Q, np.ascontiguousarray(motion[:, :, j]), self.beams)
         return rates
 
 
-def make_tree(robot: BeamRobot) -> BeamTree:
-    """The tree of a robot's beams.
+class BeamLoopError(BeamError):
+    """Beams that do not branch from the fixed nodes."""
+
+
+def make_tree(body: BeamBody, fixed: Bools) -> BeamTree:
+    """The tree of a body's beams.
+
+    Args:
+        body: the beams.
+        fixed: (n_nodes,) which nodes do not move.
 
     Raises:
-        StateBasisError: the beams form closed loops, or none of the nodes is fixed.
+        BeamLoopError: the beams form closed loops, fixed nodes included, or none of the nodes is fixed.
     """
-    body = robot.body
-    touching: list[list[int]] = [[] for _ in range(robot.n_nodes)]
+    if not fixed.any():
+        raise BeamLoopError("no node is fixed")
+    touching: list[list[int]] = [[] for _ in body.nodes]
     for k, both in enumerate(body.ends):
         for end in both:
             touching[end].append(k)
-    roots = np.flatnonzero(robot.dof < 0)
+    roots = np.flatnonzero(fixed)
     reached, order, ends = set(roots.tolist()), [], []
     waiting, used = deque(roots.tolist()), np.zeros(len(body.ends), dtype=bool)
     while waiting:
@@ -107,10 +111,7 @@ def make_tree(robot: BeamRobot) -> BeamTree:
             a, b = (int(end) for end in body.ends[k])
             other = b if node == a else a
             if other in reached:
-                raise StateBasisError(
-                    f"robot {robot.name}: beams.{k} from node {a} to node {b} closes a loop; state bases "
-                    "need beams that branch from fixed nodes without loops, use the full model"
-                )
+                raise BeamLoopError(f"beams.{k} from node {a} to node {b} closes a loop")
             reached.add(other)
             waiting.append(other)
             order.append(k)
