@@ -13,7 +13,7 @@ from tauten.model.points.cable import SHORTEST
 from tauten.service.bench.physics import TRUNK_CABLES, diamond, trunk
 
 HANGING = (0.0, -9.81, 0.0)
-FEW_DOZEN = 120  # linearised steps from rest to the end of the range, at most
+FEW_DOZEN = 80  # linearised steps from rest to the end of the range, at most
 
 
 @pytest.fixture(scope="module")

@@ -52,7 +52,7 @@ class EquilibriumGroup:
         name: what is settled.
         searches: how many.
         converged: how many found an equilibrium.
-        median: linearised steps, each with one factorisation.
+        median: linearised steps, each solved with one factorisation.
         most: of the longest search.
         endings: of the others, with their number.
     """
