@@ -68,15 +68,25 @@ def energy_tables(result: EnergyBench) -> tuple[Numbers, ...]:
 
 
 def equilibria_tables(result: EquilibriaBench) -> tuple[Numbers, ...]:
-    """Searches, how many converged, and the factorisations they took."""
+    """Searches, how many converged, and the linearised steps and factorisations they took."""
     rows = [
         (
             item.name, str(item.searches), str(item.converged), f"{item.median:g}", str(item.most),
+            f"{item.median_factorisations:g}", str(item.most_factorisations),
             ", ".join(f"{count}: {text}" for text, count in item.endings.items()) or "-",
         )
         for item in result.groups
     ]  # fmt: skip
-    columns = ("robot and load", "searches", "found", "factorisations", "most", "others")
+    columns = (
+        "robot and load",
+        "searches",
+        "found",
+        "steps",
+        "most",
+        "factorisations",
+        "most",
+        "others",
+    )
     return (Numbers("", columns, tuple(rows)),)
 
 
@@ -88,5 +98,8 @@ def write_energy_tables(result: EnergyBench, path: Path) -> None:
 
 def write_equilibria_tables(result: EquilibriaBench, path: Path) -> None:
     """Put the table into a page, see `put_tables`."""
-    about = "Median and largest number of linearised steps, each with one factorisation."
+    about = (
+        "Median and largest number of linearised steps and of factorisations, those that failed "
+        "because a tangent was not definite included."
+    )
     put_tables(path, EQUILIBRIA_BEGIN, PHYSICS_END, about, equilibria_tables(result))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 from pathlib import Path
 from typing import TypeAlias
@@ -12,6 +12,8 @@ from typing import TypeAlias
 import numpy as np
 
 from tauten.model import Integration, Robot, Simulator, State, load_robot
+from tauten.model.body import SparseRobot
+from tauten.model.numerics import Array, Factorisation
 from tauten.service.bench.physics.loads import CableLoad
 from tauten.service.bench.physics.sofa_robots import TRUNK_CABLES, diamond, trunk
 from tauten.service.process import HostInfo, host_info, one_blas_thread
@@ -62,7 +64,32 @@ class EquilibriumGroup:
     converged: int
     median: float
     most: int
+    median_factorisations: float
+    most_factorisations: int
     endings: dict[str, int]
+
+
+class CountedFactorisation:
+    """A workspace of the linear solver that counts the matrices it is given.
+
+    Attributes:
+        name: of the solver.
+        count: matrices so far, those that were not definite included.
+    """
+
+    def __init__(self, workspace: Factorisation) -> None:
+        """Count those of this workspace."""
+        self._workspace = workspace
+        self.name, self.count = workspace.name, 0
+
+    def refactor(self, values: Array) -> None:
+        """See `Factorisation`."""
+        self.count += 1
+        self._workspace.refactor(values)
+
+    def solve(self, B: Array) -> Array:
+        """See `Factorisation`."""
+        return self._workspace.solve(B)
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,12 +179,17 @@ def settled(
         contact: whether it touches itself.
     """
     simulator = Simulator(robot, contact="full" if contact else "none")
-    reports = []
+    reports, factorised = [], []
+    assert isinstance(simulator.robot, SparseRobot)
+    counter = CountedFactorisation(simulator.robot.factorisation)
+    simulator.robot = replace(simulator.robot, factorisation=counter)
     for state, load in searches:
         simulator.reset()
+        counter.count = 0
         if state is not None:
             simulator.start_from(state)
         reports.append(load.settle(simulator))
+        factorised.append(counter.count)
     taken = [report.iterations for report in reports]
     failed = [report.ending for report in reports if not report.converged]
     return EquilibriumGroup(
@@ -166,5 +198,7 @@ def settled(
         converged=len(reports) - len(failed),
         median=float(np.median(taken)),
         most=max(taken),
+        median_factorisations=float(np.median(factorised)),
+        most_factorisations=max(factorised),
         endings={ending.value: count for ending, count in Counter(failed).items()},
     )

@@ -85,3 +85,4 @@ def test_every_random_start_settles(beam_file: Path) -> None:
     (group,) = result.groups
     assert (group.searches, group.converged, group.endings) == (10, 10, {})
     assert 1 <= group.median <= group.most
+    assert group.median <= group.median_factorisations <= group.most_factorisations
