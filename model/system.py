@@ -18,6 +18,10 @@ import scipy.sparse as sp
 from tauten.model.numerics import Array, Bools, Factorisation, Ints, kernel
 from tauten.model.schema import RobotSettings
 
+# Shares of the semidefinite tangent that a step tries. The smaller it is, the faster steps converge.
+SHARES = (0.0, 1.0)
+STATIC_SHARES = (0.0, 1.0 / 64.0, 1.0 / 8.0, 1.0)
+
 
 @dataclass(frozen=True, slots=True)
 class Integration:
@@ -28,12 +32,14 @@ class Integration:
         static: whether inertia and damping are left out (quasi-static).
         rayleigh_mass: a in C = a M + b_K K [1/s].
         rayleigh_stiffness: b_K [s].
+        semidefinite: share of the positive semidefinite tangent that a quasi-static step tries first.
     """
 
     rate: float
     static: bool
     rayleigh_mass: float = 0.0
     rayleigh_stiffness: float = 0.0
+    semidefinite: float = 0.0
 
     @property
     def h(self) -> float:
@@ -50,6 +56,18 @@ def integration_of(config: RobotSettings) -> Integration:
         rayleigh_mass=scheme.rayleigh_mass,
         rayleigh_stiffness=scheme.rayleigh_stiffness,
     )
+
+
+def semidefinite_shares(integration: Integration) -> tuple[float, ...]:
+    """Shares of the semidefinite tangent that a step tries, ascending."""
+    if not integration.static:
+        return SHARES
+    return tuple(share for share in STATIC_SHARES if share >= integration.semidefinite)
+
+
+def smaller_share(share: float) -> float:
+    """The share of the semidefinite tangent below one of a quasi-static step."""
+    return max((other for other in STATIC_SHARES if other < share), default=0.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,6 +159,7 @@ class System:
         exact: whether A has the exact tangent, which is then positive definite.
         tangent: in A of a quasi-static step, as the robot stores it; None where it is not kept.
         static: whether inertia and damping are left out, so that the step leads towards an equilibrium.
+        semidefinite: share of the positive semidefinite tangent in A, where it is known.
     """
 
     h: float
@@ -151,6 +170,7 @@ class System:
     exact: bool = True
     tangent: Array | None = None
     static: bool = False
+    semidefinite: float = 0.0
 
     def solve(self, B: Array) -> Array:
         """A⁻¹ B for B (n, m), best column-major: (n, m)."""

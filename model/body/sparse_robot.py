@@ -17,15 +17,7 @@ from tauten.model.interface import Actuators, EffectorLayout, Limits
 from tauten.model.numerics import Array, Factorisation, FactorisationError, Ints, make_factorisation
 from tauten.model.robot import RobotNames, State
 from tauten.model.rows import ContactRows, PairSlots
-from tauten.model.system import Integration, Pattern, System, make_system
-
-BLENDS = (0.0, 1.0)  # shares of the semidefinite tangent that a step tries, besides the exact one
-STATIC_BLENDS = (
-    0.0,
-    1.0 / 64.0,
-    1.0 / 8.0,
-    1.0,
-)  # the same; the less of it, the faster steps converge
+from tauten.model.system import Integration, Pattern, System, make_system, semidefinite_shares
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,10 +146,10 @@ class SparseRobot(ABC):
         if remembered is not None:
             force += remembered
         semidefinite: Array | None = None
-        for blend in STATIC_BLENDS if scheme.static else BLENDS:
-            if blend > 0.0 and semidefinite is None:
+        for share in semidefinite_shares(scheme):
+            if share > 0.0 and semidefinite is None:
                 semidefinite = self.forces(state, tension, exact=False)[1]
-            tangent = K if semidefinite is None else (1.0 - blend) * K + blend * semidefinite
+            tangent = K if semidefinite is None else (1.0 - share) * K + share * semidefinite
             try:
                 system = make_system(
                     self.pattern,
@@ -169,10 +161,10 @@ class SparseRobot(ABC):
                     state.v,
                     viscous,
                 )
-                return dataclasses.replace(system, exact=blend == 0.0)
+                return dataclasses.replace(system, exact=share == 0.0, semidefinite=share)
             except FactorisationError:
                 # the exact tangent may be indefinite (buckling, compression); the semidefinite one is not
-                if blend == 1.0:
+                if share == 1.0:
                     raise
         raise AssertionError("unreachable")
 

@@ -32,7 +32,7 @@ from tauten.model.simulation.equilibrium import (
     make_report,
 )
 from tauten.model.simulation.stability import way_on
-from tauten.model.system import System
+from tauten.model.system import System, smaller_share
 
 REACH = 0.1  # of the body, a step at most
 CLOSE = 0.8  # of the reach; a correction that takes more leaves nothing to the load
@@ -94,7 +94,6 @@ class EquilibriumSearch:
             enrichment: when unit columns join.
         """
         self.robot, self._space, self._enrichment = robot, space, enrichment
-        self._static = replace(robot.integration, static=True)
         self._reach, self._near = REACH * robot.size, NEAR * robot.size
         self._turning = robot.turning_steps() if isinstance(robot, Turnable) else None
 
@@ -120,10 +119,11 @@ class EquilibriumSearch:
         robot = self.robot
         load, result, movement, taken, pushed = GrowingLoad(start, command), None, np.inf, 0, 0
         shares, ending = self._shares(load.now), Ending.OUT_OF_ITERATIONS
+        semidefinite = 0.0  # share in the tangent that is tried first
         while taken < max_iterations:
             taken += 1
             try:
-                step = self._condensed(state, forces)
+                step = self._condensed(state, forces, semidefinite)
                 found, grown = self._solved(step, forces, load)
             except FactorisationError:
                 ending = Ending.NOT_FINITE
@@ -137,6 +137,8 @@ class EquilibriumSearch:
                 ending = Ending.NOT_FINITE
                 break
             state, result, movement = after, found, length
+            used = step.system.semidefinite
+            semidefinite = smaller_share(used) if used == semidefinite else used
             forces = found.prediction.step.split(found.prediction.lam, self._space.k)
             if load.complete and movement < tolerance:
                 ending, push = way_on(robot, result, command.by_position, pushed)
@@ -153,9 +155,10 @@ class EquilibriumSearch:
             return Found(state, forces, nothing)
         return Found(state, forces, make_report(robot, state, result, taken, movement, ending))
 
-    def _condensed(self, state: State, forces: Forces) -> CondensedStep:
+    def _condensed(self, state: State, forces: Forces, semidefinite: float) -> CondensedStep:
         contacts = self._space.k > 0 or self._enrichment.rounds > 0
-        return condense_step(self.robot, self._space, state, forces, contacts, False, self._static)
+        static = replace(self.robot.integration, static=True, semidefinite=semidefinite)
+        return condense_step(self.robot, self._space, state, forces, contacts, False, static)
 
     def _solved(
         self, step: CondensedStep, forces: Forces, load: GrowingLoad

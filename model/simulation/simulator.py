@@ -26,6 +26,7 @@ SMOOTHING = (
     1e-6  # regularisation of smooth forces relative to the diagonal of W; larger is smoother
 )
 LEAST_LOAD_STEP = 1.0 / 64.0  # share of the way to the command
+LOAD_STEP_ITERATIONS = 60  # of the search for a share of the load, so that smaller ones are tried
 STATIC_TOLERANCE, STATIC_ITERATIONS = 1e-7, 200  # m; of a converged quasi-static step
 START_ITERATIONS = 60  # of each attempt to settle before the start
 
@@ -238,7 +239,8 @@ class Simulator:
             following = min(share + step, 1.0)
             good = self._state, self._forces
             load = command.between(start.pull, start.tension, following)
-            last = self._attempt(load, now, tolerance, max_iterations - taken)
+            most = min(LOAD_STEP_ITERATIONS, max_iterations - taken)
+            last = self._attempt(load, now, tolerance, most)
             taken += last.iterations
             if last.converged:
                 share, now = following, load
