@@ -158,7 +158,7 @@ class System:
         factorisation: factors of A.
         exact: whether A has the exact tangent, which is then positive definite.
         tangent: in A of a quasi-static step, as the robot stores it; None where it is not kept.
-        static: whether inertia and damping are left out, so that the step leads towards an equilibrium.
+        straight: whether nodes of beams move along straight lines where they could move along arcs.
         semidefinite: share of the positive semidefinite tangent in A, where it is known.
     """
 
@@ -169,7 +169,7 @@ class System:
     factorisation: Factorisation
     exact: bool = True
     tangent: Array | None = None
-    static: bool = False
+    straight: bool = False
     semidefinite: float = 0.0
 
     def solve(self, B: Array) -> Array:
@@ -207,7 +207,7 @@ def make_system(
         factorisation.refactor(h * h * K)
         dv = factorisation.solve(h * force)
         residual = float(np.linalg.norm(force))
-        return System(h, np.zeros_like(v), dv, residual, factorisation, tangent=K, static=True)
+        return System(h, np.zeros_like(v), dv, residual, factorisation, tangent=K)
     a, b_K = integration.rayleigh_mass, integration.rayleigh_stiffness
     n = pattern.n
     A, Kv = _scaled_with_product(pattern.indptr, pattern.indices, K, h * b_K + h * h, v)

@@ -246,8 +246,7 @@ class BeamRobot(SteppedRobot):
         """The state one step later: v + dv, nodes moved and turned by h (v + dv).
 
         Nodes of a tree move along arcs (`tauten.model.beams.arcs`). They move along straight lines where
-        beams form loops, and in steps towards an equilibrium: along arcs, these do not always become short
-        where contacts push.
+        beams form loops, and in steps of a straight system.
 
         Velocities are not turned with the nodes: inertia continues them along straight lines, and the forces
         of the next step curve the path.
@@ -259,7 +258,7 @@ class BeamRobot(SteppedRobot):
         """
         v = system.v + dv
         step, q = (system.h * v).reshape(-1, 6), state.q.reshape(-1, 7)
-        if self.tree is None or system.static:
+        if self.tree is None or system.straight:
             turned_by = turned(q[:, 3:].copy(), step[:, 3:].copy())
             return State(np.hstack([q[:, :3] + step[:, :3], turned_by]).ravel(), v)
         free, every = self.dof >= 0, np.zeros((self.n_nodes, 6))

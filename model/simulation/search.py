@@ -6,8 +6,10 @@ Where the state is out of balance by more than that, the load waits, and a line 
 (`tauten.model.simulation.equilibrium`) bounds steps that do not become shorter. So the state follows a branch
 of equilibria without settling on it, and descends to another one where the branch ends.
 
-Steps of robots that can turn elements do so instead of stretching them (`Turnable`). Near the end, where the
-tangent is not exact or contacts push, whose normals turn, steps are extrapolated by Anderson's method.
+Steps of robots that can turn elements do so instead of stretching them (`Turnable`). Nodes of beams move
+along arcs, but along straight lines where contacts push: steps along arcs do not always become short there.
+Near the end, where the tangent is not exact or contacts push, whose normals turn, steps are extrapolated by
+Anderson's method.
 """
 
 from __future__ import annotations
@@ -158,7 +160,9 @@ class EquilibriumSearch:
     def _condensed(self, state: State, forces: Forces, semidefinite: float) -> CondensedStep:
         contacts = self._space.k > 0 or self._enrichment.rounds > 0
         static = replace(self.robot.integration, static=True, semidefinite=semidefinite)
-        return condense_step(self.robot, self._space, state, forces, contacts, False, static)
+        step = condense_step(self.robot, self._space, state, forces, contacts, False, static)
+        pushing = bool((forces.beta > 0.0).any()) or len(forces.pushing) > 0
+        return replace(step, system=replace(step.system, straight=pushing))
 
     def _solved(
         self, step: CondensedStep, forces: Forces, load: GrowingLoad
