@@ -97,6 +97,11 @@ class PredictedStep:
         values: Array = self.step.compliance.delta_free + self.step.compliance.W @ self.lam
         return values
 
+    @property
+    def contacts_push(self) -> bool:
+        """Whether any contact has a force."""
+        return bool((self.lam[self.step.n_e + self.step.n_a :] > 0.0).any())
+
 
 class EnrichmentLoop:
     """The loop of solving and adding columns; the caller solves.

@@ -104,6 +104,6 @@ def implicit_system(
         moving = force if inertia is None else force - inertia
         if implicit_step(scheme, mass, K, moving, v, L, v_free):
             residual = float(np.linalg.norm(force))
-            tangent = K.copy() if scheme.static else None
+            tangent = K if scheme.static else None
             return System(scheme.h, v, v_free, residual, DenseFactors(L), exact, tangent)
     raise FactorisationError("the reduced model's matrix is not positive definite")

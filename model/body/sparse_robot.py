@@ -149,7 +149,11 @@ class SparseRobot(ABC):
         for share in semidefinite_shares(scheme):
             if share > 0.0 and semidefinite is None:
                 semidefinite = self.forces(state, tension, exact=False)[1]
-            tangent = K if semidefinite is None else (1.0 - share) * K + share * semidefinite
+            tangent = K
+            if semidefinite is not None and share < 1.0:
+                tangent = (1.0 - share) * K + share * semidefinite
+            elif semidefinite is not None:
+                tangent = semidefinite
             try:
                 system = make_system(
                     self.pattern,

@@ -280,8 +280,7 @@ class StepShares:
             return share * dv
         self._stalled = 0 if length < self._shortest else self._stalled + 1
         self._shortest = min(length, self._shortest)
-        pushing = bool((solved.lam[solved.step.n_a :] > 0.0).any())
-        if length < self._near and (pushing or not solved.step.system.exact):
+        if length < self._near and (solved.contacts_push or not solved.step.system.exact):
             move = self._anderson.next(h * dv)
             if self._robot.displacement(move) <= self._near:
                 return move / h

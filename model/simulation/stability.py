@@ -106,7 +106,7 @@ def way_on(
         held: (n_a,) which positions of actuators are held.
         pushed: how often it was pushed away before.
     """
-    if (result.prediction.lam[robot.n_a :] > 0.0).any():
+    if result.prediction.contacts_push:
         return Ending.SETTLED, None
     direction = unstable_direction(robot, result.prediction, held)
     if direction is None:
