@@ -112,7 +112,8 @@ class Pattern:
         columns = np.tile(dof, (1, s)).ravel()
         free = (rows >= 0) & (columns >= 0)
         slot = np.full(g * s * s, -1, dtype=np.int64)
-        slot[free] = np.asarray(lookup[rows[free], columns[free]]).ravel() - 1
+        if free.any():  # SciPy returns a sparse array where it looks up nothing
+            slot[free] = np.asarray(lookup[rows[free], columns[free]]).ravel() - 1
         length = np.diff(self.indptr)[np.maximum(dof, 0)]
         return slot.reshape(g, s, s), np.ascontiguousarray(length, dtype=np.int64)
 

@@ -93,10 +93,15 @@ class MeshErrorEstimate:
     advice: str
 
     @property
-    def finding(self) -> Finding:
-        """The verdict as a line among others."""
+    def findings(self) -> tuple[Finding, ...]:
+        """The verdict as a line among others, and a line for each mesh that could not be compared."""
         level = self.variants[0].level if self.variants else "doubtful"
-        return Finding("error of the mesh", level, self.verdict, self.advice)
+        failed = [
+            Finding("meshes to compare with", "doubtful", f"{item.variant.phrase}: {item.failure}")
+            for item in self.states
+            if item.failure
+        ]
+        return (Finding("error of the mesh", level, self.verdict, self.advice), *failed)
 
 
 def estimate_error(

@@ -107,12 +107,14 @@ class VariantStates:
     Attributes:
         variant: the mesh.
         nodes: its nodes.
-        states: one a load; fewer where the work was stopped.
+        states: one a load; fewer where the work was stopped or failed.
+        failure: the error that ended it; "" where there was none.
     """
 
     variant: Variant
     nodes: int
     states: tuple[LoadedState, ...]
+    failure: str = ""
 
 
 def make_loads(robot: AnyRobot, shares: tuple[float, ...]) -> tuple[Load, ...]:

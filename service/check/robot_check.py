@@ -118,7 +118,7 @@ def check_robot(settings: CheckSettings, stop: StopFlag, progress: Progress) -> 
         estimate = compare_meshes(settings, robot, variants, make, stop, progress)
     return RobotCheck(
         config.name,
-        (*findings, estimate.finding),
+        (*findings, *estimate.findings),
         estimate,
         complete=estimate.complete,
         digest=robot.digest,
@@ -180,7 +180,7 @@ def check_beams(
     estimate = compare_meshes(settings, robot, variants, refined, stop, progress)
     return RobotCheck(
         robot.name,
-        (*findings, estimate.finding),
+        (*findings, *estimate.findings),
         estimate,
         complete=estimate.complete,
         digest=robot.digest,
@@ -211,12 +211,18 @@ def compare_meshes(
     for variant in variants:
         if stop.requested:
             break
-        made = robot if variant == variants[0] else make(variant)
         states: list[LoadedState] = []
-        with suppress(Interrupted), stop.interruptible():
-            for state in equilibria(made, loads):
-                states.append(state)
-                progress(0.9 * variant.relative_cost / total, variant.name)
-        found.append(VariantStates(variant, made.n_nodes, tuple(states)))
-    complete = len(found) == len(variants) and len(found[-1].states) == len(loads)
+        nodes, failure = 0, ""
+        try:
+            made = robot if variant == variants[0] else make(variant)
+            nodes = made.n_nodes
+            with suppress(Interrupted), stop.interruptible():
+                for state in equilibria(made, loads):
+                    states.append(state)
+                    progress(0.9 * variant.relative_cost / total, variant.name)
+        except Exception as error:  # whatever it is, the equilibria of the other meshes are kept
+            failure = f"{type(error).__name__}: {error}"
+        found.append(VariantStates(variant, nodes, tuple(states), failure))
+    last = found[-1] if len(found) == len(variants) else None
+    complete = last is not None and (len(last.states) == len(loads) or bool(last.failure))
     return estimate_error(loads, tuple(found), robot.size, complete)

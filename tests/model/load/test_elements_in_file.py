@@ -269,3 +269,22 @@ def test_quadratic_file_for_linear_elements(tmp_path: Path) -> None:
     )
     assert load_robot(path).n_elements == len(MESH.tets)
     assert load_robot(path, refinements=1).n_elements == 8 * len(MESH.tets)
+
+
+def test_smoothed_elements_where_every_domain_of_a_size_is_held() -> None:
+    """A held block of 27 cells has nodes inside, around which domains are larger than any of the beam's."""
+    settings = settings_of("smoothed")
+    beam_mesh = {"name": "beam", "mesh": settings.pop("mesh"), "fixed": settings.pop("fixed")}
+    block = {
+        "name": "block", "mesh": {"file": "block.vtu", "element": "smoothed"},
+        "fixed": [{"kind": "all"}], "position": [0.2, 0.0, 0.0],
+    }  # fmt: skip
+    config = RobotConfig.model_validate({**settings, "bodies": [beam_mesh, block]})
+    meshes = [box_mesh(SIZE, (4, 1, 1)), box_mesh((0.02, 0.02, 0.02), (3, 3, 3))]
+    alone = settings_of("smoothed")
+    robot = build_robot(config, meshes, "beam.toml")
+    beside = build_robot(RobotConfig.model_validate(alone), meshes[0], "beam.toml")
+    assert max(slot.shape[1] for slot in robot.elements.slots) > max(
+        slot.shape[1] for slot in beside.elements.slots
+    )
+    assert bending_tension(robot) == pytest.approx(bending_tension(beside), rel=1e-9)

@@ -18,6 +18,7 @@ from tauten.model.load import robot_path
 from tauten.model.mesh import TetMesh
 from tauten.model.robots.arm import ArmShape, make_structure
 from tauten.model.robots.make_manipulator import make_file
+from tauten.model.schema import RobotConfig
 from tauten.service.check import (
     CheckSettings,
     Finding,
@@ -26,8 +27,10 @@ from tauten.service.check import (
     certificate_file,
     check_robot,
     mesh_error_text,
+    robot_check,
 )
 from tauten.service.process import StopFlag
+from tauten.service.tables import check_tables
 
 SIZE = (0.2, 0.02, 0.02)
 CELLS = (10, 1, 1)
@@ -352,3 +355,28 @@ def test_an_equilibrium_that_is_not_found_is_said(tmp_path: Path) -> None:
     assert own.unsettled == 1
     assert own.level == "wrong"
     assert "1 of 2 equilibria not found" in result.estimate.verdict
+
+
+def test_a_mesh_that_fails_does_not_cost_the_others(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What was compared before and after it is reported, and the failure is a line among others."""
+    made = robot_check.variant_robot
+
+    def failing(config: RobotConfig, path: Path, variant: Variant) -> object:
+        if variant.element == "smoothed":
+            raise NotImplementedError("no smoothed elements today")
+        return made(config, path, variant)
+
+    monkeypatch.setattr(robot_check, "variant_robot", failing)
+    result = checked(write(tmp_path), shares=(0.04,))
+    assert result.complete
+    assert result.estimate is not None
+    tensions = {item.variant.name: item.tension for item in result.estimate.variants}
+    assert tensions.pop("smoothed") is None
+    assert len(tensions) == 3
+    assert None not in tensions.values()
+    failed = about(result, "meshes to compare with")
+    assert failed.level == "doubtful"
+    assert failed.found == "smoothed elements: NotImplementedError: no smoothed elements today"
+    assert "no smoothed elements today" in check_tables(result)[0].markdown()
