@@ -17,6 +17,8 @@ from tauten.model import Report, Robot
 from tauten.model.load import make_robot, robot_path
 from tauten.model.schema import Changes, read_toml, validated
 from tauten.reduction import ContactBasis
+from tauten.reduction.contact import SUFFIX as BASIS
+from tauten.reduction.state import SUFFIX as STATES
 from tauten.reduction.state import StateBasis, reduced_robot
 from tauten.service.check import mesh_error_text
 from tauten.service.process import versions
@@ -145,7 +147,7 @@ def load_contact(robot: Robot, path: Path, name: str) -> Literal["none", "full"]
     Args:
         robot: the robot.
         path: its file.
-        name: of the basis, or of its file beside the robot file.
+        name: of the basis, or of its file beside the robot file, with or without ".basis".
 
     Raises:
         BasisError: there is no such basis, or it was made for another robot.
@@ -154,7 +156,7 @@ def load_contact(robot: Robot, path: Path, name: str) -> Literal["none", "full"]
         return "none"
     if name == "full":
         return "full"
-    found = ContactBasis.load(beside(path, name))
+    found = ContactBasis.load(beside(path, name, BASIS))
     found.check_robot(robot)
     return found
 
@@ -162,7 +164,7 @@ def load_contact(robot: Robot, path: Path, name: str) -> Literal["none", "full"]
 def load_states(
     robot: Robot, path: Path, settings: ModelSettings, accept_error: bool
 ) -> StateBasis:
-    """The state basis that the robot file at `path` names, or the shipped one of the robot's name.
+    """The state basis that the robot file at `path` names, or that of the robot's name beside it or shipped.
 
     Args:
         robot: the robot.
@@ -173,17 +175,25 @@ def load_states(
     Raises:
         StateBasisError: there is none, it was made for another robot, or its error is larger than allowed.
     """
-    states = StateBasis.load(beside(path, settings.states or robot.name))
+    states = StateBasis.load(beside(path, settings.states or robot.name, STATES))
     states.check_robot(robot)
     if not accept_error:
         states.check_tip(settings.max_tip_error)
     return states
 
 
-def beside(path: Path, name: str) -> Path | str:
-    """The file of this name in the folder of the robot file, where there is one; else the name."""
-    found = path.parent / name
-    return found if found.is_file() else name
+def beside(path: Path, name: str, suffix: str) -> Path | str:
+    """The file of this name in the folder of the robot file, where there is one; else the name.
+
+    Args:
+        path: the robot file.
+        name: of the file wanted, with or without its suffix.
+        suffix: of such files.
+    """
+    for file in (path.parent / name, path.parent / f"{name}{suffix}"):
+        if file.is_file():
+            return file
+    return name
 
 
 def warm_controller(setup: Setup) -> Controller:

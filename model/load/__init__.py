@@ -3,12 +3,19 @@
 from tauten.model.load.beam_bodies import beam_mesh
 from tauten.model.load.beams import groups
 from tauten.model.load.bodies import build_bodies, read_bodies
-from tauten.model.load.robot import build_robot, load_robot, make_robot, robot_path
+from tauten.model.load.robot import (
+    build_robot,
+    command_name,
+    load_robot,
+    make_robot,
+    robot_path,
+)
 
 __all__ = [
     "beam_mesh",
     "build_bodies",
     "build_robot",
+    "command_name",
     "groups",
     "load_robot",
     "make_robot",

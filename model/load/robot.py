@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import shlex
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
@@ -54,7 +55,7 @@ def robot_path(name_or_path: str | Path) -> Path:
     path = Path(name_or_path)
     if path.suffix == ".toml":
         return path
-    folder = Path(str(resources.files("tauten.model.robots")))
+    folder = shipped_folder()
     shipped = folder / f"{name_or_path}.toml"
     if not shipped.is_file():
         names = ", ".join(sorted(item.stem for item in folder.glob("*.toml")))
@@ -62,6 +63,17 @@ def robot_path(name_or_path: str | Path) -> Path:
             f"no robot {str(name_or_path)!r}: give a path to a .toml file or one of {names}"
         )
     return shipped
+
+
+def shipped_folder() -> Path:
+    """Where the files of the shipped robots are."""
+    return Path(str(resources.files("tauten.model.robots")))
+
+
+def command_name(path: Path) -> str:
+    """What a command is given for the robot file at `path`: a shipped robot's name, otherwise the path."""
+    shipped = path.resolve().parent == shipped_folder().resolve()
+    return path.stem if shipped else shlex.quote(str(path))
 
 
 def load_robot(

@@ -107,8 +107,8 @@ class _Ledger:
         part = Snapshots.load(path)
         if part.origin != self.origin:
             raise SnapshotError(
-                f"{path}: belongs to another campaign ({part.origin}), expected {self.origin}: "
-                "choose another folder"
+                f"{self.folder}: holds another campaign ({part.origin.difference(self.origin)}): "
+                "delete this folder, or choose another with --snapshots"
             )
         robot = self.robot
         found = (len(part.lam), len(part.q), len(part.pull), len(part.effector))

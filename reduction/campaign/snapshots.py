@@ -40,6 +40,22 @@ class Origin:
     campaign: str
     versions: tuple[tuple[str, str], ...]
 
+    def difference(self, other: Origin) -> str:
+        """What differs from another origin, the first of what matters most, in a few words."""
+        if self.robot != other.robot:
+            return f"of robot {self.robot!r}, this one is {other.robot!r}"
+        if self.robot_digest != other.robot_digest:
+            return "made before the model in the robot file or its mesh was changed"
+        if self.campaign != other.campaign:
+            return f"{self.campaign}, this one is {other.campaign}"
+        ours, theirs = dict(self.versions), dict(other.versions)
+        changed = [
+            f"{name} {ours.get(name, 'none')}, now {theirs.get(name, 'none')}"
+            for name in ours | theirs
+            if ours.get(name) != theirs.get(name)
+        ]
+        return f"made with {'; '.join(changed)}"
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Snapshots:
@@ -155,7 +171,9 @@ def join_snapshots(parts: Sequence[Snapshots]) -> Snapshots:
     origins = {part.origin for part in parts}
     if len(origins) > 1:
         first, other = list(origins)[:2]
-        raise SnapshotError(f"snapshots of different origin do not mix: {first} and {other}")
+        raise SnapshotError(
+            f"snapshots of different origin do not mix: some are {first.difference(other)}"
+        )
     columns = [part._arrays() for part in parts]
     joined = {name: np.concatenate([c[name] for c in columns], axis=-1) for name in columns[0]}
     return Snapshots(origin=parts[0].origin, **joined)

@@ -105,12 +105,12 @@ class ContactBasis:
             raise BasisError(
                 f"this basis was made for robot {made_for.robot!r} with model digest "
                 f"{made_for.robot_digest[:12]}, not for {robot.name!r} with {robot.digest[:12]}: "
-                f"make one with `tauten reduce {robot.name}`"
+                "make one from its robot file with `tauten reduce`"
             )
         if self.n_c != robot.n_c:
             raise BasisError(
                 f"this basis has {self.n_c} contact candidates, robot {robot.name!r} has "
-                f"{robot.n_c}: make one with `tauten reduce {robot.name}`"
+                f"{robot.n_c}: make one from its robot file with `tauten reduce`"
             )
 
     def save(self, path: str | Path) -> Path:

@@ -1,7 +1,7 @@
 """Reduced robots: state modes and sampled elements."""
 
 from tauten.reduction.reduced_robot import ElementSample, ReducedRobot, StateBasisError
-from tauten.reduction.state.basis import StateBasis, StateOrigin
+from tauten.reduction.state.basis import SUFFIX, StateBasis, StateOrigin
 from tauten.reduction.state.bodies import reducible
 from tauten.reduction.state.model_error import TipCheck
 from tauten.reduction.state.modes import enriched, pod, responses
@@ -16,6 +16,7 @@ from tauten.reduction.state.robot import reduced_robot
 __all__ = [
     "ElementSample",
     "ReducedRobot",
+    "SUFFIX",
     "StateBasis",
     "StateBasisError",
     "StateOrigin",

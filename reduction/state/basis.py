@@ -145,12 +145,12 @@ class StateBasis:
                 body's, its tip error is larger than the robot, or the robot has no state bases.
         """
         body, made_for = reducible(robot), self.origin
-        again = f"make it again with `tauten reduce {robot.name} --states`"
+        again = "make it again from its robot file with `tauten reduce --states`"
         if made_for.robot_digest != robot.digest or len(self.Phi) != len(body.weight):
             raise StateBasisError(
                 f"this state basis was made for robot {made_for.robot!r} with model digest "
                 f"{made_for.robot_digest[:12]}, not for {robot.name!r} with {robot.digest[:12]}: "
-                f"make one with `tauten reduce {robot.name} --states`"
+                "make one from its robot file with `tauten reduce --states`"
             )
         if self.elements[-1] >= body.n_elements:
             raise StateBasisError(

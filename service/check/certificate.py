@@ -10,6 +10,7 @@ from pathlib import Path
 from pydantic import TypeAdapter, ValidationError
 from pydantic.dataclasses import dataclass
 
+from tauten.model.load import command_name
 from tauten.service.check.mesh_error import MeshErrorEstimate
 from tauten.service.process import write_text
 
@@ -78,7 +79,7 @@ def mesh_error_text(robot_file: Path, robot_digest: str) -> str:
         robot_file: beside which the certificate is.
         robot_digest: SHA-256 of the robot's model.
     """
-    command = f"run tauten check {robot_file.stem} --save"
+    command = f"run tauten check {command_name(robot_file)} --save"
     try:
         text = certificate_file(robot_file).read_text(encoding="utf-8")
         found = TypeAdapter(MeshCertificate).validate_json(text)

@@ -33,7 +33,10 @@ if TYPE_CHECKING:
 
 def reduce(
     robot: Annotated[str, typer.Argument(help="A shipped robot's name, or a robot file.")],
-    out: Annotated[Path | None, typer.Option(help="Default: ROBOT.basis here.")] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Default: ROBOT.basis beside the robot file, of a shipped robot here."),
+    ] = None,
     design: Annotated[
         str,
         typer.Option(
@@ -116,7 +119,8 @@ def reduce(
         reducible(loaded)  # before hours of a campaign
     chosen = state_settings(loaded, state_modes, responses, sample, seed)
     allowed = None if accept_error else load_model_settings(robot).max_tip_error
-    target = _basis_path(out or Path(f"{loaded.name}.basis"))
+    beside = Path(robot).parent if robot.endswith(".toml") else Path()
+    target = _basis_path(out or beside / f"{loaded.name}.basis")
     ranges = Ranges(pull=pull, tilt=math.radians(tilt), force=force, tension=tension)
     plan = _design(design, loaded, step, ranges, runs, steps, seed)
     folder = snapshots or Path(f"{loaded.name}-snapshots")

@@ -4,10 +4,15 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
+from support.robots.thumb import write_thumb
+from support.state_bases import basis_of, turned_space
 
 from tauten.controller import ControllerSettings, load_controller_settings
 from tauten.model import RobotFileError, load_robot
+from tauten.model.tetra import TetRobot
+from tauten.reduction import BasisError, ContactBasis, Provenance
 from tauten.service.settings import ModelSettings, ServiceSettings
 from tauten.service.setup import load_setup
 
@@ -91,3 +96,42 @@ def test_a_file_without_tables_has_the_defaults(folder: Path) -> None:
 def test_what_a_table_does_not_allow_is_named(folder: Path, tables: str, message: str) -> None:
     with pytest.raises(RobotFileError, match=f"with_tables.toml: {message}"):
         load_setup(written(folder, tables))
+
+
+def reduced_thumb(folder: Path, basis: str, states: str) -> Path:
+    """A robot file of one's own with bases beside it, under these names."""
+    path = write_thumb(folder)
+    robot = load_robot(path)
+    assert isinstance(robot, TetRobot)
+    elements = np.arange(robot.n_elements)
+    made = basis_of(robot, turned_space(robot), elements, np.ones(len(elements)))
+    made.save(folder / f"{states}.states")
+    Psi = np.eye(robot.n_c)[:, :5]
+    origin = Provenance(
+        robot.name, robot.digest, "test", "", 0, "equal", "energy", 5, 0, 0.0, 0.0, 0.0, (), "", ()
+    )  # fmt: skip
+    ContactBasis(Psi, origin).save(folder / f"{basis}.basis")
+    return path
+
+
+def test_bases_beside_a_robot_file_need_no_suffix(tmp_path: Path) -> None:
+    """`basis = "thumb"` and the default of `[model] states`, as `tauten reduce` names its files."""
+    path = reduced_thumb(tmp_path, "thumb", "thumb")
+    path.write_text(path.read_text().replace("controller = {", 'controller = {basis = "thumb", '))
+    setup = load_setup(path, model="reduced", accept_error=True)
+    assert isinstance(setup.contact, ContactBasis)
+    assert setup.contact.k == 5
+    assert setup.states is not None
+    assert setup.order == "reduced"
+
+
+def test_bases_of_other_names_are_found_with_and_without_suffix(tmp_path: Path) -> None:
+    path = reduced_thumb(tmp_path, "soft.v2", "fine")
+    for basis, states in (("soft.v2", "fine"), ("soft.v2.basis", "fine.states")):
+        tables = f'model = {{states = "{states}"}}\n'
+        (tmp_path / "other.toml").write_text(tables + path.read_text())
+        setup = load_setup(tmp_path / "other.toml", None, basis, "reduced", accept_error=True)
+        assert isinstance(setup.contact, ContactBasis)
+        assert setup.states is not None
+    with pytest.raises(BasisError, match="no contact basis 'thumb'"):
+        load_setup(path, basis="thumb")

@@ -318,7 +318,7 @@ class ReducibleDrivenRobot:
         if r < 1 or not np.array_equal(Phi[first:], np.eye(m, r + m, r)) or Phi[:first, r:].any():
             raise StateBasisError(
                 f"the last {m} modes are not the drives of robot {self.robot.name!r}: make the state basis "
-                f"again with `tauten reduce {self.robot.name} --states`"
+                "again from its robot file with `tauten reduce --states`"
             )
         motion = DriveMotion(r, m, np.flatnonzero(frames.turns))
         E = np.zeros((map_.n_nodes, 3, motion.size))

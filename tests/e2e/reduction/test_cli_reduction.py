@@ -118,13 +118,35 @@ def test_slots_are_named_as_ranges() -> None:
         (("--step", "-1"), "ramp step is -1.0 m"),
         (("--out", "thumb.txt"), "thumb.txt: a contact basis file ends in .basis"),
         (("--scheduler", "nonsense"), "tauten: "),
-        (("--step", "2e-4"), "belongs to another campaign"),
+        (("--step", "2e-4"), "holds another campaign (ramp: "),
     ],
 )
 def test_reduce_refuses(
     made: Made, capsys: pytest.CaptureFixture[str], options: tuple[str, str], message: str
 ) -> None:
     assert message in refused(capsys, made, *again(made, *options))
+
+
+def test_a_robot_file_that_was_edited_is_told_what_to_do_with_its_snapshots(
+    made: Made, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = made.robot.read_text()
+    stiffer = re.sub(r"young_modulus = [^,}\n]+", "young_modulus = 2e5", text)
+    assert stiffer != text
+    made.robot.write_text(stiffer)
+    sentence = refused(capsys, made, *again(made))
+    assert sentence == (
+        f"tauten: {made.campaign}: holds another campaign (made before the model in the robot file or its "
+        "mesh was changed): delete this folder, or choose another with --snapshots"
+    )
+    (made.robot.parent / "again").mkdir()
+    command = list(again(made))
+    command[command.index("--out") : command.index("--snapshots") + 2] = [
+        "--snapshots", made.robot.parent / "again",
+    ]  # fmt: skip
+    before = made.basis.read_bytes()
+    assert run_main(*command) == 0
+    assert made.basis.read_bytes() != before  # beside the robot file, where it is looked for
 
 
 def test_snapshots_without_contact_make_no_basis(

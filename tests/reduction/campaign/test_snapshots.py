@@ -1,5 +1,6 @@
 import dataclasses
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -55,6 +56,20 @@ def test_different_origins_do_not_mix() -> None:
         join_snapshots([some(3), other])
     with pytest.raises(SnapshotError, match="no snapshots to join"):
         join_snapshots([])
+
+
+@pytest.mark.parametrize(
+    ("changed", "said"),
+    [
+        ({"robot": "octopus"}, "of robot 'octopus', this one is 'thumb'"),
+        ({"robot_digest": "2"}, "made before the model in the robot file or its mesh was changed"),
+        ({"campaign": "other"}, "other, this one is ramp"),
+        ({"versions": (("numpy", "1"), ("scipy", "4"))}, "made with numpy 1, now 3"),
+    ],
+)
+def test_what_differs_is_said_in_a_few_words(changed: dict[str, Any], said: str) -> None:
+    mine = Origin("thumb", "1", "ramp", (("numpy", "3"), ("scipy", "4")))
+    assert dataclasses.replace(mine, **changed).difference(mine) == said
 
 
 def test_columns_must_agree() -> None:

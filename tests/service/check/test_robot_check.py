@@ -302,7 +302,7 @@ def test_a_coarse_finger_is_too_stiff_with_linear_elements(tmp_path: Path) -> No
 def test_errors_are_saved_for_the_robot_that_was_checked(tmp_path: Path) -> None:
     path = Path(write(tmp_path))
     digest = load_robot(path).digest
-    assert mesh_error_text(path, digest) == "unknown, run tauten check beam --save"
+    assert mesh_error_text(path, digest) == f"unknown, run tauten check {path} --save"
     options = ("--share", "0.2", "--refinements", "0", "--save")
     assert run_main("--log-level", "error", "check", path, *options) == 1
     own = checked(str(path), shares=(0.2,), refinements=0).estimate
@@ -315,6 +315,13 @@ def test_errors_are_saved_for_the_robot_that_was_checked(tmp_path: Path) -> None
     assert mesh_error_text(path, other).startswith("unknown since the robot was changed, ")
     certificate_file(path).write_text('{"tension": 1.0}', encoding="utf-8")
     assert "cannot be read" in mesh_error_text(path, digest)
+
+
+def test_the_command_named_checks_the_file_that_is_reported(tmp_path: Path) -> None:
+    """A robot file of one's own may have the name of a shipped robot, and its folder spaces."""
+    own = tmp_path / "my robots" / "trunk.toml"
+    assert mesh_error_text(own, "") == f"unknown, run tauten check '{own}' --save"
+    assert mesh_error_text(robot_path("trunk"), "").endswith("run tauten check trunk --save")
 
 
 def test_errors_that_are_not_known_are_not_saved(
