@@ -17,7 +17,8 @@ from tauten.model.interface import Command
 from tauten.model.numerics import Array, solve_lcp
 from tauten.model.robot import Robot, State
 from tauten.model.simulation.converged_step import converged_step
-from tauten.model.simulation.equilibrium import Report, make_report
+from tauten.model.simulation.equilibrium import Ending, Report, make_report
+from tauten.model.simulation.relaxation import relaxed
 from tauten.model.simulation.search import EquilibriumSearch
 
 LARGEST = 1e6  # m or N; no cable is pulled farther or harder
@@ -29,6 +30,7 @@ LEAST_LOAD_STEP = 1.0 / 64.0  # share of the way to the command
 LOAD_STEP_ITERATIONS = 60  # of the search for a share of the load, so that smaller ones are tried
 STATIC_TOLERANCE, STATIC_ITERATIONS = 1e-7, 200  # m; of a converged quasi-static step
 START_ITERATIONS = 60  # of each attempt to settle before the start
+LEFT_IN_TIME = (Ending.LIMIT_POINT, Ending.OUT_OF_ITERATIONS, Ending.BUCKLED)
 
 
 class Simulator:
@@ -197,8 +199,10 @@ class Simulator:
         direction of its negative stiffness. Where no stable one is found, the report says BUCKLED.
 
         Where that does not converge, shares of the load are settled, each half as far beyond the last
-        equilibrium as the one that failed. Where even the shortest fails, the state is the last equilibrium
-        found, and the report says for which share of the way and why.
+        equilibrium as the one that failed. Where even the shortest fails, the robot snaps: it moves on in
+        damped time steps under the command (`tauten.model.simulation.relaxation`). Where no equilibrium is
+        found after these, the state is the last one found, and the report says for which share of the way
+        and why.
 
         Args:
             pull: (n_a,) positions, of cables pulled lengths [m, m³].
@@ -247,7 +251,18 @@ class Simulator:
             else:
                 self._state, self._forces = good
                 step *= 0.5
-        return replace(last, iterations=failed.iterations + taken, share=share)
+        taken += failed.iterations
+        if share < 1.0 and last.ending in LEFT_IN_TIME:
+            good = self._state, self._forces
+            self._state, self._forces = relaxed(
+                self.robot, self._space, self._enrichment, *good, command
+            )
+            snapped = self._attempt(command, command, tolerance, LOAD_STEP_ITERATIONS)
+            taken += snapped.iterations
+            if snapped.converged:
+                return replace(snapped, iterations=taken)
+            self._state, self._forces = good
+        return replace(last, iterations=taken, share=share)
 
     def _attempt(
         self, command: Command, start: Command, tolerance: float, max_iterations: int

@@ -1,0 +1,71 @@
+"""Motion in time to an equilibrium, where a search along equilibria ends.
+
+Beyond a limit point there is no equilibrium near the last one: the robot snaps. Its motion is followed in
+time steps of implicit Euler, which are so long that they damp it. This is pseudo-transient continuation
+(Kelley and Keyes, Convergence analysis of pseudo-transient continuation, SIAM J. Numer. Anal. 35, 1998) with
+the mass as the matrix of the transient: the steps become longer while the robot moves little, and shorter
+where one diverges.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from tauten.model.condensed_step import Forces, condense_step
+from tauten.model.contact_space import ContactSpace
+from tauten.model.enrichment import Enrichment
+from tauten.model.forward_step import forward_step
+from tauten.model.interface import Command
+from tauten.model.numerics import FactorisationError
+from tauten.model.robot import Robot, State
+
+FIRST = 0.1  # s; of the time steps
+SHORTEST = 1e-3  # s
+GROWTH, SHRINKAGE = 1.25, 0.25  # from one time step to the next
+STEPS = 100  # at most
+FAR = 0.5  # of the body; a step that moves a node farther is taken again, shorter
+STILL = 1e-6  # of the body; a step that moves every node less is the last. Motion starts slowly beside a
+# limit point
+
+
+def relaxed(
+    robot: Robot,
+    space: ContactSpace,
+    enrichment: Enrichment,
+    state: State,
+    forces: Forces,
+    command: Command,
+) -> tuple[State, Forces]:
+    """Move in damped time steps until the robot hardly moves: its state, without velocity, and its forces.
+
+    Args:
+        robot: its factorisation workspace is in use.
+        space: basis of the contact forces.
+        enrichment: when unit columns join.
+        state: where the motion starts; its velocity is not used.
+        forces: constraint forces there.
+        command: positions or efforts of the actuators, which act at once.
+    """
+    state = State(state.q, np.zeros_like(state.v))
+    h, contacts = FIRST, space.k > 0 or enrichment.rounds > 0
+    for _ in range(STEPS):
+        scheme = replace(robot.integration, static=False, rate=1.0 / h)
+        try:
+            step = condense_step(robot, space, state, forces, contacts, False, scheme)
+            solved = forward_step(step, enrichment, forces, command).prediction
+            movement = robot.displacement(h * (state.v + solved.dv))
+        except FactorisationError:
+            movement = np.inf
+        if not movement <= FAR * robot.size:
+            if h <= SHORTEST:
+                break
+            h *= SHRINKAGE
+            continue
+        state = robot.advance(state, step.system, solved.dv)
+        forces = solved.step.split(solved.lam, space.k)
+        if movement < STILL * robot.size:
+            break
+        h *= GROWTH
+    return State(state.q, np.zeros_like(state.v)), forces
