@@ -41,6 +41,7 @@ from tauten.model import (
     State,
     condense_step,
     forward_step,
+    one_blas_thread,
 )
 from tauten.model.numerics import Array, Bools
 
@@ -99,6 +100,7 @@ class Decision:
     start: Start | None = None
 
 
+@one_blas_thread()
 def prepare(
     robot: Robot, space: ContactSpace, state: State, forces: Forces, enrichment: Enrichment
 ) -> Prepared:
@@ -123,6 +125,7 @@ def prepare(
     return Prepared(step, forces, scale)
 
 
+@one_blas_thread()
 def decide(
     robot: Robot,
     prepared: Prepared,
@@ -216,11 +219,13 @@ def _decide(
     )
 
 
+@one_blas_thread()
 def advance(robot: Robot, predicted: PredictedStep) -> State:
     """The model's state after the step."""
     return robot.advance(predicted.step.state, predicted.step.system, predicted.dv)
 
 
+@one_blas_thread()
 def hold(robot: Robot, prepared: Prepared, command: Command, enrichment: Enrichment) -> Decision:
     """The step of a robot whose actuators keep what is given of them.
 

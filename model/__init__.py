@@ -38,6 +38,7 @@ from tauten.model.simulation import Ending, Report, Simulator
 from tauten.model.skin import NO_CONTACTS, Contacts, Floats, Geometry, SkinMesh, skin_of
 from tauten.model.system import Integration, System, make_pattern
 from tauten.model.tetra.robot import TetRobot
+from tauten.model.threads import one_blas_thread
 
 __all__ = [
     "ActuatorKind",
@@ -93,6 +94,7 @@ __all__ = [
     "load_robot",
     "make_pattern",
     "no_forces",
+    "one_blas_thread",
     "point_layout",
     "row_compliance",
     "skin_of",

@@ -14,7 +14,7 @@ from tauten.model.actuators import ActuatorSet, BeamActuators
 from tauten.model.contact import ContactSet
 from tauten.model.effectors import BeamEffectors, NodalEffectors
 from tauten.model.interface import Actuators, EffectorLayout, Limits
-from tauten.model.numerics import Array, Factorisation, FactorisationError, Ints, make_factorisation
+from tauten.model.numerics import Array, Factorisation, FactorisationError, Ints
 from tauten.model.robot import RobotNames, State
 from tauten.model.rows import ContactRows, PairSlots
 from tauten.model.system import Integration, Pattern, System, make_system, semidefinite_shares
@@ -111,9 +111,7 @@ class SparseRobot(ABC):
 
     def fork(self) -> Self:
         """The same robot with a separate factorisation workspace."""
-        pattern, backend = self.pattern, self.factorisation.name
-        workspace = make_factorisation(pattern.indptr, pattern.indices, backend)
-        return dataclasses.replace(self, factorisation=workspace)
+        return dataclasses.replace(self, factorisation=self.factorisation.fork())
 
     @abstractmethod
     def forces(

@@ -116,7 +116,9 @@ def build_beam_robot(config: BeamConfig, structure: Structure, source: str) -> B
         effectors=effectors,
         surfaces=surfaces,
         contacts=contacts,
-        factorisation=make_factorisation(pattern.indptr, pattern.indices, scheme.factorisation),
+        factorisation=make_factorisation(
+            pattern.indptr, pattern.indices, scheme.factorisation, scheme.threads
+        ),
     )
 
 

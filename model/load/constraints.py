@@ -253,6 +253,7 @@ def constrained(
     rotary = np.zeros(0) if joints is None else np.repeat(joints.inertia, 3)
     mass = np.concatenate([raw.mass, rotary, np.zeros(len(wound))])
     inertia = product.inertia.apply(mass, rest, len(pattern.indices))
+    solver = config.integration
     return ConstrainedRobot(
         names=raw.names,
         digest=constrained_digest(raw, constraints, joints, drums),
@@ -267,7 +268,7 @@ def constrained(
         effectors=raw.effectors,
         contacts=raw.contacts,
         factorisation=make_factorisation(
-            pattern.indptr, pattern.indices, config.integration.factorisation
+            pattern.indptr, pattern.indices, solver.factorisation, solver.threads
         ),
         raw=raw,
         frames=frames,

@@ -82,6 +82,7 @@ def load_robot(
     refinements: int = 0,
     factorisation: str | None = None,
     young_scale: float = 1.0,
+    threads: int | None = None,
 ) -> Robot:
     """Load a robot by name ("finger") or from a robot file.
 
@@ -91,6 +92,7 @@ def load_robot(
         refinements: how often every tetrahedron is cut into eight, 0 to 4.
         factorisation: another back end than the file's.
         young_scale: Young's modulus as a multiple of the file's, for robots that are not as modelled.
+        threads: of the sparse factorisation in place of the file's, by default 1; see `make_factorisation`.
 
     Raises:
         RobotFileError: a field of the file or an argument is not allowed, or does not fit the mesh.
@@ -102,6 +104,7 @@ def load_robot(
         "refinements": refinements,
         "factorisation": factorisation,
         "young_scale": young_scale,
+        "threads": threads,
     }
     changes = validated(Changes, given, f"{path}: load_robot")
     return make_robot(read_toml(path), path, changes)
@@ -143,9 +146,10 @@ def changed(config: C, changes: Changes, path: Path) -> C:
     sections: dict[str, Section] = {}
     if changes.rate is not None:
         sections["controller"] = config.controller.model_copy(update={"rate": changes.rate})
-    if changes.factorisation is not None:
-        scheme = {"factorisation": changes.factorisation}
-        sections["integration"] = config.integration.model_copy(update=scheme)
+    solver = {"factorisation": changes.factorisation, "threads": changes.threads}
+    given = {name: value for name, value in solver.items() if value is not None}
+    if given:
+        sections["integration"] = config.integration.model_copy(update=given)
     if changes.young_scale != 1.0:
         what = f"{path}: scaled by {changes.young_scale:g}"
         stiffer = partial(scaled, factor=changes.young_scale, source=what)
@@ -254,7 +258,7 @@ def build_robot(
         limits=limits_of(config, source),
         effectors=build_nodal_effectors(config.effectors, selector, place, pattern.dof, pattern.n),
         contacts=contacts,
-        factorisation=make_factorisation(pattern.indptr, pattern.indices, backend),
+        factorisation=make_factorisation(pattern.indptr, pattern.indices, backend, scheme.threads),
     )
     return constrained(robot, constraints, config, bodies, coupling) if constraints else robot
 

@@ -83,6 +83,10 @@ class DenseFactors:
     L: Array
     name = "dense"
 
+    def fork(self) -> DenseFactors:
+        """Memory of its own for factors of the same size."""
+        return DenseFactors(np.empty_like(self.L))
+
     def refactor(self, values: Array) -> None:
         """Factorise the matrix (r, r)."""
         if not cholesky(values, self.L):

@@ -46,19 +46,26 @@ class Factorisation(Protocol):
     def solve(self, B: Array) -> Array:
         """A⁻¹ B for B (n,) or (n, m); column-major B is not copied. Returns the shape of B."""
 
+    def fork(self) -> Factorisation:
+        """A workspace of its own for the same pattern, without factors."""
+
 
 def installed_backends() -> tuple[str, ...]:
     """Names of the usable back ends, fastest first."""
     return tuple(name for name, module in BACKENDS.items() if importlib.util.find_spec(module))
 
 
-def make_factorisation(indptr: Ints, indices: Ints, backend: str = "auto") -> Factorisation:
+def make_factorisation(
+    indptr: Ints, indices: Ints, backend: str = "auto", threads: int = 1
+) -> Factorisation:
     """Analyse a symmetric pattern.
 
     Args:
         indptr: (n + 1,) CSC column pointers.
         indices: (nnz,) row indices, sorted in each column; the pattern holds both triangles.
         backend: "auto" for the fastest one installed, or a name of `BACKENDS`.
+        threads: on which PARDISO computes, whatever the rest of the process does; the other back ends use
+            those of the library of dense algebra that they call.
 
     Raises:
         ValueError: the back end is unknown or not installed.
@@ -70,13 +77,13 @@ def make_factorisation(indptr: Ints, indices: Ints, backend: str = "auto") -> Fa
             f"factorisation {name!r} is not installed, available are {', '.join(available)}; "
             f"try pip install 'tauten[{name}]'"
         )
-    makers: dict[str, Callable[[Ints, Ints], Factorisation]] = {
+    makers: dict[str, Callable[[Ints, Ints, int], Factorisation]] = {
         "pardiso": Pardiso,
         "cholmod": Cholmod,
         "superlu": SuperLU,
     }
     log.debug("factorisation: %s, %d unknowns, %d entries", name, len(indptr) - 1, len(indices))
-    return makers[name](indptr, indices)
+    return makers[name](indptr, indices, threads)
 
 
 def triangle(indptr: Ints, indices: Ints) -> tuple[Ints, Ints, Ints]:
@@ -92,11 +99,16 @@ class Analysed:
 
     name: str
 
-    def __init__(self, indptr: Ints, indices: Ints) -> None:
+    def __init__(self, indptr: Ints, indices: Ints, threads: int) -> None:
         self._pattern = indptr, indices
+        self.threads = threads
+
+    def fork(self) -> Factorisation:
+        """See `Factorisation`."""
+        return make_factorisation(*self._pattern, self.name, self.threads)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return make_factorisation, (*self._pattern, self.name)
+        return make_factorisation, (*self._pattern, self.name, self.threads)
 
 
 class SuperLU(Analysed):
@@ -104,8 +116,8 @@ class SuperLU(Analysed):
 
     name = "superlu"
 
-    def __init__(self, indptr: Ints, indices: Ints) -> None:
-        super().__init__(indptr, indices)
+    def __init__(self, indptr: Ints, indices: Ints, threads: int) -> None:
+        super().__init__(indptr, indices, threads)
         n = len(indptr) - 1
         numbers = sp.csc_array((np.arange(len(indices)), indices, indptr), shape=(n, n))
         column = np.repeat(np.arange(n), np.diff(indptr))
@@ -147,10 +159,10 @@ class Cholmod(Analysed):
 
     name = "cholmod"
 
-    def __init__(self, indptr: Ints, indices: Ints) -> None:
+    def __init__(self, indptr: Ints, indices: Ints, threads: int) -> None:
         from cvxopt import cholmod, matrix, spmatrix
 
-        super().__init__(indptr, indices)
+        super().__init__(indptr, indices, threads)
         self._cholmod, self._to_matrix = cholmod, matrix
         lower_ptr, lower, self._places = triangle(indptr, indices)
         columns = np.repeat(np.arange(len(indptr) - 1), np.diff(lower_ptr))
@@ -191,7 +203,10 @@ def mkl() -> Any:
     for file in files:
         if "mkl_rt" in file.name:
             os.environ.setdefault("PYPARDISO_MKL_RT", str(file.locate()))
-    return PyPardisoSolver(mtype=2).libmkl
+    library = PyPardisoSolver(mtype=2).libmkl
+    library.MKL_Set_Num_Threads_Local.argtypes = [ctypes.c_int]
+    library.MKL_Set_Num_Threads_Local.restype = ctypes.c_int
+    return library
 
 
 MINIMUM_DEGREE, NESTED_DISSECTION = 0, 2  # PARDISO's orderings
@@ -201,20 +216,21 @@ class Pardiso(Analysed):
     """MKL PARDISO for positive definite matrices, through the library pypardiso finds.
 
     Both of its orderings are tried and that with fewer operations is kept: minimum degree suits slender
-    bodies and small meshes, nested dissection large ones.
+    bodies and small meshes, nested dissection large ones. PARDISO breaks where the number of threads changes
+    after the analysis, so every call sets it, for the calling thread only.
     """
 
     name = "pardiso"
 
-    def __init__(self, indptr: Ints, indices: Ints) -> None:
-        super().__init__(indptr, indices)
+    def __init__(self, indptr: Ints, indices: Ints, threads: int) -> None:
+        super().__init__(indptr, indices, threads)
         # The lower triangle by columns is the upper triangle by rows, which PARDISO expects.
         lower_ptr, lower, self._places = triangle(indptr, indices)
         self._ia, self._ja = (lower_ptr + 1).astype(np.int32), (lower + 1).astype(np.int32)
         self._a = np.zeros(len(lower))
         self._n = len(indptr) - 1
         # calling the library without pypardiso spares a conversion of the pattern in every phase
-        self._pardiso = mkl().pardiso
+        self._pardiso, self._set_threads = mkl().pardiso, mkl().MKL_Set_Num_Threads_Local
         self._pt = np.zeros(64, dtype=np.int64)
         self._iparm = np.zeros(64, dtype=np.int32)
         self._iparm[0], self._iparm[9] = 1, 8  # user-defined parameters
@@ -243,12 +259,14 @@ class Pardiso(Analysed):
             return array.ctypes.data_as(ctypes.POINTER(ctypes.c_double))
 
         error = ctypes.c_int32(0)
+        before = self._set_threads(self.threads)
         self._pardiso(
             self._pt.ctypes.data_as(ctypes.POINTER(ctypes.c_int64)),
             scalar(1), scalar(1), scalar(2), scalar(phase), scalar(self._n),
             floats(self._a), ints(self._ia), ints(self._ja), ints(np.zeros(1, dtype=np.int32)),
             scalar(m), ints(self._iparm), scalar(0), floats(b), floats(x), ctypes.byref(error),
         )  # fmt: skip
+        self._set_threads(before)  # 0 where the thread had no number of its own
         if error.value:
             raise FactorisationError(f"PARDISO error {error.value} in phase {phase}")
 

@@ -48,6 +48,7 @@ from tauten.model.schema.section import (
     in_range,
 )
 
+Threads = Annotated[int, Field(ge=1, le=256)]
 BackEnd = Literal["auto", "pardiso", "cholmod", "superlu"]
 Acceleration = Annotated[float, in_range(-1e3, 1e3, "m/s²")]
 Gravity = tuple[Acceleration, Acceleration, Acceleration]
@@ -133,6 +134,11 @@ class IntegrationSettings(Section):
         default="auto",
         description="Sparse factorisation; auto (default): the fastest that is installed.",
     )
+    threads: Threads = Field(
+        default=1,
+        description="Threads of the sparse factorisation pardiso, by default 1; more may pay for large "
+        "meshes on a machine that does nothing else.",
+    )
 
 
 class ControlPeriod(Section):
@@ -154,6 +160,9 @@ class Changes(Section):
         description="How often every tetrahedron is cut into eight, and every beam into two.",
     )
     factorisation: BackEnd | None = Field(default=None, description="Sparse factorisation.")
+    threads: Threads | None = Field(
+        default=None, description="Threads of the sparse factorisation."
+    )
     young_scale: Annotated[float, in_range(1e-6, 1e6, "")] = Field(
         default=1.0, description="Factor of Young's modulus, unitless."
     )

@@ -20,6 +20,7 @@ from tauten.model.simulation.converged_step import converged_step
 from tauten.model.simulation.equilibrium import Ending, Report, make_report
 from tauten.model.simulation.relaxation import relaxed
 from tauten.model.simulation.search import EquilibriumSearch
+from tauten.model.threads import one_blas_thread
 
 LARGEST = 1e6  # m or N; no cable is pulled farther or harder
 LARGEST_EFFORT = 1e9  # N or Pa, of any other actuator
@@ -34,11 +35,7 @@ LEFT_IN_TIME = (Ending.LIMIT_POINT, Ending.OUT_OF_ITERATIONS, Ending.BUCKLED)
 
 
 class Simulator:
-    """Forward simulation of a robot. Arrays that its properties return are copies.
-
-    Attributes:
-        robot: the robot, with a factorisation of its own.
-    """
+    """Forward simulation of a robot. Arrays that its properties return are copies."""
 
     def __init__(
         self,
@@ -58,7 +55,7 @@ class Simulator:
         """
         self._space, default = contact_model(contact, robot.n_c, NO_ENRICHMENT)
         self._enrichment = enrichment or default
-        self.robot = robot.fork()
+        self._robot = robot.fork()
         self._search: EquilibriumSearch | None = None
         self._start = self.robot.rest(), no_forces(self.robot.n_a, self._space.k)
         self.reset()
@@ -95,7 +92,12 @@ class Simulator:
 
     def load(self, gravity: Array, effector_force: Array) -> None:
         """Change the loads: gravity (3,) [m/s²] and forces on the effectors (3 p,) [N]."""
-        self.robot, self._search = self.robot.loaded(gravity, effector_force), None
+        self._robot, self._search = self._robot.loaded(gravity, effector_force), None
+
+    @property
+    def robot(self) -> Robot:
+        """The robot under the present loads, with a factorisation of its own; `load` changes it."""
+        return self._robot
 
     @property
     def state(self) -> State:
@@ -141,6 +143,7 @@ class Simulator:
         """Contact force of every candidate in the last step: (n_c,) [N]."""
         return self._forces.at_candidates(self._space)
 
+    @one_blas_thread()
     def step(
         self,
         pull: Sequence[float] | Array | None = None,
@@ -180,6 +183,7 @@ class Simulator:
             self.robot, done.state, done.last, done.iterations, done.movement, done.ending
         )
 
+    @one_blas_thread()
     def settle(
         self,
         pull: Sequence[float] | Array | None = None,
@@ -283,6 +287,7 @@ class Simulator:
         self._state, self._forces = found.state, found.forces
         return found.report
 
+    @one_blas_thread()
     def smooth_contact_forces(self) -> Array:
         """The equilibrium's contact forces of nearly least norm: (n_c,) [N].
 

@@ -10,9 +10,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
-from tauten.model import Robot, Simulator, State
+from tauten.model import Robot, Simulator, State, one_blas_thread
 from tauten.model.numerics import Array, FactorisationError
 from tauten.reduction.campaign.designs import Run
 from tauten.reduction.campaign.snapshots import Origin, Snapshots
@@ -54,7 +53,7 @@ def solve_chunk(chunk: Chunk) -> Snapshots:
     An equilibrium that is found neither at once nor in load steps is recorded as not converged, with zero
     contact forces, and the next one starts from the last state that converged.
     """
-    with threadpool_limits(1):  # the order of sums depends on the number of threads
+    with one_blas_thread():  # the order of sums depends on the number of threads
         simulator = Simulator(chunk.robot, contact="full")
         if chunk.start is not None:
             start = State(chunk.start.q, np.zeros(chunk.robot.n))

@@ -84,9 +84,7 @@ def sensitivity(robot: Robot, snapshots: Snapshots) -> Array:
             simulator.reset()
         noise = _PERTURBATION * rng.standard_normal(len(snapshots.effector_force))
         force = snapshots.effector_force[:, i] + noise
-        simulator.robot = simulator.robot.loaded(
-            (1.0 + _PERTURBATION) * snapshots.gravity[:, i], force
-        )
+        simulator.load((1.0 + _PERTURBATION) * snapshots.gravity[:, i], force)
         pull = (1.0 + _PERTURBATION) * snapshots.pull[:, i]
         report = simulator.settle(pull, None, TOLERANCE, MAX_ITERATIONS)
         if report.converged and snapshots.converged[i]:

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Literal, TypeAlias, get_args
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
+from tauten.model import one_blas_thread
 from tauten.model.numerics import Array, Ints
 from tauten.reduction.contact.greedy import cone_projected_greedy
 from tauten.reduction.contact.nnmf import Factors, als, hals, hals_nndsvd, relative_error
@@ -91,7 +91,7 @@ def factorise_each(
     columns = columns[np.lexsort(S[rows][:, columns])]
     core = np.ascontiguousarray(S[rows][:, columns])  # (n_c', s')
     _check_rank(core, ks)
-    with threadpool_limits(1):  # the order of sums depends on the number of threads
+    with one_blas_thread():  # the order of sums depends on the number of threads
         factors = _factors(core, ks, method, seed)
         return tuple(_unit_columns(S, rows, columns, found, method, seed) for found in factors)
 

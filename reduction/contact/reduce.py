@@ -8,9 +8,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Literal
 
-from threadpoolctl import threadpool_limits
-
-from tauten.model import Robot
+from tauten.model import Robot, one_blas_thread
 from tauten.reduction.campaign import Design, Snapshots, run_campaign
 from tauten.reduction.contact.basis import ContactBasis
 from tauten.reduction.contact.fit import (
@@ -135,7 +133,7 @@ def make_basis(
     """
     weights = snapshot_weights(checked_forces(snapshots.lam), settings.weighting)
     S, method, seed = snapshots.lam * weights, settings.method, settings.seed
-    with threadpool_limits(1):  # the order of sums depends on the number of threads
+    with one_blas_thread():  # the order of sums depends on the number of threads
         problems = contact_problems(robot, snapshots)
         curve, k = None, settings.k
         if k == "auto" or settings.curve:

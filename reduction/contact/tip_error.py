@@ -55,9 +55,7 @@ def tip_errors(
     for i in range(len(snapshots)):
         if i == 0 or snapshots.run[i] != snapshots.run[i - 1]:
             simulator.reset()
-        simulator.robot = simulator.robot.loaded(
-            snapshots.gravity[:, i], snapshots.effector_force[:, i]
-        )
+        simulator.load(snapshots.gravity[:, i], snapshots.effector_force[:, i])
         pull = snapshots.pull[:, i] if held == "pull" else None
         tension = snapshots.tension[:, i] if held == "tension" else None
         report = simulator.settle(pull, tension, TOLERANCE, max_iterations)

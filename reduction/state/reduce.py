@@ -7,9 +7,8 @@ from datetime import UTC, datetime
 from typing import Literal
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
-from tauten.model import ContactSpace, Robot, default_enrichment
+from tauten.model import ContactSpace, Robot, default_enrichment, one_blas_thread
 from tauten.model.numerics import Array, Bools
 from tauten.reduction.campaign import Snapshots
 from tauten.reduction.contact import TipErrors, tip_errors
@@ -86,8 +85,7 @@ def reduce_states(
             f"{len(snapshots)} snapshots with {len(snapshots.q)} coordinates: "
             f"expected at least {HELD_OUT} with {n_q}"
         )
-    with threadpool_limits(1):  # the order of sums depends on the number of threads
-        # a fork, because a factorisation must keep the number of threads it was analysed with
+    with one_blas_thread():  # the order of sums depends on the number of threads
         return _reduced(robot.fork(), snapshots, basis, settings)
 
 

@@ -8,7 +8,14 @@ from pathlib import Path
 
 import numpy as np
 
-from tauten.model import Robot, Simulator, TetRobot, default_enrichment, load_robot
+from tauten.model import (
+    ContactSpace,
+    Robot,
+    Simulator,
+    TetRobot,
+    default_enrichment,
+    load_robot,
+)
 from tauten.model.numerics import Array
 from tauten.reduction import ContactBasis
 from tauten.reduction.campaign import Ranges, Snapshots, latin_hypercube, ramp, run_campaign
@@ -276,7 +283,7 @@ def unseen(training: Snapshots) -> Snapshots:
     return held_out.select(np.arange(0, len(held_out), -(-len(held_out) // FOLLOWED)))
 
 
-def path_accuracy(robot: Robot, basis: ContactBasis, snapshots: Snapshots) -> PathAccuracy:
+def path_accuracy(robot: Robot, basis: ContactSpace, snapshots: Snapshots) -> PathAccuracy:
     """Settle along stored equilibria of the full model and compare effectors.
 
     Args:
@@ -290,8 +297,7 @@ def path_accuracy(robot: Robot, basis: ContactBasis, snapshots: Snapshots) -> Pa
     for i in range(len(snapshots)):
         if i == 0 or snapshots.run[i] != snapshots.run[i - 1]:
             simulator.reset()
-        gravity, force = snapshots.gravity[:, i], snapshots.effector_force[:, i]
-        simulator.robot = simulator.robot.loaded(gravity, force)
+        simulator.load(snapshots.gravity[:, i], snapshots.effector_force[:, i])
         report = simulator.settle(pull=snapshots.pull[:, i], tolerance=1e-6, max_iterations=60)
         if not report.converged:
             lost += 1

@@ -1,5 +1,6 @@
 """The process around the service: signals, logs, files, host facts, real-time priority."""
 
+from tauten.model import one_blas_thread
 from tauten.reduction import write_text
 from tauten.service.process.host import HostInfo, host_info
 from tauten.service.process.logs import JsonLines, set_up_logging
@@ -13,7 +14,6 @@ from tauten.service.process.realtime import (
 )
 from tauten.service.process.runtime import (
     manual_garbage_collection,
-    one_blas_thread,
     short_switch_interval,
     versions,
 )

@@ -7,8 +7,6 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from threadpoolctl import threadpool_limits
-
 from tauten.reduction import package_version
 
 _PACKAGES = (
@@ -25,17 +23,6 @@ _PACKAGES = (
     "pypardiso",
     "cvxopt",
 )
-
-
-@contextmanager
-def one_blas_thread() -> Iterator[None]:
-    """Linear algebra on one thread, for problems too small for several.
-
-    Enter it with the robot loaded and before a controller or simulator is made: only libraries that are
-    loaded can be limited, and PARDISO breaks when the number of threads changes after its analysis.
-    """
-    with threadpool_limits(limits=1):
-        yield
 
 
 @contextmanager

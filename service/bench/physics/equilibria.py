@@ -70,7 +70,7 @@ class EquilibriumGroup:
 
 
 class CountedFactorisation:
-    """A workspace of the linear solver that counts the matrices it is given.
+    """A workspace of the linear solver that counts the matrices it is given, as its forks do.
 
     Attributes:
         name: of the solver.
@@ -90,6 +90,10 @@ class CountedFactorisation:
     def solve(self, B: Array) -> Array:
         """See `Factorisation`."""
         return self._workspace.solve(B)
+
+    def fork(self) -> CountedFactorisation:
+        """A workspace of its own, that counts from zero."""
+        return CountedFactorisation(self._workspace.fork())
 
 
 @dataclass(frozen=True, slots=True)
@@ -178,11 +182,13 @@ def settled(
         searches: starts and loads.
         contact: whether it touches itself.
     """
-    simulator = Simulator(robot, contact="full" if contact else "none")
+    assert isinstance(robot, SparseRobot)
+    counting = replace(robot, factorisation=CountedFactorisation(robot.factorisation))
+    simulator = Simulator(counting, contact="full" if contact else "none")
     reports, factorised = [], []
     assert isinstance(simulator.robot, SparseRobot)
-    counter = CountedFactorisation(simulator.robot.factorisation)
-    simulator.robot = replace(simulator.robot, factorisation=counter)
+    counter = simulator.robot.factorisation
+    assert isinstance(counter, CountedFactorisation)
     for state, load in searches:
         simulator.reset()
         counter.count = 0
