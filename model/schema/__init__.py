@@ -16,6 +16,7 @@ from tauten.model.schema.body import (
     MeshSettings,
     RotationSettings,
 )
+from tauten.model.schema.changes import Changes
 from tauten.model.schema.constraints import AttachmentSettings, DriveSettings, RigidSettings
 from tauten.model.schema.contact import (
     ALARM_DISTANCE,
@@ -52,7 +53,6 @@ from tauten.model.schema.region import (
 )
 from tauten.model.schema.robot_file import (
     CableSettings,
-    Changes,
     ControlPeriod,
     RobotConfig,
     RobotSettings,

@@ -151,23 +151,6 @@ class ControlPeriod(Section):
     )
 
 
-class Changes(Section):
-    """The arguments with which `load_robot` changes a robot file."""
-
-    rate: Rate | None = Field(default=None, description="Control rate [Hz].")
-    refinements: Annotated[int, Field(ge=0, le=4)] = Field(
-        default=0,
-        description="How often every tetrahedron is cut into eight, and every beam into two.",
-    )
-    factorisation: BackEnd | None = Field(default=None, description="Sparse factorisation.")
-    threads: Threads | None = Field(
-        default=None, description="Threads of the sparse factorisation."
-    )
-    young_scale: Annotated[float, in_range(1e-6, 1e6, "")] = Field(
-        default=1.0, description="Factor of Young's modulus, unitless."
-    )
-
-
 # Tables of a robot file that other layers read. They read `controller` too, the model only its rate.
 OTHER_LAYERS = ("model", "service")
 
