@@ -11,15 +11,15 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from tauten.model import ActuatorKind
 from tauten.model.numerics import Ints
-from tauten.model.schema import EffectorKind
+from tauten.model.schema import EffectorKind, Name
 from tauten.service.frames.effectors import EffectorLook, effector_looks
 from tauten.service.frames.frame import ActuatorLook, RobotLook
 from tauten.service.wire import NetworkError
 
 _Limits = Annotated[tuple[float, float], Field()]
 _Number = Annotated[float, Field(allow_inf_nan=False)]
-_Name = Annotated[str, Field(min_length=1, max_length=100)]
 _MOST = 10_000_000  # characters of a coded array
+_Name = Annotated[Name, Field(max_length=100)]  # as robot files may have it
 
 
 class _Described(BaseModel):

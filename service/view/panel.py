@@ -14,6 +14,7 @@ from tauten.model.numerics import Array
 from tauten.service.frames import LARGEST_SCALAR, LEAST_SCALAR, EffectorLook, RobotLook
 from tauten.service.view.charts import Charts
 from tauten.service.view.legend import legend_html
+from tauten.service.view.words import Words
 
 SPEEDS = {"1": 1.0, "1/2": 0.5, "1/4": 0.25, "1/10": 0.1}
 _SLOWEST, _FASTEST = 1.0, 500.0  # mm/s of the target along waypoints
@@ -51,9 +52,9 @@ class ViewPanel:
         """
         self._requests: SimpleQueue[Request] = SimpleQueue()
         self._scrubbed: float | None = None
-        self._words = ""
+        self._words = Words()
         gui = server.gui
-        self._status = gui.add_markdown("")
+        self._status = gui.add_html("")
         self._follow: viser.GuiCheckboxHandle | None = None
         self._scalars: dict[int, viser.GuiSliderHandle[float]] = {}
         self._effector: viser.GuiDropdownHandle[str] | None = None
@@ -102,7 +103,7 @@ class ViewPanel:
                     (Request.UNDO, Request.SAVE_CABLE),
                     "undo: remove the last point. save cable: append it to the robot file.",
                 )
-                self._cable_words = gui.add_markdown("")
+                self._cable_words = gui.add_html("")
         self._ghost: viser.GuiCheckboxHandle | None = None
         with gui.add_folder("Legend", expand_by_default=False):
             if look.ghost is not None:
@@ -195,7 +196,7 @@ class ViewPanel:
 
     def say_about_cable(self, words: str) -> None:
         """Show a text beside the new cable."""
-        self._cable_words.content = words
+        self._cable_words.content = Words(advice=words).html
 
     @property
     def shows_ghost(self) -> bool:
@@ -224,11 +225,11 @@ class ViewPanel:
         if self._slider.value != shown:
             self._slider.value = shown  # type: ignore[misc]  # viser types it so
 
-    def say(self, words: str) -> None:
-        """Show a text in Markdown."""
+    def say(self, words: Words) -> None:
+        """Show a text."""
         if words != self._words:
             self._words = words
-            self._status.content = words
+            self._status.content = words.html
 
     async def _on_scrub(self, event: viser.GuiEvent[viser.GuiSliderHandle[float]]) -> None:
         if event.client_id is not None:

@@ -12,7 +12,7 @@ from tauten.service.view.charts import SPAN
 from tauten.service.view.panel import Request, ViewPanel
 from tauten.service.view.scene import TRAIL, RobotScene
 from tauten.service.view.server import LoopbackServer
-from tauten.service.view.words import health_in_words, mode_in_words
+from tauten.service.view.words import frame_in_words
 
 _RATE = 30.0  # pictures a second
 _SHARE = 0.6  # of the time for computing frames
@@ -102,8 +102,7 @@ class PlaybackSession:
         history, panel = self._history, self._panel
         panel.charts.draw(history.between(frame.time - SPAN, frame.time))
         panel.show_time(history.first, history.last, self._shown)
-        words = health_in_words(self._recorded.look, frame, self._notes())
-        panel.say(f"{mode_in_words(frame.mode, frame.cause, advice=False)}\n\n{words}")
+        panel.say(frame_in_words(self._recorded.look, frame, self._notes(), advice=False))
 
     def _notes(self) -> tuple[str, ...]:
         if self._complete:

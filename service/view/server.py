@@ -21,6 +21,7 @@ from tauten.service.view.guard import (
     Guard,
     Handler,
 )
+from tauten.service.view.policy import with_policy
 
 HOST = "127.0.0.1"
 FIRST_PORT = 8080
@@ -70,6 +71,7 @@ def open_server(port: int, label: str) -> Iterator[tuple[LoopbackServer, Guard]]
 
     def guarded(handler: Handler, _host: str, _port: int, **settings: Any) -> Any:
         settings |= {
+            "process_request": with_policy(settings["process_request"], ORIGINS),
             "sock": listening,
             "origins": [ORIGINS],
             "max_size": LARGEST_MESSAGE,

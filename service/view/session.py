@@ -22,7 +22,7 @@ from tauten.service.view.guard import Guard
 from tauten.service.view.panel import Request, ViewPanel
 from tauten.service.view.scene import TRAIL, RobotScene
 from tauten.service.view.server import LoopbackServer
-from tauten.service.view.words import health_in_words, mode_in_words
+from tauten.service.view.words import frame_in_words
 from tauten.service.wire import OperatorCommand
 
 log = logging.getLogger(__name__)
@@ -196,8 +196,7 @@ class ViewSession:
             self._plotted = frame
             panel.charts.draw(history.between(frame.time - SPAN, frame.time))
         panel.show_time(history.first, history.last, frame.time)
-        words = health_in_words(self.source.look, frame, self.source.notes)
-        panel.say(f"{mode_in_words(frame.mode, frame.cause)}\n\n{words}")
+        panel.say(frame_in_words(self.source.look, frame, self.source.notes))
 
     def _do(self, request: Request) -> None:
         """Carry out a request of the operator."""

@@ -1,6 +1,9 @@
-"""Mode and health in words."""
+"""What the panel says: mode and health as plain text, and the HTML that shows it."""
 
 from __future__ import annotations
+
+import html
+from dataclasses import dataclass
 
 from tauten.service.frames import RobotLook, ViewFrame
 from tauten.service.wire import Cause, Mode
@@ -13,54 +16,66 @@ _TITLES = {
 }
 _ADVICE = {
     Cause.NONE: "",
-    Cause.NO_TARGET: "no target: switch *follow* on and drag the target",
-    Cause.OPERATOR: "by the operator: press *enable*, or *reset* after a stop",
+    Cause.NO_TARGET: "no target: switch “follow” on and drag the target",
+    Cause.OPERATOR: "by the operator: press “enable”, or “reset” after a stop",
     Cause.LATE: "too many deadlines were missed: give the node a lower rate or more processor time",
     Cause.UNMEASURED: "an effector is not measured: check the camera",
-    Cause.IMPLAUSIBLE: "a measurement is not plausible: check the camera, then press *enable*",
+    Cause.IMPLAUSIBLE: "a measurement is not plausible: check the camera, then press “enable”",
     Cause.UNUSABLE: "no usable decision: move the target back",
     Cause.SHUTDOWN: "the node is shutting down",
 }
+_MOST_TEXT = 400  # characters of a sentence
+_MOST_ITEMS = 30
+_BOX = (
+    '<div style="padding:0 12px 8px;font-size:14px;line-height:1.5;overflow-wrap:anywhere">{}</div>'
+)
+_LIST = '<ul style="margin:4px 0;padding-left:20px">{}</ul>'
 
 
-def mode_in_words(mode: Mode, cause: Cause, advice: bool = True) -> str:
-    """Mode and cause as a short text in Markdown.
+@dataclass(frozen=True, slots=True)
+class Words:
+    """A text of the panel. Its parts are plain text: markup in what a node or a log says is shown as it is.
 
-    Args:
-        mode: of the node.
-        cause: why it does not follow.
-        advice: whether to say what to do about it; otherwise the cause alone is named.
+    Attributes:
+        title: shown in bold.
+        advice: what to do about it.
+        items: of a list.
     """
-    title = f"**{_TITLES[mode]}**"
-    if mode is Mode.RUN or cause is Cause.NONE:
-        return title
-    if not advice:
-        return f"{title}\n\n{cause}"
-    if mode is Mode.STOP and cause is Cause.OPERATOR:
-        return f"{title}\n\npress *reset* once they are slack"
-    return f"{title}\n\n{_ADVICE[cause]}"
+
+    title: str = ""
+    advice: str = ""
+    items: tuple[str, ...] = ()
+
+    @property
+    def html(self) -> str:
+        """The text as HTML that has no other elements than those for title, advice and list."""
+        found = []
+        if self.title:
+            found.append(f"<b>{_escaped(self.title)}</b>")
+        if self.advice:
+            found.append(f"<div>{_escaped(self.advice)}</div>")
+        if self.items:
+            rows = (f"<li>{_escaped(item)}</li>" for item in self.items[:_MOST_ITEMS])
+            found.append(_LIST.format("".join(rows)))
+        return _BOX.format("".join(found)) if found else ""
 
 
-def health_in_words(look: RobotLook, frame: ViewFrame, notes: tuple[str, ...]) -> str:
-    """What a frame says about the robot, as a list in Markdown.
+def frame_in_words(
+    look: RobotLook, frame: ViewFrame, notes: tuple[str, ...], advice: bool = True
+) -> Words:
+    """What a frame says about the robot.
 
     Args:
         look: of the robot.
         frame: that is shown.
         notes: further sentences.
+        advice: whether to say what to do where the robot does not follow; otherwise the cause alone is named.
     """
-    found = []
-    error = look.error(frame)
-    if error == error:
-        found.append(f"{1e3 * error:.1f} mm from the target")
-    if names := at_limit(look, frame):
-        found.append(f"at the limit: {', '.join(names)}")
-    if frame.status not in ("", "OK"):
-        found.append(f"decision: {frame.status.lower().replace('_', ' ')}")
-    count = len(frame.geometry.contacts.points)
-    if count:
-        found.append(f"{count} contact points push")
-    return "\n".join(f"- {text}" for text in [*found, *notes])
+    return Words(
+        _TITLES[frame.mode],
+        _advice(frame.mode, frame.cause) if advice else str(frame.cause),
+        (*_health(look, frame), *notes),
+    )
 
 
 def at_limit(look: RobotLook, frame: ViewFrame) -> list[str]:
@@ -73,3 +88,32 @@ def at_limit(look: RobotLook, frame: ViewFrame) -> list[str]:
         if travel >= actuator.pull[1] - 1e-3 * (actuator.pull[1] - actuator.pull[0])
         or force >= actuator.tension[1] - 1e-3 * abs(actuator.tension[1])
     ]
+
+
+def _advice(mode: Mode, cause: Cause) -> str:
+    if mode is Mode.RUN:
+        return ""
+    if mode is Mode.STOP and cause is Cause.OPERATOR:
+        return "press “reset” once they are slack"
+    return _ADVICE[cause]
+
+
+def _health(look: RobotLook, frame: ViewFrame) -> list[str]:
+    found = []
+    error = look.error(frame)
+    if error == error:
+        found.append(f"{1e3 * error:.1f} mm from the target")
+    if names := at_limit(look, frame):
+        found.append(f"at the limit: {', '.join(names)}")
+    if frame.status not in ("", "OK"):
+        found.append(f"decision: {frame.status.lower().replace('_', ' ')}")
+    count = len(frame.geometry.contacts.points)
+    if count:
+        found.append(f"{count} contact points push")
+    return found
+
+
+def _escaped(text: str) -> str:
+    """A text of bounded length as HTML, without elements and without characters that are not printable."""
+    shown = text if len(text) <= _MOST_TEXT else f"{text[:_MOST_TEXT]}…"
+    return html.escape("".join(c if c.isprintable() else " " for c in shown))

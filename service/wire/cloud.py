@@ -22,7 +22,7 @@ from tauten.service.wire.messages import (
     new,
     to_cdr,
 )
-from tauten.service.wire.rejection import Rejection, RejectionReason
+from tauten.service.wire.rejection import Rejection, RejectionReason, quoted
 
 CLOUD = "sensor_msgs/msg/PointCloud2"
 LARGEST_CLOUD = 2**20  # bytes; Zenoh assembles no larger message here
@@ -79,7 +79,7 @@ def decode_cloud(payload: bytes, fields: tuple[str, ...]) -> Cloud | Rejection:
     try:
         message: Any = _large().deserialize_cdr(payload, CLOUD)
     except (SerdeError, ValueError, IndexError, OverflowError, MemoryError) as error:
-        return Rejection(RejectionReason.MALFORMED, f"not a {CLOUD} in CDR: {error}")
+        return Rejection(RejectionReason.MALFORMED, f"not a {CLOUD} in CDR: {quoted(error)}")
     found = tuple((one.name, one.offset, one.datatype, one.count) for one in message.fields)
     expected = tuple((name, 4 * i, _FLOAT32, 1) for i, name in enumerate(fields))
     size = 4 * len(fields) * message.width

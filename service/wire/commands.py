@@ -21,7 +21,7 @@ from tauten.service.wire.messages import (
     to_cdr,
 )
 from tauten.service.wire.modes import LockOrder, OperatorCommand, OperatorOrder
-from tauten.service.wire.rejection import Rejection, RejectionReason
+from tauten.service.wire.rejection import Rejection, RejectionReason, quoted
 
 COMMAND_RING = 16
 
@@ -93,14 +93,16 @@ def decode_command(payload: bytes, encoding: str) -> OperatorOrder | Rejection:
     if len(words) == 4 and words[0] == "lock" and words[2] in ("position", "force"):
         return _lock_order(words[1], words[2], words[3])
     allowed = ", ".join((*OperatorCommand, "lock ACTUATOR position|force VALUE", "unlock ACTUATOR"))
-    return Rejection(RejectionReason.UNKNOWN, f"found command {text[:40]!r}, allowed are {allowed}")
+    return Rejection(
+        RejectionReason.UNKNOWN, f"found command {quoted(text)}, allowed are {allowed}"
+    )
 
 
 def _lock_order(actuator: str, quantity: str, number: str) -> LockOrder | Rejection:
     try:
         value = float(number)
     except ValueError:
-        return Rejection(RejectionReason.MALFORMED, f"{number[:20]!r} is not a number")
+        return Rejection(RejectionReason.MALFORMED, f"{quoted(number)} is not a number")
     if not math.isfinite(value):
         return Rejection(RejectionReason.NOT_FINITE, f"{quantity} {value} is not finite")
     if quantity == "position":

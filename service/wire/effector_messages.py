@@ -42,7 +42,7 @@ from tauten.service.wire.messages import (
     time_of,
     to_cdr,
 )
-from tauten.service.wire.rejection import Rejection, RejectionReason
+from tauten.service.wire.rejection import Rejection, RejectionReason, quoted
 
 MESSAGE_TYPES: dict[EffectorKind, str] = {
     "point": POINT, "centre": POINT, "frame": POSE, "distance": JOINTS, "length": JOINTS,
@@ -186,8 +186,8 @@ def _scalar(
 ) -> EffectorMessage | Rejection:
     """A message of one position whose name, where it has one, is the effector's."""
     if len(message.values) != 1 or names not in ((), (name,)):
-        shown = ", ".join(map(repr, names))[:80]
-        detail = f"found {len(message.values)} positions of {shown or 'no name'}, expected one of {name!r}"
+        shown = quoted(", ".join(names)) if names else "no name"
+        detail = f"found {len(message.values)} positions of {shown}, expected one of {name!r}"
         return Rejection(RejectionReason.WRONG_SHAPE, detail)
     return message
 
@@ -197,7 +197,7 @@ def _checked(found: EffectorMessage | Rejection, kind: EffectorKind) -> Effector
     if isinstance(found, Rejection):
         return found
     if not all(map(math.isfinite, found.values)):
-        return Rejection(RejectionReason.NOT_FINITE, f"{kind} {found.values} is not finite")
+        return Rejection(RejectionReason.NOT_FINITE, f"{kind} {quoted(found.values)} is not finite")
     if kind != "frame":
         return found
     length = math.hypot(*found.values[3:])

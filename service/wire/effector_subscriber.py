@@ -20,7 +20,7 @@ from tauten.model.numerics import Array
 from tauten.service.wire.effector_messages import EffectorMessage, decode_effector
 from tauten.service.wire.health import MessageCounts
 from tauten.service.wire.messages import MAX_PAYLOAD
-from tauten.service.wire.rejection import Rejection, RejectionReason
+from tauten.service.wire.rejection import Rejection, RejectionReason, quoted
 
 # Samples of a key that are read ahead of a tick, and again when it is due; older ones are dropped unread.
 EFFECTOR_RING = 64
@@ -199,7 +199,7 @@ class EffectorSubscriber:
         if isinstance(message, Rejection):
             return message
         if message.frame not in ("", self._frame):
-            detail = f"found frame {message.frame[:40]!r}, expected {self._frame!r}"
+            detail = f"found frame {quoted(message.frame)}, expected {self._frame!r}"
             return Rejection(RejectionReason.WRONG_FRAME, detail)
         detail = self._out_of_reach(effector, message.values)
         if detail:

@@ -28,7 +28,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
 
 from tauten.service.wire.json_messages import NANO, SECONDS
-from tauten.service.wire.rejection import Rejection, RejectionReason
+from tauten.service.wire.rejection import Rejection, RejectionReason, quoted
 
 POINT = "geometry_msgs/msg/PointStamped"
 POSE = "geometry_msgs/msg/PoseStamped"
@@ -124,7 +124,7 @@ def from_cdr(kind: str, payload: bytes) -> Any | Rejection:
     try:
         return typestore().deserialize_cdr(payload, kind)
     except (SerdeError, ValueError, IndexError, OverflowError, MemoryError) as error:
-        return Rejection(RejectionReason.MALFORMED, f"not a {kind} in CDR: {error}")
+        return Rejection(RejectionReason.MALFORMED, f"not a {kind} in CDR: {quoted(error)}")
 
 
 def header(stamp: int, frame: str) -> Any:
@@ -202,9 +202,11 @@ def decode_joints(payload: bytes, encoding: str, names: tuple[str, ...]) -> Join
         tuple(map(float, message.effort)),
     )
     if joints.names != names or not len(names) == len(joints.pull) == len(joints.tension):
-        return Rejection(
-            RejectionReason.WRONG_SHAPE, f"found cables {joints.names}, expected {names}"
+        detail = (
+            f"found cables {quoted(', '.join(joints.names))} with {len(joints.pull)} positions and "
+            f"{len(joints.tension)} efforts, expected {', '.join(names)}"
         )
+        return Rejection(RejectionReason.WRONG_SHAPE, detail)
     if not all(map(math.isfinite, joints.pull + joints.tension)):
         return Rejection(RejectionReason.NOT_FINITE, "a pull or tension is not finite")
     return joints
@@ -232,12 +234,14 @@ def payload_format(payload: bytes, encoding: str, kind: str) -> str | Rejection:
         )
     media, _, schema = encoding.partition(";")
     if schema and schema.replace("/msg/", "/") != kind.replace("/msg/", "/"):
-        return Rejection(RejectionReason.WRONG_TYPE, f"found {schema}, expected {kind}")
+        return Rejection(RejectionReason.WRONG_TYPE, f"found {quoted(schema)}, expected {kind}")
     if media in _CDR_ENCODINGS:
         return CDR
     if media == JSON:
         return JSON
-    return Rejection(RejectionReason.ENCODING, f"found {encoding}, allowed are {CDR} and {JSON}")
+    return Rejection(
+        RejectionReason.ENCODING, f"found {quoted(encoding)}, allowed are {CDR} and {JSON}"
+    )
 
 
 def time_of(time: Any) -> int | Rejection:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 
+_MOST_QUOTED = 40  # characters of what was received, in a reason
+
 
 class RejectionReason(Enum):
     """Why a message was refused; the value is its name in counters."""
@@ -31,3 +33,18 @@ class Rejection:
 
     reason: RejectionReason
     detail: str
+
+
+def quoted(received: object) -> str:
+    """What was received, for a reason: in quotation marks, at most 40 characters, all of them printable.
+
+    Whoever sends a message chooses this text, and logs, terminals and the viewer show it.
+
+    Args:
+        received: a text, or something else, of which the text is taken.
+    """
+    text = received if isinstance(received, str) else str(received)
+    shown = "".join(
+        c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in text[:_MOST_QUOTED]
+    )
+    return f"'{shown}'" if len(text) <= _MOST_QUOTED else f"'{shown}'…"

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from tauten.controller.qpcc import Status
 from tauten.service.wire.messages import (
     TICK,
     TICK_OF_POINTS,
@@ -22,7 +23,10 @@ from tauten.service.wire.messages import (
     to_cdr,
 )
 from tauten.service.wire.modes import Cause, Mode
-from tauten.service.wire.rejection import Rejection, RejectionReason
+from tauten.service.wire.rejection import Rejection, RejectionReason, quoted
+
+_MODES, _CAUSES = frozenset(Mode), frozenset(Cause)
+_STATUSES = frozenset({"", *Status.__members__})
 
 Positions = tuple[tuple[float, float, float], ...]
 
@@ -124,8 +128,13 @@ def decode_tick(payload: bytes) -> Tick | Rejection:
         if isinstance(of_points, Rejection):
             return message
         message = of_points
-    if message.mode not in set(Mode) or message.cause not in set(Cause):
-        return Rejection(RejectionReason.MALFORMED, f"no mode {message.mode[:20]!r} or cause")
+    for what, found, allowed in (
+        ("mode", message.mode, _MODES),
+        ("cause", message.cause, _CAUSES),
+        ("status", message.status, _STATUSES),
+    ):
+        if found not in allowed:
+            return Rejection(RejectionReason.MALFORMED, f"no {what} {quoted(found)}")
 
     def values(field: str) -> tuple[float, ...]:
         return tuple(getattr(message, field, np.zeros(0)).tolist())

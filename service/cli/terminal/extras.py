@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 # packages of the extra `viewer`, which the viewer imports
-_VIEWER = ("viser", "websockets", "msgspec")
+_VIEWER = ("viser", "websockets", "msgspec", "zstandard")
 
 
 class ExtraError(ImportError):

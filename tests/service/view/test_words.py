@@ -1,0 +1,52 @@
+"""What the panel says: markup in what others have sent is text."""
+
+from __future__ import annotations
+
+import random
+from html.parser import HTMLParser
+
+from tauten.service.view.words import Words
+
+PIECES = (
+    "<", ">", "&", "'", '"', "img", "script", "=", " ", "onerror", "javascript:", "\n", "\0", "\u202e",
+    "x",
+)  # fmt: skip
+
+
+class Reader(HTMLParser):
+    """The elements of a text and its text."""
+
+    def __init__(self) -> None:
+        super().__init__(convert_charrefs=True)
+        self.tags: list[str] = []
+        self.text = ""
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append(tag)
+
+    def handle_data(self, data: str) -> None:
+        self.text += data
+
+
+def read(words: Words) -> Reader:
+    reader = Reader()
+    reader.feed(words.html)
+    reader.close()
+    return reader
+
+
+def test_no_text_becomes_an_element() -> None:
+    for seed in range(500):
+        change = random.Random(seed)
+        parts = ["".join(change.choices(PIECES, k=change.randrange(30))) for _ in range(4)]
+        found = read(Words(parts[0], parts[1], tuple(parts[2:])))
+        assert set(found.tags) <= {"div", "b", "ul", "li"}
+        assert found.tags.count("li") == 2
+        shown = "".join(c if c.isprintable() else " " for c in "".join(parts))
+        assert found.text == shown
+
+
+def test_what_is_too_long_is_cut() -> None:
+    found = read(Words(items=("x" * 10**6,) * 10**3))
+    assert len(found.text) < 20_000
+    assert Words().html == ""
