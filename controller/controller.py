@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 
 from tauten.controller.actuation import NO_CERTIFICATE, Actuation
-from tauten.controller.locks import held_with_locks, locked, no_locks, unlocked, within_rate
+from tauten.controller.locks import locked, no_locks, resting, unlocked, with_locks, within_rate
 from tauten.controller.qpcc import QpccSettings, Status
 from tauten.controller.settings import ControllerSettings
 from tauten.controller.step import (
@@ -225,7 +225,7 @@ class Controller:
             return self._repeat()
         locks = self._step_locks()
         if locks is not None and (locks.by_position | locks.by_force).all():
-            return self._hold(None)
+            return self._keep(locks, None)
         decision = decide(self.robot, self._prepared, goal, self._left.pull, self.settings, locks)
         self._last_decision = decision
         if not decision.status.usable:
@@ -241,7 +241,10 @@ class Controller:
             decide(self.robot, self._prepared, goal, self._left.pull, self.settings, locks)
 
     def hold(self) -> Actuation:
-        """Keep position or effort of each actuator, as the robot file says; the model moves so."""
+        """Keep position or effort of each actuator, as the robot file says; the model moves so.
+
+        Locked actuators stay where they are, too: they go to their value while targets are decided for.
+        """
         self.prepare()
         return self._hold(None)
 
@@ -255,7 +258,7 @@ class Controller:
     ) -> None:
         """Lock an actuator; the others are decided. It gets there no faster than its rate allows.
 
-        A lock lasts until it is unlocked or `reset`.
+        It moves where targets are decided for, not in a hold. A lock lasts until it is unlocked or `reset`.
 
         Args:
             actuator: name.
@@ -305,12 +308,15 @@ class Controller:
 
     def _hold(self, status: Status | None, conflict: tuple[str, ...] = ()) -> Actuation:
         """Hold the actuators, after a decision that failed with this status; None: no decision failed."""
+        return self._keep(resting(self._locks, self._left.pull), status, conflict)
+
+    def _keep(
+        self, locks: Command, status: Status | None, conflict: tuple[str, ...] = ()
+    ) -> Actuation:
+        """A step without a target, in which locked actuators go where `locks` says and others are held."""
         if self._prepared is None:
             return self._repeat()
-        command = self.robot.actuators.held(self._left.pull, self._left.tension)
-        locks = self._step_locks()
-        if locks is not None:
-            command = held_with_locks(command, locks)
+        command = with_locks(self.robot.actuators.held(self._left.pull, self._left.tension), locks)
         decision = hold(self.robot, self._prepared, command, self.settings.enrichment)
         if not np.isfinite(decision.predicted.dv).all():
             return self._repeat()

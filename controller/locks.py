@@ -1,6 +1,7 @@
 """Locked actuators: a position or an effort is set from outside while the others are decided.
 
-A lock moves towards its value no faster than the actuator's rate allows. In a decision the locked rows are
+A lock moves towards its value no faster than the actuator's rate allows, and only where the robot follows: in
+a hold a locked actuator stays where it is. In a decision the locked rows are
 eliminated, so that the inverse problem keeps its form:
 
 - an effort that is locked is a constant, which moves all rows;
@@ -127,8 +128,18 @@ def within_rate(locks: Command, pull: Array, tension: Array, W: Array, step: Arr
     )
 
 
-def held_with_locks(held: Command, locks: Command) -> Command:
-    """What a hold keeps, with the values of locked actuators."""
+def resting(locks: Command, pull: Array) -> Command:
+    """What the locks ask of a hold: a locked position stays where it is, a locked effort asks nothing.
+
+    Args:
+        locks: positions and efforts.
+        pull: (n_a,) positions that left last.
+    """
+    return Command(np.where(locks.by_position, pull, np.nan), np.full_like(pull, np.nan))
+
+
+def with_locks(held: Command, locks: Command) -> Command:
+    """What actuators keep, with the values of locked ones."""
     by_force, by_position = locks.by_force, locks.by_position
     return Command(
         np.where(by_position, locks.pull, np.where(by_force, np.nan, held.pull)),

@@ -70,10 +70,13 @@ def unlock(
 
 def _order(robot: str, order: LockOrder, port: int | None, zenoh_config: Path | None) -> None:
     from tauten.service.operate import send_lock
-    from tauten.service.wire import Network
+    from tauten.service.wire import Mode, Network
 
     tick = send_lock(robot, Network(port, zenoh_config), order)
-    typer.echo(f"{robot}: {order}, {tick.mode}")
+    waits = order.moves and tick.mode is not Mode.RUN
+    typer.echo(
+        f"{robot}: {order}, {tick.mode}{': it waits until the node follows' if waits else ''}"
+    )
 
 
 def metrics(

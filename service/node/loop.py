@@ -105,14 +105,17 @@ class ControlLoop:
         return Rejection(RejectionReason.NOT_NOW, f"{order} is not possible now")
 
     def _obey_lock(self, order: LockOrder) -> Rejection | None:
-        """Lock or unlock an actuator; a stop releases all of them, and none is locked in it."""
+        """Lock or unlock an actuator; a stop releases all of them, and none is locked in it.
+
+        Where the node does not follow, a lock waits: it moves its actuator from the next `Mode.RUN` on.
+        """
         if self._state.mode is Mode.STOP:
             return Rejection(RejectionReason.NOT_NOW, f"{order} is not possible in a stop")
         try:
-            if order.position is None and order.force is None:
-                self.controller.unlock(order.actuator)
-            else:
+            if order.moves:
                 self.controller.lock(order.actuator, order.position, order.force)
+            else:
+                self.controller.unlock(order.actuator)
         except LockError as error:
             return Rejection(RejectionReason.LOCK_REFUSED, str(error))
         return None

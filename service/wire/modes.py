@@ -51,6 +51,11 @@ class LockOrder:
     position: float | None = None
     force: float | None = None
 
+    @property
+    def moves(self) -> bool:
+        """Whether it locks an actuator, rather than unlocks it."""
+        return self.position is not None or self.force is not None
+
     def __str__(self) -> str:
         if self.position is not None:
             return f"lock {self.actuator} position {self.position!r}"

@@ -10,8 +10,15 @@ from support.robots.bodies import CABLE, pneumatic_robot
 
 from tauten.controller import Controller
 from tauten.model.tetra import TetRobot
-from tauten.service.node import ControlLoop, Signals
-from tauten.service.wire import LockOrder, Mode, OperatorCommand, OperatorOrder, RejectionReason
+from tauten.service.node import Action, ControlLoop, Signals
+from tauten.service.wire import (
+    Cause,
+    LockOrder,
+    Mode,
+    OperatorCommand,
+    OperatorOrder,
+    RejectionReason,
+)
 
 
 @pytest.fixture(scope="module")
@@ -54,7 +61,7 @@ def test_everything_that_leaves_is_within_the_limits(
         last = left.pull
 
 
-def test_a_lock_holds_while_idle_and_while_following(robot: TetRobot) -> None:
+def test_a_lock_waits_while_idle_and_moves_while_following(robot: TetRobot) -> None:
     loop = ControlLoop(Controller(robot))
     assert loop.locks.message == "none"
     assert loop.obey(LockOrder("bellows", force=1e4)) is None
@@ -63,11 +70,93 @@ def test_a_lock_holds_while_idle_and_while_following(robot: TetRobot) -> None:
     for tick in range(60):
         action = loop.tick(goal if tick > 20 else None, Signals(target=tick > 20))
         loop.prepare()
+        assert tick > 20 or action.actuation.tension[1] == 0.0
     assert action.mode is Mode.RUN
     assert action.actuation.tension[1] == pytest.approx(1e4)
     assert not action.actuation.clamped
     assert loop.obey(LockOrder("bellows")) is None
     assert loop.locks.values == {}
+
+
+def tick(loop: ControlLoop, goal: np.ndarray | None, **seen: object) -> Action:
+    action = loop.tick(goal, Signals(goal is not None, **seen))  # type: ignore[arg-type]
+    loop.prepare()
+    return action
+
+
+def holding(robot: TetRobot, why: str) -> tuple[ControlLoop, np.ndarray | None, dict[str, object]]:
+    """A loop that does not follow, with what it goes on to see: goal and signals."""
+    loop = ControlLoop(Controller(robot), enabled=why != "wait")
+    near = robot.effector(robot.rest()) + np.array([0.0, 0.0, -0.004])
+    for _ in range(15):
+        tick(loop, near)
+    assert loop.state.mode is (Mode.IDLE if why == "wait" else Mode.RUN)
+    if why == "hold":
+        assert loop.obey(OperatorCommand.HOLD) is None
+    goal = {"unusable": near * np.nan, "no target": None}.get(why, near)
+    seen: dict[str, object] = {"in_time": why != "late"}
+    if why == "unmeasured":
+        seen["measurement"] = Cause.UNMEASURED
+    while loop.state.mode is Mode.RUN:
+        tick(loop, goal, **seen)
+    return loop, goal, seen
+
+
+@pytest.mark.parametrize("why", ["hold", "wait", "late", "unmeasured", "unusable", "no target"])
+@pytest.mark.parametrize(
+    "locks",
+    [
+        (LockOrder("tendon", position=0.008),),
+        (LockOrder("tendon", force=1.0),),
+        (LockOrder("bellows", force=1e4),),
+        (LockOrder("bellows", position=2e-7), LockOrder("tendon", position=0.004)),
+    ],
+)
+def test_no_lock_moves_anything_while_the_node_does_not_follow(
+    robot: TetRobot, why: str, locks: tuple[LockOrder, ...]
+) -> None:
+    """HOLD does not move: winches keep their position and supplies their effort, whatever is locked."""
+    loop, goal, seen = holding(robot, why)
+    before = tick(loop, goal, **seen).actuation
+    for order in locks:
+        assert loop.obey(order) is None
+    sealed = locks[0] == LockOrder("bellows", position=2e-7)  # and keeps its volume
+    for _ in range(40):
+        held = tick(loop, goal, **seen)
+        assert held.mode in (Mode.HOLD, Mode.IDLE)
+        assert held.actuation.pull[0] == before.pull[0]
+        assert sealed or held.actuation.tension[1] == before.tension[1]
+        assert not sealed or held.actuation.pull[1] == before.pull[1]
+    check_locks_are_reached(loop, locks)
+
+
+def check_locks_are_reached(loop: ControlLoop, locks: tuple[LockOrder, ...]) -> None:
+    """Once the node follows, what has been locked moves to its value."""
+    robot = loop.controller.robot
+    near = robot.effector(robot.rest()) + np.array([0.0, 0.0, -0.004])
+    loop.obey(OperatorCommand.ENABLE)
+    while loop.state.mode is not Mode.RUN:  # as many ticks in time as were late
+        tick(loop, near)
+    for _ in range(20):
+        moved = tick(loop, near)
+    assert moved.mode is Mode.RUN
+    for order in locks:
+        i = robot.actuators.names.index(order.actuator)
+        if order.position is None:
+            assert moved.actuation.tension[i] == pytest.approx(order.force)
+        else:
+            assert moved.actuation.pull[i] == pytest.approx(order.position)
+
+
+def test_an_actuator_on_its_way_to_a_lock_stops_with_the_others(robot: TetRobot) -> None:
+    loop = ControlLoop(Controller(robot))
+    near = robot.effector(robot.rest()) + np.array([0.0, 0.0, -0.004])
+    tick(loop, near)
+    loop.obey(LockOrder("tendon", position=0.015))
+    on_the_way = tick(loop, near).actuation.pull[0]
+    assert 0.0 < on_the_way < 0.015
+    loop.obey(OperatorCommand.HOLD)
+    assert all(tick(loop, near).actuation.pull[0] == on_the_way for _ in range(20))
 
 
 @pytest.mark.parametrize(
@@ -97,8 +186,7 @@ def test_a_stop_releases_what_is_locked_and_a_reset_forgets_it(robot: TetRobot) 
     loop.obey(LockOrder("tendon", position=0.003))
     loop.obey(LockOrder("bellows", force=1e4))
     for _ in range(20):
-        loop.tick(None, Signals(target=False))
-        loop.prepare()
+        tick(loop, robot.effector(robot.rest()))
     assert loop.controller.pull[0] == pytest.approx(0.003)
     assert loop.controller.tension[1] == pytest.approx(1e4)
     loop.obey(OperatorCommand.STOP)
