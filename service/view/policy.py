@@ -135,8 +135,8 @@ def _bytes_of(text: str) -> bytes:
     rest = len(digits) % _GROUP
     weights = _BASE ** np.arange(_GROUP - 1, -1, -1)
     whole = digits[: len(digits) - rest].reshape(-1, _GROUP) @ weights  # (m,)
-    found = (whole & 0xFFFFFFFF).astype(">u4").tobytes()
+    found: bytes = (whole & 0xFFFFFFFF).astype(">u4").tobytes()
     if rest == 0:
         return found
     last = int(digits[len(digits) - rest :] @ weights[_GROUP - rest :])
-    return found + (last % 256 ** (rest - 1)).to_bytes(rest - 1, "big")
+    return found + (last % (1 << 8 * (rest - 1))).to_bytes(rest - 1, "big")
