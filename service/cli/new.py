@@ -46,21 +46,28 @@ def new(
         Path | None, typer.Option(help="Folder to make; default: NAME in this folder.")
     ] = None,
 ) -> None:
-    """Make a robot file from a part of CAD, to edit. Ctrl-C chooses among the meshes done."""
-    from tauten.service.new import LARGE, NewRobot, make_new_robot, read_part
+    """Make a robot file from a part of CAD, to edit. Ctrl-C chooses among the meshes compared so far."""
+    from tauten.service.new import LARGE, Made, NewRobot, make_new_robot, read_part
     from tauten.service.process import one_blas_thread, stop_on_signals
     from tauten.service.tables import trial_table
 
-    part = read_part(mesh, unit, repair)
-    wanted = NewRobot(name, part, None if size is None else 1e-3 * size, accuracy, young)
-    if wanted.elements > LARGE and not yes:
-        text = f"--size {size:g}: makes about {wanted.elements} tetrahedra"
-        if not sys.stdin.isatty():
-            raise typer.BadParameter(f"{text}; choose a larger size, or add --yes")
-        typer.confirm(f"{text}, go on?", abort=True, err=True)
+    made: Made | None = None
+    with stop_on_signals() as stop:
+        with stop.interruptible():
+            with progress_bar("surface") as report:
+                part = read_part(mesh, unit, repair, report)
+            wanted = NewRobot(name, part, None if size is None else 1e-3 * size, accuracy, young)
+            if wanted.elements > LARGE and not yes:
+                text = f"--size {size:g}: makes about {wanted.elements} tetrahedra"
+                if not sys.stdin.isatty():
+                    raise typer.BadParameter(f"{text}; choose a larger size, or add --yes")
+                typer.confirm(f"{text}, go on?", abort=True, err=True)
+        with progress_bar("mesh") as report, one_blas_thread():
+            made = make_new_robot(wanted, folder or Path(name), stop, report)
     console = Console(stderr=True)
-    with stop_on_signals() as stop, progress_bar("mesh") as report, one_blas_thread():
-        made = make_new_robot(wanted, folder or Path(name), stop, report)
+    if made is None:
+        console.print("stopped: nothing is written", highlight=False)
+        raise typer.Exit(130)
     show_tables([trial_table(made.trials, made.chosen)], 120)
     if made.note:
         console.print(f"{mesh}: the surface {made.note}", highlight=False)

@@ -21,7 +21,7 @@ from tauten.service.new.guesses import Guess, guess_fields
 from tauten.service.new.meshing import LARGE, Part, mesh_part
 from tauten.service.new.part import PartError
 from tauten.service.new.template import Values, robot_text
-from tauten.service.process import StopFlag
+from tauten.service.process import Interrupted, StopFlag
 
 NODES = (300, 700, 1500, 3000)  # of the meshes that are compared
 PULL_SHARE = 0.5  # of the largest pull, where meshes are compared
@@ -109,12 +109,13 @@ def make_new_robot(new: NewRobot, folder: Path, stop: StopFlag, progress: Progre
     Args:
         new: what to make.
         folder: folder to write to, which must not exist.
-        stop: read before each mesh; the meshes done are compared.
+        stop: ends the work; the meshes whose equilibria are done are compared.
         progress: called with the share of the work just done, and what comes next.
 
     Raises:
         PartError: the part cannot be meshed, the folder exists, or the robot has no equilibrium.
         MeshError: the mesh cannot be used.
+        Interrupted: stopped before there is one; nothing is written.
     """
     if folder.exists():
         raise PartError(f"{folder}: exists already; choose another name, or delete it")
@@ -126,11 +127,14 @@ def make_new_robot(new: NewRobot, folder: Path, stop: StopFlag, progress: Progre
     guess = guess_fields(meshes[-1][1])
     drafts: list[_Draft] = []
     for number, (size, mesh) in enumerate(meshes, 1):
-        if stop.requested and drafts:
-            break
         progress(0.0, f"equilibria with elements of {1e3 * size:.3g} mm")
         try:
-            drafts.append(_draft(new, size, mesh, guess))
+            with stop.interruptible():
+                drafts.append(_draft(new, size, mesh, guess))
+        except Interrupted:
+            if not drafts:
+                raise
+            break
         except (PartError, RobotFileError):
             if not drafts and number == len(meshes):
                 raise
@@ -180,8 +184,6 @@ def _meshes(
     """Element sizes and meshes of the part, coarse to fine; without those that the mesher cannot make."""
     meshes: list[tuple[float, TetMesh]] = []
     for size in sizes:
-        if stop.requested and meshes:
-            break
         if part.tetrahedra(size) > 10 * LARGE:
             raise PartError(
                 f"{part.path}: elements of {1e3 * size:.3g} mm make about {part.tetrahedra(size)} "
@@ -189,7 +191,8 @@ def _meshes(
             )
         progress(0.0, f"mesh of elements of {1e3 * size:.3g} mm")
         try:
-            meshes.append((size, mesh_part(part, size)))
+            with stop.interruptible():
+                meshes.append((size, mesh_part(part, size)))
         except PartError:
             if not meshes and size == sizes[-1]:
                 raise

@@ -7,6 +7,8 @@ a message.
 from __future__ import annotations
 
 import importlib.util
+import os
+import signal
 import subprocess
 import sys
 import tempfile
@@ -17,6 +19,7 @@ import meshio
 import numpy as np
 
 from tauten.model.mesh import UNITS, TetMesh, checked, mean_ratios, oriented, read_mesh
+from tauten.service.new.crossing import Progress
 from tauten.service.new.part import Kind, PartError, Surface, kind_of, read_surface
 
 TIME_LIMIT = 600.0  # s
@@ -56,13 +59,16 @@ class Part:
         return float((PER_CUBE * self.volume / (4.0 * nodes)) ** (1.0 / 3.0))
 
 
-def read_part(path: Path, unit: str, repair: bool) -> Part:
+def read_part(
+    path: Path, unit: str, repair: bool, progress: Progress = lambda share, what: None
+) -> Part:
     """Read a part and refuse what cannot be meshed.
 
     Args:
         path: STL, OBJ, PLY, STEP, BREP, or a file with tetrahedra.
         unit: of its coordinates.
         repair: whether holes and crossings of a surface are left to the mesher.
+        progress: called with the share of the work just done, and what is done.
 
     Raises:
         PartError: no such file, a surface that is not closed, an assembly, a missing extra.
@@ -78,7 +84,7 @@ def read_part(path: Path, unit: str, repair: bool) -> Part:
         raise PartError(f"{path}: --repair is for surfaces (STL, OBJ, PLY)")
     _require("wildmeshing" if repair else "netgen", "repair" if repair else "mesh")
     if kind == "surface":
-        surface = read_surface(path, repair)
+        surface = read_surface(path, repair, progress)
         volume = abs(surface.volume) * scale**3
         part = Part(path, kind, unit, volume, _length(surface.vertices) * scale, surface, repair)
     else:
@@ -150,25 +156,36 @@ def _solid_facts(path: Path) -> tuple[float, float]:
 
 
 def _run(arguments: list[str], path: Path) -> None:
-    """Run the mesher's process; its last line of output is the reason where it fails."""
+    """Run the mesher's process; its last line of output is the reason where it fails.
+
+    It has a process group of its own, which ends with whatever ends this function: a mesher in C++ hears
+    no signal.
+    """
     # as a file: a module would import all of tauten first, which it does not need
     script = Path(__file__).with_name("mesher.py")
-    command = [sys.executable, "-P", str(script), *arguments]
+    mesher = subprocess.Popen(
+        [sys.executable, "-P", str(script), *arguments],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        errors="replace",
+        cwd=Path(arguments[-1]).parent,  # fTetWild writes files of its own there
+        start_new_session=True,
+    )
     try:
-        done = subprocess.run(
-            command,
-            capture_output=True,
-            text=True,
-            timeout=TIME_LIMIT,
-            cwd=Path(arguments[-1]).parent,  # fTetWild writes files of its own there
-        )
+        out, err = mesher.communicate(timeout=TIME_LIMIT)
     except subprocess.TimeoutExpired as error:
         raise PartError(
             f"{path}: meshing took more than {TIME_LIMIT:g} s; choose a larger --size"
         ) from error
-    if done.returncode != 0 or not Path(arguments[-1]).is_file():
-        lines = (done.stderr.strip() or done.stdout.strip()).splitlines()
-        reason = lines[-1] if lines else f"it ended with code {done.returncode}"
+    finally:
+        if mesher.poll() is None:
+            os.killpg(mesher.pid, signal.SIGKILL)
+            mesher.communicate()
+    if mesher.returncode != 0 or not Path(arguments[-1]).is_file():
+        lines = (err.strip() or out.strip()).splitlines()
+        reason = lines[-1] if lines else f"it ended with code {mesher.returncode}"
         advice = "choose another --size, or mend the part in CAD"
         if arguments[0] == "surface":
             advice += ", or use --repair"

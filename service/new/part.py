@@ -11,11 +11,13 @@ import numpy as np
 from tauten.model.actuators import enclosed_volume
 from tauten.model.mesh import read_triangles
 from tauten.model.numerics import Array, Ints
+from tauten.service.new.crossing import Progress, first_crossing
 
 SURFACES = (".stl", ".obj", ".ply")
 SOLIDS = (".step", ".stp", ".brep")
 Kind = Literal["surface", "solid", "tetrahedra"]
 SAME_POINT = 1e-7  # of the size; STL repeats the corners of its triangles
+MOST_TRIANGLES = 1_000_000  # of a surface; a mesher takes hours for more
 
 
 class PartError(ValueError):
@@ -50,26 +52,38 @@ def kind_of(path: Path) -> Kind:
     return "solid" if suffix in SOLIDS else "tetrahedra"
 
 
-def read_surface(path: Path, repair: bool) -> Surface:
+def read_surface(path: Path, repair: bool, progress: Progress) -> Surface:
     """Read a closed surface.
 
     Args:
         path: STL, OBJ or PLY.
         repair: whether holes and intersections are left to the mesher, which then closes them.
+        progress: called with the share of the work just done, and what is done.
 
     Raises:
         MeshError: unreadable file, no triangles, or numbers that are not finite.
-        PartError: holes, parts inside out relative to one another, self-intersections.
+        PartError: too many triangles, or none whose corners differ; holes, parts inside out relative to one
+            another, self-intersections.
     """
     points, corners = read_triangles(path)
+    if len(corners) > MOST_TRIANGLES:
+        raise PartError(
+            f"{path}: the surface has {len(corners)} triangles, allowed are {MOST_TRIANGLES}; export it "
+            "with a larger deviation, or the solid as STEP"
+        )
     vertices, triangles = welded(points[corners])
+    if not len(triangles):
+        raise PartError(
+            f"{path}: each of its {len(corners)} triangles has two corners at the same point; export the "
+            "surface again, with more digits"
+        )
     if repair:
         return Surface(vertices, triangles, "repaired by the mesher")
     refuse_holes(path, triangles)
     note = ""
     if enclosed_volume(vertices, triangles) < 0.0:
         triangles, note = triangles[:, ::-1].copy(), "was inside out and has been turned"
-    crossing = first_crossing(vertices, triangles)
+    crossing = first_crossing(vertices, triangles, progress)
     if crossing is not None:
         where = np.round(vertices[triangles[crossing[0]]].mean(axis=0), 4).tolist()
         raise PartError(
@@ -109,59 +123,3 @@ def refuse_holes(path: Path, triangles: Ints) -> None:
         raise PartError(
             f"{path}: some triangles are inside out beside others, {int((turned > 1).sum())} edges; {advice}"
         )
-
-
-def first_crossing(vertices: Array, triangles: Ints) -> tuple[int, int] | None:
-    """Two triangles of a surface that cross each other and share no vertex; None where there are none.
-
-    An edge of one has to pass through the other (Möller and Trumbore 1997).
-
-    Args:
-        vertices: (v, 3).
-        triangles: (t, 3).
-    """
-    corners = vertices[triangles]  # (t, 3, 3)
-    low, high = corners.min(axis=1), corners.max(axis=1)
-    order = np.argsort(low[:, 0])
-    starts = low[order, 0]
-    for place, index in enumerate(order):
-        end = int(np.searchsorted(starts, high[index, 0], side="right"))
-        others = order[place + 1 : end]
-        overlap = (low[others] <= high[index]).all(axis=1) & (high[others] >= low[index]).all(
-            axis=1
-        )
-        others = others[overlap]
-        apart = ~np.isin(triangles[others], triangles[index]).any(axis=1)
-        others = others[apart]
-        if not len(others):
-            continue
-        hit = pierced(corners[index][None], corners[others]) | pierced(
-            corners[others], corners[index][None]
-        )
-        if hit.any():
-            return int(index), int(others[int(hit.argmax())])
-    return None
-
-
-def pierced(edges_of: Array, through: Array) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
-    """Whether an edge of one triangle passes through another, pair by pair.
-
-    Args:
-        edges_of: (p, 3, 3) or (1, 3, 3) triangles whose edges are used.
-        through: (p, 3, 3) or (1, 3, 3) triangles.
-    """
-    edge1, edge2 = through[:, 1] - through[:, 0], through[:, 2] - through[:, 0]
-    found = np.zeros(max(len(edges_of), len(through)), dtype=bool)
-    for i in range(3):
-        start = edges_of[:, i]
-        direction = edges_of[:, (i + 1) % 3] - start
-        p = np.cross(direction, edge2)
-        scale = np.einsum("...i,...i->...", edge1, p)
-        with np.errstate(all="ignore"):  # parallel ones give inf or nan, which no comparison passes
-            s = start - through[:, 0]
-            u = np.einsum("...i,...i->...", s, p) / scale
-            q = np.cross(s, edge1)
-            v = np.einsum("...i,...i->...", direction, q) / scale
-            t = np.einsum("...i,...i->...", edge2, q) / scale
-            found |= (u > 0.0) & (v > 0.0) & (u + v < 1.0) & (t > 0.0) & (t < 1.0)
-    return found

@@ -10,6 +10,7 @@ import pytest
 
 from tauten.model import Simulator, load_robot
 from tauten.service.new import NewRobot, Part, PartError, make_new_robot, read_part
+from tauten.service.new import part as surfaces
 from tauten.service.process import StopFlag
 
 BOX = np.array([[x, y, z] for x in (0, 12) for y in (0, 12) for z in (0, 60)], dtype=float)  # mm
@@ -98,6 +99,16 @@ def test_triangles_that_cross_are_refused(tmp_path: Path) -> None:
     part = write_stl(tmp_path / "two.stl", vertices, np.vstack([first[1], second[1] + 8]))
     with pytest.raises(PartError, match="cross each other near"):
         make(NewRobot("two", read(part), size=6e-3), tmp_path / "two")
+
+
+def test_a_surface_of_too_many_triangles_is_refused_before_it_is_searched(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(surfaces, "MOST_TRIANGLES", 11)
+    with pytest.raises(
+        PartError, match="has 12 triangles, allowed are 11; export it with a larger"
+    ):
+        read(write_stl(tmp_path / "bar.stl", *box()))
 
 
 def test_a_triangle_that_is_turned_is_refused(tmp_path: Path) -> None:
