@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from contextlib import suppress
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -48,11 +49,11 @@ def new(
 ) -> None:
     """Make a robot file from a part of CAD, to edit. Ctrl-C chooses among the meshes compared so far."""
     from tauten.service.new import LARGE, Made, NewRobot, make_new_robot, read_part
-    from tauten.service.process import one_blas_thread, stop_on_signals
+    from tauten.service.process import Interrupted, one_blas_thread, stop_on_signals
     from tauten.service.tables import trial_table
 
     made: Made | None = None
-    with stop_on_signals() as stop:
+    with stop_on_signals() as stop, suppress(Interrupted):
         with stop.interruptible():
             with progress_bar("surface") as report:
                 part = read_part(mesh, unit, repair, report)
