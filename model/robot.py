@@ -107,7 +107,7 @@ class Robot(Protocol):
 
     @property
     def digest(self) -> str:
-        """SHA-256 of everything its contact forces depend on (body, material, actuators, contacts)."""
+        """What its contact forces depend on, from its files alone, see `tauten.model.schema.robot_digest`."""
 
     @property
     def gravity(self) -> Array:

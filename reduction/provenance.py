@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
+from tauten.model.schema import differences
+
 _PACKAGES = ("tauten", "numpy", "scipy", "numba")
 
 
@@ -36,7 +38,7 @@ class Provenance:
 
     Attributes:
         robot: name of the robot.
-        robot_digest: sha256 of its model; a basis fits no other one.
+        robot_digest: digest of its description; a basis fits no other one.
         campaign: one line that names the snapshots, such as "ramp: 0 to 40 mm in 800 steps".
         snapshots_digest: sha256 of the snapshot matrix.
         snapshots: number of columns factored.
@@ -67,6 +69,19 @@ class Provenance:
     curve: tuple[CurvePoint, ...]
     created: str
     versions: tuple[tuple[str, str], ...]
+
+
+def made_for_another(made_for: str, digest: str, name: str, now: str) -> str:
+    """What a basis was made for, as the end of a sentence, where that is not the robot it is used with.
+
+    Args:
+        made_for: name of the robot that it was made for.
+        digest: of that robot.
+        name: of the robot that it is used with.
+        now: its digest.
+    """
+    what = differences(digest, now)
+    return f"was made for robot {made_for!r}, which is not {name!r} as it is now: {what} differ"
 
 
 def package_versions() -> tuple[tuple[str, str], ...]:

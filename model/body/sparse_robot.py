@@ -26,7 +26,7 @@ class SparseRobot(ABC):
 
     Attributes:
         names: of the robot and its effectors.
-        digest: SHA-256 of everything its contact forces depend on (body, material, actuators, contacts).
+        digest: of its description, see `tauten.model.schema.robot_digest`.
         gravity: (3,) [m/s²].
         tolerance: depth of penetration from which a unit column is added for a contact candidate [m].
         integration: time step and scheme.

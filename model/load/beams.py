@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tauten.model.actuators import BeamActuators, coupling_of
 from tauten.model.beams import (
@@ -46,13 +43,12 @@ from tauten.model.schema import (
     RobotFileError,
     Structure,
     Vertebra,
+    beam_robot_digest,
     check_surfaces,
     read_text,
     validated,
 )
 from tauten.model.system import integration_of, make_pattern
-
-ELEMENT = b"helix"  # the kind of element: bases of another kind fit no more
 
 
 def read_structure(path: Path) -> Structure:
@@ -98,7 +94,7 @@ def build_beam_robot(config: BeamConfig, structure: Structure, source: str) -> B
     scheme = config.integration
     return BeamRobot(
         names=names_of(config),
-        digest=beam_digest(body, fixed, cables, surfaces, contacts),
+        digest=beam_robot_digest(config, structure, Path(source).parent),
         gravity=np.array(config.gravity),
         tolerance=config.contact.tolerance,
         body=body,
@@ -308,32 +304,3 @@ def build_beam_contacts(
         name = f"{contact.candidates} on {contact.against}"
         pairs.append(ContactPair(name, nodes, weights, named[contact.against]))
     return ContactSet(pairs, len(points), config.contact.alarm_distance or ALARM_DISTANCE)
-
-
-def beam_digest(
-    body: BeamBody, fixed: Bools, cables: BeamCables, surfaces: BeamSurfaces, contacts: ContactSet
-) -> str:
-    """SHA-256 of everything that contact forces depend on, except loads and control.
-
-    Args:
-        body: the beams.
-        fixed: (n_nodes,) which nodes do not move.
-        cables: of the robot.
-        surfaces: with the points that contacts refer to.
-        contacts: the contact pairs.
-    """
-    hasher = hashlib.sha256(ELEMENT)
-    arrays: list[NDArray[Any]] = [body.nodes, body.ends, body.axes, fixed]
-    arrays += [cables.starts, cables.stations.nodes, cables.stations.offsets]
-    arrays += [
-        surfaces.contact_points.nodes,
-        surfaces.contact_points.weights,
-        surfaces.contact_points.offsets,
-    ]
-    for pair in contacts.pairs:
-        arrays += [pair.nodes, pair.weights, pair.triangles]
-    for array in arrays:
-        hasher.update(np.round(np.ascontiguousarray(array, dtype=float), 12).tobytes())
-    for relative in (body.D, body.mass):  # relative to their size: nine digits
-        hasher.update("".join(f"{value:.8e}" for value in relative.ravel()).encode())
-    return hasher.hexdigest()

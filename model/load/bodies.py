@@ -96,6 +96,29 @@ def read_bodies(config: RobotConfig, path: Path, refinements: int = 0) -> list[A
     ]
 
 
+def contents_of(config: RobotConfig, meshes: Sequence[AnyMesh]) -> list[bytes]:
+    """The meshes as bytes for the robot's digest; of a beam, which has no file, the number of its nodes.
+
+    Args:
+        config: the robot file.
+        meshes: of its bodies, as `read_bodies` gives them.
+    """
+    bodies = zip(config.all_bodies, meshes, strict=True)
+    return [
+        content_of(mesh) if body.mesh is not None else str(len(mesh.tets)).encode()
+        for body, mesh in bodies
+    ]
+
+
+def content_of(mesh: AnyMesh) -> bytes:
+    """Nodes, elements and groups of a mesh."""
+    parts = [(mesh.nodes + 0.0).tobytes(), mesh.tets.astype("<i8").tobytes()]  # + 0.0: without −0.0
+    for group in mesh.groups:
+        cells = (group.tets, group.triangles)
+        parts += [group.name.encode(), *(part.astype("<i8").tobytes() for part in cells)]
+    return b"".join(parts)
+
+
 def build_bodies(config: RobotConfig, meshes: Sequence[AnyMesh], source: str) -> Bodies:
     """The bodies of a robot file, each in its place and with the laws of its regions.
 

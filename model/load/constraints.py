@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,7 +13,6 @@ from tauten.model.constraints import (
     ConstrainedRobot,
     DriveRegion,
     Drums,
-    FrameJoints,
     GluedNodes,
     PinnedRegion,
     RigidRegion,
@@ -256,7 +254,7 @@ def constrained(
     solver = config.integration
     return ConstrainedRobot(
         names=raw.names,
-        digest=constrained_digest(raw, constraints, joints, drums),
+        digest=raw.digest,
         gravity=raw.gravity,
         tolerance=raw.tolerance,
         integration=raw.integration,
@@ -309,37 +307,3 @@ def build_drums(config: RobotConfig, cables: CableSet, n_drives: int, number: In
         regions=n_drives - len(items) + np.arange(len(items)),
         supports=supports_of(cables, chosen, number),
     )
-
-
-def constrained_digest(
-    raw: TetRobot, constraints: Constraints, joints: FrameJoints | None, drums: Drums | None
-) -> str:
-    """SHA-256 of the robot, of what its nodes follow, and of its beams and hinges.
-
-    Args:
-        raw: the robot without constraints.
-        constraints: the constraints.
-        joints: beams and hinges.
-        drums: motors that wind several cables.
-    """
-    hasher = hashlib.sha256(raw.digest.encode())
-    if drums is not None:
-        for part in (drums.gains, drums.stiffness, drums.pretension):
-            hasher.update(np.round(part, 12).tobytes())
-    for name, nodes in constraints.regions:
-        hasher.update(name.encode() + nodes.tobytes())
-    for drive in constraints.drives:
-        for part in (drive.axis, drive.through):
-            hasher.update(np.round(part, 12).tobytes())
-        hasher.update(bytes([drive.turns]))
-    for one in constraints.pinned:
-        hasher.update(one.masters.tobytes() + np.round(one.weights, 9).tobytes())
-    if joints is not None:
-        for part in (joints.beams.axes, joints.springs.data):
-            hasher.update(np.round(part, 9).tobytes())
-        for part in (joints.beams.D, joints.inertia):  # relative to their size: nine digits
-            hasher.update("".join(f"{value:.8e}" for value in part.ravel()).encode())
-    glued = constraints.glued
-    hasher.update(glued.nodes.tobytes() + glued.masters.tobytes())
-    hasher.update(np.round(glued.weights, 9).tobytes())
-    return hasher.hexdigest()

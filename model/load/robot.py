@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import shlex
 from collections.abc import Sequence
 from dataclasses import replace
@@ -12,20 +11,17 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
-from tauten.model.actuators import ActuatorParts, place_actuators
-from tauten.model.body import Material
+from tauten.model.actuators import place_actuators
 from tauten.model.constraints import ConstrainedRobot
-from tauten.model.contact import ContactSet
 from tauten.model.interface import actuators_of, limits_of
 from tauten.model.load.actuators import build_actuators, place_points
 from tauten.model.load.beams import build_beam_robot, read_structure
-from tauten.model.load.bodies import AnyMesh, build_bodies, read_bodies
+from tauten.model.load.bodies import AnyMesh, build_bodies, contents_of, read_bodies
 from tauten.model.load.constraints import build_constraints, constrained, require_held
 from tauten.model.load.contacts import build_contacts
 from tauten.model.load.effectors import build_nodal_effectors
-from tauten.model.numerics import Bools, make_factorisation
+from tauten.model.numerics import make_factorisation
 from tauten.model.robot import Robot, names_of
 from tauten.model.schema import (
     BeamConfig,
@@ -37,10 +33,11 @@ from tauten.model.schema import (
     SectionSettings,
     model_tables,
     read_toml,
+    robot_digest,
     validated,
 )
 from tauten.model.system import integration_of, make_pattern
-from tauten.model.tetra import BodyParts, TetRobot, make_solid, make_viscoelasticity
+from tauten.model.tetra import TetRobot, make_solid, make_viscoelasticity
 
 C = TypeVar("C", RobotConfig, BeamConfig)
 M = TypeVar("M", bound=MaterialSettings)
@@ -214,9 +211,6 @@ def build_robot(
     Raises:
         RobotFileError: a region is empty or a point lies outside the mesh; the text names `source`.
     """
-    settings = config.all_bodies[0].material
-    assert settings is not None
-    material = Material(settings.young_modulus, settings.poisson_ratio, settings.density)
     meshes = mesh if isinstance(mesh, Sequence) else [mesh]
     bodies = build_bodies(config, meshes, source)
     body, selector, fixed = bodies.parts, bodies.selector, bodies.fixed
@@ -243,7 +237,7 @@ def build_robot(
     backend = "superlu" if constraints else scheme.factorisation
     robot = TetRobot(
         names=names_of(config),
-        digest=digest(body, material, fixed, parts, contacts),
+        digest=robot_digest(config, contents_of(config, meshes), Path(source).parent),
         gravity=np.array(config.gravity),
         tolerance=config.contact.tolerance,
         mesh=body.mesh,
@@ -261,44 +255,3 @@ def build_robot(
         factorisation=make_factorisation(pattern.indptr, pattern.indices, backend, scheme.threads),
     )
     return constrained(robot, constraints, config, bodies, coupling) if constraints else robot
-
-
-def digest(
-    body: BodyParts, material: Material, fixed: Bools, parts: ActuatorParts, contacts: ContactSet
-) -> str:
-    """SHA-256 of everything that contact forces depend on, except loads and control.
-
-    Args:
-        body: the body.
-        material: of the body.
-        fixed: (n_nodes,) which nodes do not move.
-        parts: actuators of the robot.
-        contacts: the contact pairs.
-    """
-    hasher, cables = hashlib.sha256(), parts.cables
-    arrays: list[NDArray[Any]] = [
-        body.mesh.nodes,
-        body.mesh.tets,
-        fixed,
-        cables.owner,
-        cables.nodes,
-        cables.weights,
-        cables.offset,
-    ]
-    for pair in contacts.pairs:
-        arrays += [pair.nodes, pair.weights, pair.triangles]
-        if len(pair.apart):
-            arrays.append(pair.apart)
-    arrays += parts.chambers
-    for force in parts.forces:
-        arrays += [force.nodes, force.weights, force.direction]
-    if parts.coupling is not None:
-        arrays += [parts.coupling.gains.toarray(), parts.coupling.offsets]
-    for array in arrays:
-        hasher.update(np.round(np.ascontiguousarray(array, dtype=float), 12).tobytes())
-    hasher.update(repr(material).encode())
-    if not body.is_plain:  # plain bodies keep the digest their bases were made with
-        hasher.update(repr(body.laws).encode())
-        for part in body.domains:
-            hasher.update(part.nodes.tobytes() + part.law.tobytes())
-    return hasher.hexdigest()

@@ -11,6 +11,8 @@ from tauten.model.numerics import Array, Ints, kernel, row_keys
 FACES = np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]])
 
 SAMPLES_PER_POINT = 40  # how much denser the surface is sampled than it is to be covered
+TIE = 1e-6  # of lengths relative to the spacing; what differs by less is a tie, won by the lower number
+NEAREST = 8  # points among which a sample has its nearest one; more are not equally near
 RELAXATIONS = 20  # Lloyd steps; positions move by less than a sample spacing after about ten
 
 
@@ -56,7 +58,10 @@ def spread_points(vertices: Array, triangles: Ints, count: int) -> tuple[Ints, A
     relaxed towards the centroidal Voronoi tessellation (Lloyd 1982). The outermost points end half
     a spacing inside the border: a small slip between two facing surfaces does not move them beyond
     the border of the other one. Distances are Euclidean, so that on a surface folded more tightly than
-    the spacing the cells of both sides mix. Deterministic.
+    the spacing the cells of both sides mix.
+
+    Deterministic: meshes are often symmetric, and between samples that are equally far but for rounding the
+    lower number decides, so that compilers and processors agree on the points.
 
     Args:
         vertices: (v, 3) positions [m].
@@ -79,8 +84,9 @@ def spread_points(vertices: Array, triangles: Ints, count: int) -> tuple[Ints, A
     nodes = triangles[owner]  # (s, 3)
     samples = np.einsum("si,sij->sj", weights, vertices[nodes])  # (s, 3)
     chosen = farthest_points(samples, count)
+    tie = TIE * np.sqrt(area / count)
     for _ in range(RELAXATIONS):
-        moved = nearest_to_centroids(samples, chosen)
+        moved = nearest_to_centroids(samples, chosen, tie)
         if np.array_equal(moved, chosen):
             break
         chosen = moved
@@ -100,7 +106,9 @@ def dense_samples(vertices: Array, triangles: Ints, area: float) -> tuple[Ints, 
         Triangle of each sample (s,) and its barycentric weights (s, 3).
     """
     areas = triangle_areas(vertices, triangles)
-    divisions = np.ceil(np.sqrt(areas / area)).astype(np.int64)  # 0 where the triangle is flat
+    divisions = np.ceil(np.sqrt(areas / area) - TIE).astype(
+        np.int64
+    )  # 0 where the triangle is flat
     owner, weights = [], []
     for d in np.unique(divisions[divisions > 0]):
         members = np.flatnonzero(divisions == d)
@@ -138,22 +146,48 @@ def farthest_points(samples: Array, count: int) -> Ints:
             here = min(distance[s], dx * dx + dy * dy + dz * dz)
             if k > 0:  # the centre is not one of the points
                 distance[s] = here
-            if here > farthest:
+            if here > (1.0 + TIE) * farthest:
                 best, farthest = s, here
         chosen[k] = best
         from_x, from_y, from_z = samples[best, 0], samples[best, 1], samples[best, 2]
     return chosen
 
 
-def nearest_to_centroids(samples: Array, chosen: Ints) -> Ints:
-    """One Lloyd step: for each chosen sample the one nearest to the centroid of its cell (c,)."""
-    _, cell = cKDTree(samples[chosen]).query(samples)  # (s,)
+def nearest_to_centroids(samples: Array, chosen: Ints, tie: float) -> Ints:
+    """One Lloyd step: for each chosen sample the one nearest to the centroid of its cell (c,).
+
+    Args:
+        samples: (s, 3) points of the surface [m].
+        chosen: (c,) numbers of the chosen ones.
+        tie: distances that differ by less are the same [m].
+    """
+    cell = nearest_of(samples[chosen], samples, tie)  # (s,)
     size = np.bincount(cell, minlength=len(chosen))
     sums = [np.bincount(cell, samples[:, i], minlength=len(chosen)) for i in range(3)]
     centroid = np.stack(sums, axis=1) / np.maximum(size, 1)[:, None]  # (c, 3)
     distance = np.linalg.norm(samples - centroid[cell], axis=1)
-    order = np.lexsort((distance, cell))
-    filled, first = np.unique(cell[order], return_index=True)
+    least = np.full(len(chosen), np.inf)
+    np.minimum.at(least, cell, distance)
+    nearest = np.flatnonzero(distance <= least[cell] + tie)  # ascending
+    filled, first = np.unique(cell[nearest], return_index=True)
     moved = chosen.copy()
-    moved[filled] = order[first]
+    moved[filled] = nearest[first]
     return moved
+
+
+def nearest_of(points: Array, samples: Array, tie: float) -> Ints:
+    """Number of the point nearest to each sample, the lowest one of those equally near: (s,).
+
+    Args:
+        points: (c, 3) [m].
+        samples: (s, 3) [m].
+        tie: distances that differ by less are the same [m].
+    """
+    tree, count = cKDTree(points), len(points)
+    distance, number = tree.query(samples, k=[1, 2])  # (s, 2); inf and count without a second one
+    nearest: Ints = number[:, 0]
+    tied = np.flatnonzero(distance[:, 1] <= distance[:, 0] + tie)
+    distance, number = tree.query(samples[tied], k=np.arange(1, min(NEAREST, count) + 1))
+    equal = distance <= distance[:, :1] + tie
+    nearest[tied] = np.where(equal, number, count).min(axis=1, initial=count)
+    return nearest

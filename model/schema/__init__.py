@@ -26,6 +26,7 @@ from tauten.model.schema.contact import (
     SurfaceSettings,
     check_surfaces,
 )
+from tauten.model.schema.digest import beam_robot_digest, differences, robot_digest
 from tauten.model.schema.effector import COMPONENTS, EffectorKind, EffectorSettings
 from tauten.model.schema.material import MaterialSettings, SolidMaterialSettings
 from tauten.model.schema.profile import (
@@ -133,10 +134,13 @@ __all__ = [
     "TubeSettings",
     "Union",
     "Vertebra",
+    "beam_robot_digest",
     "check_surfaces",
+    "differences",
     "in_range",
     "model_tables",
     "read_text",
     "read_toml",
+    "robot_digest",
     "validated",
 ]

@@ -30,7 +30,7 @@ class Origin:
 
     Attributes:
         robot: name of the robot.
-        robot_digest: sha256 of its model.
+        robot_digest: digest of its description.
         campaign: description of the design and its digest, one line.
         versions: (package, version) pairs.
     """

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from tauten.model import ChainedRows, ContactRows, ReducedContacts, Robot
 from tauten.model.numerics import Array, Ints, kernel
-from tauten.reduction.provenance import Provenance
+from tauten.reduction.provenance import Provenance, made_for_another
 from tauten.reduction.storage import DamagedFile, UnknownFile, located, parsed, read, write
 
 SUFFIX = ".basis"
@@ -102,10 +102,11 @@ class ContactBasis:
         """
         made_for = self.provenance
         if made_for.robot_digest != robot.digest:
+            other = made_for_another(
+                made_for.robot, made_for.robot_digest, robot.name, robot.digest
+            )
             raise BasisError(
-                f"this basis was made for robot {made_for.robot!r} with model digest "
-                f"{made_for.robot_digest[:12]}, not for {robot.name!r} with {robot.digest[:12]}: "
-                "make one from its robot file with `tauten reduce`"
+                f"this basis {other}; make one from its robot file with `tauten reduce`"
             )
         if self.n_c != robot.n_c:
             raise BasisError(

@@ -10,6 +10,7 @@ import numpy as np
 
 from tauten.model import Robot
 from tauten.model.numerics import Array, Ints
+from tauten.reduction.provenance import made_for_another
 from tauten.reduction.reduced_robot import StateBasisError
 from tauten.reduction.state.bodies import reducible
 from tauten.reduction.storage import DamagedFile, UnknownFile, located, parsed, read, write
@@ -26,7 +27,7 @@ class StateOrigin:
 
     Attributes:
         robot: name of the robot.
-        robot_digest: sha256 of its model; a state basis fits no other one.
+        robot_digest: digest of its description; a state basis fits no other one.
         campaign: one line that names the snapshots.
         snapshots_digest: sha256 of their contact forces, the same as in the contact basis.
         snapshots: number of states.
@@ -146,11 +147,17 @@ class StateBasis:
         """
         body, made_for = reducible(robot), self.origin
         again = "make it again from its robot file with `tauten reduce --states`"
-        if made_for.robot_digest != robot.digest or len(self.Phi) != len(body.weight):
+        if made_for.robot_digest != robot.digest:
+            other = made_for_another(
+                made_for.robot, made_for.robot_digest, robot.name, robot.digest
+            )
             raise StateBasisError(
-                f"this state basis was made for robot {made_for.robot!r} with model digest "
-                f"{made_for.robot_digest[:12]}, not for {robot.name!r} with {robot.digest[:12]}: "
-                "make one from its robot file with `tauten reduce --states`"
+                f"this state basis {other}; make one from its robot file with `tauten reduce --states`"
+            )
+        if len(self.Phi) != len(body.weight):
+            raise StateBasisError(
+                f"the modes of this state basis have {len(self.Phi)} rows, robot {robot.name!r} has "
+                f"{len(body.weight)} unknowns: {again}"
             )
         if self.elements[-1] >= body.n_elements:
             raise StateBasisError(

@@ -11,6 +11,7 @@ from pydantic import TypeAdapter, ValidationError
 from pydantic.dataclasses import dataclass
 
 from tauten.model.load import command_name
+from tauten.model.schema import differences
 from tauten.service.check.mesh_error import MeshErrorEstimate
 from tauten.service.process import write_text
 
@@ -20,7 +21,7 @@ class MeshCertificate:
     """How wrong a robot's mesh is, as `tauten check` found it.
 
     Attributes:
-        robot_digest: SHA-256 of the model that was checked; the numbers hold for no other one.
+        robot_digest: of the robot that was checked; the numbers hold for no other one.
         date: when, ISO 8601.
         tension: relative error of the tension that differs most; None where none was found.
         tip: largest error of an effector [m].
@@ -52,7 +53,7 @@ def certified(estimate: MeshErrorEstimate, robot_digest: str) -> MeshCertificate
 
     Args:
         estimate: a complete comparison of meshes.
-        robot_digest: SHA-256 of the robot's model.
+        robot_digest: digest of the robot's description.
 
     Raises:
         ValueError: the comparison was stopped early, or found no equilibrium to compare.
@@ -77,7 +78,7 @@ def mesh_error_text(robot_file: Path, robot_digest: str) -> str:
 
     Args:
         robot_file: beside which the certificate is.
-        robot_digest: SHA-256 of the robot's model.
+        robot_digest: digest of the robot's description.
     """
     command = f"run tauten check {command_name(robot_file)} --save"
     try:
@@ -88,7 +89,8 @@ def mesh_error_text(robot_file: Path, robot_digest: str) -> str:
     except (OSError, UnicodeDecodeError, ValidationError):
         return f"unknown, {certificate_file(robot_file)} cannot be read, {command}"
     if found.robot_digest != robot_digest:
-        return f"unknown since the robot was changed, {command}"
+        changed = differences(found.robot_digest, robot_digest)
+        return f"unknown since the robot was changed ({changed}), {command}"
     parts = []
     if found.tension is not None:
         parts.append(f"tension {100.0 * found.tension:+.1f} %")

@@ -81,6 +81,23 @@ def test_same_surface_same_points(finger: TetRobot) -> None:
     np.testing.assert_array_equal(first[1], again[1])
 
 
+@pytest.mark.parametrize("count", [12, 45, 99])
+def test_rounding_does_not_move_points(count: int) -> None:
+    """A square grid is full of ties; another compiler, library or processor rounds otherwise."""
+    i, j = (part.ravel() for part in np.meshgrid(np.arange(6), np.arange(6), indexing="ij"))
+    corner = (7 * i + j)[:, None]
+    triangles = np.concatenate([corner + np.array([0, 7, 8]), corner + np.array([0, 8, 1])])
+    grid = np.stack(np.meshgrid(np.arange(7.0), np.arange(7.0), indexing="ij"), axis=-1)
+    x = 1e-3 * np.concatenate([grid.reshape(-1, 2), np.zeros((49, 1))], axis=1)
+    nodes, weights = spread_points(x, triangles, count)
+    rng = np.random.default_rng(0)
+    for _ in range(5):
+        rounded = x * (1.0 + 1e-15 * rng.uniform(-1.0, 1.0, x.shape))
+        again = spread_points(rounded, triangles, count)
+        np.testing.assert_array_equal(again[0], nodes)
+        np.testing.assert_array_equal(again[1], weights)
+
+
 def test_no_points_or_no_area_are_refused() -> None:
     x, triangles = rectangle(0.01, 0.01)
     with pytest.raises(ValueError, match="count is 0, at least one point is needed"):

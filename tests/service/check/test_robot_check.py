@@ -312,7 +312,9 @@ def test_errors_are_saved_for_the_robot_that_was_checked(tmp_path: Path) -> None
     assert said.startswith(f"tension {100.0 * own.variants[0].tension:+.1f} %, tip ")
     assert "tauten check, 20" in said
     other = load_robot(path, young_scale=1.1).digest
-    assert mesh_error_text(path, other).startswith("unknown since the robot was changed, ")
+    assert mesh_error_text(path, other).startswith(
+        "unknown since the robot was changed (materials), "
+    )
     certificate_file(path).write_text('{"tension": 1.0}', encoding="utf-8")
     assert "cannot be read" in mesh_error_text(path, digest)
 

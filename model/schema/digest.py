@@ -1,0 +1,177 @@
+"""What a basis was made for: a digest of a robot's description, and in what two of them differ.
+
+The digest is made of what was read, the settings and the content of files, and of nothing that is computed
+from it: another compiler, processor or version of a library gives the same one. Settings at their default
+are left out, so that files made before a setting existed keep their digest.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from tauten.model.schema.actuators import ChamberSettings, CouplingSettings, ForceSettings
+from tauten.model.schema.beam_file import BeamConfig, Structure
+from tauten.model.schema.body import BodySettings, MeshSettings
+from tauten.model.schema.constraints import DriveSettings
+from tauten.model.schema.contact import ITSELF, ContactSettings
+from tauten.model.schema.material import SolidMaterialSettings
+from tauten.model.schema.region import NearStl, Region
+from tauten.model.schema.robot_file import CableSettings, RobotConfig, RobotSettings
+from tauten.model.schema.section import Section
+
+# To be raised by every change of the code that gives the same file other contact candidates, elements or
+# actuators, or that changes a default: bases that were made before are then refused.
+FORM = 1
+PARTS = (
+    "mesh", "materials", "supports", "cables", "other actuators", "couplings", "contacts",
+    "versions of the model",
+)  # fmt: skip
+_DIGITS = 8  # hexadecimal digits of each part
+_ACTUATORS = CableSettings | ChamberSettings | CouplingSettings | DriveSettings | ForceSettings
+
+
+def robot_digest(config: RobotConfig, meshes: Sequence[bytes], folder: Path) -> str:
+    """The digest of a robot with bodies: eight digits of a SHA-256 for each of `PARTS`.
+
+    It covers what contact forces depend on, and neither loads, limits, control nor effectors.
+
+    Args:
+        config: the robot file.
+        meshes: content of the mesh of each body, as it was read; empty for beams.
+        folder: where other files that the robot file names are.
+    """
+    write = _Writer(config.named_regions(), folder)
+    bodies, alarm = config.all_bodies, config.contact.alarm_distance
+    folded = any(item.against == ITSELF for item in config.contacts)
+    return _digest(
+        [*(hashlib.sha256(content).hexdigest() for content in meshes), write.plain(bodies)],
+        [
+            *(write.plain((body.material, body.materials)) for body in bodies),
+            write.plain(config.profiles),
+        ],
+        [
+            *(write.selections(item) for item in (config.fixed, *(body.fixed for body in bodies))),
+            write.plain((config.rigid, config.attachments)),
+        ],
+        [write.plain(config.contacts), alarm if folded else None],
+        _actuators(config, write),
+    )
+
+
+def beam_robot_digest(config: BeamConfig, structure: Structure, folder: Path) -> str:
+    """The digest of a robot made of beams alone, see `robot_digest`.
+
+    Args:
+        config: the robot file.
+        structure: its structure file.
+        folder: where other files that the robot file names are.
+    """
+    write = _Writer(config.named_regions(), folder)
+    return _digest(
+        [structure.model_dump(exclude_defaults=True)],
+        [write.plain((config.material, config.profiles))],
+        [write.selections(config.fixed)],
+        [write.plain(config.contacts)],
+        _actuators(config, write),
+    )
+
+
+def differences(one: str, other: str) -> str:
+    """In what two robots differ by their digests, in words: "mesh and cables"; "" where they are the same."""
+    size = len(PARTS) * _DIGITS
+    if one == other:
+        return ""
+    if len(one) != size or len(other) != size or one[-_DIGITS:] != other[-_DIGITS:]:
+        return PARTS[-1]
+    found = [
+        part
+        for k, part in enumerate(PARTS)
+        if one[k * _DIGITS : (k + 1) * _DIGITS] != other[k * _DIGITS : (k + 1) * _DIGITS]
+    ]
+    return " and ".join(filter(None, [", ".join(found[:-1]), found[-1]]))
+
+
+def _digest(
+    mesh: list[Any],
+    materials: list[Any],
+    supports: list[Any],
+    contacts: list[Any],
+    driven: list[Any],
+) -> str:
+    """The parts in their order, each by the beginning of its SHA-256."""
+    texts = (json.dumps(part) for part in (mesh, materials, supports, *driven, contacts, FORM))
+    return "".join(hashlib.sha256(text.encode()).hexdigest()[:_DIGITS] for text in texts)
+
+
+def _actuators(config: RobotSettings, write: _Writer) -> list[Any]:
+    """Cables, other actuators and couplings; members of a coupling by their numbers."""
+    names = [item.name for item in config.single_actuators]
+    couplings = [
+        [write.plain(item), [names.index(name) for name in item.members]]
+        for item in config.couplings
+    ]
+    others = (config.chambers, config.drives, config.forces)
+    return [write.plain(config.cables), write.plain(others), couplings]
+
+
+@dataclass(frozen=True, slots=True)
+class _Writer:
+    """Turns settings into values of JSON, always the same for the same robot.
+
+    Attributes:
+        named: regions by name.
+        folder: where files that settings name are.
+    """
+
+    named: Mapping[str, Region]
+    folder: Path
+
+    def plain(self, value: Any) -> Any:
+        """Settings without defaults, with regions and the content of files instead of their names."""
+        if isinstance(value, Section):
+            fields = type(value).model_fields
+            kept = {name: getattr(value, name) for name in sorted(fields) if _counts(value, name)}
+            return {
+                name: self._field(value, name, item)
+                for name, item in kept.items()
+                if item != fields[name].get_default(call_default_factory=True)
+            }
+        if isinstance(value, list | tuple):
+            return [self.plain(item) for item in value]
+        return value
+
+    def _field(self, section: Section, name: str, value: Any) -> Any:
+        """One field; names of regions and files are resolved where the field holds such."""
+        if (isinstance(section, NearStl) and name == "file") or (
+            isinstance(section, ChamberSettings) and name == "stl"
+        ):
+            return hashlib.sha256((self.folder / value).read_bytes()).hexdigest()
+        if isinstance(section, ContactSettings) or name in ("region", "surface", "to"):
+            return self._selection(value)
+        return self.selections(value) if name == "of" else self.plain(value)
+
+    def selections(self, values: Sequence[Region | str]) -> list[Any]:
+        """Several regions, or names of such."""
+        return [self._selection(value) for value in values]
+
+    def _selection(self, value: Any) -> Any:
+        """A region instead of its name; other values as they are."""
+        return self.plain(self.named.get(value, value) if isinstance(value, str) else value)
+
+
+def _counts(section: Section, name: str) -> bool:
+    """Whether contact forces depend on a field of a section."""
+    if isinstance(section, _ACTUATORS):
+        return name not in ("name", "held", "members") and not name.startswith(("min_", "max_"))
+    if isinstance(section, BodySettings):
+        return name not in ("material", "materials", "fixed")
+    if isinstance(section, MeshSettings):
+        return name not in ("file", "length_unit")  # the content counts, in metres
+    if isinstance(section, SolidMaterialSettings):
+        return name != "viscosity"  # bases are made at rest
+    return not (isinstance(section, Region) and name == "name")
