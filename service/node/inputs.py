@@ -137,7 +137,7 @@ class NodeInputs:
         """The goal to follow; None when no target is young enough.
 
         Args:
-            effectors: (n_v,) values of the model; goal of an effector without any target.
+            effectors: (n_v,) values of the model; goal of an effector whose target is not young enough.
         """
         values = self._targets.latest(time.monotonic(), effectors)
         if values is None:
@@ -205,12 +205,21 @@ class NodeInputs:
 
     def diagnostics(self) -> list[Diagnostic]:
         """Counts of messages, and the state of a closed loop."""
-        found = [self._targets.counts.diagnostic("targets")]
+        found = [self._of_targets()]
         found.append(self._commands.counts.diagnostic("commands"))
         if self._loop is not None:
             found.append(self._loop.subscriber.counts.diagnostic("measurements"))
             found.append(self._loop.diagnostic())
         return found
+
+    def _of_targets(self) -> Diagnostic:
+        """Counts of targets, and for which effectors they no longer arrive."""
+        found = self._targets.counts.diagnostic("targets")
+        outdated = ", ".join(self._targets.outdated(time.monotonic()))
+        if not outdated:
+            return found
+        message = f"too old: {outdated}; {found.message}"
+        return Diagnostic(found.name, Level.WARN, message, {**found.values, "outdated": outdated})
 
     def _record(self, accepted: list[Received], keys: tuple[str, ...], tick: int) -> None:
         for item in accepted:

@@ -162,18 +162,33 @@ class EffectorSubscriber:
     def latest(self, now: float, default: Array) -> Array | None:
         """Goal values (n_v,); None when none is young enough.
 
+        Each effector's message counts for itself: no other one's keeps it alive.
+
         Args:
             now: monotonic time [s].
-            default: (n_v,) for effectors without any message yet.
+            default: (n_v,) for effectors without a message that is young enough.
         """
-        if now - max(self._made) > self._timeout:
+        young = [now - made <= self._timeout for made in self._made]
+        if not any(young):
             return None
-        values = self._values.copy()
-        for effector, made in enumerate(self._made):
-            if made == -math.inf:
+        values = default.copy()
+        for effector, counts in enumerate(young):
+            if counts:
                 part = self._layout.values_of(effector)
-                values[part] = default[part]
+                values[part] = self._values[part]
         return values
+
+    def outdated(self, now: float) -> tuple[str, ...]:
+        """Names of the effectors whose last message is too old.
+
+        Args:
+            now: monotonic time [s].
+        """
+        return tuple(
+            name
+            for name, made in zip(self._layout.names, self._made, strict=True)
+            if -math.inf < made < now - self._timeout
+        )
 
     def complete(self, now: float) -> Array | None:
         """Values (n_v,); None unless those of every effector are young enough.

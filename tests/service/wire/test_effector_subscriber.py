@@ -102,6 +102,27 @@ def test_a_target_grows_old(targets: EffectorSubscriber, queues: list[Queue]) ->
     assert targets.latest(2.0, HERE) is not None
 
 
+def test_no_effector_keeps_the_target_of_another_alive(
+    targets: EffectorSubscriber, queues: list[Queue]
+) -> None:
+    """A dead stream of one of two effectors: its last target is not followed for ever."""
+    queues[0].put((0.05, 0.0, -0.1))
+    for tick in range(50):
+        now = 1.0 + 0.02 * tick
+        queues[1].put((0.0, 0.12, 0.0))
+        targets.read(now, WALL)
+        first = 0.05 if now <= 1.5 else HERE[0]
+        found = targets.latest(now, HERE)
+        assert found is not None
+        np.testing.assert_array_equal(found[[0, 4]], [first, 0.12])
+        assert targets.outdated(now) == (() if now <= 1.5 else ("tip",))
+    assert targets.latest(now + 0.6, HERE) is None
+    queues[0].put((0.06, 0.0, -0.1))
+    targets.read(now, WALL)
+    assert targets.latest(now, HERE)[0] == 0.06  # type: ignore[index]
+    assert targets.outdated(now) == ()
+
+
 def test_an_empty_frame_is_the_robots(targets: EffectorSubscriber, queues: list[Queue]) -> None:
     queues[0].put((0.0, 0.0, -0.1), frame="")
     assert len(targets.read(0.0, WALL)) == 1
