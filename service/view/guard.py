@@ -14,22 +14,29 @@ viser only what it has checked.
 
 from __future__ import annotations
 
+import asyncio
 import logging
 import math
 import re
 from collections import Counter
 from collections.abc import Callable, Coroutine
+from contextlib import suppress
 from typing import Any
 
 import msgspec
 from websockets.asyncio.server import ServerConnection
+from websockets.exceptions import ConnectionClosed
 
 log = logging.getLogger(__name__)
 
 ORIGINS = re.compile(r"http://(localhost|127\.0\.0\.1|\[::1\])(:\d{1,5})?")
 LARGEST_MESSAGE = 16_384  # bytes; the largest correct one has a few hundred
 LARGEST_NUMBER = 1e6
-PING_INTERVAL, PING_TIMEOUT = 1.0, 2.0  # s; a browser that does not answer has left
+# A browser that does not answer a ping for 1.5 s has left: the robot no longer follows it. Its connection
+# lasts longer, because a slow link delays answers, too, while the scene is loaded. The time is counted in
+# slices, so that a pause of this process is none of the browser.
+_PING_INTERVAL, _SLICE = 0.4, 0.1  # s
+_SILENT, _GONE = 15, 100  # slices
 
 _CAMERA = "ViewerCameraMessage"
 _INPUT = frozenset(
@@ -68,7 +75,10 @@ class Guard:
         return len(self._connections)
 
     def on_operator_left(self, callback: Callable[[], None]) -> None:
-        """Call a function, in the server's thread, when the browser that operates has left."""
+        """Call a function, in the server's thread, when the browser that operates has left.
+
+        It has when its connection ends, and 1.5 s after a ping that it does not answer.
+        """
         self._leaving.append(callback)
 
     def wrapped(self, handler: Handler) -> Handler:
@@ -76,17 +86,46 @@ class Guard:
 
         async def guarded(connection: ServerConnection) -> None:
             self._connections.append(connection)
+            watch = asyncio.create_task(self._watch(connection))
             try:
                 # a proxy with another `recv`; viser uses the connection's methods and nothing of its type
                 await handler(_Checked(connection, self))  # type: ignore[arg-type]
             finally:
+                watch.cancel()
                 operated = self._operates(connection)
                 self._connections.remove(connection)
                 if operated:
-                    for callback in self._leaving:
-                        callback()
+                    self._left()
 
         return guarded
+
+    async def _watch(self, connection: ServerConnection) -> None:
+        """Ping a browser until it has left: `on_operator_left` does not wait for its connection to end."""
+        while True:
+            answer = asyncio.create_task(_answers(connection))
+            try:
+                await self._await(answer, connection)
+            finally:
+                there = answer.done() and answer.result()
+                answer.cancel()
+            if not there:
+                connection.transport.abort()
+                return
+            await asyncio.sleep(_PING_INTERVAL)
+
+    async def _await(self, answer: asyncio.Task[bool], connection: ServerConnection) -> None:
+        """Wait for an answer to a ping while the browser may be there."""
+        silent = 0
+        while not answer.done() and silent < _GONE:
+            await asyncio.wait({answer}, timeout=_SLICE)
+            silent += 1
+            if silent == _SILENT and not answer.done() and self._operates(connection):
+                log.warning("the browser that operates does not answer")
+                self._left()
+
+    def _left(self) -> None:
+        for callback in self._leaving:
+            callback()
 
     def passes(self, connection: ServerConnection, raw: object) -> bool:
         """Whether a message of a connection is correct and its sender may send it.
@@ -107,6 +146,14 @@ class Guard:
 
     def _operates(self, connection: ServerConnection) -> bool:
         return bool(self._connections) and self._connections[0] is connection
+
+
+async def _answers(connection: ServerConnection) -> bool:
+    """Whether a browser answers a ping; False once its connection has ended."""
+    with suppress(ConnectionClosed):
+        await (await connection.ping())  # both take their time where a link does not take data
+        return True
+    return False
 
 
 class _Checked:

@@ -16,8 +16,6 @@ import websockets.asyncio.server
 from tauten.service.view.guard import (
     LARGEST_MESSAGE,
     ORIGINS,
-    PING_INTERVAL,
-    PING_TIMEOUT,
     Guard,
     Handler,
 )
@@ -25,6 +23,7 @@ from tauten.service.view.policy import with_policy
 
 HOST = "127.0.0.1"
 FIRST_PORT = 8080
+_CLOSE = 1.0  # s for which a browser may take to say goodbye
 
 
 class ViewError(OSError):
@@ -75,8 +74,8 @@ def open_server(port: int, label: str) -> Iterator[tuple[LoopbackServer, Guard]]
             "sock": listening,
             "origins": [ORIGINS],
             "max_size": LARGEST_MESSAGE,
-            "ping_interval": PING_INTERVAL,
-            "ping_timeout": PING_TIMEOUT,
+            "ping_interval": None,  # the guard pings
+            "close_timeout": _CLOSE,
         }
         return serve(guard.wrapped(handler), **settings)
 

@@ -5,11 +5,15 @@ from __future__ import annotations
 import asyncio
 import math
 import shutil
+import socket
+import time
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
 import pytest
+import viser
 from support.viewers import Shown, browser, drag, send, showing, wait_until
 from websockets.exceptions import InvalidStatus
 
@@ -172,6 +176,54 @@ def test_the_robot_is_disarmed_when_the_operator_leaves(shown: Shown) -> None:
         drag(second, (0.1, 0.01, 0.02))
         assert wait_until(lambda: shown.guard.browsers == 1)
         assert shown.session.targets.goal() is None
+
+
+@contextmanager
+def frozen(shown: Shown) -> Iterator[socket.socket]:
+    """A browser that has connected and stands still: its computer sleeps, or its tunnel is cut."""
+    port = shown.server.get_port()
+    request = (
+        f"GET / HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+        f"Origin: {shown.origin}\r\nSec-WebSocket-Key: MDEyMzQ1Njc4OWFiY2RlZg==\r\n"
+        f"Sec-WebSocket-Version: 13\r\nSec-WebSocket-Protocol: viser-v{viser.__version__}\r\n\r\n"
+    )
+    with socket.create_connection(("127.0.0.1", port)) as connection:
+        connection.sendall(request.encode())
+        yield connection
+
+
+def seconds_to_disarm(shown: Shown) -> float:
+    """Time for which a robot follows a browser that stands still."""
+    with frozen(shown):
+        assert wait_until(lambda: shown.guard.browsers == 1)
+        shown.session.arm()
+        begin = time.monotonic()
+        assert wait_until(lambda: not shown.session.targets.armed)
+        seconds = time.monotonic() - begin
+    assert wait_until(lambda: shown.guard.browsers == 0)
+    return seconds
+
+
+def test_a_browser_that_stands_still_is_not_followed(shown: Shown) -> None:
+    """websockets alone waits 10 s more for a goodbye that never comes."""
+    assert seconds_to_disarm(shown) < 8.0
+    assert shown.session.targets.goal() is None
+
+
+@pytest.mark.realtime
+def test_a_browser_that_stands_still_is_not_followed_after_two_seconds(shown: Shown) -> None:
+    for _ in range(3):
+        assert 1.0 < seconds_to_disarm(shown) < 2.1
+
+
+def test_a_browser_that_answers_stays(shown: Shown) -> None:
+    with browser(shown) as page:
+        assert wait_until(lambda: shown.guard.browsers == 1)
+        time.sleep(2.5)  # longer than a silence; it answers all pings
+        shown.session.arm()
+        drag(page, NEAR)
+        assert wait_until(lambda: tuple(shown.session.targets.positions[0]) == NEAR)
+        assert shown.session.targets.armed
 
 
 def test_a_port_in_use_is_an_error_that_names_the_next_step() -> None:
