@@ -9,7 +9,7 @@ viser only what it has checked.
 | a connection of another origin, or of none | a page of somebody else in the operator's browser |
 | messages of other types | tunnels (`ShareUrlRequest`), uploads, commands: the viewer uses none of them |
 | more than 16 kB, nested values, numbers that are not finite or beyond 1e6 | no correct message is so |
-| input of a further browser | it looks on; the browser that has been connected longest operates |
+| input of a further browser, except to stop and to hold | it looks on: the one connected longest operates |
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ import logging
 import math
 import re
 from collections import Counter
-from collections.abc import Callable, Coroutine
+from collections.abc import Callable, Coroutine, Mapping
 from contextlib import suppress
 from typing import Any
 
@@ -68,6 +68,15 @@ class Guard:
         self.refused: Counter[str] = Counter()
         self._connections: list[ServerConnection] = []
         self._leaving: list[Callable[[], None]] = []
+        self._for_all: Mapping[str, frozenset[bool | str]] = {}
+
+    def let_all(self, values: Mapping[str, frozenset[bool | str]]) -> None:
+        """Let browsers that look on give inputs of the panel these values.
+
+        Args:
+            values: what is allowed, by the identifier of the input.
+        """
+        self._for_all = values
 
     @property
     def browsers(self) -> int:
@@ -92,7 +101,7 @@ class Guard:
                 await handler(_Checked(connection, self))  # type: ignore[arg-type]
             finally:
                 watch.cancel()
-                operated = self._operates(connection)
+                operated = self.operates(connection)
                 self._connections.remove(connection)
                 if operated:
                     self._left()
@@ -119,7 +128,7 @@ class Guard:
         while not answer.done() and silent < _GONE:
             await asyncio.wait({answer}, timeout=_SLICE)
             silent += 1
-            if silent == _SILENT and not answer.done() and self._operates(connection):
+            if silent == _SILENT and not answer.done() and self.operates(connection):
                 log.warning("the browser that operates does not answer")
                 self._left()
 
@@ -135,7 +144,7 @@ class Guard:
             raw: the message.
         """
         reason = problem(raw)
-        if reason is None and not self._operates(connection) and message_type(raw) != _CAMERA:
+        if reason is None and not self.operates(connection) and not self._is_for_all(raw):
             reason = "not the operator"
         if reason is None:
             return True
@@ -144,8 +153,19 @@ class Guard:
             log.warning("a browser's message was refused: %s", reason)
         return False
 
-    def _operates(self, connection: ServerConnection) -> bool:
+    def operates(self, connection: ServerConnection) -> bool:
+        """Whether a browser operates: it has been connected longest."""
         return bool(self._connections) and self._connections[0] is connection
+
+    def _is_for_all(self, raw: object) -> bool:
+        """Whether a correct message may come from a browser that looks on."""
+        kind = message_type(raw)
+        if kind != "GuiUpdateMessage" or not isinstance(raw, bytes):
+            return kind == _CAMERA
+        content = msgspec.msgpack.decode(raw)
+        allowed = self._for_all.get(content["uuid"], frozenset())
+        value = content["updates"].get("value")
+        return isinstance(value, bool | str) and value in allowed
 
 
 async def _answers(connection: ServerConnection) -> bool:
@@ -165,6 +185,11 @@ class _Checked:
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._connection, name)
+
+    @property
+    def operates(self) -> bool:
+        """Whether the browser operates, rather than looks on."""
+        return self._guard.operates(self._connection)
 
     async def recv(self) -> bytes:
         """The next message that passes."""

@@ -36,8 +36,15 @@ class Request(Enum):
     SAVE_CABLE = "save cable"
 
 
+_FOR_ALL = frozenset({Request.STOP, Request.HOLD})
+
+
 class ViewPanel:
-    """Inputs of the operator. Callbacks of the browser only note what happened; the loop reads it."""
+    """Inputs of the operator. Callbacks of the browser only note what happened; the loop reads it.
+
+    Attributes:
+        for_all: inputs with the values that browsers that look on may give them, too: to stop and to hold.
+    """
 
     def __init__(
         self, server: viser.ViserServer, look: RobotLook, operates: bool, draws: bool = False
@@ -53,6 +60,8 @@ class ViewPanel:
         self._requests: SimpleQueue[Request] = SimpleQueue()
         self._scrubbed: float | None = None
         self._words = Words()
+        self.for_all: dict[str, frozenset[bool | str]] = {}
+        self._notices: dict[int, viser.GuiHtmlHandle] = {}
         gui = server.gui
         self._status = gui.add_html("")
         self._follow: viser.GuiCheckboxHandle | None = None
@@ -231,6 +240,19 @@ class ViewPanel:
             self._words = words
             self._status.content = words.html
 
+    def show_onlookers(self, onlookers: dict[int, viser.ClientHandle]) -> None:
+        """Say to browsers that they look on, and what works there.
+
+        Args:
+            onlookers: by their numbers.
+        """
+        for number in self._notices.keys() - onlookers.keys():
+            self._notices.pop(number).remove()
+        for number in onlookers.keys() - self._notices.keys():
+            works = "; “stop” and “hold” work here, too" if self.for_all else ""
+            words = Words("You look on", f"another browser operates{works}")
+            self._notices[number] = onlookers[number].gui.add_html(words.html, order=-1.0)
+
     async def _on_scrub(self, event: viser.GuiEvent[viser.GuiSliderHandle[float]]) -> None:
         if event.client_id is not None:
             self._scrubbed = float(event.target.value)
@@ -241,7 +263,10 @@ class ViewPanel:
         async def callback(_event: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
             self._requests.put(request)
 
-        server.gui.add_button(request.value, hint=hint, color="red").on_click(callback)
+        button = server.gui.add_button(request.value, hint=hint, color="red")
+        button.on_click(callback)
+        if request in _FOR_ALL:
+            self.for_all[button._impl.uuid] = frozenset({True})
 
     def _buttons(self, server: viser.ViserServer, requests: tuple[Request, ...], hint: str) -> None:
         """Buttons in a row that put their requests into the queue."""
@@ -251,7 +276,10 @@ class ViewPanel:
             if event.target.value in names:
                 self._requests.put(names[event.target.value])
 
-        server.gui.add_button_group("", tuple(names), hint=hint).on_click(callback)
+        group = server.gui.add_button_group("", tuple(names), hint=hint)
+        group.on_click(callback)
+        if allowed := {request.value for request in requests if request in _FOR_ALL}:
+            self.for_all[group._impl.uuid] = frozenset(allowed)
 
 
 def _scalar_slider(

@@ -93,6 +93,7 @@ class PlaybackSession:
         if frame is None:
             return
         self._pictures += 1
+        self._panel.show_onlookers(self._server.onlookers)
         if frame is not self._drawn:
             self._drawn = frame
             with self._server.atomic():

@@ -36,6 +36,17 @@ class LoopbackServer(viser.ViserServer):
     def request_share_url(self, verbose: bool = True) -> None:
         """Refuse: a tunnel would let anybody drive the robot."""
 
+    @property
+    def onlookers(self) -> dict[int, viser.ClientHandle]:
+        """The browsers that look on while another one operates, by their numbers."""
+        # connections of the guard, which knows who operates
+        live: dict[int, Any] = dict(self._websock_server._live_connections)
+        return {
+            number: client
+            for number, client in self.get_clients().items()
+            if number in live and not live[number].operates
+        }
+
 
 class LoopEvent(asyncio.Event):
     """An event that is set in a running loop only.

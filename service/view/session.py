@@ -100,6 +100,7 @@ class ViewSession:
         self._panel.on_follow(self._arm)
         self._panel.on_scalar(self._slid)
         guard.on_operator_left(self._disarm)
+        guard.let_all(self._panel.for_all)
 
     @property
     def waypoints(self) -> WaypointList:
@@ -165,6 +166,7 @@ class ViewSession:
 
     def _draw(self) -> None:
         history, panel = self._history, self._panel
+        panel.show_onlookers(self._server.onlookers)
         if self._shown is not None and not panel.paused:  # the past, at the chosen speed
             self._shown += panel.speed / FRAMES
             if self._shown >= history.last:

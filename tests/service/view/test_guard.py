@@ -16,13 +16,14 @@ import pytest
 import viser
 from support.viewers import Shown, browser, drag, send, showing, wait_until
 from websockets.exceptions import InvalidStatus
+from websockets.sync.client import ClientConnection
 
 from tauten.model import Robot
 from tauten.service.frames import SimulatedRobot
 from tauten.service.setup import load_setup
 from tauten.service.view import ViewError, open_server
 from tauten.service.view.server import LoopEvent
-from tauten.service.wire import reach_of
+from tauten.service.wire import Mode, reach_of
 
 CLICK: dict[str, object] = {
     "event_type": "click",
@@ -162,6 +163,47 @@ def test_a_second_browser_looks_on(shown: Shown, beam: Robot) -> None:
             assert wait_until(lambda: tuple(shown.session.targets.positions[0]) == NEAR)
         assert wait_until(lambda: shown.guard.browsers == 1)
         assert shown.session.targets.armed  # the one who looks on has left
+
+
+def pressed(shown: Shown, page: ClientConnection, value: object) -> None:
+    """Press each button of the panel that takes a value."""
+    for uuid in list(shown.server.gui._gui_input_handle_from_uuid):
+        send(page, "GuiUpdateMessage", uuid=uuid, updates={"value": value})
+
+
+def mode(shown: Shown) -> Mode | None:
+    frame = shown.session.newest
+    return None if frame is None else frame.mode
+
+
+def test_every_browser_may_stop_and_hold_and_nothing_else(shown: Shown) -> None:
+    shown.session.arm()
+    with browser(shown), browser(shown) as second:
+        assert wait_until(lambda: shown.guard.browsers == 2 and mode(shown) is Mode.RUN)
+        inputs = len(shown.server.gui._gui_input_handle_from_uuid)
+        for value in ("enable", "reset", "set", "clear", "1/10", 5.0, False, [True], {"a": True}):
+            pressed(shown, second, value)
+        send(second, "GuiUpdateMessage", uuid="x", updates={})
+        assert wait_until(lambda: shown.guard.refused["not the operator"] == 9 * inputs + 1)
+        assert mode(shown) is Mode.RUN
+        pressed(shown, second, "hold")
+        assert wait_until(lambda: mode(shown) is Mode.HOLD)
+        pressed(shown, second, True)
+        assert wait_until(lambda: mode(shown) is Mode.STOP)
+        assert not shown.session.targets.armed
+        assert shown.guard.refused["not the operator"] == 11 * inputs - 1
+
+
+def test_a_browser_that_looks_on_is_told_so(shown: Shown) -> None:
+    with browser(shown) as first:
+        assert wait_until(lambda: len(shown.server.get_clients()) == 1)
+        with browser(shown):
+            assert wait_until(lambda: len(shown.session._panel._notices) == 1)
+            (number,) = shown.session._panel._notices
+            assert number == max(shown.server.get_clients())
+            assert "stop" in shown.session._panel._notices[number].content
+            first.close()
+            assert wait_until(lambda: not shown.session._panel._notices)  # it operates now
 
 
 def test_the_robot_is_disarmed_when_the_operator_leaves(shown: Shown) -> None:
