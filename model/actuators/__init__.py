@@ -2,7 +2,7 @@
 
 from tauten.model.actuators.actuator_set import ActuatorParts, ActuatorSet, place_actuators
 from tauten.model.actuators.beam_actuators import BeamActuators
-from tauten.model.actuators.chamber import ChamberSet, make_chambers, volumes
+from tauten.model.actuators.chamber import ChamberSet, ChamberSurface, make_chambers, volumes
 from tauten.model.actuators.coupling import Coupling, coupling_of
 from tauten.model.actuators.enclosure import (
     ChamberError,
@@ -20,6 +20,7 @@ __all__ = [
     "BeamActuators",
     "ChamberError",
     "ChamberSet",
+    "ChamberSurface",
     "Coupling",
     "ForceSet",
     "PointForce",

@@ -6,7 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tauten.model.actuators.chamber import ChamberSet, add_chamber_stiffness, make_chambers
+from tauten.model.actuators.chamber import (
+    ChamberSet,
+    ChamberSurface,
+    add_chamber_stiffness,
+    make_chambers,
+)
 from tauten.model.actuators.coupling import Coupling
 from tauten.model.actuators.force import ForceSet, PointForce, make_forces
 from tauten.model.numerics import Array, Ints
@@ -21,20 +26,21 @@ class ActuatorParts:
 
     Attributes:
         cables: in the order of the robot file.
-        chambers: closed surface (t, 3) of each, normals out of the chamber.
+        chambers: closed surface of each.
         forces: in the order of the robot file.
         coupling: of these; None: there is none.
     """
 
     cables: CableSet
-    chambers: list[Ints]
+    chambers: list[ChamberSurface]
     forces: list[PointForce]
     coupling: Coupling | None = None
 
     @property
     def groups(self) -> list[Ints]:
         """Groups of nodes (g, s) that the actuators couple."""
-        return [self.cables.nodes, *self.chambers]
+        surfaces = [chamber.corners(chamber.corner_nodes)[0] for chamber in self.chambers]
+        return [self.cables.nodes, *surfaces]
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,9 +91,8 @@ class ActuatorSet:
         """The single actuator whose chamber each of some triangles (t, 3) encloses; −1 where none: (t,)."""
         members = np.full(len(triangles), -1)
         number = {tuple(one): i for i, one in enumerate(np.sort(triangles, axis=1).tolist())}
-        for corners, chamber in zip(
-            np.sort(self.chambers.triangles, axis=1).tolist(), self.chambers.owner, strict=True
-        ):
+        surface, owner = self.chambers.boundary_triangles()
+        for corners, chamber in zip(np.sort(surface, axis=1).tolist(), owner, strict=True):
             if tuple(corners) in number:
                 members[number[tuple(corners)]] = self.cables.n_a + chamber
         return members
@@ -157,9 +162,8 @@ class ActuatorSet:
         )
         if exact and len(self.chambers) > 0:
             pressure = lam[n_cables : n_cables + len(self.chambers)]
-            add_chamber_stiffness(
-                x, self.chambers.owner, self.chambers.triangles, pressure, self.chamber_slot, K
-            )
+            surface = (self.chambers.nodes, self.chambers.weights)
+            add_chamber_stiffness(x, self.chambers.owner, surface, pressure, self.chamber_slot, K)
 
 
 def place_actuators(parts: ActuatorParts, x0: Array, pattern: Pattern) -> ActuatorSet:
@@ -177,5 +181,5 @@ def place_actuators(parts: ActuatorParts, x0: Array, pattern: Pattern) -> Actuat
         forces=make_forces(parts.forces, x0, pattern.dof, pattern.n),
         coupling=parts.coupling,
         cable_slot=pattern.blocks(parts.cables.nodes),
-        chamber_slot=pattern.blocks(chambers.triangles),
+        chamber_slot=pattern.blocks(chambers.nodes),
     )

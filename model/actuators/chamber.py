@@ -1,11 +1,12 @@
-"""Chambers: closed surfaces of the body under pressure.
+"""Chambers: closed surfaces in or on the body under pressure.
 
 The volume of a closed surface is a sum over its triangles, seen from outside counter-clockwise,
 
-    V(x) = 1/6 Σ x_a · (x_b x x_c)                                                          (A1)
+    V(x) = 1/6 Σ y_a · (y_b x y_c)                                                          (A1)
 
-δ = V − V(rest), H = ∂V/∂x. Since the area vectors of the triangles turn and grow with the body, a pressure λ
-adds −λ ∂²V/∂x² to the tangent: symmetric for a closed surface, and indefinite.
+δ = V − V(rest), H = ∂V/∂x. A corner y = Σ w_i x_i is a node of the body, or a point of one of its elements.
+Since the area vectors of the triangles turn and grow with the body, a pressure λ adds −λ ∂²V/∂x² to the
+tangent: symmetric for a closed surface, and indefinite.
 """
 
 from __future__ import annotations
@@ -16,31 +17,78 @@ import numpy as np
 import scipy.sparse as sp
 
 from tauten.model.numerics import Array, Ints, kernel
+from tauten.model.points import MaterialPoints
 from tauten.model.rows import Rows
 
 
 @dataclass(frozen=True, slots=True)
+class ChamberSurface:
+    """The surface of a chamber.
+
+    Attributes:
+        triangles: (t, 3) nodes of the body, or numbers of `points`; normals out of the chamber.
+        points: points of the body that the triangles join; None: they join nodes.
+    """
+
+    triangles: Ints
+    points: MaterialPoints | None = None
+
+    @property
+    def corner_nodes(self) -> int:
+        """Nodes that a corner of a triangle may depend on."""
+        return 1 if self.points is None else self.points.nodes.shape[1]
+
+    def corners(self, count: int) -> tuple[Ints, Array]:
+        """Nodes and weights of the corners, each (t, 3 count); a corner has at most `count` of them."""
+        nodes, weights = self.triangles[:, :, None], np.ones((len(self.triangles), 3, 1))
+        if self.points is not None:
+            nodes, weights = self.points.nodes[self.triangles], self.points.weights[self.triangles]
+        missing = count - nodes.shape[2]
+        nodes = np.concatenate([nodes, np.repeat(nodes[:, :, :1], missing, axis=2)], axis=2)
+        weights = np.pad(weights, ((0, 0), (0, 0), (0, missing)))
+        t = len(self.triangles)
+        return nodes.reshape(t, -1).astype(np.int64), weights.reshape(t, -1)
+
+
+@dataclass(frozen=True, slots=True)
 class ChamberSet:
-    """All chambers of a robot as arrays for the kernels.
+    """All chambers of a robot as arrays for the kernels; a corner of a triangle depends on up to k nodes.
 
     Attributes:
         owner: (t,) chamber of each triangle.
-        triangles: (t, 3) nodes.
-        starts: (c + 1,) where the nodes of each chamber start in `nodes`.
-        nodes: (s,) nodes of the surfaces, chamber by chamber.
-        corners: (t, 3) places in `nodes`.
+        nodes: (t, 3 k) nodes of its corners, one corner after the other.
+        weights: (t, 3 k) their weights, which sum to one in each corner.
+        starts: (c + 1,) where the nodes of each chamber start in `used`.
+        used: (s,) nodes that the surfaces depend on, chamber by chamber.
+        places: (t, 3 k) places of `nodes` in `used`.
         rest_volume: (c,) V(q₀) [m³].
     """
 
     owner: Ints
-    triangles: Ints
-    starts: Ints
     nodes: Ints
-    corners: Ints
+    weights: Array
+    starts: Ints
+    used: Ints
+    places: Ints
     rest_volume: Array
 
     def __len__(self) -> int:
         return len(self.rest_volume)
+
+    def boundary_triangles(self) -> tuple[Ints, Ints]:
+        """Triangles (t, 3) of nodes and the chamber (t,) of each; none where their corners are no nodes."""
+        if self.nodes.shape[1] == 3:
+            return self.nodes, self.owner
+        k = self.nodes.shape[1] // 3
+        whole = (self.weights[:, ::k] == 1.0).all(axis=1)
+        return self.nodes[whole, ::k], self.owner[whole]
+
+    def corners(self, values: Array, triangles: Ints) -> Array:
+        """What nodes have, values (n_nodes, …), at the corners of some triangles (m,): (m, 3, …)."""
+        shape = (len(triangles), 3, -1)
+        nodes, weights = (part[triangles].reshape(shape) for part in (self.nodes, self.weights))
+        at: Array = np.einsum("tck,tck...->tc...", weights, values[nodes])
+        return at
 
     def rows(self, x: Array, dof: Ints, n: int) -> Rows:
         """Changes of volume and ∂V/∂q: Rows of (c, n) [m³].
@@ -50,8 +98,9 @@ class ChamberSet:
             dof: (n_nodes,) first degree of freedom of a node, −1 where it is fixed.
             n: number of degrees of freedom.
         """
-        volume, gradient = volumes(x, self.owner, self.triangles, self.corners, len(self.nodes))
-        first = dof[self.nodes]  # (s,)
+        surface = (self.nodes, self.weights)
+        volume, gradient = volumes(x, self.owner, surface, self.places, len(self.used))
+        first = dof[self.used]  # (s,)
         free = first >= 0
         columns = (first[free, None] + np.arange(3)).ravel()
         starts = np.concatenate([[0], np.cumsum(3 * free)])[self.starts]
@@ -59,91 +108,128 @@ class ChamberSet:
         return Rows(H, volume[: len(self)] - self.rest_volume)
 
 
-def make_chambers(surfaces: list[Ints], x0: Array) -> ChamberSet:
+def make_chambers(surfaces: list[ChamberSurface], x0: Array) -> ChamberSet:
     """Arrays of the chambers.
 
     Args:
-        surfaces: triangles (t, 3) of each, closed, normals out of the chamber.
+        surfaces: of each, closed.
         x0: (n_nodes, 3) node positions at rest [m].
     """
-    none = np.zeros((0, 3), dtype=np.int64)
-    owner = np.repeat(np.arange(len(surfaces)), [len(part) for part in surfaces])
-    triangles = np.concatenate([none, *surfaces]).astype(np.int64)
-    used = [np.unique(part) for part in surfaces]
-    starts = np.cumsum([0, *(len(part) for part in used)]).astype(np.int64)
-    corners = [
-        start + np.searchsorted(known, part)
-        for start, known, part in zip(starts[:-1], used, surfaces, strict=True)
+    k = max((surface.corner_nodes for surface in surfaces), default=1)
+    none = np.zeros((0, 3 * k), dtype=np.int64)
+    parts = [surface.corners(k) for surface in surfaces]
+    owner = np.repeat(np.arange(len(surfaces)), [len(nodes) for nodes, _ in parts]).astype(np.int64)
+    nodes = np.concatenate([none, *(nodes for nodes, _ in parts)])
+    weights = np.concatenate([np.zeros((0, 3 * k)), *(weights for _, weights in parts)])
+    known = [np.unique(nodes) for nodes, _ in parts]
+    starts = np.cumsum([0, *(len(part) for part in known)]).astype(np.int64)
+    found = [
+        start + np.searchsorted(used, part)
+        for start, used, (part, _) in zip(starts[:-1], known, parts, strict=True)
     ]
-    places = np.concatenate([none, *corners]).astype(np.int64)
-    nodes = np.concatenate([np.zeros(0, dtype=np.int64), *used])
-    volume, _ = volumes(x0, owner.astype(np.int64), triangles, places, len(nodes))
-    return ChamberSet(
-        owner.astype(np.int64), triangles, starts, nodes, places, volume[: len(surfaces)]
-    )
+    places = np.concatenate([none, *found]).astype(np.int64)
+    used = np.concatenate([np.zeros(0, dtype=np.int64), *known])
+    volume, _ = volumes(x0, owner, (nodes, weights), places, len(used))
+    return ChamberSet(owner, nodes, weights, starts, used, places, volume[: len(surfaces)])
+
+
+@kernel
+def corners_of(x: Array, nodes: Ints, weights: Array, t: int, y: Array) -> None:
+    """Write the corners (3, 3) of a triangle.
+
+    Args:
+        x: (n_nodes, 3) node positions [m].
+        nodes: (t, 3 k) nodes of the corners.
+        weights: (t, 3 k) their weights.
+        t: the triangle.
+        y: (3, 3) output, a row for each corner [m].
+    """
+    k = nodes.shape[1] // 3
+    for corner in range(3):
+        for i in range(3):
+            total = 0.0
+            for at in range(corner * k, corner * k + k):
+                total += weights[t, at] * x[nodes[t, at], i]
+            y[corner, i] = total
 
 
 @kernel
 def volumes(
-    x: Array, owner: Ints, triangles: Ints, corners: Ints, n_places: int
+    x: Array, owner: Ints, surface: tuple[Ints, Array], places: Ints, n_places: int
 ) -> tuple[Array, Array]:
     """Volumes by chamber, at least as many entries as chambers, and ∂V/∂x (n_places, 3) by place.
 
     Args:
         x: (n_nodes, 3) node positions [m].
         owner: (t,) chamber of each triangle.
-        triangles: (t, 3) nodes.
-        corners: (t, 3) places of the nodes in the gradient.
+        surface: nodes (t, 3 k) of the corners and their weights.
+        places: (t, 3 k) places of the nodes in the gradient.
         n_places: number of places.
     """
-    volume, gradient = np.zeros(triangles.shape[0]), np.zeros((n_places, 3))
-    for t in range(triangles.shape[0]):
+    nodes, weights = surface
+    k = nodes.shape[1] // 3
+    volume, gradient = np.zeros(nodes.shape[0]), np.zeros((n_places, 3))
+    y = np.empty((3, 3))
+    for t in range(nodes.shape[0]):
+        corners_of(x, nodes, weights, t, y)
         for first in range(3):
-            b, c = triangles[t, (first + 1) % 3], triangles[t, (first + 2) % 3]
-            place = corners[t, first]
-            g0 = (x[b, 1] * x[c, 2] - x[b, 2] * x[c, 1]) / 6.0
-            g1 = (x[b, 2] * x[c, 0] - x[b, 0] * x[c, 2]) / 6.0
-            g2 = (x[b, 0] * x[c, 1] - x[b, 1] * x[c, 0]) / 6.0
-            gradient[place, 0] += g0
-            gradient[place, 1] += g1
-            gradient[place, 2] += g2
+            b, c = y[(first + 1) % 3], y[(first + 2) % 3]
+            g0 = (b[1] * c[2] - b[2] * c[1]) / 6.0
+            g1 = (b[2] * c[0] - b[0] * c[2]) / 6.0
+            g2 = (b[0] * c[1] - b[1] * c[0]) / 6.0
+            for at in range(first * k, first * k + k):
+                w, place = weights[t, at], places[t, at]
+                gradient[place, 0] += w * g0
+                gradient[place, 1] += w * g1
+                gradient[place, 2] += w * g2
             if first == 0:
-                a = triangles[t, 0]
-                volume[owner[t]] += x[a, 0] * g0 + x[a, 1] * g1 + x[a, 2] * g2
+                volume[owner[t]] += y[0, 0] * g0 + y[0, 1] * g1 + y[0, 2] * g2
     return volume, gradient
 
 
 @kernel
 def add_chamber_stiffness(
-    x: Array, owner: Ints, triangles: Ints, pressure: Array, blocks: tuple[Ints, Ints], K: Array
+    x: Array,
+    owner: Ints,
+    surface: tuple[Ints, Array],
+    pressure: Array,
+    blocks: tuple[Ints, Ints],
+    K: Array,
 ) -> None:
     """Add −λ ∂²V/∂x² of every triangle to a tangent.
 
     Args:
         x: (n_nodes, 3) node positions [m].
         owner: (t,) chamber of each triangle.
-        triangles: (t, 3) nodes.
+        surface: nodes (t, 3 k) of the corners and their weights.
         pressure: (c,) [Pa].
-        blocks: slot (t, 3, 3) and column_length (t, 3), see `Pattern.blocks`.
+        blocks: slot (t, 3 k, 3 k) and column_length (t, 3 k), see `Pattern.blocks`.
         K: (nnz,) CSC values of −∂force, added to.
     """
+    nodes, weights = surface
     slot, column_length = blocks
-    for t in range(triangles.shape[0]):
+    k = nodes.shape[1] // 3
+    y = np.empty((3, 3))
+    for t in range(nodes.shape[0]):
         scale = pressure[owner[t]] / 6.0
         if scale == 0.0:
             continue
+        corners_of(x, nodes, weights, t, y)
         for a in range(3):
             for turn in range(1, 3):
                 b = (a + turn) % 3
-                if slot[t, a, b] < 0:
-                    continue
-                # ∂²V/∂x_a∂x_b = ∓[x_c]x / 6 with the third corner c
-                c = triangles[t, (a + 3 - turn) % 3]
+                # ∂²V/∂y_a∂y_b = ∓[y_c]x / 6 with the third corner c
+                c = y[(a + 3 - turn) % 3]
                 sign = scale if turn == 1 else -scale
-                first, length = slot[t, a, b], column_length[t, b]
-                K[first + length] += -sign * x[c, 2]  # entry (0, 1)
-                K[first + 2 * length] += sign * x[c, 1]
-                K[first + 1] += sign * x[c, 2]
-                K[first + 2 * length + 1] += -sign * x[c, 0]
-                K[first + 2] += -sign * x[c, 1]
-                K[first + length + 2] += sign * x[c, 0]
+                for i in range(a * k, a * k + k):
+                    for j in range(b * k, b * k + k):
+                        s = sign * weights[t, i] * weights[t, j]
+                        first, length = slot[t, i, j], column_length[t, j]
+                        if first < 0 or s == 0.0:
+                            continue
+                        K[first + length] += -s * c[2]  # entry (0, 1)
+                        K[first + 2 * length] += s * c[1]
+                        K[first + 1] += s * c[2]
+                        K[first + 2 * length + 1] += -s * c[0]
+                        K[first + 2] += -s * c[1]
+                        K[first + length + 2] += s * c[0]

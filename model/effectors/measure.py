@@ -132,6 +132,7 @@ class VolumeMeasure:
         """The effector for positions y (P, 3) of its points."""
         mean = y.mean(axis=0)
         one = np.zeros(len(self.triangles), dtype=np.int64)
+        surface = (self.triangles, np.ones(self.triangles.shape))
         # relative to the mean, which changes no closed volume: products of large coordinates cancel
-        found, gradient = volumes(y - mean, one, self.triangles, self.triangles, self.count)
+        found, gradient = volumes(y - mean, one, surface, self.triangles, self.count)
         return Measurement(found[:1], found[:1], mean, gradient[None])

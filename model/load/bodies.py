@@ -86,8 +86,9 @@ def read_bodies(config: RobotConfig, path: Path, refinements: int = 0) -> list[A
             continue
         key = settings.model_dump_json()
         if key not in read:
+            file = path.parent / settings.file
             reader = read_quadratic_mesh if settings.element == "quadratic" else read_mesh
-            read[key] = reader(path.parent / settings.file, settings.length_unit)
+            read[key] = reader(file, settings.length_unit, not config.needs_boundary)
             for _ in range(refinements):
                 read[key] = read[key].refine()
     return [
@@ -116,6 +117,9 @@ def content_of(mesh: AnyMesh) -> bytes:
     for group in mesh.groups:
         cells = (group.tets, group.triangles)
         parts += [group.name.encode(), *(part.astype("<i8").tobytes() for part in cells)]
+    numbers = mesh.numbers
+    if numbers is not None and len(numbers.of_file) <= numbers.of_file[-1]:  # some are left out
+        parts.append(numbers.of_file.astype("<i8").tobytes())
     return b"".join(parts)
 
 
@@ -223,4 +227,7 @@ def build_body(
     except ValueError as error:
         raise RobotFileError(f"{source}: {prefix}mesh: {error}") from error
     total = body.material.total_mass
-    return parts if total is None else replace(parts, mass=parts.mass * (total / parts.mass.sum()))
+    if total is None:
+        return parts
+    shares = np.ones(len(parts.mass)) if body.material.mass == "nodes" else parts.mass
+    return replace(parts, mass=shares * (total / shares.sum()))

@@ -216,13 +216,13 @@ def build_robot(
     body, selector, fixed = bodies.parts, bodies.selector, bodies.fixed
     constraints = build_constraints(config, bodies)
     require_held(config, bodies, constraints)
-    parts = build_actuators(config, body, selector)
+    place = partial(place_points, body.mesh, config.extrapolate_from)
+    parts = build_actuators(config, body, selector, place)
     coupling = parts.coupling
     if constraints:  # couplings are those of the robot in other coordinates
         parts = replace(parts, coupling=None)
     pattern = make_pattern(fixed, [*(part.nodes for part in body.domains), *parts.groups])
     contacts = build_contacts(config, selector)
-    place = partial(place_points, body.mesh)
     mass = body.mass[~fixed]  # (n / 3,)
     elements = make_solid(body.domains, body.laws, pattern, body.n_elements)
     viscosity = None

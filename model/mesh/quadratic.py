@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from tauten.model.mesh.groups import CellGroup
+from tauten.model.mesh.node_numbers import NodeNumbers
 from tauten.model.mesh.tet_mesh import (
     EDGES,
     MeshError,
@@ -31,20 +32,22 @@ class QuadraticMesh:
         nodes: (n_nodes, 3) rest positions [m], corners and mid-edge nodes.
         tets: (e, 10) node ids: four corners, then the nodes on the edges `EDGES`.
         groups: cells that the mesh file names, triangles by their corners.
+        numbers: of the nodes in the file; None: there is none.
     """
 
     nodes: Array
     tets: Ints
     groups: tuple[CellGroup, ...] = ()
+    numbers: NodeNumbers | None = None
 
     @property
     def corners(self) -> TetMesh:
         """The elements without their mid-edge nodes, on the same nodes."""
-        return TetMesh(self.nodes, self.tets[:, :4], self.groups)
+        return TetMesh(self.nodes, self.tets[:, :4], self.groups, self.numbers)
 
     def split(self) -> TetMesh:
         """Every element cut into eight linear tetrahedra on the same nodes."""
-        return eight_parts(self.nodes, self.tets, self.groups)
+        return replace(eight_parts(self.nodes, self.tets, self.groups), numbers=self.numbers)
 
     def refine(self) -> QuadraticMesh:
         """Every element cut into eight quadratic ones, whose own edges are straight."""
@@ -53,15 +56,20 @@ class QuadraticMesh:
 
 def quadratic_mesh(mesh: TetMesh) -> QuadraticMesh:
     """The same body as quadratic tetrahedra with straight edges."""
-    return QuadraticMesh(*with_midpoints(mesh.nodes, mesh.tets), mesh.groups)
+    nodes, tets, ends = with_midpoints(mesh.nodes, mesh.tets)
+    numbers = mesh.numbers and mesh.numbers.with_middles(ends)
+    return QuadraticMesh(nodes, tets, mesh.groups, numbers)
 
 
-def read_quadratic_mesh(path: Path, length_unit: str = "m") -> QuadraticMesh:
+def read_quadratic_mesh(
+    path: Path, length_unit: str = "m", overlaps: bool = False
+) -> QuadraticMesh:
     """Read quadratic tetrahedra, or linear ones and add the midpoints of their edges.
 
     Args:
         path: the mesh file, in a format that meshio reads.
         length_unit: unit of its coordinates, one of "m", "cm", "mm".
+        overlaps: whether tetrahedra may occupy the same space.
 
     Raises:
         MeshError: linear and quadratic tetrahedra in one file, two mid-edge nodes on one edge, or one of the
@@ -70,7 +78,7 @@ def read_quadratic_mesh(path: Path, length_unit: str = "m") -> QuadraticMesh:
     raw = read_with_meshio(path)
     kinds = kinds_of(raw)
     if "tetra10" not in kinds:
-        return quadratic_mesh(read_mesh(path, length_unit))
+        return quadratic_mesh(read_mesh(path, length_unit, overlaps))
     if "tetra" in kinds:
         count = {
             kind: sum(len(block.data) for block in raw.cells if block.type == kind)
@@ -80,14 +88,14 @@ def read_quadratic_mesh(path: Path, length_unit: str = "m") -> QuadraticMesh:
             f"{path}: {count['tetra']} linear beside {count['tetra10']} quadratic tetrahedra; "
             "write all of the volume with elements of second order"
         )
-    nodes, tets, groups = used_nodes(raw, "tetra10", length_unit, path)
+    nodes, tets, groups, numbers_in_file = used_nodes(raw, "tetra10", length_unit, path)
     require_shared_midpoints(tets, str(path))
     used, numbers = np.unique(tets[:, :4], return_inverse=True)
     numbers = numbers.reshape(-1, 4)
-    corners = checked(nodes[used], numbers, str(path))
+    corners = checked(nodes[used], numbers, str(path), overlaps)
     if not np.array_equal(corners.tets, numbers):  # turned round: corners 1 and 2 swapped
         tets = tets[:, [0, 2, 1, 3, 6, 5, 4, 7, 9, 8]]
-    return QuadraticMesh(nodes, tets, groups)
+    return QuadraticMesh(nodes, tets, groups, numbers_in_file)
 
 
 def require_shared_midpoints(tets: Ints, source: str) -> None:

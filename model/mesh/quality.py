@@ -37,7 +37,7 @@ def read_unchecked_mesh(path: Path, length_unit: str = "m") -> TetMesh:
     kind = "tetra10" if "tetra10" in kinds else "tetra"
     if kind not in kinds:
         raise MeshError(f"{path}: no tetrahedra found; mesh the volume")
-    nodes, cells, _ = used_nodes(raw, kind, length_unit, path)
+    nodes, cells, _, _ = used_nodes(raw, kind, length_unit, path)
     used, numbers = np.unique(cells[:, :4], return_inverse=True)
     return TetMesh(nodes[used], numbers.reshape(-1, 4))
 

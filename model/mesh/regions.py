@@ -3,8 +3,9 @@
 A box and other shapes select nodes by their position, triangles and tetrahedra by their centre. What is
 defined by boundary triangles (skin, normal, STL) selects the nodes of these triangles and the tetrahedra
 behind them. A group of the mesh file selects the nodes of its cells, boundary triangles that are in it or
-belong to its tetrahedra, and the tetrahedra in it or behind its triangles. Set operations apply to
-whatever is wanted.
+belong to its tetrahedra, and the tetrahedra in it or behind its triangles. Numbers of nodes select these
+nodes, and the triangles and tetrahedra all of whose corners they are. Set operations apply to whatever is
+wanted.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from typing import Literal
 import numpy as np
 
 from tauten.model.mesh.groups import CellGroup
+from tauten.model.mesh.node_numbers import NodeNumbers
 from tauten.model.mesh.surface import boundary_owners, boundary_triangles
 from tauten.model.mesh.tet_mesh import UNITS, MeshError, TetMesh, read_triangles
 from tauten.model.mesh.triangle_distance import distances_to_triangles
@@ -31,6 +33,7 @@ from tauten.model.schema import (
     Intersection,
     NamedGroup,
     NearStl,
+    NumberedNodes,
     Region,
     RobotFileError,
     Skin,
@@ -57,6 +60,7 @@ class Selector:
         groups: cells that the mesh file names.
         body: name of the body whose mesh this is; "" for a robot's whole mesh.
         ranges: bodies that a whole mesh is made of, by name.
+        numbers: of the nodes in the mesh file; None where there are several files or none.
     """
 
     source: str
@@ -69,6 +73,7 @@ class Selector:
     groups: tuple[CellGroup, ...]
     body: str = ""
     ranges: Mapping[str, BodyRange] = field(default_factory=dict)
+    numbers: NodeNumbers | None = None
 
     def nodes_of(self, body: str) -> Bools:
         """Which nodes belong to a body: (n_nodes,) bool."""
@@ -126,6 +131,8 @@ class Selector:
             raise ValueError(f"a region of the kind {selection.kind!r} needs tetrahedra")  # type: ignore[attr-defined]
         if isinstance(selection, NamedGroup):
             return self._group(selection, part)
+        if isinstance(selection, NumberedNodes):
+            return self._numbered(selection, part)
         return self._behind(self._triangles(selection), part)
 
     def _of_body(self, region: Region, part: Part) -> Bools:
@@ -183,6 +190,18 @@ class Selector:
         chosen = np.zeros(len(self.nodes if part == "node" else self.tets), dtype=bool)
         chosen[(self.boundary if part == "node" else self.owner)[triangles]] = True
         return chosen
+
+    def _numbered(self, region: NumberedNodes, part: Part) -> Bools:
+        """Nodes by their numbers in the mesh file, and the parts all of whose corners are among them."""
+        if self.numbers is None:
+            raise ValueError(
+                "numbers of nodes are those of one mesh file: give the body that they belong to"
+            )
+        chosen = self.numbers.chosen(np.array(region.numbers, dtype=np.int64))
+        if part == "node":
+            return chosen
+        whole: Bools = chosen[self._parts(part)].all(axis=1)
+        return whole
 
     def _group(self, region: NamedGroup, part: Part) -> Bools:
         """What a group of the mesh file selects."""
@@ -253,6 +272,7 @@ def make_selector(
         groups=mesh.groups,
         body=body,
         ranges=ranges or {},
+        numbers=mesh.numbers,
     )
 
 
@@ -311,4 +331,6 @@ def described(selection: Region | str, part: Part) -> str:
         return f"{where} the sphere of radius {selection.radius:g} m around {selection.centre}"
     if isinstance(selection, Cylinder):
         return f"{where} the cylinder from {selection.start} to {selection.end}"
+    if isinstance(selection, NumberedNodes):
+        return f"has all of its corners among the {len(selection.numbers)} nodes of the region"
     return f"in this {selection.kind}"  # type: ignore[attr-defined]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+import logging
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -14,11 +15,13 @@ import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
 from tauten.model.mesh.groups import CellGroup, divided, read_groups
+from tauten.model.mesh.node_numbers import NodeNumbers, consecutive
 from tauten.model.mesh.surface import FACES
 from tauten.model.numerics import Array, Ints, row_keys
 from tauten.model.schema import LARGEST_COORDINATE
 
 EDGES = np.array([[0, 1], [1, 2], [0, 2], [0, 3], [1, 3], [2, 3]])  # of corners, in VTK's order
+log = logging.getLogger(__name__)
 UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
 
 
@@ -34,11 +37,13 @@ class TetMesh:
         nodes: (n_nodes, 3) rest positions [m].
         tets: (e, 4) node ids, positively oriented.
         groups: cells that the mesh file names.
+        numbers: of the nodes in the file; None: there is none, or there are several.
     """
 
     nodes: Array
     tets: Ints
     groups: tuple[CellGroup, ...] = ()
+    numbers: NodeNumbers | None = None
 
     @property
     def volumes(self) -> Array:
@@ -52,7 +57,9 @@ class TetMesh:
 
     def refine(self) -> TetMesh:
         """Every tetrahedron cut into eight through its edge midpoints."""
-        return eight_parts(*with_midpoints(self.nodes, self.tets), self.groups)
+        nodes, tets, ends = with_midpoints(self.nodes, self.tets)
+        numbers = self.numbers and self.numbers.with_middles(ends)
+        return replace(eight_parts(nodes, tets, self.groups), numbers=numbers)
 
 
 def join_meshes(meshes: list[TetMesh]) -> TetMesh:
@@ -80,14 +87,18 @@ def join_meshes(meshes: list[TetMesh]) -> TetMesh:
     )
 
 
-def with_midpoints(nodes: Array, tets: Ints) -> tuple[Array, Ints]:
-    """Nodes with the midpoints of all edges added, and tetrahedra (e, 10) with those on their `EDGES`."""
+def with_midpoints(nodes: Array, tets: Ints) -> tuple[Array, Ints, Ints]:
+    """Nodes with the midpoints of all edges added.
+
+    Returns:
+        The nodes, the tetrahedra (e, 10) with the midpoints on their `EDGES`, and the edges (k, 2).
+    """
     edges = np.sort(tets[:, EDGES], axis=2).reshape(-1, 2)  # (6 e, 2)
     _, first, inverse = np.unique(row_keys(edges), return_index=True, return_inverse=True)
     middle = len(nodes) + inverse.reshape(-1, 6)  # (e, 6)
-    return np.vstack([nodes, nodes[edges[first]].mean(axis=1)]), np.concatenate(
-        [tets, middle], axis=1
-    )
+    ends = edges[first]  # (k, 2)
+    every = np.vstack([nodes, nodes[ends].mean(axis=1)])
+    return every, np.concatenate([tets, middle], axis=1), ends
 
 
 def eight_parts(nodes: Array, tets: Ints, groups: tuple[CellGroup, ...] = ()) -> TetMesh:
@@ -125,12 +136,13 @@ def oriented(nodes: Array, tets: Ints) -> Ints:
     return tets
 
 
-def read_mesh(path: Path, length_unit: str = "m") -> TetMesh:
+def read_mesh(path: Path, length_unit: str = "m", overlaps: bool = False) -> TetMesh:
     """Read the tetrahedra of any format that meshio supports (.msh, .vtk, .vtu, ...).
 
     Args:
         path: the mesh file.
         length_unit: unit of its coordinates, one of "m", "cm", "mm".
+        overlaps: whether tetrahedra may occupy the same space.
 
     Returns:
         The mesh in metres; nodes that no tetrahedron uses are dropped, other cells ignored.
@@ -147,8 +159,8 @@ def read_mesh(path: Path, length_unit: str = "m") -> TetMesh:
     if "tetra" not in kinds:
         found = ", ".join(sorted(kinds)) or "nothing"
         raise MeshError(f"{path}: no tetrahedra found, only {found}; mesh the volume")
-    nodes, tets, groups = used_nodes(raw, "tetra", length_unit, path)
-    return replace(checked(nodes, tets, str(path)), groups=groups)
+    nodes, tets, groups, numbers = used_nodes(raw, "tetra", length_unit, path)
+    return replace(checked(nodes, tets, str(path), overlaps), groups=groups, numbers=numbers)
 
 
 def kinds_of(raw: Any) -> set[str]:
@@ -158,8 +170,8 @@ def kinds_of(raw: Any) -> set[str]:
 
 def used_nodes(
     raw: Any, kind: str, length_unit: str, path: Path
-) -> tuple[Array, Ints, tuple[CellGroup, ...]]:
-    """Nodes (n_nodes, 3) [m] that cells of one kind use, these cells (e, corners), and their groups.
+) -> tuple[Array, Ints, tuple[CellGroup, ...], NodeNumbers]:
+    """Nodes (n_nodes, 3) [m] that cells of one kind use, these cells (e, corners), their groups, and numbers.
 
     Args:
         raw: a `meshio.Mesh` with such cells.
@@ -187,7 +199,8 @@ def used_nodes(
     used, numbers = np.unique(tets.astype(np.int64), return_inverse=True)
     with np.errstate(over="ignore"):  # too large values become infinite, which `checked` refuses
         nodes = points[used].astype(np.float64) * UNITS[length_unit]
-    return nodes, numbers.reshape(tets.shape), read_groups(raw, kind, used)
+    groups = read_groups(raw, kind, used)
+    return nodes, numbers.reshape(tets.shape), groups, NodeNumbers(used)
 
 
 def read_with_meshio(path: Path) -> Any:
@@ -232,13 +245,14 @@ def read_triangles(path: Path) -> tuple[Array, Ints]:
     return points, np.concatenate(parts).astype(np.int64)
 
 
-def checked(nodes: Array, tets: Ints, source: str) -> TetMesh:
+def checked(nodes: Array, tets: Ints, source: str, overlaps: bool = False) -> TetMesh:
     """The mesh made of these arrays, after every check.
 
     Args:
         nodes: (n_nodes, 3) positions [m].
         tets: (e, 4) node ids, all of one orientation.
         source: how to name the mesh in an error, e.g. its file.
+        overlaps: whether tetrahedra may occupy the same space. The boundary of such a mesh is not closed.
 
     Raises:
         MeshError: nodes that are not finite, a size no desktop robot has (a wrong unit), inverted or flat
@@ -263,7 +277,7 @@ def checked(nodes: Array, tets: Ints, source: str) -> TetMesh:
     volumes = signed_volumes(nodes, tets)
     negative = np.flatnonzero(volumes < 0.0)
     if len(negative) == len(tets):  # the other corner convention, not an error
-        return checked(nodes, oriented(nodes, tets), source)
+        return checked(nodes, oriented(nodes, tets), source, overlaps)
     if len(negative):
         raise MeshError(
             f"{source}: {len(negative)} inverted tetrahedra, the first is {negative[0]}"
@@ -271,17 +285,18 @@ def checked(nodes: Array, tets: Ints, source: str) -> TetMesh:
     flat = np.flatnonzero(~(volumes > 1e-9 * max(volumes.mean(), extent**3 * 1e-12)))
     if len(flat):
         raise MeshError(f"{source}: {len(flat)} flat tetrahedra, the first is {flat[0]}")
-    first, second = shared_faces(tets, source)
+    first, second = shared_faces(tets, source, overlaps)
     require_one_body(tets, first, second, source)
-    return TetMesh(nodes, tets)
+    return TetMesh(nodes, tets, numbers=consecutive(len(nodes)))
 
 
-def shared_faces(tets: Ints, source: str) -> tuple[Ints, Ints]:
+def shared_faces(tets: Ints, source: str, overlaps: bool = False) -> tuple[Ints, Ints]:
     """The pairs of tetrahedra that share a face: two arrays (f,) of tetrahedron numbers.
 
     Args:
         tets: (e, 4) node ids, positively oriented.
         source: how to name the mesh in an error.
+        overlaps: whether two may lie on the same side of a face.
 
     Raises:
         MeshError: a tetrahedron given twice, or two on the same side of a face.
@@ -299,9 +314,14 @@ def shared_faces(tets: Ints, source: str) -> tuple[Ints, Ints]:
     _, inverse, count = np.unique(row_keys(turned), return_inverse=True, return_counts=True)
     if count.max() > 1:
         same = np.flatnonzero(inverse == inverse[count[inverse] > 1][0])
-        raise MeshError(
+        found = (
             f"{source}: tetrahedra {same[0] // 4} and {same[1] // 4} lie on the same side of their common "
             "face and occupy the same space"
+        )
+        if not overlaps:
+            raise MeshError(found)
+        log.warning(
+            "%s; %d faces are like this, what is there counts twice", found, (count > 1).sum()
         )
     order = np.lexsort(np.sort(faces, axis=1).T)
     sorted_faces = np.sort(faces, axis=1)[order]

@@ -98,6 +98,21 @@ class ChamberSettings(Section):
         Literal["m", "cm", "mm"],
         Field(description="Unit of the STL file, by default m."),
     ] = "m"
+    own_surface: Annotated[
+        bool,
+        Field(
+            description="With `stl`: whether the pressure acts on the triangles of this file, which follow "
+            "the elements that they lie in, instead of on the boundary of the mesh nearest to them; by "
+            "default not."
+        ),
+    ] = False
+    max_outside: Annotated[
+        NonNegative,
+        Field(
+            le=10.0,
+            description="With `own_surface`: how far outside the mesh corners of the triangles may lie [m].",
+        ),
+    ] = 0.0
     inside: Annotated[
         Point | None,
         Field(
@@ -154,6 +169,10 @@ class ChamberSettings(Section):
             )
         if "stl_unit" in self.model_fields_set and self.stl is None:
             raise ValueError("stl_unit is given without stl")
+        if self.own_surface and self.stl is None:
+            raise ValueError("own_surface is given without stl, the file that has the triangles")
+        if self.max_outside and not self.own_surface:
+            raise ValueError("max_outside is given without own_surface")
         self.limits.check("volume_change", "pressure")
         return self
 

@@ -12,6 +12,7 @@ from tauten.model.schema.region import Selection
 from tauten.model.schema.section import Direction, Name, Point, Section, in_range
 
 ElementName = Literal["linear", "quadratic", "smoothed"]
+Angle = Annotated[float, in_range(-360.0, 360.0, "deg")]
 UNIT_NORM = 1e-3  # by which the norm of a quaternion may differ from 1; it is then made exact
 
 
@@ -31,22 +32,28 @@ class MeshSettings(Section):
 
 
 class RotationSettings(Section):
-    """A rotation, as an axis with an angle or as a unit quaternion."""
+    """A rotation, as an axis with an angle, as a unit quaternion or as Euler angles."""
 
     axis: Direction | None = Field(default=None, description="Axis of the rotation.")
-    angle_deg: Annotated[float, in_range(-360.0, 360.0, "deg")] | None = Field(
+    angle_deg: Angle | None = Field(
         default=None, description="Angle about the axis, right-handed [deg]."
     )
     quaternion: tuple[float, float, float, float] | None = Field(
         default=None, description="Unit quaternion w, x, y, z, instead of axis and angle."
+    )
+    euler_deg: tuple[Angle, Angle, Angle] | None = Field(
+        default=None,
+        description="Angles about the fixed axes x, y and z of the robot's frame [deg], applied in this "
+        "order, instead of axis and angle; `rotation` of SOFA's loaders.",
     )
 
     @model_validator(mode="after")
     def _is_rotation(self) -> RotationSettings:
         by_axis = self.axis is not None and self.angle_deg is not None
         partly = self.axis is not None or self.angle_deg is not None
-        if (self.quaternion is None) != by_axis or (self.quaternion is not None and partly):
-            raise ValueError("a rotation has an axis and angle_deg, or a quaternion")
+        ways = [by_axis, self.quaternion is not None, self.euler_deg is not None]
+        if sum(ways) != 1 or (partly and not by_axis):
+            raise ValueError("a rotation has an axis and angle_deg, or a quaternion, or euler_deg")
         if self.quaternion is not None:
             norm = math.hypot(*self.quaternion)
             if abs(norm - 1.0) > UNIT_NORM:
@@ -62,6 +69,15 @@ class RotationSettings(Section):
             norm = math.hypot(*self.quaternion)
             w, x, y, z = (part / norm for part in self.quaternion)
             return w, x, y, z
+        if self.euler_deg is not None:
+            halves = [0.5 * math.radians(angle) for angle in self.euler_deg]
+            (cx, cy, cz), (sx, sy, sz) = map(math.cos, halves), map(math.sin, halves)
+            return (
+                cx * cy * cz + sx * sy * sz,
+                sx * cy * cz - cx * sy * sz,
+                cx * sy * cz + sx * cy * sz,
+                cx * cy * sz - sx * sy * cz,
+            )
         assert self.axis is not None and self.angle_deg is not None
         half = 0.5 * math.radians(self.angle_deg)
         x, y, z = (math.sin(half) * part / math.hypot(*self.axis) for part in self.axis)

@@ -17,11 +17,12 @@ from typing import Any
 from tauten.model.schema.actuators import ChamberSettings, CouplingSettings, ForceSettings
 from tauten.model.schema.beam_file import BeamConfig, Structure
 from tauten.model.schema.body import BodySettings, MeshSettings
+from tauten.model.schema.cable import CableSettings
 from tauten.model.schema.constraints import DriveSettings
 from tauten.model.schema.contact import ITSELF, ContactSettings
 from tauten.model.schema.material import SolidMaterialSettings
 from tauten.model.schema.region import NearStl, Region
-from tauten.model.schema.robot_file import CableSettings, RobotConfig, RobotSettings
+from tauten.model.schema.robot_file import RobotConfig, RobotSettings
 from tauten.model.schema.section import Section
 
 # To be raised by every change of the code that gives the same file other contact candidates, elements or
@@ -48,8 +49,10 @@ def robot_digest(config: RobotConfig, meshes: Sequence[bytes], folder: Path) -> 
     write = _Writer(config.named_regions(), folder)
     bodies, alarm = config.all_bodies, config.contact.alarm_distance
     folded = any(item.against == ITSELF for item in config.contacts)
+    outside = [] if config.extrapolate_from == "face" else [config.extrapolate_from]
+    contents = [hashlib.sha256(content).hexdigest() for content in meshes]
     return _digest(
-        [*(hashlib.sha256(content).hexdigest() for content in meshes), write.plain(bodies)],
+        [*contents, write.plain(bodies), *outside],
         [
             *(write.plain((body.material, body.materials)) for body in bodies),
             write.plain(config.profiles),

@@ -123,6 +123,11 @@ class SolidMaterialSettings(MaterialSettings):
         description="Mass of the whole body [kg]; densities then only say how it is shared out, and may be "
         "left out. By default the densities give it.",
     )
+    mass: Literal["volume", "nodes"] = Field(
+        default="volume",
+        description="How the mass is shared out: by the volume around each node (volume, default), or the "
+        "same on every node of the body, fixed ones too (nodes), which needs total_mass; SOFA's UniformMass.",
+    )
 
     @model_validator(mode="before")
     @classmethod
@@ -147,6 +152,8 @@ class SolidMaterialSettings(MaterialSettings):
     @model_validator(mode="after")
     def _makes_a_law(self) -> Self:
         self.elastic_law()
+        if self.mass == "nodes" and self.total_mass is None and not hasattr(self, "region"):
+            raise ValueError('mass = "nodes" shares out total_mass, which is missing')
         return self
 
     def viscous(self) -> Viscosity:
@@ -197,6 +204,7 @@ class RegionMaterialSettings(SolidMaterialSettings):
 
     @model_validator(mode="after")
     def _part_only(self) -> Self:
-        if self.total_mass is not None:
-            raise ValueError("total_mass belongs to the body's material, a part has a density")
+        if self.total_mass is not None or self.mass == "nodes":
+            field = "total_mass" if self.total_mass is not None else "mass"
+            raise ValueError(f"{field} belongs to the body's material, a part has a density")
         return self

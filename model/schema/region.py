@@ -91,6 +91,19 @@ class NamedGroup(Region):
     ]
 
 
+class NumberedNodes(Region):
+    """Nodes by their numbers in the mesh file, and the triangles and tetrahedra that have no other corners.
+
+    Where the mesh is refined, nodes between two of these are selected too.
+    """
+
+    kind: Literal["nodes"] = Field(description="Kind of region.")
+    numbers: Annotated[
+        list[Annotated[int, Field(ge=0)]],
+        Field(min_length=1, description="Numbers of the nodes in the mesh file, counted from 0."),
+    ]
+
+
 class NearStl(Region):
     """Boundary triangles whose centre lies near the surface in an STL file."""
 
@@ -151,7 +164,7 @@ class Difference(Region):
 
 
 KINDS = (
-    "box", "sphere", "cylinder", "half_space", "group", "near_stl", "skin", "all", "normal", "union",
+    "box", "sphere", "cylinder", "half_space", "group", "nodes", "near_stl", "skin", "all", "normal", "union",
     "intersection", "difference",
 )  # fmt: skip
 
@@ -171,6 +184,7 @@ AnyRegion = Annotated[
     | Annotated[Cylinder, Tag("<cylinder>")]
     | Annotated[HalfSpace, Tag("<half_space>")]
     | Annotated[NamedGroup, Tag("<group>")]
+    | Annotated[NumberedNodes, Tag("<nodes>")]
     | Annotated[NearStl, Tag("<near_stl>")]
     | Annotated[Skin, Tag("<skin>")]
     | Annotated[Everything, Tag("<all>")]
@@ -191,6 +205,7 @@ Selection = Annotated[
     | Annotated[Cylinder, Tag("<cylinder>")]
     | Annotated[HalfSpace, Tag("<half_space>")]
     | Annotated[NamedGroup, Tag("<group>")]
+    | Annotated[NumberedNodes, Tag("<nodes>")]
     | Annotated[NearStl, Tag("<near_stl>")]
     | Annotated[Skin, Tag("<skin>")]
     | Annotated[Everything, Tag("<all>")]

@@ -2,22 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, ClassVar, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import ConfigDict, Field, model_validator
 
 from tauten.model.schema.actuators import (
-    HELD,
     ChamberSettings,
     CouplingSettings,
     ForceSettings,
-    Held,
-    Kind,
-    Range,
-    SpringSettings,
     check_couplings,
 )
 from tauten.model.schema.body import BodySettings, ElementName, MeshSettings
+from tauten.model.schema.cable import CableSettings
 from tauten.model.schema.constraints import AttachmentSettings, DriveSettings, RigidSettings
 from tauten.model.schema.contact import (
     ContactRange,
@@ -38,80 +34,18 @@ from tauten.model.schema.region import (
     check_regions,
 )
 from tauten.model.schema.section import (
-    MaxOutside,
     Name,
     NonNegative,
-    Point,
-    Positive,
     Rate,
     Section,
     in_range,
 )
 
 Threads = Annotated[int, Field(ge=1, le=256)]
+Extrapolation = Literal["face", "centre"]
 BackEnd = Literal["auto", "pardiso", "cholmod", "superlu"]
 Acceleration = Annotated[float, in_range(-1e3, 1e3, "m/s²")]
 Gravity = tuple[Acceleration, Acceleration, Acceleration]
-
-
-class CableSettings(Section):
-    """A cable and the limits of its winch; it starts at `pull_point` when there is one."""
-
-    kind: ClassVar[Kind] = "cable"
-
-    name: Name = Field(description="Name of the cable, used once.")
-    points: Annotated[list[Point], Field(min_length=1)] = Field(
-        description="Points of the body at rest that the cable slides through, in order [m]; it is tied to "
-        "the last."
-    )
-    pull_point: Point | None = Field(
-        default=None,
-        description="Where the cable starts, fixed in space [m]; by default it starts at the first of "
-        "`points`.",
-    )
-    min_tension: NonNegative = Field(
-        default=0.0, description="Least tension that is decided [N], by default 0."
-    )
-    max_tension: Annotated[Positive, in_range(0.0, 1e6, "N")] = Field(
-        description="Largest tension [N]."
-    )
-    min_pull: Annotated[float, in_range(-1e3, 1e3, "m")] = Field(
-        default=0.0,
-        description="Least pulled length [m], at most 0. The default 0 means that the winch does not pay "
-        "out more cable than the robot has at rest: a cable on the outer side of a bend then holds the "
-        "robot back. Give a negative value for a winch that lets cable out beyond rest.",
-    )
-    max_pull: Annotated[Positive, in_range(0.0, 1e3, "m")] = Field(
-        description="Largest pulled length: cable wound up from rest on [m]."
-    )
-    max_rate: Annotated[Positive, in_range(0.0, 1e3, "m/s")] = Field(
-        description="Largest speed of the winch, in and out [m/s]."
-    )
-    max_outside: MaxOutside = 0.0
-    spring: SpringSettings | None = Field(
-        default=None, description="Spring between winch and cable; default: none."
-    )
-    held: Held = Field(default="position", description=HELD)
-
-    @property
-    def limits(self) -> Range:
-        """Limits of tension, pulled length and its rate."""
-        return Range(
-            self.min_tension, self.max_tension, self.min_pull, self.max_pull, self.max_rate
-        )
-
-    @model_validator(mode="after")
-    def _consistent(self) -> CableSettings:
-        if len(self.points) + (self.pull_point is not None) < 2:
-            raise ValueError("a cable needs a pull_point or a second point")
-        if self.min_tension > self.max_tension:
-            raise ValueError(f"min_tension {self.min_tension} exceeds max_tension")
-        if self.min_pull > 0.0 or self.min_pull >= self.max_pull:
-            raise ValueError(
-                f"min_pull {self.min_pull} must be at most 0, where the robot rests; negative is what the "
-                "winch may let out beyond rest"
-            )
-        return self
 
 
 SingleActuator = CableSettings | ChamberSettings | DriveSettings | ForceSettings
@@ -300,6 +234,11 @@ class RobotConfig(RobotSettings):
         default=(),
         description="What joins regions to each other or to the robot's frame; by default nothing.",
     )
+    extrapolate_from: Extrapolation = Field(
+        default="face",
+        description="Element that points outside the mesh, as far as `max_outside` of them allows, are moved "
+        "by: the one with the nearest face (face, default) or with the nearest centre (centre), as in SOFA.",
+    )
     surfaces: tuple[SurfaceSettings, ...] = Field(
         default=(),
         description="Named parts of the body's surface, one table each; by default none.",
@@ -344,6 +283,16 @@ class RobotConfig(RobotSettings):
     def meshes(self) -> tuple[MeshSettings, ...]:
         """The meshes of the bodies that have one."""
         return tuple(body.mesh for body in self.all_bodies if body.mesh is not None)
+
+    @property
+    def needs_boundary(self) -> bool:
+        """Whether something lies on the boundary of a mesh, which tetrahedra that overlap do not have.
+
+        These are contacts and cavities, of chambers and of effectors.
+        """
+        cavities = [chamber for chamber in self.chambers if not chamber.own_surface]
+        volumes = [effector for effector in self.effectors if effector.kind == "volume"]
+        return bool(self.contacts or cavities or volumes)
 
     def with_element(self, element: ElementName) -> RobotConfig:
         """The same file with all bodies made of another element."""

@@ -130,13 +130,14 @@ def volume_tensor(robot: TetRobot, Phi: Array, chamber: int) -> Array:
         chamber: its number.
     """
     chambers = robot.actuator_set.chambers
-    triangles = chambers.triangles[chambers.owner == chamber]
+    chosen = np.flatnonzero(chambers.owner == chamber)
     size = Phi.shape[1] + 1
     T = np.zeros((size, size, size))
-    centre = robot.mesh.nodes[triangles].mean(axis=(0, 1))  # a volume does not depend on it
-    for part in np.array_split(triangles, len(triangles) // TRIANGLES + 1):
-        rest = robot.mesh.nodes[part] - centre
-        columns = np.concatenate([rest[..., None], node_rows(robot, Phi, part)], axis=3)
+    every = node_rows(robot, Phi, np.arange(robot.n_nodes))  # (n_nodes, 3, r)
+    columns_of = np.concatenate([robot.mesh.nodes[..., None], every], axis=2)
+    corners = chambers.corners(columns_of, chosen)  # (t, 3, 3, r + 1)
+    corners[..., 0] -= corners[..., 0].mean(axis=(0, 1))  # a volume does not depend on it
+    for columns in np.array_split(corners, len(chosen) // TRIANGLES + 1):
         a, b, c = (columns[:, corner] for corner in range(3))  # (t, 3, r + 1)
         area = np.cross(b[:, :, :, None], c[:, :, None, :], axis=1)  # (t, 3, r + 1, r + 1)
         flat = a.reshape(-1, size).T @ area.reshape(-1, size * size)

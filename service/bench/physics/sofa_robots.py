@@ -6,7 +6,6 @@ They are reference data of the project, not part of it: `sofa_robots/trunk_model
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -99,8 +98,6 @@ def _built(
     stiffness_and_mass: tuple[float, float], gravity: tuple[float, ...],
 ) -> TetRobot:  # fmt: skip
     """A robot in metres with the same mass on every node, as SOFA has it."""
-    nodes, fixed = MM * model["nodes"], MM * model["nodes"][model["fixed"]]
-    boxes = [{"lower": point - 1e-7, "upper": point + 1e-7} for point in fixed]
     young_modulus, mass = stiffness_and_mass
     for cable in cables:
         cable |= {"max_tension": 20.0, "max_rate": 0.1, "max_outside": 5e-3}
@@ -113,14 +110,15 @@ def _built(
             "gravity": list(gravity),
             "mesh": {"file": f"{name}_model.npz"},
             "material": {
-                "young_modulus": young_modulus, "poisson_ratio": 0.45, "density": 1000.0
+                "young_modulus": young_modulus, "poisson_ratio": 0.45,
+                "total_mass": mass, "mass": "nodes",
             },
-            "fixed": [{key: box[key].tolist() for key in box} for box in boxes],
+            "fixed": [{"kind": "nodes", "numbers": model["fixed"].tolist()}],
             "cables": cables,
             "effectors": [{"name": "tip", "point": tip.tolist(), "max_outside": 5e-3}],
         }
     )  # fmt: skip
-    robot = build_robot(config, checked(nodes, model["tets"].astype(np.int64), name), name)
+    mesh = checked(MM * model["nodes"], model["tets"].astype(np.int64), name)
+    robot = build_robot(config, mesh, name)
     assert isinstance(robot, TetRobot)  # it has no drives and no rigid parts
-    robot = replace(robot, mass=np.full(robot.n, mass / robot.n_nodes))
-    return robot.loaded(np.array(gravity), np.zeros(3))
+    return robot

@@ -42,7 +42,7 @@ def built(**changes: object) -> TetRobot:
 
 
 def surface_of(robot: TetRobot) -> set[tuple[int, ...]]:
-    return {tuple(sorted(triangle)) for triangle in robot.actuator_set.chambers.triangles.tolist()}
+    return {tuple(sorted(triangle)) for triangle in robot.actuator_set.chambers.nodes.tolist()}
 
 
 def file_with_stl(folder: Path, mesh: TetMesh, triangles: Ints) -> Path:
@@ -71,7 +71,7 @@ def file_with_stl(folder: Path, mesh: TetMesh, triangles: Ints) -> Path:
 def test_three_ways_to_name_a_cavity_give_the_same_surface(tmp_path: Path) -> None:
     mesh = hollow_beam()
     inside = pneumatic_robot(mesh)
-    triangles = inside.actuator_set.chambers.triangles
+    triangles = inside.actuator_set.chambers.nodes
     box = built(surfaces=[{"name": "wall", "box": CAVITY}], chambers=[{**PLACE, "surface": "wall"}])
     stl = load_robot(file_with_stl(tmp_path, mesh, triangles))
     assert isinstance(stl, TetRobot)
@@ -84,7 +84,7 @@ def test_a_surface_that_is_inside_out_is_turned_and_said(
     tmp_path: Path, caplog: pytest.LogCaptureFixture, turned: bool
 ) -> None:
     mesh = hollow_beam()
-    triangles = pneumatic_robot(mesh).actuator_set.chambers.triangles
+    triangles = pneumatic_robot(mesh).actuator_set.chambers.nodes
     file = file_with_stl(tmp_path, mesh, triangles[:, ::-1] if turned else triangles)
     robot = load_robot(file)
     assert isinstance(robot, TetRobot)
@@ -164,7 +164,7 @@ def test_a_mesh_without_a_cavity_says_so(tmp_path: Path) -> None:
 
 def test_an_stl_in_another_unit_is_refused(tmp_path: Path) -> None:
     mesh = hollow_beam()
-    triangles = pneumatic_robot(mesh).actuator_set.chambers.triangles
+    triangles = pneumatic_robot(mesh).actuator_set.chambers.nodes
     file = tmp_path / "cavity.stl"
     meshio.write_points_cells(file, 1e3 * mesh.nodes, [("triangle", triangles)])
     with pytest.raises(RobotFileError, match="check its unit"):

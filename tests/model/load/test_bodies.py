@@ -16,7 +16,13 @@ from tauten.model import Simulator, TetRobot
 from tauten.model.load import build_robot, make_robot
 from tauten.model.mesh import MeshError
 from tauten.model.numerics import Array
-from tauten.model.schema import Changes, RobotConfig, RobotFileError, validated
+from tauten.model.schema import (
+    Changes,
+    RobotConfig,
+    RobotFileError,
+    RotationSettings,
+    validated,
+)
 
 SIZE = (0.1, 0.02, 0.02)
 MESH = box_mesh(SIZE, (8, 2, 2))
@@ -165,7 +171,7 @@ def test_a_file_with_bodies_loads_refined_and_stiffer(tmp_path: Path) -> None:
         ),
         (
             {"bodies": [finger_table(0.0, rotation={"axis": [1.0, 0.0, 0.0]})]},
-            "bodies.0.rotation: a rotation has an axis and angle_deg, or a quaternion",
+            "bodies.0.rotation: a rotation has an axis and angle_deg, or a quaternion, or euler_deg",
         ),
         (
             {"bodies": [finger_table(0.0, fixed=[{"kind": "all", "body": "other"}])]},
@@ -195,6 +201,43 @@ def test_axis_and_angle_are_the_quaternion() -> None:
         for table in (by_axis, finger_table(0.0))
     ]
     assert np.allclose(*nodes, atol=1e-15)
+
+
+def test_euler_angles_turn_about_the_fixed_axes_in_the_order_of_sofa() -> None:
+    """The quaternion of SOFA's `Quat::createQuaterFromEuler` with its default order, by three turns."""
+    angles = (30.0, -50.0, 110.0)
+    turn = RotationSettings(euler_deg=angles)
+    w, x, y, z = turn.unit_quaternion
+    expected = np.eye(3)
+    for axis, angle in zip("xyz", angles, strict=True):
+        expected = Rotation.from_euler(axis, angle, degrees=True).as_matrix() @ expected
+    np.testing.assert_allclose(Rotation.from_quat([x, y, z, w]).as_matrix(), expected, atol=1e-14)
+    with pytest.raises(ValueError, match="or euler_deg"):
+        RotationSettings(euler_deg=angles, quaternion=(1.0, 0.0, 0.0, 0.0))
+
+
+def test_the_same_mass_on_every_node() -> None:
+    """Fixed nodes have their share, as SOFA's UniformMass has it."""
+    material = {"young_modulus": 1e6, "poisson_ratio": 0.3, "total_mass": 0.25, "mass": "nodes"}
+    tables = [finger_table(angle) for angle in ANGLES]
+    heavy = [finger_table(ANGLES[0], material=material), *tables[1:]]
+    robots = [built(gripper_settings(bodies=bodies)) for bodies in (heavy, tables)]
+    mass, reference = (robot.mass.reshape(3, -1) for robot in robots)
+    np.testing.assert_allclose(mass[0], 0.25 / len(MESH.nodes), rtol=1e-12)
+    assert np.array_equal(mass[1:], reference[1:])
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"mass": "nodes"}, 'material: mass = "nodes" shares out total_mass, which is missing'),
+        ({"mass": "points"}, "material.mass: Input should be 'volume' or 'nodes', found 'points'"),
+    ],
+)
+def test_a_mass_that_cannot_be_shared_out_is_said(changes: dict[str, object], message: str) -> None:
+    settings = beam_config(SIZE, material={**RUBBER, **changes})
+    with pytest.raises(RobotFileError, match=message):
+        validated(RobotConfig, settings, "robot.toml")
 
 
 def test_examples_of_the_page_are_robot_files() -> None:

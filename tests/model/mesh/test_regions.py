@@ -11,7 +11,15 @@ from pydantic import TypeAdapter
 from support.robots.bodies import beam_config, box_mesh
 
 from tauten.model.load import build_robot
-from tauten.model.mesh import Selector, TetMesh, make_selector, read_mesh, read_quadratic_mesh
+from tauten.model.mesh import (
+    QuadraticMesh,
+    Selector,
+    TetMesh,
+    checked,
+    make_selector,
+    read_mesh,
+    read_quadratic_mesh,
+)
 from tauten.model.numerics import Bools
 from tauten.model.schema import (
     AnyRegion,
@@ -211,3 +219,62 @@ def test_names_serve_wherever_something_is_selected() -> None:
         np.testing.assert_array_equal(one.nodes, other.nodes)
     masks: list[Bools] = [robot.pattern.dof < 0 for robot in (first, second)]
     assert np.array_equal(*masks)
+
+
+def numbered(folder: Path) -> Path:
+    """The box in a file that has a node before all others, which is in no tetrahedron."""
+    nodes, path = np.vstack([[9.0, 9.0, 9.0], MESH.nodes]), folder / "box.vtu"
+    meshio.write(path, meshio.Mesh(nodes, [("tetra", MESH.tets + 1)]))
+    return path
+
+
+@pytest.mark.parametrize("refinements", [0, 2])
+@pytest.mark.parametrize("reader", [read_mesh, read_quadratic_mesh])
+def test_numbers_are_those_of_the_file(tmp_path: Path, reader: object, refinements: int) -> None:
+    """Those of the end, whose triangles lie in a plane: refined meshes have more nodes in this plane."""
+    mesh = reader(numbered(tmp_path))  # type: ignore[operator]
+    for _ in range(refinements):
+        mesh = mesh.refine()
+    whole = mesh.split() if isinstance(mesh, QuadraticMesh) else mesh
+    chosen = selector(whole)
+    end = np.flatnonzero(np.isclose(MESH.nodes[:, 0], SIZE[0])) + 1
+    face = region(kind="nodes", numbers=end.tolist())
+    expected = np.isclose(whole.nodes[:, 0], SIZE[0])
+    assert np.array_equal(chosen.select_nodes(face, "f"), expected)
+    triangles = expected[chosen.boundary].all(axis=1)
+    assert np.array_equal(chosen.select_triangles(face, "f"), triangles)
+    corners = region(kind="nodes", numbers=(MESH.tets[5] + 1).tolist())
+    volume = whole.volumes[chosen.select_tets(corners, "f")].sum()
+    assert volume == pytest.approx(MESH.volumes[5], rel=1e-9)
+
+
+def test_numbers_that_no_node_has_are_said(tmp_path: Path) -> None:
+    chosen = selector(read_mesh(numbered(tmp_path)))
+    for number in (0, 100):
+        with pytest.raises(
+            RobotFileError, match=rf"f: node {number} is not in the mesh .* up to 99"
+        ):
+            chosen.select_nodes(region(kind="nodes", numbers=[5, number]), "f")
+    with pytest.raises(RobotFileError, match="no tetrahedron has all of its corners among the 2"):
+        chosen.select_tets(region(kind="nodes", numbers=[5, 6]), "f")
+
+
+def test_numbers_of_one_of_several_bodies_name_it() -> None:
+    """The same file twice: without a body the number is of both."""
+    settings = beam_config(SIZE)
+    body = {"mesh": settings.pop("mesh"), "fixed": settings.pop("fixed")}
+    second = {**body, "name": "second", "position": [0.0, 0.1, 0.0]}
+    settings["bodies"] = [{**body, "name": "first"}, second]
+    ends = {"kind": "nodes", "numbers": [98]}
+    tip = {"name": "end", "kind": "centre", "region": {**ends, "body": "second"}}
+    mesh = checked(MESH.nodes, MESH.tets, "box")
+    robot = build_robot(
+        RobotConfig.model_validate({**settings, "effectors": [tip]}), [mesh, mesh], "robot.toml"
+    )
+    place = robot.rows(robot.rest()).effectors.delta
+    np.testing.assert_allclose(place, MESH.nodes[98] + [0.0, 0.1, 0.0], atol=1e-12)
+    tip["region"] = ends
+    with pytest.raises(RobotFileError, match=r"region: numbers of nodes .*: give the body"):
+        build_robot(
+            RobotConfig.model_validate({**settings, "effectors": [tip]}), [mesh, mesh], "robot.toml"
+        )

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from support.robots.sofa_robots import MM, robots_folder, tripod
+from support.robots.sofa_ports import port
+from support.robots.sofa_robots import MM, robots_folder
 
 from tauten.controller import Controller, ControllerSettings
 from tauten.model import Simulator
@@ -23,20 +23,24 @@ def data(reference: Path) -> Path:
     return robots_folder(reference, "tripod_low_model.npz")
 
 
-@cache
-def robot(data: Path) -> ConstrainedRobot:
-    return tripod(data)
+@pytest.fixture(scope="module")
+def robot(data: Path, tmp_path_factory: pytest.TempPathFactory) -> ConstrainedRobot:
+    made = port(data, tmp_path_factory.mktemp("tripod"), "tripod")
+    assert isinstance(made, ConstrainedRobot)
+    return made
 
 
 def angles(row: Array) -> Array:
     return np.radians([row[f"angle{i}_deg"] for i in (1, 2, 3)])
 
 
-def test_the_centre_its_orientation_and_torques_are_those_of_sofa(data: Path) -> None:
+def test_the_centre_its_orientation_and_torques_are_those_of_sofa(
+    data: Path, robot: ConstrainedRobot
+) -> None:
     """19 states, each from the one before: 0.1 µm, 1e-7 of a rotation and 1e-6 of the torques."""
     curve = np.genfromtxt(data / "tripod_low_fpolar.csv", delimiter=",", names=True)
     torques = np.genfromtxt(data / "tripod_low_fpolar_torque.csv", delimiter=",", names=True)
-    simulator = Simulator(robot(data), contact="none")
+    simulator = Simulator(robot, contact="none")
     compared = 0
     for row, torque in zip(curve, torques, strict=True):
         assert simulator.settle(pull=angles(row), tolerance=1e-9).converged
@@ -54,8 +58,8 @@ def test_the_centre_its_orientation_and_torques_are_those_of_sofa(data: Path) ->
     assert compared == len(curve)
 
 
-def test_the_work_of_the_servos_is_the_energy_stored(data: Path) -> None:
-    simulator = Simulator(robot(data), contact="none")
+def test_the_work_of_the_servos_is_the_energy_stored(robot: ConstrainedRobot) -> None:
+    simulator = Simulator(robot, contact="none")
     path = np.linspace(0.0, np.radians([-30.0, -50.0, -10.0]), 25)
     energy, power = [], []
     for command in path:
@@ -66,13 +70,13 @@ def test_the_work_of_the_servos_is_the_energy_stored(data: Path) -> None:
     assert work == pytest.approx(energy[-1] - energy[0], rel=1e-4)
 
 
-def test_the_inverse_finds_the_angles_of_a_pose(data: Path) -> None:
+def test_the_inverse_finds_the_angles_of_a_pose(robot: ConstrainedRobot) -> None:
     """Position and orientation that three servos can reach lead back to the angles that gave them."""
     goal = np.radians([-25.0, -40.0, -35.0])
-    simulator = Simulator(robot(data), contact="none")
+    simulator = Simulator(robot, contact="none")
     assert simulator.settle(pull=goal, tolerance=1e-9).converged
     target = simulator.robot.effector_values(simulator.state)
-    controller = Controller(robot(data), settings=ControllerSettings(regularisation=1e-6))
+    controller = Controller(robot, settings=ControllerSettings(regularisation=1e-6))
     for _ in range(20):
         actuation = controller.step(target)
     assert np.abs(controller.robot.effector_values(controller.state) - target).max() < 2e-6

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 
-from tauten.model.constraints import ConstrainedRobot
 from tauten.model.load import build_robot
 from tauten.model.mesh import checked
-from tauten.model.numerics import Array
 from tauten.model.schema import RobotConfig
 from tauten.model.tetra import TetRobot
 
@@ -25,46 +21,6 @@ def robots_folder(reference: Path, needed: str) -> Path:
     if not (folder / needed).is_file():
         pytest.skip(f"no robots computed by SOFA in {folder}")
     return folder
-
-
-def tripod(data: Path) -> ConstrainedRobot:
-    """The tripod: 235 nodes, three servos that turn the ends of its legs; nothing else holds it."""
-    model = np.load(data / "tripod_low_model.npz")
-    nodes = MM * model["nodes"]
-
-    def around(ids: Array) -> dict[str, Any]:
-        boxes = [{"lower": nodes[i] - 1e-7, "upper": nodes[i] + 1e-7} for i in ids]
-        return {"kind": "union", "of": [{k: box[k].tolist() for k in box} for box in boxes]}
-
-    drives = [
-        {
-            "name": f"servo{arm}",
-            "region": around(model[f"arm{arm}"]),
-            "axis": model["axes"][arm].tolist(),
-            "through": (MM * model["servo"][arm]).tolist(),
-            "max_angle": 1.5,
-            "max_torque": 5.0,
-            "max_rate": 10.0,
-        }
-        for arm in range(3)
-    ]
-    centre = {"name": "centre", "kind": "centre", "region": around(model["centre"])}
-    plate = {"name": "plate", "kind": "frame", "region": around(model["centre"])}
-    config = RobotConfig.model_validate(
-        {
-            "name": "tripod",
-            "gravity": [0.0, -9.81, 0.0],
-            "mesh": {"file": "tripod_low_model.npz"},
-            "material": {"young_modulus": 250e3, "poisson_ratio": 0.45, "total_mass": 0.032},
-            "drives": drives,
-            "effectors": [centre, plate],
-        }
-    )
-    mesh = checked(nodes, model["tets"].astype(np.int64), "tripod")
-    robot = build_robot(config, mesh, "tripod")
-    assert isinstance(robot, ConstrainedRobot)
-    raw = replace(robot.raw, mass=np.full(robot.raw.n, 0.032 / robot.n_nodes))  # as SOFA has it
-    return replace(robot, raw=raw).loaded(np.array(config.gravity), np.zeros(6))
 
 
 def pneumatic_finger(data: Path) -> TetRobot:
