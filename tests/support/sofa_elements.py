@@ -79,7 +79,9 @@ def points_as_in_sofa(model: Any, *names: str) -> Iterator[None]:
     tets = model["tets"][np.concatenate([model[f"{name}_tet"] for name in names])]
     weights = np.concatenate([model[f"{name}_w"] for name in names])
 
-    def attach(mesh: TetMesh, points: Array, what: str, max_outside: float = 0.0) -> MaterialPoints:
+    def attach(
+        mesh: TetMesh, points: Array, what: str, max_outside: float, extrapolate_from: str
+    ) -> MaterialPoints:
         apart = np.linalg.norm(places[:, None] - np.asarray(points)[None], axis=2)
         chosen = apart.argmin(axis=0)
         assert apart.min(axis=0).max() < 1e-9, what
