@@ -200,7 +200,8 @@ class Selector:
         chosen = self.numbers.chosen(np.array(region.numbers, dtype=np.int64))
         if part == "node":
             return chosen
-        whole: Bools = chosen[self._parts(part)].all(axis=1)
+        corners = self.tets if part == "tetrahedron" else self.boundary
+        whole: Bools = chosen[corners].all(axis=1)
         return whole
 
     def _group(self, region: NamedGroup, part: Part) -> Bools:

@@ -16,6 +16,7 @@ from tauten.model.schema.body import (
     MeshSettings,
     RotationSettings,
 )
+from tauten.model.schema.cable import CableSettings
 from tauten.model.schema.changes import Changes
 from tauten.model.schema.constraints import AttachmentSettings, DriveSettings, RigidSettings
 from tauten.model.schema.contact import (
@@ -54,7 +55,6 @@ from tauten.model.schema.region import (
     Union,
 )
 from tauten.model.schema.robot_file import (
-    CableSettings,
     ControlPeriod,
     Extrapolation,
     RobotConfig,
