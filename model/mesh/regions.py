@@ -201,8 +201,7 @@ class Selector:
         if part == "node":
             return chosen
         corners = self.tets if part == "tetrahedron" else self.boundary
-        whole: Bools = chosen[corners].all(axis=1)
-        return whole
+        return np.asarray(chosen[corners].all(axis=1))
 
     def _group(self, region: NamedGroup, part: Part) -> Bools:
         """What a group of the mesh file selects."""
