@@ -293,7 +293,7 @@ class Reducible(Protocol):
 
         Args:
             Phi: (m, r) state modes.
-            alphas: (r, s) states of a campaign; some of them, evenly spread, are training states.
+            alphas: (r, s) states of a campaign; some of them are training states.
             tolerance: relative residual.
             seed: of random directions.
         """

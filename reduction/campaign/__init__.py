@@ -12,12 +12,14 @@ from tauten.reduction.campaign.designs import (
     exploring,
     latin_hypercube,
     latin_hypercube_levels,
+    payload,
     plackett_burman,
     plackett_burman_levels,
     ramp,
 )
 from tauten.reduction.campaign.executors import ClusterError, dask_cluster, processes
 from tauten.reduction.campaign.held_out import FORCES, held_out_design, sensitivity
+from tauten.reduction.campaign.moving_mass import moving_mass
 from tauten.reduction.campaign.run import run_campaign
 from tauten.reduction.campaign.snapshots import Origin, SnapshotError, Snapshots, join_snapshots
 
@@ -43,6 +45,8 @@ __all__ = [
     "join_snapshots",
     "latin_hypercube",
     "latin_hypercube_levels",
+    "moving_mass",
+    "payload",
     "plackett_burman",
     "plackett_burman_levels",
     "processes",

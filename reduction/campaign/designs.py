@@ -18,12 +18,17 @@ from scipy.spatial.transform import Rotation
 from tauten.model import Robot, Simulator
 from tauten.model.numerics import Array
 from tauten.reduction.campaign.command_range import CommandRange, command_range
+from tauten.reduction.campaign.moving_mass import moving_mass
 
 CAMPAIGN_TOLERANCE = 1e-6  # m
-RAMP_STEPS = 800  # of one actuator whose position is commanded, as in the paper
+RAMP_STEPS = 200  # of one actuator whose position is commanded; the paper takes 800
 EFFORT_STEPS = 60  # of one actuator whose effort is commanded
 RUN_STEPS = 20  # of a run of several actuators
 LEAST_RUNS, RUNS_EACH = 8, 2  # number of such runs, and more for each actuator
+LEAST_LOADED_RUNS, LOADED_STEPS = 10, 10  # runs under other loads, and the steps of each
+TILT = np.radians(20.0)  # of gravity there
+PAYLOAD = 0.2  # on the effectors there, as a share of the weight
+STANDARD_GRAVITY = 9.81  # m/s², by which payloads are chosen where a robot file has no gravity
 
 
 class DesignError(ValueError):
@@ -116,29 +121,82 @@ class Ranges:
 def exploring(robot: Robot, seed: int = 0) -> Design:
     """The design for a robot about which nothing else is known.
 
-    One actuator goes through its range in small steps, as in the paper. Several go from rest to commands of a
-    Latin hypercube over their ranges, in as many runs as their number needs.
+    Under the gravity of the robot file, one actuator goes through its range in small steps, as in the paper;
+    several go from rest to commands of a Latin hypercube over their ranges, in as many runs as their number
+    needs. Further runs go to such commands with gravity tilted by `TILT` to sides all round, and a payload of
+    `PAYLOAD` of the weight that pushes on the effectors in random directions.
 
     Args:
         robot: its limits and gravity are used.
-        seed: of the random commands.
+        seed: of the random commands and loads.
     """
     found = command_range(robot)
     if robot.n_a == 1 and not found.by_force[0] and found.least[0] == 0.0:
-        return ramp(robot, float(found.most[0]) / RAMP_STEPS)
-    if robot.n_a == 1:
+        own = ramp(robot, float(found.most[0]) / RAMP_STEPS).runs
+    elif robot.n_a == 1:
         ends = np.array([[1.0], *([[-1.0]] if found.least[0] < 0.0 else [])])
-        steps = EFFORT_STEPS
+        own = tuple(_to_command(robot, found, end, _risen(EFFORT_STEPS)) for end in ends)
     else:
-        count = LEAST_RUNS + RUNS_EACH * robot.n_a
-        both = found.least < 0.0
-        levels = latin_hypercube_levels(count, robot.n_a, seed)
-        ends, steps = np.where(both, 2.0 * levels - 1.0, levels), RUN_STEPS
-    runs = tuple(_to_command(robot, found, end, steps) for end in ends)
-    return Design(
-        f"exploring: {len(runs)} runs of {steps} steps within the range of each actuator, seed {seed}",
-        runs,
+        ends = _random_ends(found, LEAST_RUNS + RUNS_EACH * robot.n_a, seed)
+        own = tuple(_to_command(robot, found, end, _risen(RUN_STEPS)) for end in ends)
+    loaded = _loaded_runs(robot, found, seed)
+    sizes = (
+        f"{len(own)} runs of {len(own[0])} steps, {len(loaded)} of {LOADED_STEPS} under other loads"
     )
+    return Design(
+        f"exploring: {sizes}, within the range of each actuator, seed {seed}", (*own, *loaded)
+    )
+
+
+def _loaded_runs(robot: Robot, found: CommandRange, seed: int) -> tuple[Run, ...]:
+    """Runs from rest to random commands, each with gravity tilted to another side and another payload.
+
+    Args:
+        robot: its gravity, weight and effectors are used.
+        found: range of each actuator.
+        seed: of the commands and loads.
+    """
+    count = LEAST_LOADED_RUNS + RUNS_EACH * robot.n_a
+    rng = np.random.default_rng(seed + 1)
+    gravity, p = robot.gravity, len(robot.effector_names)
+    across = null_space(gravity[None])[:, :2]  # (3, 2)
+    sides = 2.0 * np.pi * (rng.permutation(count) + rng.uniform()) / count  # (runs,)
+    axes = np.stack([np.cos(sides), np.sin(sides)], axis=1) @ across.T  # (runs, 3)
+    push = rng.standard_normal((count, p, 3))
+    push *= payload(robot) / np.linalg.norm(push, axis=2, keepdims=True)
+    shares = np.linspace(0.0, 1.0, LOADED_STEPS)
+    return tuple(
+        _to_command(
+            robot, found, end, shares, Rotation.from_rotvec(TILT * axis).apply(gravity), force
+        )
+        for end, axis, force in zip(
+            _random_ends(found, count, seed + 1), axes, push.reshape(count, -1), strict=True
+        )
+    )
+
+
+def payload(robot: Robot) -> float:
+    """`PAYLOAD` of the weight, spread evenly over the effectors: the force on each of them [N]."""
+    size = float(np.linalg.norm(robot.gravity)) or STANDARD_GRAVITY
+    return PAYLOAD * moving_mass(robot) * size / len(robot.effector_names)
+
+
+def _random_ends(found: CommandRange, count: int, seed: int) -> Array:
+    """Shares (count, n_a) of the ranges, from a Latin hypercube.
+
+    Args:
+        found: range of each actuator.
+        count: number of ends.
+        seed: of the random numbers.
+    """
+    levels = latin_hypercube_levels(count, len(found.least), seed)
+    ends: Array = np.where(found.least < 0.0, 2.0 * levels - 1.0, levels)
+    return ends
+
+
+def _risen(steps: int) -> Array:
+    """Equal steps (steps,) from just above 0 to 1."""
+    return np.arange(1, steps + 1) / steps
 
 
 def equilibrium_seconds(robot: Robot, design: Design, count: int) -> float:
@@ -158,14 +216,30 @@ def equilibrium_seconds(robot: Robot, design: Design, count: int) -> float:
     return (perf_counter() - start) / len(run)
 
 
-def _to_command(robot: Robot, found: CommandRange, shares: Array, steps: int) -> Run:
-    """A run from rest to a command given by shares (n_a,) of the ranges."""
-    rise = np.arange(1, steps + 1) / steps
-    commands = [found.command(share * shares) for share in rise]
+def _to_command(
+    robot: Robot,
+    found: CommandRange,
+    end: Array,
+    rise: Array,
+    gravity: Array | None = None,
+    force: Array | None = None,
+) -> Run:
+    """A run from rest to a command, under constant loads.
+
+    Args:
+        robot: its gravity and effectors are used.
+        found: range of each actuator.
+        end: (n_a,) shares of the ranges at the end.
+        rise: (s,) shares of the way there.
+        gravity: (3,) [m/s²]; None: the robot's.
+        force: (3 p,) on the effectors [N]; None: none.
+    """
+    commands = [found.command(share * end) for share in rise]
+    pushed = np.zeros(3 * len(robot.effector_names)) if force is None else force
     return Run(
         pull=np.stack([command.pull for command in commands], axis=1),
-        gravity=np.tile(robot.gravity[:, None], steps),
-        effector_force=np.zeros((3 * len(robot.effector_names), steps)),
+        gravity=np.tile((robot.gravity if gravity is None else gravity)[:, None], len(rise)),
+        effector_force=np.tile(pushed[:, None], len(rise)),
         tension=np.stack([command.tension for command in commands], axis=1),
     )
 

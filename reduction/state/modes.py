@@ -12,7 +12,7 @@ import numpy as np
 from scipy.linalg import svd
 
 from tauten.model import ContactSpace, Robot, State
-from tauten.model.numerics import Array
+from tauten.model.numerics import Array, Ints
 from tauten.reduction.campaign import Snapshots
 from tauten.reduction.reduced_robot import Reducible
 
@@ -55,6 +55,17 @@ def pod(deviations: Array, weight: Array, r: int) -> Pod:
     rank = int((sigma > 1e-10 * sigma.max(initial=0.0)).sum())
     Phi = U[:, : min(r, rank)] / root[:, None]
     return Pod(np.ascontiguousarray(Phi), sigma[:rank] / np.sqrt(deviations.shape[1]))
+
+
+def even_weights(runs: Ints) -> Array:
+    """Factors of snapshots by which each run counts the same, however long it is: (s,), of mean square one.
+
+    Args:
+        runs: (s,) which run each snapshot belongs to.
+    """
+    _, number, sizes = np.unique(runs, return_inverse=True, return_counts=True)
+    factors: Array = np.sqrt(len(runs) / (len(sizes) * sizes[number]))
+    return factors
 
 
 def enriched(Phi: Array, vectors: Array, weight: Array) -> Array:

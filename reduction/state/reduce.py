@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from typing import Literal
 
@@ -13,13 +14,14 @@ from tauten.model.numerics import Array, Bools
 from tauten.reduction.campaign import Snapshots
 from tauten.reduction.contact import TipErrors, tip_errors
 from tauten.reduction.provenance import package_versions
-from tauten.reduction.reduced_robot import ElementSample, StateBasisError
+from tauten.reduction.reduced_robot import ElementSample, Reducible, StateBasisError
 from tauten.reduction.state.basis import StateBasis, StateOrigin
 from tauten.reduction.state.bodies import reducible
 from tauten.reduction.state.modes import (
     Pod,
     campaign_responses,
     enriched,
+    even_weights,
     pod,
     with_own,
     without_own,
@@ -29,7 +31,15 @@ from tauten.reduction.state.robot import reduced_robot
 HELD_OUT = 5  # every fifth run, or snapshot of few runs, is held out of the training
 MANY_RUNS = 20  # from so many runs on, what is held out has neighbours in the training
 MOST_MODES = 100  # largest r
-CHECKS = 200  # largest number of held-out equilibria compared
+MOST_ELEMENTS = 1500  # of a sample, from which on no finer one is tried
+CHECKS = 100  # largest number of held-out equilibria compared
+ATTEMPTS = 4  # at most, until the error on held-out equilibria is within the goal
+FINER_MOTION, FINER_SAMPLE = (
+    0.4,
+    0.5,
+)  # what an attempt may leave out, of what the last one left out
+
+Report = Callable[[str], None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,6 +53,8 @@ class StateSettings:
         responses: static responses added to them, strongest direction first.
         sample: relative residual of the sampled elements, see `tauten.reduction.state.tetra.ecsw`.
         seed: of the random directions.
+        goal: error of the tip on held-out equilibria [m] above which more elements, and with "auto" more
+            modes, are tried up to a budget; None: whatever the error is.
     """
 
     r: int | Literal["auto"] = "auto"
@@ -50,6 +62,7 @@ class StateSettings:
     responses: int = 10
     sample: float = 1e-2
     seed: int = 0
+    goal: float | None = None
 
     def __post_init__(self) -> None:
         if self.r != "auto" and self.r < 1:
@@ -63,9 +76,17 @@ class StateSettings:
 
 
 def reduce_states(
-    robot: Robot, snapshots: Snapshots, basis: ContactSpace, settings: StateSettings
+    robot: Robot,
+    snapshots: Snapshots,
+    basis: ContactSpace,
+    settings: StateSettings,
+    report: Report = lambda _: None,
 ) -> StateBasis:
     """A state basis, its sample of elements, and its tip errors on equilibria that were held out.
+
+    Where the errors are above the goal of the settings, modes and elements are chosen again, to leave out
+    less, until the goal, the budget or the last attempt is reached. The basis with the smallest error
+    counts.
 
     All linear algebra runs on one thread, so that the same snapshots give the same basis to the last bit.
 
@@ -74,10 +95,11 @@ def reduce_states(
         snapshots: a campaign's converged equilibria, with their configurations.
         basis: contact modes of the controller that will use the reduced model.
         settings: numbers of modes and tolerances.
+        report: called with what is being done, in words.
 
     Raises:
         StateBasisError: a robot that has no state bases, snapshots without configurations, or
-            a reduced model that does not find its equilibria.
+            reduced models that do not find their equilibria.
     """
     n_q = len(robot.rest().q)
     if len(snapshots.q) != n_q or len(snapshots) < HELD_OUT:
@@ -86,7 +108,7 @@ def reduce_states(
             f"expected at least {HELD_OUT} with {n_q}"
         )
     with one_blas_thread():  # the order of sums depends on the number of threads
-        return _reduced(robot.fork(), snapshots, basis, settings)
+        return _best(robot.fork(), snapshots, basis, settings, report)
 
 
 def n_elements(robot: Robot) -> int:
@@ -98,28 +120,115 @@ def n_elements(robot: Robot) -> int:
     return reducible(robot).n_elements
 
 
-def _reduced(
-    robot: Robot, snapshots: Snapshots, basis: ContactSpace, settings: StateSettings
+def _best(
+    robot: Robot,
+    snapshots: Snapshots,
+    basis: ContactSpace,
+    settings: StateSettings,
+    report: Report,
 ) -> StateBasis:
     """As `reduce_states`, arguments checked."""
+    report("modes of motion and responses")
+    training = _training(robot, snapshots, basis)
+    held_out = snapshots.select(held_out_snapshots(snapshots))
+    motion = training.body.default_motion if settings.motion is None else settings.motion
+    sample, best, failure = settings.sample, None, None
+    for attempt in range(1, 1 + (ATTEMPTS if settings.goal is not None else 1)):
+        tried = replace(settings, motion=motion, sample=sample)
+        states = _chosen(robot, training, tried, snapshots.digest(), attempt, report)
+        report(
+            f"attempt {attempt}: {states.r} modes, {len(states.elements)} elements, held-out loads"
+        )
+        try:
+            states = checked_on_held_out(robot, states, basis, held_out)
+        except StateBasisError as error:
+            failure = error
+        else:
+            if best is None or states.origin.tip_max < best.origin.tip_max:
+                best = states
+        met = (
+            best is not None and settings.goal is not None and best.origin.tip_max <= settings.goal
+        )
+        spent = len(states.elements) >= min(MOST_ELEMENTS, training.body.n_elements)
+        if met or spent:
+            break
+        motion, sample = motion * FINER_MOTION, sample * FINER_SAMPLE
+    if best is None:
+        assert failure is not None
+        raise StateBasisError(f"{failure}; {attempt} attempts were made") from failure
+    return best
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Training:
+    """What modes and elements are chosen from.
+
+    Attributes:
+        body: the robot as state reduction sees it.
+        snapshots: those that are not held out.
+        deviations: (m, s) from rest.
+        modes: all that may be used, strongest first.
+        responses: (m, k) directions of static responses, strongest first.
+    """
+
+    body: Reducible
+    snapshots: Snapshots
+    deviations: Array
+    modes: Pod
+    responses: Array
+
+
+def _training(robot: Robot, snapshots: Snapshots, basis: ContactSpace) -> _Training:
+    """Modes and responses of the snapshots that are not held out; each run counts the same.
+
+    Args:
+        robot: the full model.
+        snapshots: of a campaign.
+        basis: contact modes.
+    """
     body = reducible(robot)
-    held_out = held_out_snapshots(snapshots)
-    training = snapshots.select(~held_out)
-    deviations, weight = body.deviations(training.q), body.weight  # (m, s), (m,)
-    allowed = body.default_motion if settings.motion is None else settings.motion
-    modal = without_own(body, deviations)
-    found = chosen_modes(pod(modal, weight, MOST_MODES), settings.r, allowed)
+    training = snapshots.select(~held_out_snapshots(snapshots))
+    deviations = body.deviations(training.q)  # (m, s)
+    modal = without_own(body, deviations) * even_weights(training.run)
+    modes = pod(modal, body.weight, MOST_MODES)
+    return _Training(
+        body, training, deviations, modes, campaign_responses(robot, body, basis, training)
+    )
+
+
+def _chosen(
+    robot: Robot,
+    training: _Training,
+    settings: StateSettings,
+    snapshots_digest: str,
+    attempt: int,
+    report: Report,
+) -> StateBasis:
+    """A state basis, its tip errors not measured.
+
+    Args:
+        robot: the full model.
+        training: what it is chosen from.
+        settings: numbers of modes and tolerances; `motion` is given.
+        snapshots_digest: of all snapshots.
+        attempt: its number, for the report.
+        report: called with what is being done.
+    """
+    body, weight = training.body, training.body.weight
+    assert settings.motion is not None
+    found = chosen_modes(training.modes, settings.r, settings.motion)
     Phi = found.Phi
     if settings.responses:
-        directions = campaign_responses(robot, body, basis, training)[:, : settings.responses]
-        Phi = enriched(Phi, directions, weight)
+        Phi = enriched(Phi, training.responses[:, : settings.responses], weight)
     Phi = with_own(body, Phi)
-    alphas = Phi.T @ (weight[:, None] * deviations)  # (r, s)
+    report(f"attempt {attempt}: {Phi.shape[1]} modes, sample of the {body.n_elements} elements")
+    alphas = Phi.T @ (weight[:, None] * training.deviations)  # (r, s)
     sample = body.sample(Phi, alphas, settings.sample, settings.seed)
     responses = Phi.shape[1] - found.Phi.shape[1] - body.own_coordinates
-    origin = origin_of(robot, training, snapshots.digest(), found, responses, sample, settings)
-    states = StateBasis(Phi, sample.elements, sample.weights, origin)
-    return checked_on_held_out(robot, states, basis, snapshots.select(held_out))
+    origin = origin_of(
+        robot, training.snapshots, snapshots_digest, found, responses, sample, settings
+    )
+    return StateBasis(Phi, sample.elements, sample.weights, origin)
 
 
 def origin_of(

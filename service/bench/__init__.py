@@ -26,7 +26,7 @@ from tauten.service.bench.contact_basis_results import (
     HeldOutError,
     TrainingError,
 )
-from tauten.service.bench.gallery import GalleryBench, GalleryRow, bench_gallery
+from tauten.service.bench.gallery import GalleryBench, GalleryRow, LoadRow, bench_gallery
 from tauten.service.bench.manipulator import ArmBench, ArmBenchSettings, bench_manipulator, parse_ks
 from tauten.service.bench.node import (
     Deadlines,
@@ -74,6 +74,7 @@ __all__ = [
     "Equilibrium",
     "HeldOutError",
     "KINDS",
+    "LoadRow",
     "MeshCase",
     "NodeBench",
     "NodeBenchSettings",

@@ -12,6 +12,7 @@ from tauten.controller import Controller
 from tauten.model import Robot
 from tauten.model.numerics import Array
 from tauten.reduction.campaign import equilibrium_seconds, exploring
+from tauten.reduction.state import LoadKind, ReducedRobot, load_errors
 from tauten.service.plant import PathSettings, make_path
 from tauten.service.process import HostInfo, host_info, one_blas_thread
 from tauten.service.replay import Spread, spread
@@ -21,6 +22,27 @@ Progress = Callable[[float, str], None]
 
 WARM_UP = 10  # steps that are not measured
 SAMPLED = 5  # equilibria from whose time that of the whole campaign is estimated
+
+
+@dataclass(frozen=True, slots=True)
+class LoadRow:
+    """Distances of the effectors of reduced and full model under loads of one kind.
+
+    Attributes:
+        kind: of the loads, see `tauten.reduction.state.LoadError`.
+        cases: equilibria, or time steps.
+        lost: those that only the full model found.
+        mean_mm: mean distance; None without cases.
+        max_mm: the largest; None without cases.
+        at: where the largest is.
+    """
+
+    kind: LoadKind
+    cases: int
+    lost: int
+    mean_mm: float | None
+    max_mm: float | None
+    at: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,10 +57,12 @@ class GalleryRow:
         candidates: of contact.
         modes: k of its contact basis; 0 without.
         state_modes: r of its state basis; None without.
+        sampled: elements in its sample; None without.
         full_ms: whole inverse steps of the full model.
         reduced_ms: of the reduced one; None without.
         tip_mean_mm: mean distance of the reduced model's tip from the full one's, on equilibria held out.
         tip_max_mm: the largest.
+        loads: errors under loads and in motions that took no part in the training.
         campaign_equilibria: number of equilibria of `tauten reduce`.
         campaign_s: their time in one process, estimated from the first ones.
     """
@@ -50,10 +74,12 @@ class GalleryRow:
     candidates: int
     modes: int
     state_modes: int | None
+    sampled: int | None
     full_ms: Spread
     reduced_ms: Spread | None
     tip_mean_mm: float | None
     tip_max_mm: float | None
+    loads: tuple[LoadRow, ...]
     campaign_equilibria: int
     campaign_s: float
 
@@ -78,17 +104,25 @@ def bench_gallery(names: tuple[str, ...], steps: int, progress: Progress) -> Gal
     with one_blas_thread():
         for name in names:
             progress(0.0, name)
-            rows.append(_row(name, steps))
+            rows.append(_row(name, steps, lambda what, name=name: progress(0.0, f"{name}: {what}")))
             progress(1.0 / len(names), name)
     return GalleryBench(host_info(), tuple(rows))
 
 
-def _row(name: str, steps: int) -> GalleryRow:
+def _row(name: str, steps: int, say: Callable[[str], None]) -> GalleryRow:
+    """All numbers of one robot.
+
+    Args:
+        name: of a shipped robot, or a robot file.
+        steps: inverse steps of each model.
+        say: called with what comes next.
+    """
     setup = load_setup(name, accept_error=True)
     full = load_setup(name, model="full")
     robot = full.robot
     targets = reach_targets(robot, steps + WARM_UP)
     design = exploring(robot)
+    say("time of an equilibrium")
     each = equilibrium_seconds(robot, design, SAMPLED)
     origin = None if setup.states is None else setup.states.origin
     return GalleryRow(
@@ -99,12 +133,37 @@ def _row(name: str, steps: int) -> GalleryRow:
         candidates=robot.n_c,
         modes=0 if isinstance(full.contact, str) else full.contact.k,
         state_modes=None if origin is None else origin.r,
+        sampled=None if origin is None else origin.sample,
         full_ms=inverse_times(full, targets),
         reduced_ms=None if origin is None else inverse_times(setup, targets),
         tip_mean_mm=None if origin is None else 1e3 * origin.tip_mean,
         tip_max_mm=None if origin is None else 1e3 * origin.tip_max,
+        loads=load_rows(setup, robot, say),
         campaign_equilibria=design.size,
         campaign_s=each * design.size,
+    )
+
+
+def load_rows(setup: Setup, robot: Robot, say: Callable[[str], None]) -> tuple[LoadRow, ...]:
+    """Errors of the reduced model under loads of each kind; none where the full one is served.
+
+    Args:
+        setup: with the reduced model.
+        robot: the full one.
+        say: called with what comes next.
+    """
+    if not isinstance(setup.robot, ReducedRobot):
+        return ()
+    return tuple(
+        LoadRow(
+            found.kind,
+            found.cases,
+            found.lost,
+            1e3 * found.mean if found.cases else None,
+            1e3 * found.largest if found.cases else None,
+            found.at,
+        )
+        for found in load_errors(robot, setup.robot, setup.contact, say)
     )
 
 

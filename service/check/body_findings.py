@@ -12,6 +12,7 @@ from tauten.model.body import natural_frequencies
 from tauten.model.constraints import ConstrainedRobot
 from tauten.model.mesh import wall_thickness
 from tauten.model.numerics import FactorisationError
+from tauten.reduction.campaign import moving_mass
 from tauten.service.check.findings import Finding, graded
 
 AnyRobot = TetRobot | ConstrainedRobot | BeamRobot
@@ -20,16 +21,14 @@ FREQUENCIES = 3
 STEPS_A_PERIOD = 10.0  # below it implicit Euler damps most of the first vibration
 
 
-def body_findings(robot: AnyRobot, groups: int, alarm_distance: float) -> Iterator[Finding]:
+def body_findings(robot: AnyRobot, alarm_distance: float) -> Iterator[Finding]:
     """Mass, sag under gravity, natural frequencies and, of tetrahedra, thin walls.
 
     Args:
         robot: the robot.
-        groups: degrees of freedom of a node: 3 for tetrahedra, 6 for beams.
         alarm_distance: from which contact is looked for [m].
     """
-    mass = (robot.raw if isinstance(robot, ConstrainedRobot) else robot).mass
-    yield Finding("moving mass", "fine", f"{1e3 * mass[::groups].sum():.4g} g")
+    yield Finding("moving mass", "fine", f"{1e3 * moving_mass(robot):.4g} g")
     yield sag(robot)
     yield vibration(robot)
     if not isinstance(robot, BeamRobot):

@@ -109,7 +109,7 @@ def check_robot(settings: CheckSettings, stop: StopFlag, progress: Progress) -> 
         findings += tuple(part.finding for part in parts_of(config, path))
         findings += tuple(chamber_findings(config, path.parent))
         progress(0.02, "body")
-        findings += tuple(body_findings(robot, 3, robot.contacts.alarm_distance))
+        findings += tuple(body_findings(robot, robot.contacts.alarm_distance))
         progress(0.08, own.name)
         if not settings.shares:
             return RobotCheck(config.name, findings, digest=robot.digest)
@@ -167,7 +167,7 @@ def check_beams(
     robot = load_robot(path)
     assert isinstance(robot, BeamRobot)
     progress(0.1, "beams")
-    findings = tuple(body_findings(robot, 6, 0.0))
+    findings = tuple(body_findings(robot, 0.0))
     if not settings.shares:
         return RobotCheck(robot.name, findings, digest=robot.digest)
     variants = tuple(Variant("beam", count) for count in range(settings.refinements + 1))

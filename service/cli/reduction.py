@@ -40,8 +40,8 @@ def reduce(
     design: Annotated[
         str,
         typer.Option(
-            help="exploring (what the robot's actuators need), ramp, plackett-burman, latin-hypercube, or a "
-            "CSV of loads."
+            help="exploring (what the robot's actuators need, under its own weight, tilted, and with "
+            "payload), ramp, plackett-burman, latin-hypercube, or a CSV of loads."
         ),
     ] = "exploring",
     step: Annotated[float, typer.Option(help="Step of the ramp [m].")] = 5e-5,

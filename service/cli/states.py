@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 from rich.console import Console
 from rich.table import Table
+
+from tauten.service.cli.terminal import progress_bar
 
 if TYPE_CHECKING:
     from tauten.model import ContactSpace, Robot
@@ -20,7 +22,12 @@ LEAST_RESPONSES = 10
 States = Annotated[
     bool, typer.Option("--states", help="Compute also a state basis, beside the contact basis.")
 ]
-StateModes = Annotated[str, typer.Option(help='Number of state modes, or "auto".')]
+StateModes = Annotated[
+    str,
+    typer.Option(
+        help='Number of state modes, or "auto": more where the error is larger than the robot file allows.'
+    ),
+]
 Responses = Annotated[
     int | None,
     typer.Option(
@@ -30,7 +37,11 @@ Responses = Annotated[
     ),
 ]
 SampleResidual = Annotated[
-    float, typer.Option(help="Relative residual of the forces summed over sampled elements.")
+    float,
+    typer.Option(
+        help="Relative residual of the forces summed over sampled elements. Smaller ones are tried where the "
+        "error is larger than the robot file allows."
+    ),
 ]
 KeepInaccurate = Annotated[
     bool,
@@ -73,6 +84,8 @@ def save_states(
 ) -> None:
     """Compute the state basis, compare it with the full model on held-out paths, and save it.
 
+    Where the error is larger than allowed, more modes and elements are tried.
+
     Args:
         robot: the full robot.
         snapshots: of its campaign.
@@ -86,7 +99,14 @@ def save_states(
     """
     from tauten.reduction.state import n_elements, reduce_states
 
-    states = reduce_states(robot, snapshots, basis, settings)
+    with progress_bar("state basis") as report:
+        states = reduce_states(
+            robot,
+            snapshots,
+            basis,
+            replace(settings, goal=max_tip_error),
+            lambda what: report(0.0, what),
+        )
     if max_tip_error is not None:
         states.check_tip(max_tip_error)
     origin, saved = states.origin, states.save(path)

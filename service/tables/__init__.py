@@ -14,7 +14,7 @@ from tauten.service.tables.contact_basis import (
     write_contact_basis_tables,
 )
 from tauten.service.tables.elements import element_tables, write_element_tables
-from tauten.service.tables.gallery import gallery_table
+from tauten.service.tables.gallery import gallery_table, loads_table, write_loads_table
 from tauten.service.tables.new_robot import trial_table
 from tauten.service.tables.node import NODE_BEGIN, NODE_END, node_table, write_node_tables
 from tauten.service.tables.numbers import Numbers, PageError, milliseconds
@@ -38,6 +38,8 @@ from tauten.service.tables.view import VIEW_BEGIN, VIEW_END, view_table, write_v
 
 __all__ = [
     "gallery_table",
+    "loads_table",
+    "write_loads_table",
     "VIEW_BEGIN",
     "VIEW_END",
     "view_table",

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from tauten.service.bench import GalleryBench
 from tauten.service.replay import Spread
-from tauten.service.tables.numbers import Numbers
+from tauten.service.tables.numbers import Numbers, put_tables
+
+LOADS_BEGIN, LOADS_END = "<!-- tauten bench gallery -->", "<!-- end -->"
 
 
 def gallery_table(result: GalleryBench) -> Numbers:
@@ -30,6 +34,39 @@ def gallery_table(result: GalleryBench) -> Numbers:
             )
         )  # fmt: skip
     return Numbers("", head, tuple(rows))
+
+
+def loads_table(result: GalleryBench) -> Numbers:
+    """Errors of the reduced models under loads and in motions that took no part in the training."""
+    head = (
+        "robot", "loads", "modes", "elements", "cases", "lost", "mean / max [mm]", "largest [% of its size]",
+        "largest at",
+    )  # fmt: skip
+    rows = []
+    for row in result.robots:
+        for load in row.loads:
+            known = load.mean_mm is not None and load.max_mm is not None
+            rows.append(
+                (
+                    row.robot, load.kind, str(row.state_modes), str(row.sampled), str(load.cases),
+                    str(load.lost),
+                    f"{load.mean_mm:.2f} / {load.max_mm:.2f}" if known else "–",
+                    f"{100 * load.max_mm / row.size_mm:.2f}" if known else "–",  # type: ignore[operator]
+                    load.at,
+                )
+            )  # fmt: skip
+    return Numbers("", head, tuple(rows), 2)
+
+
+def write_loads_table(result: GalleryBench, path: Path) -> None:
+    """Write the errors under loads into a page, between its marks.
+
+    Args:
+        result: of the benchmark.
+        path: the page.
+    """
+    about = "Equilibria, and steps of a swing, of reduced against full model."
+    put_tables(path, LOADS_BEGIN, LOADS_END, about, [loads_table(result)])
 
 
 def _spread(value: Spread | None) -> str:

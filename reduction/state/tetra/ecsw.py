@@ -43,12 +43,11 @@ def sample_elements(
     Args:
         robot: the full model.
         Phi: (n, r) state modes.
-        alphas: (r, s) states of a campaign [m]; some of them, evenly spread, are training states.
+        alphas: (r, s) states of a campaign [m]; some of them, far from each other, are training states.
         tolerance: relative residual.
         seed: of the random directions.
     """
-    chosen = np.linspace(0, alphas.shape[1] - 1, min(STATES, alphas.shape[1])).round().astype(int)
-    C = contributions(robot, Phi, alphas[:, chosen], seed)
+    C = contributions(robot, Phi, alphas[:, farthest_apart(alphas, STATES)], seed)
     d = C.sum(axis=1)
     volume = integration_points(robot).volume
     share = tolerance / VOLUME * np.linalg.norm(d) * volume / volume.sum()  # (e,)
@@ -56,6 +55,27 @@ def sample_elements(
     elements = np.flatnonzero(w)
     error = float(np.linalg.norm(C[:, elements] @ w[elements] - d) / np.linalg.norm(d))
     return ElementSample(elements, w[elements], error)
+
+
+def farthest_apart(alphas: Array, count: int) -> Ints:
+    """Numbers of states far from each other: first the largest, then always the one farthest from all chosen.
+
+    Args:
+        alphas: (r, s) states.
+        count: how many, at most s.
+
+    Returns:
+        (min(count, s),) ascending.
+
+    Source: Gonzalez, Theoretical Computer Science 38, 1985.
+    """
+    chosen = [int(np.argmax((alphas**2).sum(axis=0)))]
+    distance = np.full(alphas.shape[1], np.inf)  # squares
+    while len(chosen) < min(count, alphas.shape[1]):
+        distance = np.minimum(distance, ((alphas - alphas[:, chosen[-1:]]) ** 2).sum(axis=0))
+        distance[chosen] = -1.0
+        chosen.append(int(np.argmax(distance)))
+    return np.sort(np.array(chosen, dtype=np.int64))
 
 
 def contributions(robot: TetRobot, Phi: Array, alphas: Array, seed: int) -> Array:

@@ -71,14 +71,20 @@ def gallery(
     ] = None,
     count: Annotated[int, typer.Option("--steps", min=20, help="Inverse steps of each.")] = 300,
     json_file: Json = None,
+    markdown: Markdown = None,
 ) -> None:
-    """Sizes, inverse steps of full and reduced model, errors and campaigns of the gallery's robots."""
+    """Sizes, inverse steps of full and reduced model, errors and campaigns of the gallery's robots.
+
+    The errors of reduced models are those under loads that took no part in their training, and in motion.
+    """
     from tauten.model.robots.gallery import ROBOTS
     from tauten.service.bench import bench_gallery
-    from tauten.service.tables import gallery_table
+    from tauten.service.tables import gallery_table, loads_table, write_loads_table
 
     names = tuple(robots or ROBOTS)
     with progress_bar("gallery") as report:
         result = bench_gallery(names, count, report)
-    show_tables([gallery_table(result)], 200)
+    show_tables([gallery_table(result), loads_table(result)], 200)
     write_json(result, json_file)
+    if markdown is not None:
+        write_loads_table(result, markdown)

@@ -6,13 +6,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tauten.model import Robot
+from tauten.model.tetra import TetRobot
 from tauten.reduction.campaign import (
     Design,
     DesignError,
     Ranges,
+    exploring,
     from_csv,
     latin_hypercube,
     latin_hypercube_levels,
+    moving_mass,
     plackett_burman,
     plackett_burman_levels,
     ramp,
@@ -28,6 +31,30 @@ def test_ramp_is_the_papers(finger: Robot) -> None:
     assert not run.effector_force.any()
     with pytest.raises(DesignError, match=r"ramp step is 0.05 m: allowed are 0 to 0.025 m"):
         ramp(finger, step=0.05)
+
+
+def test_exploring_tilts_and_loads_the_robot_on_all_sides(thumb: TetRobot) -> None:
+    design = exploring(thumb)
+    own, *loaded = design.runs
+    np.testing.assert_array_equal(own.gravity, np.tile(thumb.gravity[:, None], len(own)))
+    assert not own.effector_force.any()
+    down = np.array([0.0, 0.0, -1.0])
+    weight = 9.81 * moving_mass(thumb)
+    sides = []
+    for run in loaded:
+        gravity, force = run.gravity[:, 0], run.effector_force[:, 0]
+        assert np.linalg.norm(gravity) == pytest.approx(9.81)
+        assert np.degrees(np.arccos(gravity @ down / 9.81)) == pytest.approx(20.0)
+        assert np.linalg.norm(force) == pytest.approx(0.2 * weight)
+        assert run.pull[0, 0] == 0.0 < run.pull[0, -1] <= thumb.limits.pull_max[0]
+        sides.append(
+            np.concatenate(
+                [gravity[:2] / (9.81 * np.sin(np.radians(20.0))), force / (0.2 * weight)]
+            )
+        )
+    # towards each side of each axis a tilt and a payload lean by half of their size at least
+    for sign in (1.0, -1.0):
+        assert (sign * np.array(sides)).max(axis=0).min() > 0.5
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,94 @@
+"""Errors under other loads than the training's: measured as by hand, and small after training on loads."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tauten.model import Simulator
+from tauten.model.tetra import TetRobot
+from tauten.reduction.campaign import Snapshots, exploring, moving_mass, run_campaign
+from tauten.reduction.contact import ContactBasis, ReduceSettings, make_basis
+from tauten.reduction.state import (
+    LoadError,
+    StateBasis,
+    StateBasisError,
+    StateSettings,
+    load_errors,
+    reduce_states,
+    reduced_robot,
+)
+
+
+@pytest.fixture(scope="module")
+def basis(thumb: TetRobot, thumb_ramp: Snapshots) -> ContactBasis:
+    return make_basis(thumb, thumb_ramp, ReduceSettings(k=3))[0]
+
+
+@pytest.fixture(scope="module")
+def of_ramp(thumb: TetRobot, thumb_ramp: Snapshots, basis: ContactBasis) -> StateBasis:
+    return reduce_states(thumb, thumb_ramp, basis, StateSettings(r=6, responses=0))
+
+
+def errors(
+    thumb: TetRobot, states: StateBasis, basis: ContactBasis, swing: float
+) -> dict[str, LoadError]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("tauten.reduction.state.load_comparison.POSTURES", 1)
+        patch.setattr("tauten.reduction.state.load_comparison.SWING", swing)
+        found = load_errors(thumb, reduced_robot(thumb, states), basis)
+    return {error.kind: error for error in found}
+
+
+def test_payload_error_is_the_distance_of_two_models_that_carry_it(
+    thumb: TetRobot, of_ramp: StateBasis, basis: ContactBasis
+) -> None:
+    found = errors(thumb, of_ramp, basis, 0.05)["payload"]
+    assert (found.cases, found.lost) == (12, 0)
+    force = np.array([0.0, 0.2 * 9.81 * moving_mass(thumb), 0.0])
+    tips = []
+    for robot in (thumb, reduced_robot(thumb, of_ramp)):
+        simulator = Simulator(robot.loaded(thumb.gravity, force), contact="full")
+        assert simulator.settle(pull=[0.0], tolerance=1e-7).converged
+        tips.append(simulator.effector)
+    assert found.largest >= 0.999 * np.linalg.norm(tips[0] - tips[1])
+    assert found.largest < 2.0 * np.linalg.norm(tips[0] - tips[1])
+
+
+@pytest.mark.slow
+def test_training_on_loads_removes_most_of_their_error(
+    thumb: TetRobot, of_ramp: StateBasis, basis: ContactBasis, tmp_path: Path
+) -> None:
+    snapshots = run_campaign(thumb, exploring(thumb), tmp_path, show_progress=False)
+    states = reduce_states(
+        thumb, snapshots.select(snapshots.converged), basis, StateSettings(r=12, responses=4)
+    )
+    before = errors(thumb, of_ramp, basis, 2.0)
+    after = errors(thumb, states, basis, 2.0)
+    for kind in ("tilt", "payload"):
+        assert after[kind].largest < 0.1 * before[kind].largest
+        assert after[kind].largest < 0.01 * thumb.size
+    assert after["motion"].largest < 0.02 * thumb.size
+
+
+def test_modes_and_elements_are_added_until_the_error_is_within_the_goal(
+    thumb: TetRobot, thumb_ramp: Snapshots, basis: ContactBasis
+) -> None:
+    said: list[str] = []
+    coarse = StateSettings(motion=3e-2, responses=0, sample=0.2)
+    once = reduce_states(thumb, thumb_ramp, basis, coarse)
+    goal = 0.5 * once.origin.tip_max
+    finer = StateSettings(motion=3e-2, responses=0, sample=0.2, goal=goal)
+    more = reduce_states(thumb, thumb_ramp, basis, finer, said.append)
+    assert more.origin.tip_max <= goal
+    assert more.r > once.r
+    assert len(more.elements) > len(once.elements)
+    assert any("attempt 2" in text and "elements" in text for text in said)
+
+
+def test_refusal_says_how_many_modes_and_elements_it_took(of_ramp: StateBasis) -> None:
+    sentence = f"of {of_ramp.r} modes and {len(of_ramp.elements)} elements takes the tip up to"
+    with pytest.raises(StateBasisError, match=sentence):
+        of_ramp.check_tip(1e-9)
