@@ -183,7 +183,7 @@ class _Pair:
             contact: of the reduced one.
         """
         enrichment = None if isinstance(contact, str) else default_enrichment(full.tolerance)
-        pointwise = "none" if contact == "none" else "full"
+        pointwise: Literal["none", "full"] = "none" if contact == "none" else "full"
         return cls(Simulator(full, pointwise), Simulator(reduced, contact, enrichment))
 
     def in_posture(self, command: Command, every: list[Load]) -> Iterator[tuple[Load, float]]:
