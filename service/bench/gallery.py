@@ -104,19 +104,23 @@ def bench_gallery(names: tuple[str, ...], steps: int, progress: Progress) -> Gal
     with one_blas_thread():
         for name in names:
             progress(0.0, name)
-            rows.append(_row(name, steps, lambda what, name=name: progress(0.0, f"{name}: {what}")))
+            rows.append(_row(name, steps, progress))
             progress(1.0 / len(names), name)
     return GalleryBench(host_info(), tuple(rows))
 
 
-def _row(name: str, steps: int, say: Callable[[str], None]) -> GalleryRow:
+def _row(name: str, steps: int, progress: Progress) -> GalleryRow:
     """All numbers of one robot.
 
     Args:
         name: of a shipped robot, or a robot file.
         steps: inverse steps of each model.
-        say: called with what comes next.
+        progress: called with what comes next.
     """
+
+    def say(what: str) -> None:
+        progress(0.0, f"{name}: {what}")
+
     setup = load_setup(name, accept_error=True)
     full = load_setup(name, model="full")
     robot = full.robot
