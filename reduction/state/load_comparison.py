@@ -41,7 +41,7 @@ KINDS: tuple[LoadKind, ...] = ("own weight", "tilt", "payload", "motion")
 
 
 @dataclass(frozen=True, slots=True)
-class LoadError:
+class ForeignLoadError:
     """Distances of the effectors of reduced and full model under loads of one kind.
 
     Attributes:
@@ -62,7 +62,7 @@ class LoadError:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Load:
+class ForeignLoad:
     """A load of the comparison.
 
     Attributes:
@@ -83,7 +83,7 @@ def load_errors(
     reduced: ReducedRobot,
     contact: Literal["none", "full"] | ContactSpace,
     progress: Callable[[str], None] = lambda _: None,
-) -> tuple[LoadError, ...]:
+) -> tuple[ForeignLoadError, ...]:
     """Compare a reduced model with the full one under loads of each kind and in motion.
 
     Commands are those of `tauten.reduction.campaign.command_range`: positions of winches that do not pay out
@@ -132,21 +132,25 @@ def swings(robot: Robot, found: CommandRange) -> list[tuple[str, Array]]:
     return chosen
 
 
-def loads(robot: Robot) -> list[Load]:
+def loads(robot: Robot) -> list[ForeignLoad]:
     """Own weight, gravity tilted to four sides, payloads along six directions."""
     gravity, p = robot.gravity, len(robot.effector_names)
     nothing = np.zeros(3 * p)
-    every = [Load("own weight", "own weight", gravity, nothing)]
+    every = [ForeignLoad("own weight", "own weight", gravity, nothing)]
     if gravity.any():
         for i, axis in enumerate(null_space(gravity[None]).T):
             for sign, side in ((1.0, "+"), (-1.0, "-")):
                 turned = Rotation.from_rotvec(sign * TILT * axis).apply(gravity)
-                every.append(Load("tilt", f"gravity tilted {side}{'ab'[i]}", turned, nothing))
+                every.append(
+                    ForeignLoad("tilt", f"gravity tilted {side}{'ab'[i]}", turned, nothing)
+                )
     for i in range(3):
         for sign, side in ((1.0, "+"), (-1.0, "-")):
             force = np.zeros((p, 3))
             force[:, i] = sign * payload(robot)
-            every.append(Load("payload", f"payload {side}{'xyz'[i]}", gravity, force.ravel()))
+            every.append(
+                ForeignLoad("payload", f"payload {side}{'xyz'[i]}", gravity, force.ravel())
+            )
     return every
 
 
@@ -186,7 +190,9 @@ class _Pair:
         pointwise: Literal["none", "full"] = "none" if contact == "none" else "full"
         return cls(Simulator(full, pointwise), Simulator(reduced, contact, enrichment))
 
-    def in_posture(self, command: Command, every: list[Load]) -> Iterator[tuple[Load, float]]:
+    def in_posture(
+        self, command: Command, every: list[ForeignLoad]
+    ) -> Iterator[tuple[ForeignLoad, float]]:
         """Loads that the full model has an equilibrium under, with the distance there: NaN where lost.
 
         Args:
@@ -233,7 +239,7 @@ class _Pair:
                 return
             yield self._apart()
 
-    def _load(self, load: Load) -> None:
+    def _load(self, load: ForeignLoad) -> None:
         for simulator in (self.full, self.reduced):
             simulator.load(load.gravity, load.force)
 
@@ -253,11 +259,11 @@ class _Pair:
             return False
 
 
-def _summary(kind: LoadKind, found: list[tuple[float, str]]) -> LoadError:
+def _summary(kind: LoadKind, found: list[tuple[float, str]]) -> ForeignLoadError:
     """Mean and largest of the distances of one kind."""
     good = [(distance, at) for distance, at in found if np.isfinite(distance)]
     if not good:
-        return LoadError(kind, 0, len(found), float("nan"), float("nan"), "")
+        return ForeignLoadError(kind, 0, len(found), float("nan"), float("nan"), "")
     largest, at = max(good)
     mean = float(np.mean([distance for distance, _ in good]))
-    return LoadError(kind, len(good), len(found) - len(good), mean, largest, at)
+    return ForeignLoadError(kind, len(good), len(found) - len(good), mean, largest, at)

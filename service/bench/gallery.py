@@ -29,7 +29,7 @@ class LoadRow:
     """Distances of the effectors of reduced and full model under loads of one kind.
 
     Attributes:
-        kind: of the loads, see `tauten.reduction.state.LoadError`.
+        kind: of the loads, see `tauten.reduction.state.ForeignLoadError`.
         cases: equilibria, or time steps.
         lost: those that only the full model found.
         mean_mm: mean distance; None without cases.

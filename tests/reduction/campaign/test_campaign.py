@@ -138,7 +138,7 @@ def test_ctrl_c_saves_what_is_under_way(thumb: TetRobot, design: Design, tmp_pat
 def test_folder_of_another_campaign_is_left_alone(thumb: TetRobot, tmp_path: Path) -> None:
     run_campaign(thumb, ramp(thumb, step=0.004), tmp_path, show_progress=False)
     before = {path: path.read_bytes() for path in tmp_path.iterdir()}
-    with pytest.raises(SnapshotError, match=r"run0000-000000\.snapshots: belongs to another"):
+    with pytest.raises(SnapshotError, match="holds another campaign"):
         run_campaign(thumb, ramp(thumb, step=0.002), tmp_path, show_progress=False)
     assert {path: path.read_bytes() for path in tmp_path.iterdir()} == before
 

@@ -12,7 +12,7 @@ from tauten.model.tetra import TetRobot
 from tauten.reduction.campaign import Snapshots, exploring, moving_mass, run_campaign
 from tauten.reduction.contact import ContactBasis, ReduceSettings, make_basis
 from tauten.reduction.state import (
-    LoadError,
+    ForeignLoadError,
     StateBasis,
     StateBasisError,
     StateSettings,
@@ -34,7 +34,7 @@ def of_ramp(thumb: TetRobot, thumb_ramp: Snapshots, basis: ContactBasis) -> Stat
 
 def errors(
     thumb: TetRobot, states: StateBasis, basis: ContactBasis, swing: float
-) -> dict[str, LoadError]:
+) -> dict[str, ForeignLoadError]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("tauten.reduction.state.load_comparison.POSTURES", 1)
         patch.setattr("tauten.reduction.state.load_comparison.SWING", swing)
