@@ -29,6 +29,7 @@ from tauten.model import (
     Simulator,
     State,
     Target,
+    contact_forces,
     contact_model,
     default_enrichment,
     no_forces,
@@ -111,6 +112,7 @@ class Controller:
             pull: (n_a,) positions of the actuators there [m, m³].
         """
         self._state, self._forces, self.status = state.copy(), forces.copy(), Status.OK
+        self._linearised = self._state  # whose contact rows the last step had
         self._prepared: Prepared | None = None
         self._decision: Decision | None = None
         self._last_decision: Decision | None = None
@@ -144,6 +146,11 @@ class Controller:
     def lam_c(self) -> Array:
         """Contact force of every candidate in the last step: (n_c,) [N]."""
         return self._forces.at_candidates(self.space)
+
+    @property
+    def contact_forces(self) -> Array:
+        """The same with their directions in that step: (n_c, 3) [N]."""
+        return contact_forces(self.robot, self._linearised, self.lam_c)
 
     @property
     def effector(self) -> Array:
@@ -301,7 +308,7 @@ class Controller:
         if self._decision is None or self._pending is None:
             return
         predicted = self._decision.predicted
-        self._state = advance(self.robot, predicted)
+        self._state, self._linearised = advance(self.robot, predicted), predicted.step.state
         self._forces = predicted.step.split(predicted.lam, self.space.k)
         self._left, self._pending = self._pending, None
         self._prepared = self._decision = None

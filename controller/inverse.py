@@ -53,7 +53,7 @@ def inverse_problem(
         m=delta_free[n_e + n_a :],
         constant=constant,
         bound_names=(actuators or numbered(n_a)).effort_names,
-        row_names=position_names(actuators or numbered(n_a), by_rate.tobytes()),
+        row_names=position_names(actuators or numbered(n_a), by_rate),
     )
 
 
@@ -236,19 +236,15 @@ def numbered(n_a: int) -> Actuators:
     return cable_actuators(tuple(str(i) for i in range(n_a)))
 
 
-@lru_cache(maxsize=1024)
-def position_names(actuators: Actuators, by_rate: bytes) -> tuple[tuple[str, str], ...]:
+def position_names(actuators: Actuators, by_rate: Bools) -> tuple[tuple[str, str], ...]:
     """Names of the lower and the upper limit of each position: rate or position, whichever is tighter.
 
     Args:
         actuators: that have these positions.
-        by_rate: for the lower and the upper limit of each actuator, whether the rate sets it.
+        by_rate: (n_a, 2) for the lower and the upper limit, whether the rate sets it.
     """
-    pairs = enumerate(zip(by_rate[::2], by_rate[1::2], strict=True))
+    pairs = zip(actuators.position_names, by_rate.tolist(), strict=True)
     return tuple(
-        (
-            actuators.position_name(i, upper=False, rate=bool(low)),
-            actuators.position_name(i, upper=True, rate=bool(high)),
-        )
-        for i, (low, high) in pairs
+        (rate if low else least, rate if high else largest)
+        for (least, largest, rate), (low, high) in pairs
     )

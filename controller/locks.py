@@ -208,8 +208,8 @@ class LockedStep:
             limits.tension_max[zero] - self._rest.offset,
             limits.tension_max[cables],
         ]
-        position, effort = actuators.position_name, actuators.effort_names
-        names = [(position(i, False, False), position(i, True, False)) for i in forced.tolist()]
+        position, effort = actuators.position_names, actuators.effort_names
+        names = [position[i][:2] for i in forced.tolist()]
         names += [(effort[i], effort[i]) for i in [*zero.tolist(), *cables.tolist()]]
         return replace(
             problem,

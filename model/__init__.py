@@ -35,7 +35,15 @@ from tauten.model.robot import Robot, RobotRows, State
 from tauten.model.rows import ChainedRows, ContactRows, EffectorRows, PairSlots, Rows
 from tauten.model.schema.section import RobotFileError
 from tauten.model.simulation import Ending, Report, Simulator
-from tauten.model.skin import NO_CONTACTS, Contacts, Floats, Geometry, SkinMesh, skin_of
+from tauten.model.skin import (
+    NO_CONTACTS,
+    Contacts,
+    Floats,
+    Geometry,
+    SkinMesh,
+    contact_forces,
+    skin_of,
+)
 from tauten.model.system import Integration, System, make_pattern
 from tauten.model.tetra.robot import TetRobot
 from tauten.model.threads import one_blas_thread
@@ -87,6 +95,7 @@ __all__ = [
     "VALUES",
     "cable_actuators",
     "condense_step",
+    "contact_forces",
     "contact_model",
     "default_enrichment",
     "eliminate_rows",

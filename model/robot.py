@@ -220,8 +220,8 @@ class Robot(Protocol):
     def chamber_owners(self) -> Ints:
         """The actuator whose chamber each of `triangles` encloses, −1 where none: (t,)."""
 
-    def displacement(self, dq: Array) -> float:
-        """Largest displacement of a node in a change dq (n,) of the configuration [m]."""
+    def displacement(self, state: State, dq: Array) -> float:
+        """Largest displacement of a node in a change dq (n,) of the configuration at a state [m]."""
 
     def forces(
         self, state: State, tension: Array | None = None, exact: bool = False

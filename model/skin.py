@@ -59,18 +59,19 @@ class SkinMesh:
     used: Ints
     triangles: Ints
 
-    def geometry(self, robot: Robot, state: State, lam: Array | None) -> Geometry:
+    def geometry(self, robot: Robot, state: State, forces: Array | None) -> Geometry:
         """Where a robot is.
 
         Args:
             robot: whose skin this is.
             state: of the robot.
-            lam: (n_c,) contact forces [N]; None: they are left out, which is faster.
+            forces: (n_c, 3) on the candidates [N], see `contact_forces`; None: they are left out, which is
+                faster.
         """
         return Geometry(
             robot.points(state)[self.used].astype(np.float32),
             robot.actuator_segments(state).astype(np.float32),
-            NO_CONTACTS if lam is None else pushing_contacts(robot, state, lam),
+            NO_CONTACTS if forces is None else pushing_contacts(robot, state, forces),
         )
 
 
@@ -80,18 +81,31 @@ def skin_of(robot: Robot) -> SkinMesh:
     return SkinMesh(used, inverse.reshape(-1, 3))
 
 
-def pushing_contacts(robot: Robot, state: State, lam: Array) -> Contacts:
+def contact_forces(robot: Robot, linearised: State, lam: Array) -> Array:
+    """Contact forces on all candidates, zero where none pushes: (n_c, 3) [N].
+
+    Args:
+        robot: the robot.
+        linearised: the state whose contact rows the step had; its normals are those of the forces.
+        lam: (n_c,) their magnitudes [N].
+    """
+    if not lam.any():
+        return np.zeros((robot.n_c, 3))
+    return np.where(lam[:, None] > 0.0, lam[:, None] * robot.contact_normals(linearised), 0.0)
+
+
+def pushing_contacts(robot: Robot, state: State, forces: Array) -> Contacts:
     """Contacts that push in a state.
 
     Args:
         robot: the robot.
         state: of the robot.
-        lam: (n_c,) contact forces [N].
+        forces: (n_c, 3) on the candidates [N].
     """
+    lam = np.linalg.norm(forces, axis=1)
     largest = float(lam.max(initial=0.0))
-    if largest <= 0.0:
+    if not largest > 0.0:
         return NO_CONTACTS
-    forces = lam[:, None] * robot.contact_normals(state)  # (n_c, 3), NaN out of range
-    shown = np.flatnonzero((lam > _PUSHING * largest) & np.isfinite(forces).all(axis=1))
+    shown = np.flatnonzero(lam > _PUSHING * largest)
     points = robot.candidates(state)[shown]
     return Contacts(points.astype(np.float32), forces[shown].astype(np.float32))

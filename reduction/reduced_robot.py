@@ -206,8 +206,8 @@ class ReducedRobot(ABC):
         """Positions of the contact candidates: (n_c, 3) [m]."""
 
     @abstractmethod
-    def displacement(self, dq: Array) -> float:
-        """Largest displacement of an effector or contact vertex in a change dq (r,), about [m]."""
+    def displacement(self, state: State, dq: Array) -> float:
+        """Largest displacement of an effector or contact vertex in a change dq (r,) at a state, about [m]."""
 
     @abstractmethod
     def forces(

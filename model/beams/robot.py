@@ -127,7 +127,7 @@ class BeamRobot(SteppedRobot):
         """Both ends of every straight piece of the cables: (s, 2, 3) [m]."""
         return self.actuator_set.cables.segments(*self.pose(state))
 
-    def displacement(self, dq: Array) -> float:
+    def displacement(self, state: State, dq: Array) -> float:
         """Largest displacement of a node or of a point attached to it in a change dq (n,) [m]."""
         moved, turn = np.abs(dq.reshape(-1, 2, 3)).max(axis=(0, 2), initial=0.0)
         return float(max(moved, turn * self.surfaces.lever))

@@ -42,7 +42,7 @@ class ConstrainedRobot(PlacedRobot):
         raw = self.raw.loaded(gravity, effector_force)
         return dataclasses.replace(self, raw=raw, gravity=raw.gravity)
 
-    def displacement(self, dq: Array) -> float:
+    def displacement(self, state: State, dq: Array) -> float:
         """Largest displacement of a node in a change dq (n,) of the configuration [m], or a bound for it."""
         first = 3 * len(self.coordinates.free)
         free, pinned = np.abs(dq[:first]).max(initial=0.0), self.frames.largest_moves(dq[first:])

@@ -170,18 +170,18 @@ class Actuators:
         pairs = zip(self.kinds, self.labels, strict=True)
         return tuple(f"{kind.effort.name} of {label}" for kind, label in pairs)
 
-    def position_name(self, i: int, upper: bool, rate: bool) -> str:
-        """What a limit of the position is called in messages.
-
-        Args:
-            i: number of the actuator.
-            upper: whether it is the largest rather than the least position.
-            rate: whether it is the rate that limits it.
-        """
-        if rate:
-            return f"rate of {self.labels[i]}"
-        end = "largest" if upper else "least"
-        return f"{end} {self.kinds[i].position.name} of {self.labels[i]}"
+    @cached_property
+    def position_names(self) -> tuple[tuple[str, str, str], ...]:
+        """What the least and the largest position and the rate of each are called in messages."""
+        pairs = zip(self.kinds, self.labels, strict=True)
+        return tuple(
+            (
+                f"least {kind.position.name} of {label}",
+                f"largest {kind.position.name} of {label}",
+                f"rate of {label}",
+            )
+            for kind, label in pairs
+        )
 
     def held(self, pull: Array, tension: Array) -> Command:
         """What a hold keeps of positions and efforts (n_a,).

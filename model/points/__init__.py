@@ -12,6 +12,7 @@ from tauten.model.points.cable import (
     Cable,
     CableSet,
     add_cable_stiffness,
+    blunted,
     cable_gradients,
     make_cables,
 )
@@ -29,6 +30,7 @@ __all__ = [
     "attach",
     "attach_between",
     "attach_to_nodes",
+    "blunted",
     "cable_gradients",
     "join_attached_points",
     "make_beam_cables",

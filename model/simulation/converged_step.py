@@ -165,7 +165,7 @@ def converged_step(
         step = condensed(robot, space, iterate, lam, system, contacts, False)
         found = forward_step(step, enrichment, lam, command)
         solved, taken = found.prediction, taken + 1
-        length = robot.displacement(system.h * solved.dv)
+        length = robot.displacement(iterate, system.h * solved.dv)
         if last is None and not np.isfinite(length):
             raise FactorisationError("the first iteration of the step is not finite")
         merit.observe(solved)

@@ -55,7 +55,7 @@ def relaxed(
         try:
             step = condense_step(robot, space, state, forces, contacts, False, scheme)
             solved = forward_step(step, enrichment, forces, command).prediction
-            movement = robot.displacement(h * (state.v + solved.dv))
+            movement = robot.displacement(state, h * (state.v + solved.dv))
         except FactorisationError:
             movement = np.inf
         if not movement <= FAR * robot.size:

@@ -187,11 +187,11 @@ class EquilibriumSearch:
     def _length(self, found: ForwardStep) -> float:
         """Largest displacement of a node in a step [m]."""
         solved = found.prediction
-        return self.robot.displacement(solved.step.system.h * solved.dv)
+        return self.robot.displacement(solved.step.state, solved.step.system.h * solved.dv)
 
     def _moved(self, state: State, system: System, dv: Array) -> State:
         """The state after a step that turns elements where it is long."""
-        if self._turning is not None and self.robot.displacement(system.h * dv) > self._near:
+        if self._turning is not None and self.robot.displacement(state, system.h * dv) > self._near:
             assert isinstance(self.robot, Turnable)
             dv = self._turning.turned(self.robot.nodes(state), system.h * dv) / system.h
         return self.robot.advance(state, system, dv)
@@ -282,7 +282,7 @@ class StepShares:
         self._shortest = min(length, self._shortest)
         if length < self._near and (solved.contacts_push or not solved.step.system.exact):
             move = self._anderson.next(h * dv)
-            if self._robot.displacement(move) <= self._near:
+            if self._robot.displacement(solved.step.state, move) <= self._near:
                 return move / h
             self._anderson.restart()  # extrapolated beyond where it is linear
             return dv

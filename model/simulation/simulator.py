@@ -20,6 +20,7 @@ from tauten.model.simulation.converged_step import converged_step
 from tauten.model.simulation.equilibrium import Ending, Report, make_report
 from tauten.model.simulation.relaxation import relaxed
 from tauten.model.simulation.search import EquilibriumSearch
+from tauten.model.skin import contact_forces
 from tauten.model.threads import one_blas_thread
 
 LARGEST = 1e6  # m or N; no cable is pulled farther or harder
@@ -89,6 +90,10 @@ class Simulator:
         """
         given = no_forces(self.robot.n_a, self._space.k) if forces is None else forces.copy()
         self._state, self._forces = state.copy(), given
+        self._stepped = (
+            self._state,
+            self._state,
+        )  # after the last time step, and where it was linearised
 
     def load(self, gravity: Array, effector_force: Array) -> None:
         """Change the loads: gravity (3,) [m/s²] and forces on the effectors (3 p,) [N]."""
@@ -143,6 +148,13 @@ class Simulator:
         """Contact force of every candidate in the last step: (n_c,) [N]."""
         return self._forces.at_candidates(self._space)
 
+    @property
+    def contact_forces(self) -> Array:
+        """The same with their directions in that step: (n_c, 3) [N]."""
+        after, linearised = self._stepped
+        state = linearised if after is self._state else self._state
+        return contact_forces(self.robot, state, self.lam_c)
+
     @one_blas_thread()
     def step(
         self,
@@ -179,6 +191,7 @@ class Simulator:
             self.robot, self._space, self._enrichment, self._state, self._forces, command
         )
         self._state, self._forces = done.state, done.forces
+        self._stepped = done.state, done.last.prediction.step.state
         return make_report(
             self.robot, done.state, done.last, done.iterations, done.movement, done.ending
         )
@@ -315,9 +328,10 @@ class Simulator:
         step = condense_step(self.robot, self._space, self._state, self._forces, contacts, False)
         result = forward_step(step, self._enrichment, self._forces, command)
         system, solved = step.system, result.prediction
-        movement = self.robot.displacement(system.h * (system.v + solved.dv))
+        movement = self.robot.displacement(self._state, system.h * (system.v + solved.dv))
         self._state = self.robot.advance(self._state, system, solved.dv)
         self._forces = solved.step.split(solved.lam, self._space.k)
+        self._stepped = self._state, step.state
         return result, movement
 
     def _checked(

@@ -1,8 +1,9 @@
 """Whether an equilibrium is stable, and along which direction it is left where it is not.
 
 With the exact tangent K (tensions included) and the rows H of cables and contacts that are taut or touch, an
-equilibrium is stable where xᵀ K x > 0 for all x ≠ 0 with H x = 0. Where K itself has a Cholesky factor
-nothing needs to be computed. Otherwise the smallest eigenvalue of
+equilibrium is stable where xᵀ K x > 0 for all x ≠ 0 with H x = 0. A held actuator with a spring in series
+constrains nothing, its spring adds Hᵀ H / flexibility to K. Where K has a Cholesky factor nothing needs to
+be computed. Otherwise the smallest eigenvalue of
 
     Pᵀ K P x = κ K₊ x,   P = I − K₊⁻¹ Hᵀ (H K₊⁻¹ Hᵀ)⁻¹ H                               (S1)
 
@@ -55,6 +56,11 @@ def unstable_direction(robot: Robot, solved: PredictedStep, held: Bools) -> Arra
         return None
     acting = solved.lam[step.n_e :] > 0.0
     acting[: step.n_a] = held & (acting[: step.n_a] | step.bilateral)
+    springs = robot.actuators.springs
+    flexibility = np.zeros(step.n_a) if springs is None else springs.flexibility
+    sprung = np.flatnonzero(acting[: step.n_a] & (flexibility > 0.0))
+    B = step.compliance.H[step.n_e + sprung] / np.sqrt(flexibility[sprung])[:, None]  # (s, n)
+    acting[sprung] = False
     taut = step.n_e + np.flatnonzero(acting)
     tension = solved.lam[step.n_e : step.n_e + step.n_a]
     h, system = step.system.h, step.system
@@ -68,7 +74,8 @@ def unstable_direction(robot: Robot, solved: PredictedStep, held: Bools) -> Arra
         return x - X.T @ (inverse @ (H @ x))
 
     def stiffness(x: Array) -> Array:
-        y = K @ allowed(np.ravel(x))
+        moved = allowed(np.ravel(x))
+        y = K @ moved + B.T @ (B @ moved)
         projected: Array = y - H.T @ (inverse @ (X @ y))
         return projected
 
@@ -88,7 +95,7 @@ def unstable_direction(robot: Robot, solved: PredictedStep, held: Bools) -> Arra
     if kappa[0] > NEGATIVE:
         return None
     direction = allowed(vectors[:, 0])
-    scaled: Array = direction * (robot.size / robot.displacement(direction))
+    scaled: Array = direction * (robot.size / robot.displacement(step.state, direction))
     return scaled
 
 

@@ -112,7 +112,7 @@ class TetRobot(SteppedRobot):
         pushed = self.effectors.kinds.force_map(self.effectors.C).T @ effector_force
         return dataclasses.replace(self, gravity=np.asarray(gravity), load=body + pushed)
 
-    def displacement(self, dq: Array) -> float:
+    def displacement(self, state: State, dq: Array) -> float:
         """Largest displacement of a node in a change dq (n,) of the configuration [m]."""
         return float(np.abs(dq).max(initial=0.0))
 

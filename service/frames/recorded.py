@@ -75,7 +75,9 @@ class RecordedRobot:
                 mode=tick.mode,
                 cause=tick.cause,
                 status=tick.status,
-                geometry=self._skin.geometry(controller.robot, controller.state, controller.lam_c),
+                geometry=self._skin.geometry(
+                    controller.robot, controller.state, controller.contact_forces
+                ),
                 pull=np.array(joints.pull),
                 tension=np.array(joints.tension),
                 goal=np.array(tick.goal_values) if tick.goal else np.full_like(values, np.nan),

@@ -92,7 +92,7 @@ class SimulatedRobot:
             mode=action.mode,
             cause=action.cause,
             status="" if action.status is None else action.status.name,
-            geometry=self._skin.geometry(simulator.robot, state, simulator.lam_c),
+            geometry=self._skin.geometry(simulator.robot, state, simulator.contact_forces),
             pull=simulator.pull,
             tension=simulator.tension,
             goal=np.full_like(values, np.nan) if goal is None else goal,

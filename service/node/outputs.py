@@ -162,8 +162,8 @@ class ShapePublisher:
         self._next = now + _PERIOD
         wants_contacts = self._contacts.has_subscribers
         state = controller.state
-        lam = controller.lam_c if wants_contacts else None
-        geometry = self._skin.geometry(controller.robot, state, lam)
+        forces = controller.contact_forces if wants_contacts else None
+        geometry = self._skin.geometry(controller.robot, state, forces)
         stamp = time.time_ns()
         points = np.concatenate([geometry.vertices, geometry.segments.reshape(-1, 3)])
         self._surface.put(encode_cloud(Cloud(stamp, self._frame, points), SKIN_FIELDS))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import gc
+import weakref
 from dataclasses import replace
 from itertools import pairwise
 
@@ -9,7 +11,9 @@ import numpy as np
 import pytest
 
 from tauten.controller import closed_compliance, energy_scale, inverse_problem
+from tauten.controller.inverse import position_names
 from tauten.controller.qpcc import Qpcc, solve_qpcc
+from tauten.model import cable_actuators
 from tauten.service.bench.qpcc import robot_like
 
 N_A, K, H, EPSILON = 3, 4, 0.02, 1e-2
@@ -127,3 +131,17 @@ def test_the_scale_without_coupling() -> None:
     none = np.zeros(0, dtype=np.bool_)
     assert energy_scale(uncoupled, 3, 2, none) == pytest.approx(2e-4)
     assert energy_scale(np.zeros((5, 5)), 3, 2, none) == 0.0
+
+
+def test_names_of_limits_keep_no_actuators_alive() -> None:
+    """Locks make a set of actuators in every tick."""
+    actuators = cable_actuators(("left", "right"))
+    by_rate = np.array([[True, False], [False, True]])
+    assert position_names(actuators, by_rate) == (
+        ("rate of cable left", "largest pull of cable left"),
+        ("least pull of cable right", "rate of cable right"),
+    )
+    gone = weakref.ref(actuators)
+    del actuators
+    gc.collect()
+    assert gone() is None

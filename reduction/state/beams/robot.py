@@ -157,9 +157,10 @@ class ReducedBeamRobot(ReducedRobot):
         full, work = self.full, self.moved(state.q)
         return full.contacts.normals(full.surfaces.contact_points.place(work.x, work.Q)[0])
 
-    def displacement(self, dq: Array) -> float:
+    def displacement(self, state: State, dq: Array) -> float:
         """Largest displacement of a node or a point attached to it in a change dq (r,), about [m]."""
-        moved, turned = np.abs((self.work.J @ dq).reshape(-1, 2, 3)).max(axis=(0, 2), initial=0.0)
+        J = self.moved(state.q).J
+        moved, turned = np.abs((J @ dq).reshape(-1, 2, 3)).max(axis=(0, 2), initial=0.0)
         return float(max(moved, turned * self.full.surfaces.lever))
 
     def potential(self, state: State) -> float:

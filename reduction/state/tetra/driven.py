@@ -132,12 +132,14 @@ class ReducedDrivenRobot(ReducedRobot):
         beta = self.motion.beta(state.q)
         return State(beta, np.zeros_like(beta))
 
-    def displacement(self, dq: Array) -> float:
+    def displacement(self, state: State, dq: Array) -> float:
         """Largest displacement of an effector, contact vertex or driven node in a change dq (r + m,) [m]."""
         change = np.zeros(self.motion.size)
         change[: len(dq)] = dq
         driven = np.abs(dq[self.motion.modes :]) * self.full.frames.reach
-        return max(self.body.displacement(change), float(driven.max(initial=0.0)))
+        return max(
+            self.body.displacement(self.moved(state), change), float(driven.max(initial=0.0))
+        )
 
     def forces(
         self, state: State, tension: Array | None = None, exact: bool = False

@@ -2,7 +2,8 @@
 
 **Elements** (`tauten.reduction.state.tetra.elements`) and **cables** contribute rows, the columns of Z
 (r, z), with their images in Y (r, z), so that one matrix product Z Yᵀ is the tangent. A cable segment's
-difference of stations is d = d₀ + D α; its tension adds λ Dᵀ (I − d dᵀ/ℓ²) D / ℓ.
+difference of stations is d = d₀ + D α; its tension adds λ Dᵀ (I − d dᵀ/ℓ²) D / ℓ. Lengths of short segments
+are rounded as in `tauten.model.points.cable`.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from tauten.model.numerics import Array, Ints, kernel
+from tauten.model.points import blunted
 from tauten.reduction.dense_step import Scheme, implicit_step
 from tauten.reduction.state.tetra.arrays import Body, Tendons, Work
 from tauten.reduction.state.tetra.elements import assemble_elements
@@ -62,9 +64,10 @@ def add_curvature(alpha: Array, tension: Array, tendons: Tendons, first: int, Y:
     for a in range(tension.shape[0]):
         for s in range(tendons.starts[a], tendons.starts[a + 1]):
             square = x[s] * x[s] + y[s] * y[s] + z[s] * z[s]
+            _, slope, curvature = blunted(np.sqrt(square))
+            scale[s] = max(tension[a], 0.0) * slope
             if square > 0.0:
-                scale[s] = max(tension[a], 0.0) / np.sqrt(square)
-                along[s] = scale[s] / square
+                along[s] = max(tension[a], 0.0) * (slope - curvature) / square
     for j in range(alpha.shape[0]):
         D, out = tendons.map[j], Y[j, first : first + 3 * g]
         for s in range(g):
@@ -84,12 +87,10 @@ def pulled_lengths(alpha: Array, tendons: Tendons) -> tuple[Array, Array]:
     for a in range(n_a):
         first, end = tendons.starts[a], tendons.starts[a + 1]
         for s in range(first, end):
-            length = np.sqrt(d[s] * d[s] + d[g + s] * d[g + s] + d[2 * g + s] * d[2 * g + s])
+            square = d[s] * d[s] + d[g + s] * d[g + s] + d[2 * g + s] * d[2 * g + s]
+            length, slope, _ = blunted(np.sqrt(square))
             delta[a] -= length
-            if length > 0.0:
-                d[s], d[g + s], d[2 * g + s] = (
-                    d[s] / length, d[g + s] / length, d[2 * g + s] / length,
-                )  # fmt: skip
+            d[s], d[g + s], d[2 * g + s] = d[s] * slope, d[g + s] * slope, d[2 * g + s] * slope
         for j in range(r):
             for i in range(3):
                 D, u = tendons.map[j, i * g + first : i * g + end], d[i * g + first : i * g + end]
@@ -102,7 +103,7 @@ def pulled_lengths(alpha: Array, tendons: Tendons) -> tuple[Array, Array]:
 def linearise(
     alpha: Array, v: Array, tension: Array, load: Array, dynamics: tuple[Array, Scheme],
     body: Body, tendons: Tendons, work: Work,
-) -> float:  # fmt: skip
+) -> tuple[float, bool]:  # fmt: skip
     """Factors of A into work.L and v_free into work.v_free, see `implicit_step`.
 
     Args:
@@ -116,14 +117,15 @@ def linearise(
         work: overwritten.
 
     Returns:
-        Norm of the forces out of balance [N]; NaN when A is not positive definite.
+        Norm of the forces out of balance [N], NaN when A is not positive definite; whether A has the exact
+        tangent.
     """
     mass, scheme = dynamics
     for exact in (True, False):  # buckling makes the exact tangent indefinite
         assemble_sample(alpha, tension, load, exact, body, tendons, work)
         if implicit_step(scheme, mass, work.K, work.force, v, work.L, work.v_free):
-            return float(np.sqrt(np.dot(work.force, work.force)))
-    return np.nan
+            return float(np.sqrt(np.dot(work.force, work.force))), exact
+    return np.nan, False
 
 
 @kernel

@@ -107,7 +107,7 @@ class ReducedTetRobot(ReducedRobot):
         """Directions in which contacts push the candidates, NaN out of range: (n_c, 3)."""
         return self.contacts.normals(self.surface.at(state.q))
 
-    def displacement(self, dq: Array) -> float:
+    def displacement(self, state: State, dq: Array) -> float:
         """Largest displacement of an effector or contact vertex in a change dq (r,) [m]."""
         parts = (self.effector_places @ dq, self.surface.map @ dq)
         return max(float(np.abs(part).max(initial=0.0)) for part in parts)
@@ -142,7 +142,7 @@ class ReducedTetRobot(ReducedRobot):
         """
         scheme, work = integration or self.integration, self.work
         taut, load = self._loads(state.q, tension)
-        residual = linearise(
+        residual, exact = linearise(
             state.q, state.v, taut, load,
             (self.mass, scheme_of(scheme)),
             self.body, self.actuator_set.tendons, work,
@@ -150,7 +150,10 @@ class ReducedTetRobot(ReducedRobot):
         if not np.isfinite(residual):
             raise FactorisationError("the reduced model's matrix is not positive definite")
         v = np.zeros(self.n) if scheme.static else state.v
-        return System(scheme.h, v, work.v_free.copy(), residual, DenseFactors(work.L))
+        tangent = work.K.copy() if scheme.static else None
+        return System(
+            scheme.h, v, work.v_free.copy(), residual, DenseFactors(work.L), exact, tangent
+        )
 
     def rows(self, state: State, contacts: bool = True) -> RobotRows:
         """Rows of effectors, actuators and, where `contacts` is true, contacts at this state."""

@@ -50,17 +50,17 @@ class QpccBench:
     quality: tuple[Quality, ...]
 
 
-def bench_qpcc(folder: Path | None, published: Path | None, progress: Progress) -> QpccBench:
+def bench_qpcc(folder: Path, published: Path | None, progress: Progress) -> QpccBench:
     """Times of random robots' problems; quality of generated, recorded and published ones.
 
     Args:
-        folder: with recorded problems; None: without them.
+        folder: with recorded problems.
         published: folder of problems that others wrote, with a problems.csv; None: without them.
         progress: called with the share of the work that has just been done, and what comes next.
     """
     with one_blas_thread():
         times = bench_times(progress)
-        sets = [*generated(), *(recorded(folder) if folder is not None else ())]
+        sets = [*generated(), *recorded(folder)]
         sets += collections(published) if published is not None else ()
         quality = bench_quality(sets, progress)
     return QpccBench(host_info(), times, quality)

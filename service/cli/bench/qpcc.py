@@ -22,12 +22,12 @@ def qpcc(
     from tauten.service.bench.qpcc import bench_qpcc
     from tauten.service.tables import qpcc_tables, write_qpcc_tables
 
-    shipped = Path(__file__).resolve().parents[2] / "tests" / "reference" / "qpcc"
-    folder: Path | None = recorded or shipped
-    if recorded is None and not shipped.is_dir():
-        folder = None  # an installed package does not contain them
-    if folder is not None and not list(folder.glob("*.npz")):
-        raise typer.BadParameter(f"{folder} has no recorded problems, files that end in .npz")
+    folder = recorded or Path(__file__).resolve().parents[3] / "tests" / "reference" / "qpcc"
+    if not list(folder.glob("*.npz")):
+        raise typer.BadParameter(
+            f"{folder} has no recorded problems, files that end in .npz: name their folder with --recorded, "
+            "in a clone it is tests/reference/qpcc"
+        )
     with progress_bar("problems") as report:
         result = bench_qpcc(folder, published, report)
     show_tables(qpcc_tables(result))

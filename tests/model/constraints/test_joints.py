@@ -94,7 +94,7 @@ def test_frames_of_each_kind(robot: ConstrainedRobot) -> None:
     """Free nodes of the beam and two bodies are rigid regions, three parts are pinned, one drive."""
     frames = robot.frames
     assert (frames.n_rigid, frames.n_pinned, frames.n_drives) == (4, 4, 1)
-    assert robot.displacement(np.ones(robot.n)) > 1.0
+    assert robot.displacement(robot.rest(), np.ones(robot.n)) > 1.0
 
 
 def test_velocities_of_nodes(robot: ConstrainedRobot, state: State, direction: Array) -> None:

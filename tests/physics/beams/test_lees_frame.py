@@ -17,7 +17,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import root
 from support.robots.beam_robots import build, cable, path_of_beams, rectangle
 
-from tauten.model import Simulator, State
+from tauten.model import Ending, Simulator, State
 from tauten.model.beams import BeamRobot, bar
 from tauten.model.numerics import Array
 
@@ -32,7 +32,7 @@ PUBLISHED = 18.7
 BELOW = 80.0  # m, how far the winch is below the frame: its cable is nearly vertical
 
 
-def frame(folder: Path, count: int, winch: bool = False) -> BeamRobot:
+def frame(folder: Path, count: int, winch: bool = False, spring: float | None = None) -> BeamRobot:
     """The frame in the plane z = 0 with `count` beams in column and beam each."""
     length = 1e-4 if winch else 1e-5  # of a flexure; the shortest beam is 1e-6 of the robot's size
     thin = HEIGHT * (1e-3 * length) ** (
@@ -55,6 +55,8 @@ def frame(folder: Path, count: int, winch: bool = False) -> BeamRobot:
         beams.append({"ends": [0, last + 1], "profile": "frame", "up": (0.0, 0.0, 1.0)})
         held.append(last + 1)
         more["cables"] = [cable([below, nodes[loaded].tolist()])]
+        if spring is not None:
+            more["cables"][0]["spring"] = {"stiffness": spring}
     profiles = [rectangle("frame", WIDTH, HEIGHT), rectangle("hinge", WIDTH, thin)]
     return build(folder, nodes, beams, profiles, (E, 0.0, 1.0), held, loaded, **more)
 
@@ -193,3 +195,21 @@ def test_cable_follows_the_frame_beyond_its_limit_load(tmp_path: Path) -> None:
         assert simulator.pull[0] > 0.6
         snapped.append(simulator.effector[0])
     np.testing.assert_allclose(snapped[0], snapped[1], atol=1e-6)
+
+
+@pytest.mark.parametrize(("stiffness", "stays"), [(1e3, True), (2.0, False)])
+def test_a_soft_spring_in_the_cable_does_not_hold_the_frame_beyond_its_limit_load(
+    tmp_path: Path, stiffness: float, stays: bool
+) -> None:
+    """There the tension falls by some 9 N/m: a winch without spring or with a stiff one holds the frame, one
+    with a softer spring does not, though every force is in balance.
+    """
+    held = Simulator(frame(tmp_path, 20, winch=True), "none")
+    for pull in (0.2, 0.38, 0.45):
+        assert held.settle(pull=[pull], tolerance=1e-8).converged
+    sprung = Simulator(frame(tmp_path, 20, winch=True, spring=stiffness), "none")
+    sprung.start_from(held.state, held.forces)
+    report = sprung.settle(pull=[0.45 + held.tension[0] / stiffness], tolerance=1e-8)
+    moved = float(np.linalg.norm(sprung.effector[0] - held.effector[0]))
+    assert (report.converged and moved < 1e-6) is stays
+    assert stays or report.ending is Ending.BUCKLED or moved > 0.1

@@ -84,6 +84,21 @@ def bent(arm: BeamRobot, snapshots: Snapshots) -> State:
     return State(q, 1e-2 * np.random.default_rng(1).normal(size=arm.n))
 
 
+def test_displacement_belongs_to_the_state_that_is_given(
+    complete: ReducedBeamRobot, arm: BeamRobot, bent: State
+) -> None:
+    """Whatever state was evaluated last; in a bent arm it is what the nodes move by."""
+    alpha = complete.projected(bent)
+    dq = 1e-6 * np.random.default_rng(4).standard_normal(complete.n)
+    before = complete.displacement(alpha, dq)
+    straight = complete.displacement(complete.rest(), dq)
+    assert complete.displacement(alpha, dq) == before
+    assert abs(straight - before) > 0.02 * before
+    moved = State(alpha.q + dq, alpha.v)
+    x, there = (arm.pose(complete.lifted(state))[0] for state in (alpha, moved))
+    assert np.abs(there - x).max() < 1.01 * before
+
+
 def motion_of(reduced: ReducedBeamRobot, alpha: Array) -> Array:
     """Derivatives (n, r) of the full robot's degrees of freedom by α."""
     J = reduced.moved(alpha).J.reshape(-1, 6, reduced.n)

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.sparse import csc_array
 from support.state_bases import basis_of, turned_space
 
 from tauten.controller import Controller
 from tauten.model import Integration, Robot, Simulator, State
-from tauten.model.numerics import FactorisationError
+from tauten.model.numerics import Array, FactorisationError
+from tauten.model.points.cable import SHORTEST
 from tauten.model.tetra import TetRobot
 from tauten.reduction.campaign import Snapshots
 from tauten.reduction.state import ReducedRobot, StateBasisError, pod, reduced_robot
@@ -47,12 +49,10 @@ def bent(thumb: TetRobot, thumb_ramp: Snapshots, complete: ReducedRobot) -> tupl
 def test_complete_basis_gives_forces_and_tangent(
     thumb: TetRobot, complete: ReducedRobot, bent: tuple[State, State], exact: bool
 ) -> None:
-    from scipy.sparse import csc_array
-
     full, alpha = bent
-    Phi, pattern, tension = complete.Phi, thumb.pattern, np.array([2.0])
+    Phi, tension = complete.Phi, np.array([2.0])
     force, values = thumb.forces(full, tension, exact)
-    K = csc_array((values, pattern.indices, pattern.indptr), shape=(thumb.n, thumb.n))
+    K = matrix(thumb, values)
     found, tangent = complete.forces(alpha, tension, exact)
     np.testing.assert_allclose(found, Phi.T @ force, atol=1e-9 * np.abs(force).max())
     expected = Phi.T @ (K @ Phi)
@@ -97,6 +97,59 @@ def test_complete_basis_gives_the_rows(
     np.testing.assert_array_equal(found.contacts.pair, expected.contacts.pair)
     np.testing.assert_allclose(complete.points(alpha), thumb.points(full), atol=1e-12)
     np.testing.assert_allclose(complete.candidates(alpha), thumb.candidates(full), atol=1e-12)
+
+
+def test_a_system_says_whether_its_tangent_is_the_exact_one(
+    thumb: TetRobot, complete: ReducedRobot
+) -> None:
+    """As that of the full robot does; compressed to 60 % of its length, the exact one is indefinite."""
+    rest = thumb.rest()
+    squeezed = rest.q.reshape(-1, 3).copy()
+    long = int(np.ptp(squeezed, axis=0).argmax())
+    squeezed[:, long] *= 0.6
+    for full, exact in ((rest, True), (State(squeezed.ravel(), np.zeros(thumb.n)), False)):
+        assert thumb.linearise(full, integration=STATIC).exact is exact
+        system = complete.linearise(complete.projected(full), integration=STATIC)
+        assert system.exact is exact
+        assert system.tangent is not None
+        _, K = complete.forces(complete.projected(full), exact=exact)
+        np.testing.assert_allclose(system.tangent, K, atol=1e-9 * np.abs(K).max())
+
+
+@pytest.mark.parametrize("apart", [0.3, 0.0])
+def test_short_segments_of_cables_are_rounded_as_in_the_full_robot(
+    thumb: TetRobot, complete: ReducedRobot, apart: float
+) -> None:
+    """Two stations of a cable at a distance of 0.3 of that from which lengths are rounded, and at none."""
+    cables, dof = thumb.actuator_set.cables, thumb.pattern.dof
+    x, tension = thumb.mesh.nodes, np.array([2.0])
+    ends = cables.segments(x)[0]  # (2, 3)
+    across = ends[1] - ends[0]
+    along = across / np.linalg.norm(across)
+    second = cables.nodes[0, 4:]
+    second = second[dof[second] >= 0]
+    q = thumb.rest().q.copy()
+    q[dof[second][:, None] + np.arange(3)] += apart * SHORTEST * along - across
+    full = State(q, np.zeros(thumb.n))
+    short = complete.projected(full)
+    near = np.linalg.norm(np.diff(thumb.actuator_segments(full)[0], axis=0))
+    assert near == pytest.approx(apart * SHORTEST, abs=1e-12)
+    ours, theirs = (item.actuators for item in (complete.rows(short), thumb.rows(full)))
+    np.testing.assert_allclose(ours.delta, theirs.delta, atol=1e-9)
+    np.testing.assert_allclose(ours.dense(), theirs.dense() @ complete.Phi, atol=1e-6)
+    _, with_tension = complete.forces(short, tension)
+    _, without = complete.forces(short)
+    taut, slack = (
+        complete.Phi.T @ (matrix(thumb, thumb.forces(full, lam)[1]) @ complete.Phi)
+        for lam in (tension, None)
+    )
+    expected = taut - slack
+    np.testing.assert_allclose(with_tension - without, expected, atol=1e-6 * np.abs(expected).max())
+
+
+def matrix(robot: TetRobot, values: Array) -> csc_array:
+    pattern = robot.pattern
+    return csc_array((values, pattern.indices, pattern.indptr), shape=(robot.n, robot.n))
 
 
 def test_tangent_of_a_sample_is_the_derivative_of_its_force(reduced: ReducedRobot) -> None:

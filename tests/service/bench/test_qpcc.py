@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.qpcc_checks import recorded
+from typer.testing import CliRunner
 
 from tauten.controller.qpcc import available_backends
 from tauten.service.bench.qpcc import (
@@ -21,6 +22,7 @@ from tauten.service.bench.qpcc import (
     robot_like,
     time_solves,
 )
+from tauten.service.cli.app import app
 from tauten.service.process import host_info
 from tauten.service.tables import qpcc_tables, write_qpcc_tables
 
@@ -46,9 +48,9 @@ def test_times_of_the_same_problems_by_library_and_start() -> None:
 
 @pytest.mark.realtime
 def test_the_default_library_is_faster_than_a_splitting_one() -> None:
-    asked = make_problems(1, 5, robots=1)
+    asked = make_problems(Size(1, 5, robots=1))
     default, other = (
-        time_solves(asked, library, warm=True, fastest_of=3).ms.p50
+        time_solves(asked, library, "warm", fastest_of=3).ms.p50
         for library in (available_backends()[0], "osqp")
     )
     assert default is not None and other is not None
@@ -108,3 +110,21 @@ def test_tables_go_between_the_marks_of_a_page(tmp_path: Path) -> None:
     page.write_text("no marks")
     with pytest.raises(ValueError, match=r"page\.md: has no marks"):
         write_qpcc_tables(result, page)
+
+
+def test_the_command_finds_the_recorded_problems_or_says_that_it_does_not(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    asked: list[Path] = []
+
+    def bench(folder: Path, *_: object) -> None:
+        asked.append(folder)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("tauten.service.bench.qpcc.bench_qpcc", bench)
+    CliRunner().invoke(app, ["bench", "qpcc"])
+    assert len(list(asked[0].glob("*.npz"))) >= 4
+    refused = CliRunner().invoke(app, ["bench", "qpcc", "--recorded", str(tmp_path)])
+    assert refused.exit_code == 2
+    assert len(asked) == 1
+    assert "has no recorded problems" in " ".join(refused.output.split())
