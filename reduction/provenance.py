@@ -48,10 +48,13 @@ class Provenance:
         seed: of the factorisation.
         error: ‖S − Ψ B‖_F / ‖S‖_F on the weighted snapshots; of the start of "energy".
         energy_error: √ of the lost share of the contact energy, see `BasisQuality`.
-        tip_error: largest effector error on the snapshots, to first order [m].
+        tip_error: largest effector error on the snapshots at equal positions of the actuators, to first order
+            [m].
         curve: errors for every k that was compared; empty when k was given.
         created: date and time, ISO 8601 in UTC.
         versions: (package, version) pairs, Python among them.
+        tip_error_as_held: the same at equal efforts of the actuators that the robot holds by their effort,
+            as chambers at equal pressure; None: it has no such, or nobody computed it.
     """
 
     robot: str
@@ -69,6 +72,7 @@ class Provenance:
     curve: tuple[CurvePoint, ...]
     created: str
     versions: tuple[tuple[str, str], ...]
+    tip_error_as_held: float | None = None
 
 
 def made_for_another(made_for: str, digest: str, name: str, now: str) -> str:

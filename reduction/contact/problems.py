@@ -1,12 +1,16 @@
 """The contact problems of snapshots, with which the errors of a basis are computed.
 
-At an equilibrium with pulled lengths held, contact forces minimise
+At an equilibrium with actuators held, contact forces minimise
 
     f(λ) = ½ λᵀ W λ + δᵀ λ   over λ ≥ 0                                                (T4)
 
 and reduced contact minimises the same over λ = Ψ β, β ≥ 0. So f(Ψ β) − f(λ) ≥ 0 is the energy, in joules,
 that a basis loses there, and W_e (Ψ β − λ) the error of the effectors, to first order. Neither requires the
 reduced equilibrium.
+
+Cables that are taut and all other actuators keep their positions; where a spring is in series, that of the
+motor. With `as_held`, those that a robot holds by their effort keep that instead: the errors of a robot with
+chambers are then those at equal pressure, otherwise those at equal volume.
 """
 
 from __future__ import annotations
@@ -15,8 +19,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tauten.model import Robot, State, row_compliance
-from tauten.model.numerics import Array, Ints, solve_lcp
+from tauten.model import EmptySpace, Forces, Robot, State, condense_step, eliminate_rows
+from tauten.model.numerics import Array, Bools, Ints, solve_lcp
 from tauten.reduction.campaign import Snapshots
 
 COUNT = 100  # problems for a basis: more take longer and hardly change it
@@ -27,9 +31,9 @@ class ContactProblem:
     """One equilibrium, condensed on the candidates in range.
 
     Attributes:
-        W: (m, m) compliance of the candidates, cables held [m/N].
-        W_e: (3 q, m) displacement of the q parts of the effectors per contact force, cables held [m/N], see
-            `EffectorLayout.in_metres`.
+        W: (m, m) compliance of the candidates, actuators held [m/N].
+        W_e: (3 q, m) displacement of the q parts of the effectors per contact force, actuators held [m/N],
+            see `EffectorLayout.in_metres`.
         delta: (m,) gaps without contact forces [m].
         slots: (m,) slot in λ_c of each candidate.
         lam: (m,) contact forces [N].
@@ -70,7 +74,7 @@ class ContactProblem:
 
 
 def contact_problems(
-    robot: Robot, snapshots: Snapshots, count: int = COUNT
+    robot: Robot, snapshots: Snapshots, count: int = COUNT, as_held: bool = False
 ) -> tuple[ContactProblem, ...]:
     """The problems of some snapshots with contact, evenly spread over all of them.
 
@@ -78,38 +82,46 @@ def contact_problems(
         robot: the robot of the snapshots.
         snapshots: converged ones.
         count: largest number of problems.
+        as_held: whether actuators that the robot holds by their effort keep their efforts.
     """
     touching = np.flatnonzero(snapshots.lam.any(axis=0))
     chosen = touching[
         np.linspace(0, len(touching) - 1, min(count, len(touching))).round().astype(int)
     ]
     workspace = robot.fork()
-    return tuple(_problem(workspace, snapshots, int(column)) for column in chosen)
+    by_effort = robot.actuators.held_by_force & as_held
+    return tuple(_problem(workspace, snapshots, int(column), by_effort) for column in chosen)
 
 
-def _problem(robot: Robot, snapshots: Snapshots, column: int) -> ContactProblem:
+def _problem(robot: Robot, snapshots: Snapshots, column: int, by_effort: Bools) -> ContactProblem:
+    """The problem of a snapshot.
+
+    Args:
+        robot: the robot.
+        snapshots: that have the snapshot.
+        column: its number.
+        by_effort: (n_a,) which actuators keep their efforts rather than their positions.
+    """
     loaded = robot.loaded(snapshots.gravity[:, column], snapshots.effector_force[:, column])
     state = State(snapshots.q[:, column], np.zeros(robot.n))
     tension = snapshots.tension[:, column]
-    rows = loaded.rows(state)
-    system = loaded.linearise(state, tension, replace(robot.integration, static=True))
-    parts = (rows.effectors, rows.actuators, rows.contacts.rows)
-    all_rows = row_compliance(
-        system,
-        np.vstack([part.dense() for part in parts]),
-        np.concatenate([part.delta for part in parts]),
-    )
-    W, delta = all_rows.W, all_rows.delta_free.copy()
-    delta[robot.n_e : robot.n_e + robot.n_a] -= snapshots.pull[:, column]
-    taut = robot.n_e + np.flatnonzero(
-        tension > 0.0
-    )  # taut cables have their pulled lengths prescribed
-    share = np.linalg.solve(W[np.ix_(taut, taut)], np.c_[W[taut], delta[taut]])  # (t, rows + 1)
-    W, delta = W - W[:, taut] @ share[:, :-1], delta - W[:, taut] @ share[:, -1]
-    contact = slice(robot.n_e + robot.n_a, None)
-    W_c, delta_c = W[contact, contact], delta[contact]
+    every = Forces(tension, np.zeros(0), np.arange(robot.n_c), np.ones(robot.n_c))
+    static = replace(robot.integration, static=True)
+    step = condense_step(loaded, EmptySpace(robot.n_c), state, every, True, True, static)
+    n_e, n_a = step.n_e, step.n_a
+    W, delta = (
+        step.compliance.W,
+        step.compliance.delta_free.copy(),
+    )  # of effectors, actuators, candidates
+    delta[n_e : n_e + n_a] -= snapshots.pull[:, column]
+    given = n_e + np.flatnonzero(by_effort)
+    delta += W[:, given] @ tension[by_effort]
+    held = n_e + np.flatnonzero(~by_effort & (step.bilateral | (tension > 0.0)))
+    kept = np.concatenate([np.arange(n_e), np.arange(n_e + n_a, len(delta))])
+    rest = eliminate_rows(W, delta, kept, held)
+    W_c, delta_c = rest.W[n_e:, n_e:], rest.delta[n_e:]
     lam = solve_lcp(W_c, delta_c).lam
     energy = -float(0.5 * lam @ W_c @ lam + delta_c @ lam)
-    slots = rows.contacts.slots
-    W_e = robot.effector_layout.in_metres(W[: robot.n_e, contact])
+    slots = step.rows.contacts.slots
+    W_e = robot.effector_layout.in_metres(rest.W[:n_e, n_e:])
     return ContactProblem(W_c, W_e, delta_c, slots, lam, energy, column)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Literal
@@ -142,8 +142,11 @@ def make_basis(
             assert curve is not None
             k = choose_k(curve, settings.tolerance or TOLERANCE * robot.size)
         (fit,) = fit_each(S, problems, (k,), method, seed)
-        found = quality(fit.Psi, problems)
-    return ContactBasis(fit.Psi, provenance(robot, snapshots, settings, fit, found, curve)), curve
+        found, by_effort = quality(fit.Psi, problems), None
+        if robot.actuators.held_by_force.any():
+            by_effort = quality(fit.Psi, contact_problems(robot, snapshots, as_held=True)).tip
+        origin = provenance(robot, snapshots, settings, fit, found, curve)
+    return ContactBasis(fit.Psi, replace(origin, tip_error_as_held=by_effort)), curve
 
 
 def provenance(

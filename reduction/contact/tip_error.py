@@ -32,7 +32,7 @@ def tip_errors(
     snapshots: Snapshots,
     basis: ContactSpace,
     enrichment: Enrichment | None = None,
-    held: Literal["pull", "tension"] = "pull",
+    held: Literal["pull", "tension", "as held"] = "pull",
     max_iterations: int = MAX_ITERATIONS,
 ) -> TipErrors:
     """Solve for the equilibria of the snapshots with reduced contact and compare effectors.
@@ -44,8 +44,8 @@ def tip_errors(
         snapshots: equilibria with full contact, runs one after the other.
         basis: contact modes.
         enrichment: rules for adding unit columns; None adds none.
-        held: whether the stored pulled lengths or the stored tensions are prescribed. Errors are larger
-            with tensions.
+        held: whether the stored positions or the stored efforts are prescribed, or of each actuator what the
+            robot holds, of chambers the pressure. Errors are larger with efforts.
         max_iterations: of an equilibrium; more are needed where snapshots are far apart.
     """
     simulator = Simulator(robot, contact=basis, enrichment=enrichment)
@@ -56,9 +56,16 @@ def tip_errors(
         if i == 0 or snapshots.run[i] != snapshots.run[i - 1]:
             simulator.reset()
         simulator.load(snapshots.gravity[:, i], snapshots.effector_force[:, i])
-        pull = snapshots.pull[:, i] if held == "pull" else None
-        tension = snapshots.tension[:, i] if held == "tension" else None
-        report = simulator.settle(pull, tension, TOLERANCE, max_iterations)
+        pull, tension = snapshots.pull[:, i], snapshots.tension[:, i]
+        if held == "as held":
+            command = robot.actuators.held(pull, tension)
+            pull, tension = command.pull, command.tension
+        report = simulator.settle(
+            None if held == "tension" else pull,
+            None if held == "pull" else tension,
+            TOLERANCE,
+            max_iterations,
+        )
         converged[i], extra[i] = report.converged, report.extra_columns
         if converged[i] and snapshots.converged[i]:
             apart = simulator.effector - snapshots.effector[:, i].reshape(-1, 3)  # (p, 3)

@@ -136,9 +136,11 @@ def reduce(
         draw_curve(made.curve, curve, made.basis.k)
     origin = made.basis.provenance
     skipped = f"; {made.skipped} equilibria did not converge" if made.skipped else ""
+    held = origin.tip_error_as_held
+    equal = "" if held is None else f", {1e3 * held:.3g} mm at equal efforts where efforts are held"
     typer.echo(
         f"{saved}: {origin.k} modes of {origin.snapshots} snapshots by {origin.method}, "
-        f"effector error to first order {1e3 * origin.tip_error:.3g} mm at most{skipped}"
+        f"effector error to first order {1e3 * origin.tip_error:.3g} mm at most{equal}{skipped}"
     )
     if states:
         path = saved.with_suffix(".states")

@@ -1,13 +1,18 @@
 """Modes of least contact energy, and the contact problems they are measured on."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
+from support.robots.thumb import thumb_mesh, thumb_settings
 
-from tauten.model import Robot, Simulator
+from tauten.model import Robot, Simulator, TetRobot
+from tauten.model.load import build_robot
 from tauten.model.numerics import Array
-from tauten.reduction.campaign import Snapshots
+from tauten.model.schema import RobotConfig
+from tauten.reduction.campaign import Design, Run, Snapshots, run_campaign
 from tauten.reduction.contact import (
     ContactProblem,
     contact_problems,
@@ -103,6 +108,70 @@ def test_first_order_effector_error_is_what_the_simulator_finds(
     simulator.settle(pull=thumb_ramp.pull[:, problem.column])
     apart = simulator.effector.ravel() - thumb_ramp.effector[:, problem.column]
     np.testing.assert_allclose(problem.tip_error(nothing), np.linalg.norm(apart), rtol=0.1)
+
+
+SPRING = {"stiffness": 2e3, "pretension": 0.5}
+PUSH = {
+    "name": "push", "point": [0.0075, 0.0075, -0.05], "direction": [-1.0, 0.0, 0.0],
+    "max_force": 5.0, "max_travel": 0.05, "max_rate": 0.1, "held": "force",
+}  # fmt: skip
+
+
+def thumb_with(**changes: object) -> TetRobot:
+    """The thumb with other actuators, without gravity."""
+    config = RobotConfig.model_validate({**thumb_settings(), "gravity": [0.0, 0.0, 0.0], **changes})
+    robot = build_robot(config, thumb_mesh(), "thumb")
+    assert isinstance(robot, TetRobot)
+    return robot
+
+
+def equilibria(robot: Robot, run: Run, folder: Path) -> Snapshots:
+    """Those of one run."""
+    found = run_campaign(robot, Design("one", (run,)), folder, None, False)
+    assert found.converged.all()
+    return found
+
+
+def run_of(pull: Array, tension: Array | None) -> Run:
+    """A run without loads: positions (1, s), or efforts (1, s)."""
+    s = pull.shape[1]
+    return Run(pull, np.zeros((3, s)), np.zeros((3, s)), tension)
+
+
+def check_problems(robot: Robot, found: Snapshots, as_held: bool) -> None:
+    """Forces of the equilibria, and where the tip goes without contact while the actuator is held alike."""
+    problems = contact_problems(robot, found, as_held=as_held)
+    assert len(problems) >= 2
+    for problem in problems:
+        total = found.lam[:, problem.column].sum()
+        assert problem.lam.sum() == pytest.approx(total, rel=5e-3)
+    light = problems[1]
+    simulator = Simulator(robot, contact="none")
+    pull, tension = found.pull[:, light.column], found.tension[:, light.column]
+    command = robot.actuators.held(pull, tension)
+    report = simulator.settle(command.pull, command.tension) if as_held else simulator.settle(pull)
+    assert report.converged
+    apart = float(np.linalg.norm(simulator.effector.ravel() - found.effector[:, light.column]))
+    assert light.tip_error(np.zeros(len(light.slots))) == pytest.approx(apart, rel=0.1)
+
+
+def test_a_spring_before_the_cable_is_part_of_the_problem(tmp_path: Path) -> None:
+    """Its winch is held, not the cable."""
+    cable = {**thumb_settings()["cables"][0], "spring": SPRING, "max_pull": 0.02}
+    robot = thumb_with(cables=[cable])
+    found = equilibria(robot, run_of(np.linspace(0.0028, 0.0036, 5)[None], None), tmp_path)
+    check_problems(robot, found, as_held=False)
+
+
+@pytest.mark.parametrize("as_held", [False, True])
+def test_an_actuator_that_pushes_is_held_at_its_position_or_its_effort(
+    tmp_path: Path, as_held: bool
+) -> None:
+    """Its efforts are negative: they bend the thumb until the notches close."""
+    robot = thumb_with(cables=[], forces=[PUSH])
+    efforts = -np.linspace(0.3, 0.6, 5)[None]
+    found = equilibria(robot, run_of(np.full_like(efforts, np.nan), efforts), tmp_path)
+    check_problems(robot, found, as_held)
 
 
 @pytest.mark.parametrize(("k", "factor"), [(2, 0.8), (4, 0.8), (8, 1.05)])
