@@ -149,7 +149,8 @@ class ActuatorSet:
         Args:
             x: (n_nodes, 3) node positions [m].
             lam: (n_a,) efforts; None: of the offsets of couplings only.
-            exact: whether terms that are not positive semidefinite are added, those of chambers.
+            exact: whether terms that are not positive semidefinite are added, those of chambers and of rods
+                that push.
             K: (nnz,) CSC values of −∂force, added to.
         """
         if self.coupling is not None:
@@ -157,9 +158,8 @@ class ActuatorSet:
         if lam is None:
             return
         c, n_cables = self.cables, self.cables.n_a
-        add_cable_stiffness(
-            x, c.owner, c.nodes, c.weights, c.offset, lam[:n_cables], self.cable_slot, K
-        )
+        tension = lam[:n_cables] if exact else np.maximum(lam[:n_cables], 0.0)
+        add_cable_stiffness(x, c.owner, c.nodes, c.weights, c.offset, tension, self.cable_slot, K)
         if exact and len(self.chambers) > 0:
             pressure = lam[n_cables : n_cables + len(self.chambers)]
             surface = (self.chambers.nodes, self.chambers.weights)

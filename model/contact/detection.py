@@ -11,8 +11,9 @@ the target surface within the alarm distance that
 
 A candidate with a contact point is *in range* and has a row; the others have none.
 
-The gap δ_c is the signed distance to this point, negative behind the surface. Being a distance, its
-gradient needs no derivative of the closest point:
+The gap δ_c is the signed distance to this point, negative behind the surface, less the distance at which
+surfaces are to be held, by default zero. Its gradient, that of a distance, needs no derivative of the closest
+point:
 
     dδ_c = nᵀ (Σ_j w_j dx_j − Σ_j b_j dy_j)                                       (T2)
 
@@ -98,29 +99,41 @@ class ContactSet:
         pairs: the pairs; slots run through them in this order.
         n_vertices: number of vertices positions are given for.
         alarm_distance: largest distance that is reported [m].
+        distance: at which surfaces are held from each other [m]; the gap is what remains to it.
         n_slots: number of candidates n_c.
     """
 
-    def __init__(self, pairs: list[ContactPair], n_vertices: int, alarm_distance: float) -> None:
+    def __init__(
+        self,
+        pairs: list[ContactPair],
+        n_vertices: int,
+        alarm_distance: float,
+        distance: float = 0.0,
+    ) -> None:
         """Check the pairs and join their arrays.
 
         Args:
             pairs: their slots follow each other in this order.
             n_vertices: number of vertices positions are given for.
             alarm_distance: largest distance that is reported [m].
+            distance: at which surfaces are held from each other [m].
 
         Raises:
-            ValueError: the alarm distance is not positive, or a pair has no candidates or
-                triangles, vertices out of range, weights that are not barycentric, or triangles
-                not oriented alike.
+            ValueError: the alarm distance is not positive and larger than the other, or a pair has no
+                candidates or triangles, vertices out of range, weights that are not barycentric, or
+                triangles not oriented alike.
         """
-        if not 0.0 < alarm_distance < np.inf:
-            raise ValueError(f"alarm_distance is {alarm_distance} m, it must be positive")
+        if not 0.0 <= distance < alarm_distance < np.inf:
+            raise ValueError(
+                f"alarm_distance is {alarm_distance} m, it must be positive and larger than the distance of "
+                f"{distance} m at which surfaces are held"
+            )
         for pair in pairs:
             check_pair(pair, n_vertices)
         self.pairs = tuple(pairs)
         self.n_vertices = n_vertices
         self.alarm_distance = alarm_distance
+        self.distance = distance
         self._nodes: Ints = np.vstack([np.zeros((0, 3)), *(p.nodes for p in pairs)]).astype(
             np.int64
         )
@@ -169,7 +182,12 @@ class ContactSet:
         x = np.ascontiguousarray(x, dtype=float)
         return Detection(
             *detect_all(
-                x, self._nodes, self._weights, self._blocks, self._surfaces, self.alarm_distance
+                x,
+                self._nodes,
+                self._weights,
+                self._blocks,
+                self._surfaces,
+                (self.alarm_distance, self.distance),
             )
         )
 
@@ -233,7 +251,7 @@ def detect_all(
     weights: Array,
     blocks: Ints,
     surfaces: SurfaceTopology,
-    reach: float,
+    distances: tuple[float, float],
 ) -> tuple[Ints, Ints, Array, Array, Ints, Array]:
     """The arrays of a `Detection`.
 
@@ -243,8 +261,9 @@ def detect_all(
         weights: (n_c, 3) their weights.
         blocks: (b, 3) candidates that are treated together, see `blocks_of`.
         surfaces: target surfaces of the pairs.
-        reach: alarm distance [m].
+        distances: the alarm distance, and the one at which surfaces are held [m].
     """
+    reach, held = distances
     count = nodes.shape[0]
     points = np.zeros((3, count))
     for s in range(count):
@@ -263,7 +282,7 @@ def detect_all(
     triangle, inside, triangles = found.triangle, found.weights, surfaces.triangles
     for k in range(m):
         s = slots[k]
-        gap[k] = found.gap[s]
+        gap[k] = found.gap[s] - held
         for j in range(3):  # entry by entry, which is faster than slices of three
             normal[k, j] = found.normal[s, j]
             vertices[k, j], vertices[k, 3 + j] = nodes[s, j], triangles[triangle[s], j]

@@ -4,7 +4,7 @@ An actuator has a position δ and a work-conjugate effort λ, each in the unit o
 this code the position is `pull` and the effort `tension`, whatever the kind.
 
 A cable obeys 0 ≤ δ − pull ⟂ λ ≥ 0 where its pull is given: it may be slack and never pushes. All others are
-bilateral, δ = pull with λ of either sign.
+bilateral, δ = pull with λ of either sign, and so is a cable whose tension may be negative, a rod.
 """
 
 from __future__ import annotations
@@ -245,5 +245,9 @@ def _motor(item: SingleActuator | CouplingSettings, config: RobotSettings) -> _M
             spring = member.spring
             flexibility += gain * gain / spring.stiffness
             shift += gain * (offset - spring.pretension) / spring.stiffness
-    pulls_only = min(gains) > 0.0 and not any(offsets)
+    pulls_only = (
+        min(gains) > 0.0
+        and not any(offsets)
+        and all(member.limits.least_effort >= 0.0 for member in members)
+    )
     return _Motor(kind, kind is not ActuatorKind.CABLE or not pulls_only, flexibility, shift)

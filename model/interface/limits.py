@@ -16,7 +16,7 @@ class Limits:
     """Limits of the actuators, each (n_a,), in the units of their kinds.
 
     Attributes:
-        tension_min: smallest effort [N, Pa]; of cables at least 0.
+        tension_min: smallest effort [N, Pa]; of cables that are no rods at least 0.
         tension_max: largest effort [N, Pa].
         pull_min: smallest position [m, m³].
         pull_max: largest position [m, m³].

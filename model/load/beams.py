@@ -27,7 +27,7 @@ from tauten.model.contact import ContactPair, ContactSet
 from tauten.model.interface import actuators_of, limits_of
 from tauten.model.load.beam_bodies import profile_of
 from tauten.model.load.effectors import build_beam_effectors
-from tauten.model.mesh import point_selector, spread_points
+from tauten.model.mesh import point_selector, spread_points, vertex_points
 from tauten.model.numerics import Array, Bools, Ints, make_factorisation
 from tauten.model.points import (
     AttachedPoints,
@@ -298,9 +298,16 @@ def build_beam_contacts(
                 "surface in against"
             )
         try:
-            nodes, weights = spread_points(points, named[contact.candidates], contact.points)
+            surface = named[contact.candidates]
+            nodes, weights = (
+                vertex_points(surface)
+                if contact.points == "vertices"
+                else spread_points(points, surface, contact.points)
+            )
         except ValueError as error:
             raise RobotFileError(f"{source}: contacts.{contact.candidates}: {error}") from error
         name = f"{contact.candidates} on {contact.against}"
         pairs.append(ContactPair(name, nodes, weights, named[contact.against]))
-    return ContactSet(pairs, len(points), config.contact.alarm_distance or ALARM_DISTANCE)
+    distance = config.contact.distance
+    alarm = config.contact.alarm_distance or ALARM_DISTANCE + distance
+    return ContactSet(pairs, len(points), alarm, distance)

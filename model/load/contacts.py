@@ -11,7 +11,7 @@ from tauten.model.contact import (
     mean_edge,
     neighbours_at_rest,
 )
-from tauten.model.mesh import Selector, spread_points, triangle_areas
+from tauten.model.mesh import Selector, spread_points, triangle_areas, vertex_points
 from tauten.model.numerics import Ints
 from tauten.model.schema import (
     ALARM_DISTANCE,
@@ -38,7 +38,7 @@ def build_contacts(config: RobotConfig, selector: Selector) -> ContactSet:
         contact_pair(contact, f"contacts.{index}", selector, surfaces, alarm)
         for index, contact in enumerate(config.contacts)
     ]
-    return ContactSet(pairs, len(selector.nodes), alarm)
+    return ContactSet(pairs, len(selector.nodes), alarm, config.contact.distance)
 
 
 def contact_surfaces(config: RobotConfig, selector: Selector) -> dict[str | None, Ints]:
@@ -72,7 +72,7 @@ def alarm_distance(
         return config.contact.alarm_distance
     folded = [surfaces[item.candidates] for item in config.contacts if item.against == ITSELF]
     sizes = [ALARM_EDGES * mean_edge(selector.nodes, triangles) for triangles in folded]
-    return min(sizes, default=ALARM_DISTANCE)
+    return min(sizes, default=ALARM_DISTANCE) + config.contact.distance
 
 
 def contact_pair(
@@ -100,7 +100,11 @@ def contact_pair(
     if points is None:
         points = max(1, round(float(triangle_areas(vertices, triangles).sum()) / edge**2))
     try:
-        nodes, weights = spread_points(vertices, triangles, points)
+        nodes, weights = (
+            vertex_points(triangles)
+            if points == "vertices"
+            else spread_points(vertices, triangles, points)
+        )
     except ValueError as error:
         raise RobotFileError(f"{selector.source}: {field}: {error}") from error
     if contact.against != ITSELF:

@@ -9,6 +9,7 @@ from tauten.model.mesh.surface import (
     boundary_triangles,
     spread_points,
     triangle_areas,
+    vertex_points,
 )
 from tauten.model.mesh.tet_mesh import (
     EDGES,
@@ -48,5 +49,6 @@ __all__ = [
     "read_unchecked_mesh",
     "spread_points",
     "triangle_areas",
+    "vertex_points",
     "wall_thickness",
 ]

@@ -94,6 +94,22 @@ def spread_points(vertices: Array, triangles: Ints, count: int) -> tuple[Ints, A
     return nodes[chosen], weights[chosen]
 
 
+def vertex_points(triangles: Ints) -> tuple[Ints, Array]:
+    """A point at each vertex of a surface.
+
+    Args:
+        triangles: (t, 3) vertex ids.
+
+    Returns:
+        The vertices of a triangle around each point (p, 3), the point's own first, and its barycentric
+        weights (p, 3).
+    """
+    _, first = np.unique(triangles, return_index=True)
+    turned = (first[:, None] % 3 + np.arange(3)) % 3  # (p, 3)
+    nodes = np.take_along_axis(triangles[first // 3], turned, axis=1)
+    return nodes, np.tile([1.0, 0.0, 0.0], (len(nodes), 1))
+
+
 def dense_samples(vertices: Array, triangles: Ints, area: float) -> tuple[Ints, Array]:
     """Centres of the d² equal parts of each triangle, none larger than `area` [m²].
 

@@ -145,7 +145,7 @@ def add_beam_cable_stiffness(  # noqa: C901  one flat loop nest is what numba co
         d = points[p + 1] - points[p]
         ell = np.sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2])
         T = tension[owner[s]]
-        if T <= 0.0 or ell <= 0.0:
+        if T == 0.0 or (T < 0.0 and not exact) or ell <= 0.0:
             continue
         e = (d[0] / ell, d[1] / ell, d[2] / ell)
         for end in range(2):  # d changes by G times the motion of both nodes

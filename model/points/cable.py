@@ -1,8 +1,8 @@
 """Cables that slide through points of the body: pulled length, its gradient, its curvature.
 
 δ_a = L(q₀) − L(q) is the length pulled in, H_a = −∂L/∂q, the force on the body is H_aᵀ λ_a.
-Since H_a turns with the body, a tension adds λ_a ∂²L/∂q² to the tangent (positive semidefinite:
-L is convex).
+Since H_a turns with the body, a tension adds λ_a ∂²L/∂q² to the tangent: positive semidefinite, as L is
+convex, and negative semidefinite in a rod that pushes.
 
 An equilibrium in which the ends of a segment have met is common: a trunk curls until its discs meet. There
 |d| has a kink, which Newton's method does not pass, so that lengths are rounded below `SHORTEST`.
@@ -196,7 +196,7 @@ def add_cable_stiffness(  # noqa: C901  one flat loop nest is what numba compile
             for i in range(3):
                 d[i] += weights[s, a] * x[nodes[s, a], i]
         ell = np.sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2])
-        if force <= 0.0:
+        if force == 0.0:
             continue
         _, slope, curvature = blunted(ell)
         along = (curvature - slope) / (ell * ell) if ell > 0.0 else 0.0

@@ -324,7 +324,7 @@ def check_couplings(
     Args:
         couplings: of a robot file.
         kinds: kind of every actuator that is no coupling, by name.
-        sprung: names of the cables with a spring.
+        sprung: names of the cables with a spring that only pull.
     """
     taken: set[str] = set()
     for index, coupling in enumerate(couplings):
@@ -345,6 +345,6 @@ def check_couplings(
             if coupling.kind == "drum" and name not in sprung:
                 raise ValueError(
                     f"couplings.{index}: {name!r} on a drum has to be a cable with a spring, whose stiffness "
-                    "takes up what the drum winds"
+                    "takes up what the drum winds, and with a min_tension of 0 or more"
                 )
         taken.update(coupling.members)

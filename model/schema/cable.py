@@ -10,7 +10,6 @@ from tauten.model.schema.actuators import HELD, Held, Kind, Range, SpringSetting
 from tauten.model.schema.section import (
     MaxOutside,
     Name,
-    NonNegative,
     Point,
     Positive,
     Section,
@@ -33,8 +32,10 @@ class CableSettings(Section):
         description="Where the cable starts, fixed in space [m]; by default it starts at the first of "
         "`points`.",
     )
-    min_tension: NonNegative = Field(
-        default=0.0, description="Least tension that is decided [N], by default 0."
+    min_tension: Annotated[float, in_range(-1e6, 1e6, "N")] = Field(
+        default=0.0,
+        description="Least tension that is decided [N], by default 0. A negative one makes a rod of the "
+        "cable, which pushes too and has the length that its winch gives it.",
     )
     max_tension: Annotated[Positive, in_range(0.0, 1e6, "N")] = Field(
         description="Largest tension [N]."

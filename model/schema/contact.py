@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
 from tauten.model.schema.region import Box, Facing, Intersection, Region
-from tauten.model.schema.section import Direction, Distance, Name, Section
+from tauten.model.schema.section import Direction, Distance, Name, NonNegative, Section
 
 ITSELF = "itself"  # instead of the name of a surface: the surface of the candidates
 ALARM_DISTANCE = 2e-3  # m, by default between surfaces with names
@@ -48,9 +48,10 @@ class ContactSettings(Section):
         description='Surface or region that they may touch; "itself" means the one of the candidates, '
         "without the neighbourhood of each candidate."
     )
-    points: Annotated[int, Field(ge=1, le=100_000)] | None = Field(
+    points: Annotated[int, Field(ge=1, le=100_000)] | Literal["vertices"] | None = Field(
         default=None,
-        description="Number of candidates; by default one for each square of a mean edge of the surface.",
+        description="Number of candidates, or `vertices` for one at each vertex of the surface; by default "
+        "one for each square of a mean edge.",
     )
     neighbour_distance: Distance | None = Field(
         default=None,
@@ -76,10 +77,23 @@ class ContactRange(Section):
         "of the thinnest wall between two surfaces with names; by default 2e-3, and where a surface may "
         "touch itself half its mean edge.",
     )
+    distance: Annotated[NonNegative, Field(le=1.0)] = Field(
+        default=0.0,
+        description="Distance from each other at which surfaces are held [m], by default 0; less than the "
+        "alarm distance, whose default grows by it. SOFA's contactDistance.",
+    )
     tolerance: Distance = Field(
         default=5e-5,
         description="Overlap beyond which a decision adds a contact column [m], by default 5e-5.",
     )
+
+    @model_validator(mode="after")
+    def _held_within_reach(self) -> ContactRange:
+        if self.alarm_distance is not None and self.distance >= self.alarm_distance:
+            raise ValueError(
+                f"distance {self.distance:g} m must be less than alarm_distance {self.alarm_distance:g} m"
+            )
+        return self
 
 
 def check_surfaces(contacts: Sequence[ContactSettings], known: set[str]) -> None:

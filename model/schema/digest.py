@@ -61,7 +61,7 @@ def robot_digest(config: RobotConfig, meshes: Sequence[bytes], folder: Path) -> 
             *(write.selections(item) for item in (config.fixed, *(body.fixed for body in bodies))),
             write.plain((config.rigid, config.attachments)),
         ],
-        [write.plain(config.contacts), alarm if folded else None],
+        [write.plain(config.contacts), alarm if folded else None, *_held(config)],
         _actuators(config, write),
     )
 
@@ -79,7 +79,7 @@ def beam_robot_digest(config: BeamConfig, structure: Structure, folder: Path) ->
         [structure.model_dump(exclude_defaults=True)],
         [write.plain((config.material, config.profiles))],
         [write.selections(config.fixed)],
-        [write.plain(config.contacts)],
+        [write.plain(config.contacts), *_held(config)],
         _actuators(config, write),
     )
 
@@ -109,6 +109,11 @@ def _digest(
     """The parts in their order, each by the beginning of its SHA-256."""
     texts = (json.dumps(part) for part in (mesh, materials, supports, *driven, contacts, FORM))
     return "".join(hashlib.sha256(text.encode()).hexdigest()[:_DIGITS] for text in texts)
+
+
+def _held(config: RobotSettings) -> list[float]:
+    """The distance at which surfaces are held, where there is one [m]."""
+    return [config.contact.distance] if config.contact.distance else []
 
 
 def _actuators(config: RobotSettings, write: _Writer) -> list[Any]:

@@ -159,7 +159,11 @@ class RobotSettings(Section):
                 "a robot needs an actuator: a table cables, chambers, drives or forces"
             )
         check_unique("actuators", [item.name for item in (*single, *self.couplings)])
-        sprung = {cable.name for cable in self.cables if cable.spring is not None}
+        sprung = {
+            cable.name
+            for cable in self.cables
+            if cable.spring is not None and cable.min_tension >= 0.0
+        }
         check_couplings(self.couplings, {item.name: item.kind for item in single}, sprung)
         return self
 

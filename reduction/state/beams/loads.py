@@ -264,7 +264,7 @@ def load_rows(
 def tension_rows(
     points: Array, first: Ints, owner: Ints, tension: Array, stations: Array, Z: Array, Y: Array
 ) -> None:
-    """Rows Z of the differences of stations and Y with Zᵀ Y the curvature of taut cables.
+    """Rows Z of the differences of stations and Y with Zᵀ Y the curvature of cables under tension.
 
     Args:
         points: (p, 3) stations [m].
@@ -279,8 +279,7 @@ def tension_rows(
         p, z = first[s], 3 * s
         d = subtract(row(points, p + 1), row(points, p))
         ell = dot(d, d) ** 0.5
-        pull = max(tension[owner[s]], 0.0)
-        k = pull / ell if ell > 0.0 else 0.0
+        k = tension[owner[s]] / ell if ell > 0.0 else 0.0
         c = k / (ell * ell) if ell > 0.0 else 0.0
         for j in range(Z.shape[1]):
             D0 = stations[3 * p + 3, j] - stations[3 * p, j]

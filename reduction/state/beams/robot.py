@@ -215,7 +215,8 @@ class ReducedBeamRobot(ReducedRobot):
             stations = cables.stations
             points, arms = stations.place(work.x, work.Q)
             motion = point_motion(stations.nodes, stations.weights, arms, work.J)
-            tension_rows(points, cables.first, cables.owner, tension, motion, work.Z, work.Y)
+            used = tension if exact else np.maximum(tension, 0.0)  # rods that push soften
+            tension_rows(points, cables.first, cables.owner, used, motion, work.Z, work.Y)
             K += work.Z.T @ work.Y
             _, pulls = cables.pulled(points)
             along = tension[self.cable][:, None] * pulls.vectors

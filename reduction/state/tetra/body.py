@@ -97,4 +97,4 @@ def contact_surface(robot: TetRobot, Phi: Array) -> tuple[ReducedPoints, Contact
     ]
     rows = node_rows(robot, Phi, used).reshape(-1, Phi.shape[1])
     surface = ReducedPoints(robot.mesh.nodes[used].ravel(), np.ascontiguousarray(rows))
-    return surface, ContactSet(pairs, len(used), old.alarm_distance)
+    return surface, ContactSet(pairs, len(used), old.alarm_distance, old.distance)

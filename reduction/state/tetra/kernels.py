@@ -37,7 +37,8 @@ def assemble_sample(
     for j in range(alpha.shape[0]):
         work.force[j] = load[j] - body.drift[j] - work.force[j]
     first = assemble_elements(alpha, exact, body, work)
-    add_curvature(alpha, tension, tendons, first, work.Y)
+    pull = tension if exact else np.maximum(tension, 0.0)  # rods that push soften
+    add_curvature(alpha, pull, tendons, first, work.Y)
     symmetric_product(work.Z, work.Y, work.lower)
     for i in range(alpha.shape[0]):
         for j in range(i + 1):
@@ -65,9 +66,9 @@ def add_curvature(alpha: Array, tension: Array, tendons: Tendons, first: int, Y:
         for s in range(tendons.starts[a], tendons.starts[a + 1]):
             square = x[s] * x[s] + y[s] * y[s] + z[s] * z[s]
             _, slope, curvature = blunted(np.sqrt(square))
-            scale[s] = max(tension[a], 0.0) * slope
+            scale[s] = tension[a] * slope
             if square > 0.0:
-                along[s] = max(tension[a], 0.0) * (slope - curvature) / square
+                along[s] = tension[a] * (slope - curvature) / square
     for j in range(alpha.shape[0]):
         D, out = tendons.map[j], Y[j, first : first + 3 * g]
         for s in range(g):

@@ -191,3 +191,24 @@ def test_no_pairs_no_contacts() -> None:
     rows = contact_rows(contacts.detect(np.zeros((5, 3))), np.arange(5), 15, contacts.n_slots)
     assert rows.rows.H.shape == (0, 15)
     assert len(rows.gaps()) == 0
+
+
+@settings(deadline=None, max_examples=20)
+@given(inside, inside, height, st.floats(0.0, 1.9e-3))
+def test_surfaces_are_held_at_a_distance(x: float, y: float, z: float, distance: float) -> None:
+    """The gap is what remains to the distance; the normal and the rows are those of the surface."""
+    vertices, triangles = sheet(0.01, 3)
+    nodes = np.array([[len(vertices), len(vertices) + 1, len(vertices) + 2]])
+    pair = ContactPair("point on sheet", nodes, np.array([[1.0, 0.0, 0.0]]), triangles)
+    points = np.vstack([vertices, [[x, y, z]] * 3])
+    near, far = (
+        ContactSet([pair], len(points), ALARM, held).detect(points) for held in (0.0, distance)
+    )
+    assert far.gap == pytest.approx(near.gap - distance, abs=1e-15)
+    assert np.array_equal(far.normal, near.normal)
+    assert np.array_equal(far.coefficients, near.coefficients)
+
+
+def test_the_distance_is_less_than_the_alarm_distance() -> None:
+    with pytest.raises(ValueError, match="larger than the distance"):
+        ContactSet([], 5, ALARM, ALARM)

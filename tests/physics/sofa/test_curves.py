@@ -1,4 +1,4 @@
-"""Trunk, diamond and finger of SoftRobots on the curves of SOFA (reference data README), cables and contact.
+"""Trunk, diamond and finger of SoftRobots on the curves of SOFA (reference data README), with cables.
 
 Elements and points as SOFA has them leave only what its iterations leave, at most 2 nm a step. Our own points
 outside the mesh, attached to the element with the nearest face, leave a few hundredths of a millimetre.
@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.robots.sofa_fingers import finger_at_plate, finger_with_gravity
+from support.robots.sofa_fingers import finger_with_gravity
 from support.robots.sofa_robots import robots_folder
 from support.sofa_elements import MM, assemble_with, large_frames, points_as_in_sofa
 
@@ -148,21 +148,6 @@ def test_the_inverse_of_the_diamond_errs_less_than_sofas(data: Path, states: sli
         assert np.abs(found.pull - wound).max() < 0.1
         tension = numbers(row, [f"tension{i}" for i in range(4)])
         assert np.abs(found.tension - tension).max() < 0.03 * tension.max()
-
-
-@pytest.mark.parametrize("every", [10, pytest.param(1, marks=slow)])
-def test_finger_pressed_onto_a_plate_has_sofas_digits(data: Path, every: int) -> None:
-    """Contact without friction: 81 states, from 14.5 mm of pull on with two or three nodes on the plate."""
-    simulator, touched = Simulator(finger_at_plate(data), contact="full"), 0
-    for row in read_curve(data / "plate_mu0_fpolar.csv")[::every]:
-        assert simulator.settle(pull=[MM * row["imposed"]], tolerance=1e-9).converged
-        assert np.abs(simulator.effector[0] / MM - vector(row, "tip")).max() < DIGITS
-        assert abs(simulator.tension[0] / MM - row["tension"]) < FORCE_DIGITS
-        push = simulator.lam_c / MM
-        assert abs(push.sum() - row["sum_normal"]) < FORCE_DIGITS
-        assert (push > 1e-3).sum() == row["active_contacts"]
-        touched += row["active_contacts"] > 0
-    assert touched > 3
 
 
 def test_stiff_finger_under_gravity_has_sofas_digits_until_its_notches_close(data: Path) -> None:

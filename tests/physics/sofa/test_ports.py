@@ -86,6 +86,22 @@ def test_diamond(
         assert np.abs(simulator.pull / MM - wound).max() < DIGITS
 
 
+@pytest.mark.parametrize("every", [10, pytest.param(1, marks=slow)])
+def test_finger_on_a_plate(data: Path, tmp_path: Path, every: int) -> None:
+    """Contact without friction, held 1 mm off; from 14.5 mm of pull on with two or three nodes."""
+    simulator = Simulator(port(data, tmp_path, "finger"), contact="full")
+    touched = 0
+    for row in read_curve(data / "plate_mu0_fpolar.csv")[::every]:
+        assert simulator.settle(pull=[MM * row["imposed"]], tolerance=1e-9).converged
+        assert np.abs(simulator.effector[0] / MM - tip_of(row)).max() < DIGITS
+        assert abs(simulator.tension[0] / MM - row["tension"]) < FORCE_DIGITS
+        push = simulator.lam_c / MM
+        assert abs(push.sum() - row["sum_normal"]) < FORCE_DIGITS
+        assert (push > 1e-3).sum() == row["active_contacts"]
+        touched += row["active_contacts"] > 0
+    assert touched > 3
+
+
 def test_a_mesh_that_overlaps_loads_where_nothing_needs_its_boundary(
     data: Path, tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:

@@ -38,7 +38,7 @@ def test_rows_and_tangent_are_those_of_the_full_robot_in_the_basis(couplings: li
     assert reduced.n_a == robot.n_a == len(rows)
     np.testing.assert_allclose(rows.delta, full.delta, rtol=1e-9, atol=1e-18)
     np.testing.assert_allclose(rows.H, full.dense() @ Phi, rtol=1e-8, atol=1e-14)
-    lam = np.array([1.5, 0.5, 2e3, 0.3])[-robot.n_a :]
+    lam = np.array([1.5, -0.5, 2e3, 0.3])[-robot.n_a :]  # the second cable pushes, as a rod does
     force, K = reduced.forces(state, lam, exact=True)
     full_force, values = robot.forces(lifted, lam, exact=True)
     np.testing.assert_allclose(force, Phi.T @ full_force, rtol=1e-8, atol=1e-12)

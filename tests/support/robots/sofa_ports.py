@@ -10,6 +10,7 @@ from typing import Any
 import meshio
 import numpy as np
 
+from support.robots.bodies import box_mesh
 from tauten.model import load_robot
 from tauten.model.constraints import ConstrainedRobot
 from tauten.model.numerics import Array
@@ -38,6 +39,7 @@ class Source:
 SOURCES = {
     "accordion": Source("accordion_model.npz", "Springy.vtk", "Springy_Cavity.stl"),
     "diamond": Source("diamond.vtu", "diamond.vtu"),
+    "finger": Source("../softrobots_finger.vtk", "finger.vtk"),
     "gripper_finger": Source(
         "gripperfinger_model.npz", "pneunetCutCoarse.vtk", "pneunetCavityCut.stl"
     ),
@@ -57,6 +59,10 @@ def port(data: Path, folder: Path, name: str) -> TetRobot | ConstrainedRobot:
     """
     source = SOURCES[name]
     path = shutil.copy(FILES / f"{name}.toml", folder)
+    if name == "finger":
+        plate = box_mesh((200.0, 20.0, 100.0), (1, 1, 1))
+        nodes = plate.nodes + np.array([-150.0, 40.0, -40.0])
+        meshio.write_points_cells(folder / "plate.vtu", nodes, [("tetra", plate.tets)])
     if source.file.endswith(".npz"):
         write_meshes(np.load(data / source.file), folder, source)
     else:
