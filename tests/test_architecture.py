@@ -41,6 +41,7 @@ ORDER = (
     "reduction.state",
     "controller.qpcc",
     "controller",
+    "service.link",
     "service.process",
     "service.check",
     "service.new",

@@ -5,7 +5,6 @@ Packages are imported inside the commands, so that `tauten --help` does not wait
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -14,8 +13,9 @@ import typer
 from tauten.service.cli.bench import bench
 from tauten.service.cli.check import check, schema
 from tauten.service.cli.compare import compare
+from tauten.service.cli.emergency import command, options
 from tauten.service.cli.new import new
-from tauten.service.cli.operate import alive, command, doctor, lock, metrics, record, unlock
+from tauten.service.cli.operate import alive, doctor, lock, metrics, record, unlock
 from tauten.service.cli.reduction import inspect, reduce
 from tauten.service.cli.runs import demo, replay
 from tauten.service.cli.solve import solve
@@ -34,7 +34,6 @@ from tauten.service.cli.terminal import (
     ZenohConfig,
 )
 from tauten.service.cli.view import view
-from tauten.service.process import set_up_logging
 
 if TYPE_CHECKING:
     from tauten.service.wire import Network
@@ -46,18 +45,7 @@ app = typer.Typer(
 )
 
 
-@app.callback()
-def options(
-    log_level: Annotated[
-        Literal["debug", "info", "warning", "error"],
-        typer.Option(help="Least level of messages on stderr."),
-    ] = "info",
-    log_format: Annotated[
-        Literal["text", "json"], typer.Option(help="Plain lines, or one JSON object on each line.")
-    ] = "text",
-) -> None:
-    """Set up logging before any command."""
-    set_up_logging(log_level, log_format)
+app.callback()(options)
 
 
 def serve(
@@ -188,23 +176,13 @@ app.add_typer(bench, name="bench")
 
 
 def _network(port: int | None, config: Path | None) -> Network:
-    from tauten.service.wire import Network
+    from tauten.service.link import Network
 
     return Network(port, config)
 
 
-def main() -> None:
-    """Entry point: errors of the set-up become one sentence and exit code 2."""
-    try:
-        app()
-    except Exception as error:
-        if not isinstance(error, _setup_errors()):
-            raise
-        print(f"tauten: {error}", file=sys.stderr)
-        sys.exit(2)
-
-
-def _setup_errors() -> tuple[type[Exception], ...]:
+def setup_errors() -> tuple[type[Exception], ...]:
+    """The errors of the set-up, whose texts name what to change."""
     from tauten.model import MeshError, RobotFileError
     from tauten.reduction import BasisError
     from tauten.reduction.campaign import ClusterError, DesignError, SnapshotError
@@ -213,12 +191,10 @@ def _setup_errors() -> tuple[type[Exception], ...]:
     from tauten.service.bench import CompareError
     from tauten.service.log import LogError
     from tauten.service.new import PartError
-    from tauten.service.operate import OrderError
     from tauten.service.plant import DemoError, PathError
     from tauten.service.process import RealtimeError
     from tauten.service.rate_check import RateError
     from tauten.service.tables import PageError
-    from tauten.service.wire import NetworkError
 
     robot_errors = (RobotFileError, MeshError, BasisError, StateBasisError)
     reduction_errors = (ChoiceError, DesignError, ClusterError, SnapshotError)
@@ -229,12 +205,9 @@ def _setup_errors() -> tuple[type[Exception], ...]:
         DemoError,
         ExtraError,
         LogError,
-        NetworkError,
-        OrderError,
         PageError,
         PartError,
         PathError,
         RateError,
         RealtimeError,
-        OSError,
     )

@@ -1,38 +1,19 @@
-"""`tauten command`, `lock`, `unlock`, `metrics`, `record`, `alive`, `doctor`: for the operator of a node."""
+"""`tauten lock`, `unlock`, `metrics`, `record`, `alive`, `doctor`: for the operator of a node."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
 from rich.table import Table
 
+from tauten.service.cli.emergency import ServedName
 from tauten.service.cli.terminal import Port, ZenohConfig
 
 if TYPE_CHECKING:
     from tauten.service.wire import LockOrder
-
-ServedName = Annotated[str, typer.Argument(help="Name of the robot that is served.")]
-
-
-def command(
-    robot: ServedName,
-    word: Annotated[
-        Literal["enable", "hold", "stop", "reset"], typer.Argument(help="The command.")
-    ],
-    port: Port = None,
-    zenoh_config: ZenohConfig = None,
-) -> None:
-    """Command a robot's node to hold, to follow again, to release the cables, or to reset after that."""
-    from tauten.service.operate import send_command
-    from tauten.service.wire import Network, OperatorCommand
-
-    tick = send_command(robot, Network(port, zenoh_config), OperatorCommand(word))
-    why = f" ({tick.cause})" if tick.cause else ""
-    typer.echo(f"{robot}: {tick.mode}{why}")
-
 
 Actuator = Annotated[str, typer.Argument(help="Name of the actuator.")]
 
@@ -89,9 +70,9 @@ def metrics(
     zenoh_config: ZenohConfig = None,
 ) -> None:
     """Metrics of a robot's node as Prometheus text."""
-    from tauten.service.operate import ask_metrics, node_of, serve_metrics
+    from tauten.service.link import Network, NetworkError, ask_metrics, node_of
+    from tauten.service.operate import serve_metrics
     from tauten.service.process import stop_on_signals
-    from tauten.service.wire import Network, NetworkError
 
     with node_of(robot, Network(port, zenoh_config)) as session:
         if http is not None:
@@ -129,8 +110,7 @@ def alive(
     zenoh_config: ZenohConfig = None,
 ) -> None:
     """Check whether a robot's node is alive: exit code 0 or 1, for health checks."""
-    from tauten.service.operate import is_there
-    from tauten.service.wire import Keys, Network
+    from tauten.service.link import Keys, Network, is_there
 
     keys = Keys(robot)
     found = is_there(robot, Network(port, zenoh_config), keys.plant_token if plant else keys.token)

@@ -16,7 +16,7 @@ from tauten.model.numerics import Array
 from tauten.service.frames.description import RobotDescription, read_description
 from tauten.service.frames.effectors import EffectorLook
 from tauten.service.frames.frame import RobotLook, ViewFrame
-from tauten.service.operate import put_command
+from tauten.service.link import put_command
 from tauten.service.wire import (
     CDR,
     CONTACT_FIELDS,

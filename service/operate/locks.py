@@ -4,8 +4,16 @@ from __future__ import annotations
 
 from typing import Any
 
-from tauten.service.operate.commands import NodeAnswer, OrderError, node_of, send_command
-from tauten.service.wire import Keys, LockOrder, Network, ask_description
+from tauten.service.link import (
+    Keys,
+    LockOrder,
+    Network,
+    NodeAnswer,
+    OrderError,
+    node_of,
+    send_command,
+)
+from tauten.service.wire import ask_description
 
 
 def send_lock(robot: str, network: Network, order: LockOrder) -> NodeAnswer:

@@ -13,8 +13,8 @@ from typing import Any
 
 import zenoh
 
+from tauten.service.link import node_of
 from tauten.service.log import Entry, LogRecorder
-from tauten.service.operate.commands import node_of
 from tauten.service.process import StopFlag
 from tauten.service.wire import (
     CDR,

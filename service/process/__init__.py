@@ -3,7 +3,6 @@
 from tauten.model import one_blas_thread
 from tauten.reduction import write_text
 from tauten.service.process.host import HostInfo, host_info
-from tauten.service.process.logs import JsonLines, set_up_logging
 from tauten.service.process.realtime import (
     ORDINARY,
     RealtimeError,
@@ -21,7 +20,6 @@ from tauten.service.process.stopping import Interrupted, StopFlag, stop_on_signa
 
 __all__ = [
     "HostInfo",
-    "JsonLines",
     "ORDINARY",
     "RealtimeError",
     "RealtimeSettings",
@@ -33,7 +31,6 @@ __all__ = [
     "manual_garbage_collection",
     "one_blas_thread",
     "realtime_permitted",
-    "set_up_logging",
     "short_switch_interval",
     "stop_on_signals",
     "versions",

@@ -12,7 +12,7 @@ from tauten.model.constraints import ConstrainedRobot
 from tauten.model.tetra import TetRobot
 from tauten.reduction.state import ReducedRobot
 from tauten.service.frames import RecordedRobot, ServedRobot, SimulatedRobot, ViewFrame
-from tauten.service.operate import node_of
+from tauten.service.link import node_of
 from tauten.service.plant import PathError, PathSettings, TargetPath, make_path, plant_robot
 from tauten.service.process import StopFlag, one_blas_thread
 from tauten.service.setup import Order, load_setup

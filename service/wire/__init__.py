@@ -1,5 +1,20 @@
-"""The network: keys, messages, sessions, modes, rejection reasons."""
+"""Messages on the wire, and why they are refused; with keys, modes and sessions of `tauten.service.link`."""
 
+from tauten.service.link import (
+    Cause,
+    Keys,
+    LockOrder,
+    Mode,
+    Network,
+    NetworkError,
+    OperatorCommand,
+    OperatorOrder,
+    Role,
+    default_port,
+    is_alive,
+    open_session,
+    read_config,
+)
 from tauten.service.wire.cloud import (
     CLOUD,
     CONTACT_FIELDS,
@@ -39,7 +54,6 @@ from tauten.service.wire.health import (
     decode_health,
     encode_health,
 )
-from tauten.service.wire.keys import Keys
 from tauten.service.wire.messages import (
     CDR,
     FLOAT,
@@ -63,16 +77,6 @@ from tauten.service.wire.messages import (
     payload_format,
     point_json,
     typestore,
-)
-from tauten.service.wire.modes import Cause, LockOrder, Mode, OperatorCommand, OperatorOrder
-from tauten.service.wire.network import (
-    Network,
-    NetworkError,
-    Role,
-    default_port,
-    is_alive,
-    open_session,
-    read_config,
 )
 from tauten.service.wire.publisher import Publisher
 from tauten.service.wire.questions import ask_description, wait_for

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from tauten.service.link import LockOrder, OperatorCommand, OperatorOrder
 from tauten.service.wire.effector_subscriber import Source, payload_of
 from tauten.service.wire.health import MessageCounts
 from tauten.service.wire.json_messages import JsonText, from_json
@@ -20,7 +21,6 @@ from tauten.service.wire.messages import (
     payload_format,
     to_cdr,
 )
-from tauten.service.wire.modes import LockOrder, OperatorCommand, OperatorOrder
 from tauten.service.wire.rejection import Rejection, RejectionReason, quoted
 
 COMMAND_RING = 16

@@ -9,10 +9,9 @@ from typing import Any
 
 import zenoh
 
+from tauten.service.link import Keys, NetworkError, is_alive
 from tauten.service.process import StopFlag
-from tauten.service.wire.keys import Keys
 from tauten.service.wire.messages import JSON
-from tauten.service.wire.network import NetworkError, is_alive
 
 log = logging.getLogger(__name__)
 

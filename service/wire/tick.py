@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from tauten.controller.qpcc import Status
+from tauten.service.link import Cause, Mode
 from tauten.service.wire.messages import (
     TICK,
     TICK_OF_POINTS,
@@ -22,7 +23,6 @@ from tauten.service.wire.messages import (
     time_message,
     to_cdr,
 )
-from tauten.service.wire.modes import Cause, Mode
 from tauten.service.wire.rejection import Rejection, RejectionReason, quoted
 
 _MODES, _CAUSES = frozenset(Mode), frozenset(Cause)

@@ -31,7 +31,7 @@ JUMPING = """\
 import pathlib, sys, time
 jump, real = pathlib.Path(sys.argv.pop(1)), time.time_ns
 time.time_ns = lambda: real() + (int(jump.read_text() or 0) if jump.exists() else 0)
-from tauten.service.cli.app import main
+from tauten.service.cli import main
 main()
 """
 

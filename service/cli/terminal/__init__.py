@@ -1,6 +1,7 @@
 """Options that several commands share, and how commands show and write what they have."""
 
 from tauten.service.cli.terminal.extras import ExtraError, missing_extra
+from tauten.service.cli.terminal.logs import JsonLines, LogFormat, set_up_logging
 from tauten.service.cli.terminal.options import (
     AcceptError,
     Basis,
@@ -30,6 +31,8 @@ __all__ = [
     "DriveOption",
     "ExtraError",
     "Json",
+    "JsonLines",
+    "LogFormat",
     "Markdown",
     "Model",
     "Port",
@@ -40,6 +43,7 @@ __all__ = [
     "ZenohConfig",
     "missing_extra",
     "progress_bar",
+    "set_up_logging",
     "show_mesh_error",
     "show_tables",
     "write_json",

@@ -9,11 +9,6 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
-from rich.console import Console
-from rich.progress import Progress
-
-from tauten.service.process import write_text
-
 if TYPE_CHECKING:
     from tauten.model import Robot
     from tauten.service.tables import Numbers
@@ -36,6 +31,9 @@ def progress_bar(title: str) -> Iterator[ShowProgress]:
     Yields:
         What the work calls with the share that is done since the last call (1 is all), and a text.
     """
+    from rich.console import Console
+    from rich.progress import Progress
+
     with Progress(console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task(title, total=1.0)
 
@@ -52,6 +50,8 @@ def show_tables(tables: Iterable[Numbers], width: int | None = None) -> None:
         tables: to print, in this order.
         width: of the output in characters; None: that of the terminal.
     """
+    from rich.console import Console
+
     console = Console(width=width)
     for table in tables:
         console.print(table.rich())
@@ -64,6 +64,8 @@ def show_mesh_error(path: Path, robot: Robot) -> None:
         path: of the robot file.
         robot: made from it.
     """
+    from rich.console import Console
+
     from tauten.service.check import mesh_error_text
 
     Console().print(f"mesh error: {mesh_error_text(path, robot.digest)}")
@@ -78,6 +80,8 @@ def write_json(result: Any, path: Path | None) -> None:
     """
     if path is None:
         return
+    from tauten.service.process import write_text
+
     contents: Any
     if isinstance(result, Mapping):
         contents = result

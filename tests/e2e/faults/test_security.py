@@ -17,7 +17,7 @@ from support.nodes import PERIOD, point_at
 from support.processes import Process, start, wait_alive
 
 from tauten.model import Robot
-from tauten.service.operate import ask_metrics
+from tauten.service.link import ask_metrics
 from tauten.service.plant import free_ports
 from tauten.service.wire import (
     CDR,

@@ -16,13 +16,16 @@ from pathlib import Path
 
 import zenoh
 
-_HOST = "127.0.0.1"
+HOST = "127.0.0.1"
 _FIRST_PORT = 17_447
 _MAX_MESSAGE = 2**20  # bytes; the description of a robot is the largest
 _PORTS = 10_000  # two for each robot
 # Time for which a message that must not be lost, an answer for instance, waits for a peer that does not read;
 # then its connection is closed. The control loop waits as long.
 _LONGEST_WAIT = 20_000  # µs
+# Connections that say nothing: each is closed after this time, and so many may wait for their first word.
+# With Zenoh's 10 s and 100, three hundred of them kept every new operator out.
+_ACCEPT_TIMEOUT, _ACCEPT_PENDING = 1_000, 5_000  # ms, connections
 _BLOCK = "transport/link/tx/queue/congestion_control/block/wait_before_close"
 
 
@@ -56,11 +59,17 @@ def default_port(robot: str) -> int:
     return _FIRST_PORT + 2 * (zlib.crc32(robot.encode()) % (_PORTS // 2))
 
 
+def node_port(network: Network, robot: str) -> int:
+    """The TCP port of a robot's node where no configuration says otherwise."""
+    return default_port(robot) if network.port is None else network.port
+
+
 def open_session(network: Network, role: Role, robot: str) -> zenoh.Session:
     """Open the session of one process of a robot.
 
     The node's session writes the time of arrival into every sample that has none (`timestamping` of Zenoh),
-    and closes the connection of a peer that does not read for 20 ms while an answer waits for it.
+    closes the connection of a peer that does not read for 20 ms while an answer waits for it, and closes a
+    connection that says nothing for a second.
 
     Args:
         network: ports or configuration.
@@ -71,10 +80,12 @@ def open_session(network: Network, role: Role, robot: str) -> zenoh.Session:
         NetworkError: the port is taken or the configuration cannot be used.
     """
     zenoh.init_log_from_env_or("error")
-    first = default_port(robot) if network.port is None else network.port
+    first = node_port(network, robot)
     config = loopback_config(first, role) if network.config is None else read_config(network.config)
     if role is Role.NODE:
         config.insert_json5("timestamping/enabled", "true")
+        config.insert_json5("transport/unicast/accept_timeout", str(_ACCEPT_TIMEOUT))
+        config.insert_json5("transport/unicast/accept_pending", str(_ACCEPT_PENDING))
         config.insert_json5(_BLOCK, str(_LONGEST_WAIT))
     try:
         return zenoh.open(config)
@@ -82,7 +93,7 @@ def open_session(network: Network, role: Role, robot: str) -> zenoh.Session:
         if network.config is not None:
             raise NetworkError(f"{network.config}: Zenoh cannot open a session: {error}") from error
         raise NetworkError(
-            f"port {first + role.value} on {_HOST} is taken: is another {role.name.lower()} of "
+            f"port {first + role.value} on {HOST} is taken: is another {role.name.lower()} of "
             f"{robot!r} running? stop it or give --port"
         ) from error
 
@@ -94,10 +105,10 @@ def loopback_config(first_port: int, role: Role) -> zenoh.Config:
         first_port: of the node.
         role: of the process.
     """
-    fixed = {r: f"tcp/{_HOST}:{first_port + r.value}" for r in (Role.NODE, Role.PLANT)}
+    fixed = {r: f"tcp/{HOST}:{first_port + r.value}" for r in (Role.NODE, Role.PLANT)}
     settings = {
         "mode": "peer",
-        "listen/endpoints": [fixed.get(role, f"tcp/{_HOST}:0")],
+        "listen/endpoints": [fixed.get(role, f"tcp/{HOST}:0")],
         "connect/endpoints": [endpoint for r, endpoint in fixed.items() if r is not role],
         "connect/timeout_ms": -1,
         "connect/exit_on_failure": False,

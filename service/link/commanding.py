@@ -1,39 +1,32 @@
-"""Operating a node from outside: commands, and its metrics over HTTP."""
+"""Commands to a node from outside, and its answers to them."""
 
 from __future__ import annotations
 
-import http.server
-import logging
+import json
+import socket
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 
 import zenoh
-from prometheus_client.parser import text_string_to_metric_families
 
-from tauten.service.process import StopFlag
-from tauten.service.wire import (
-    CDR,
-    TEXT,
-    Cause,
-    Keys,
-    Mode,
+from tauten.service.link.keys import Keys
+from tauten.service.link.modes import Cause, Mode, OperatorCommand, OperatorOrder
+from tauten.service.link.network import (
+    HOST,
     Network,
     NetworkError,
-    OperatorOrder,
     Role,
-    encode_command,
     is_alive,
+    node_port,
     open_session,
 )
-
-log = logging.getLogger(__name__)
 
 _PATIENCE = 5.0  # s until a node must be alive
 _ANSWER = 20.0  # s until a node must have carried a command out, on a machine that is busy too
 _PAUSE = 0.01  # s between two questions
-_CONTENT = "text/plain; version=0.0.4; charset=utf-8"
+_JSON = "application/json;std_msgs/msg/String"  # needs no code that writes CDR
 
 
 class OrderError(ValueError):
@@ -73,11 +66,27 @@ def node_of(robot: str, network: Network) -> Iterator[zenoh.Session]:
         end = time.monotonic() + _PATIENCE
         while not is_alive(session, token):
             if time.monotonic() > end:
-                raise NetworkError(f"no node serves {robot!r}: start it with tauten serve {robot}")
-            time.sleep(0.1)
+                raise NetworkError(_unanswered(robot, network))
+            time.sleep(_PAUSE)
         yield session
     finally:
         session.close()  # type: ignore[no-untyped-call]
+
+
+def _unanswered(robot: str, network: Network) -> str:
+    """What is known where no node of a robot has answered: that there is none only where nothing listens."""
+    silence = f"no node of {robot!r} has answered within {_PATIENCE:g} s"
+    if network.config is not None:
+        return f"{silence} by way of {network.config}: is it running, and connected to the same router?"
+    port = node_port(network, robot)
+    try:
+        socket.create_connection((HOST, port), timeout=0.5).close()
+    except OSError:
+        return f"no node serves {robot!r}: start it with tauten serve {robot}"
+    return (
+        f"{silence}, but something listens on its port {port}: the node may have too many connections or no "
+        "processor time; try again, or press the robot's emergency stop"
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,29 +123,53 @@ def send_command(robot: str, network: Network, command: OperatorOrder) -> NodeAn
         OrderError: the node refuses it; the text is the node's.
     """
     with node_of(robot, network) as session:
-        before = _answer_after(session, robot, -1)
+        if command in (OperatorCommand.STOP, OperatorCommand.HOLD):
+            put_command(session, robot, command)  # before any question
+            answer = _answer_that(session, robot, lambda one: _shows(one, command))
+            if command is OperatorCommand.HOLD and answer.mode is Mode.STOP:
+                raise OrderError(f"{robot}: hold is not possible now: it has stopped")
+            return answer
+        before = _answer_that(session, robot, lambda one: True)
         put_command(session, robot, command)
-        answer = _answer_after(session, robot, before.accepted + before.refused)
+        known = before.accepted + before.refused
+        answer = _answer_that(session, robot, lambda one: one.accepted + one.refused > known)
     if answer.refused > before.refused:
         raise OrderError(f"{robot}: {answer.refusal}")
     return answer
 
 
-def _answer_after(session: zenoh.Session, robot: str, commands: int) -> NodeAnswer:
-    """The node's answer once it has got more commands than so many."""
+def _shows(answer: NodeAnswer, command: OperatorOrder) -> bool:
+    """Whether a node shows that it has got a stop or a hold."""
+    if answer.mode is Mode.STOP:
+        return True
+    return command is OperatorCommand.HOLD and answer.cause is Cause.OPERATOR
+
+
+def _answer_that(
+    session: zenoh.Session, robot: str, wanted: Callable[[NodeAnswer], bool]
+) -> NodeAnswer:
+    """The node's first answer that is as wanted.
+
+    Args:
+        session: to the robot's node.
+        robot: name.
+        wanted: whether to wait no longer.
+    """
     end = time.monotonic() + _ANSWER
     while time.monotonic() < end:
         text = ask_metrics(session, robot)
-        if text is not None:
-            answer = _answer_in(text.decode())
-            if answer.accepted + answer.refused > commands:
-                return answer
+        if text is not None and wanted(answer := _answer_in(text.decode())):
+            return answer
         time.sleep(_PAUSE)
     raise NetworkError(f"the node of {robot!r} does not answer within {_ANSWER:g} s")
 
 
 def _answer_in(text: str) -> NodeAnswer:
     """The node's answer in its metrics."""
+    from prometheus_client.parser import (
+        text_string_to_metric_families,  # once a command is under way
+    )
+
     samples = {s.name: s for f in text_string_to_metric_families(text) for s in f.samples}
     said = samples.get("tauten_commands_info")
     now = samples["tauten_decisions_info"].labels
@@ -159,8 +192,8 @@ def put_command(session: zenoh.Session, robot: str, command: OperatorOrder) -> N
     """
     session.put(
         Keys(robot).command,
-        encode_command(command),
-        encoding=f"{CDR};{TEXT}",
+        json.dumps({"data": str(command)}).encode(),
+        encoding=_JSON,
         congestion_control=zenoh.CongestionControl.BLOCK,
         priority=zenoh.Priority.REAL_TIME,
         express=True,
@@ -173,35 +206,3 @@ def ask_metrics(session: zenoh.Session, robot: str) -> bytes | None:
         if reply.ok is not None:
             return bytes(reply.ok.payload)
     return None
-
-
-def serve_metrics(session: zenoh.Session, robot: str, port: int, stop: StopFlag) -> None:
-    """Serve the node's metrics over HTTP on loopback until `stop` is raised.
-
-    Args:
-        session: to the robot's node.
-        robot: name.
-        port: TCP port.
-        stop: raised to stop.
-
-    Raises:
-        OSError: the port is taken.
-    """
-
-    class Handler(http.server.BaseHTTPRequestHandler):
-        def do_GET(self) -> None:
-            text = ask_metrics(session, robot) if self.path == "/metrics" else None
-            known = self.path == "/metrics"
-            self.send_response(200 if text is not None else 503 if known else 404)
-            self.send_header("Content-Type", _CONTENT)
-            self.end_headers()
-            self.wfile.write(text or b"")
-
-        def log_message(self, format: str, *args: object) -> None:
-            log.debug(format, *args)
-
-    with http.server.HTTPServer(("127.0.0.1", port), Handler) as server:
-        server.timeout = 0.2
-        log.info("metrics of %s at http://127.0.0.1:%d/metrics", robot, server.server_port)
-        while not stop.requested:
-            server.handle_request()

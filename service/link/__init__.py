@@ -1,0 +1,48 @@
+"""The way to a node, with Zenoh alone: keys, modes, sessions, commands and their answers.
+
+A command in an emergency loads this folder and nothing of the model.
+"""
+
+from tauten.service.link.commanding import (
+    NodeAnswer,
+    OrderError,
+    ask_metrics,
+    is_there,
+    node_of,
+    put_command,
+    send_command,
+)
+from tauten.service.link.keys import Keys
+from tauten.service.link.modes import Cause, LockOrder, Mode, OperatorCommand, OperatorOrder
+from tauten.service.link.network import (
+    Network,
+    NetworkError,
+    Role,
+    default_port,
+    is_alive,
+    open_session,
+    read_config,
+)
+
+__all__ = [
+    "Cause",
+    "Keys",
+    "LockOrder",
+    "Mode",
+    "Network",
+    "NetworkError",
+    "NodeAnswer",
+    "OperatorCommand",
+    "OperatorOrder",
+    "OrderError",
+    "Role",
+    "ask_metrics",
+    "default_port",
+    "is_alive",
+    "is_there",
+    "node_of",
+    "open_session",
+    "put_command",
+    "read_config",
+    "send_command",
+]

@@ -1,0 +1,47 @@
+"""A node's metrics over HTTP, for Prometheus to scrape."""
+
+from __future__ import annotations
+
+import http.server
+import logging
+
+import zenoh
+
+from tauten.service.link import ask_metrics
+from tauten.service.process import StopFlag
+
+log = logging.getLogger(__name__)
+
+_CONTENT = "text/plain; version=0.0.4; charset=utf-8"
+
+
+def serve_metrics(session: zenoh.Session, robot: str, port: int, stop: StopFlag) -> None:
+    """Serve the node's metrics over HTTP on loopback until `stop` is raised.
+
+    Args:
+        session: to the robot's node.
+        robot: name.
+        port: TCP port.
+        stop: raised to stop.
+
+    Raises:
+        OSError: the port is taken.
+    """
+
+    class Handler(http.server.BaseHTTPRequestHandler):
+        def do_GET(self) -> None:
+            text = ask_metrics(session, robot) if self.path == "/metrics" else None
+            known = self.path == "/metrics"
+            self.send_response(200 if text is not None else 503 if known else 404)
+            self.send_header("Content-Type", _CONTENT)
+            self.end_headers()
+            self.wfile.write(text or b"")
+
+        def log_message(self, format: str, *args: object) -> None:
+            log.debug(format, *args)
+
+    with http.server.HTTPServer(("127.0.0.1", port), Handler) as server:
+        server.timeout = 0.2
+        log.info("metrics of %s at http://127.0.0.1:%d/metrics", robot, server.server_port)
+        while not stop.requested:
+            server.handle_request()
