@@ -1,6 +1,7 @@
 """Inverse control: from a target to cable tensions, one decision a time step."""
 
 from tauten.controller.actuation import NO_CERTIFICATE, Actuation
+from tauten.controller.certificates import hold_certificate
 from tauten.controller.controller import Controller
 from tauten.controller.inverse import (
     closed_compliance,
@@ -10,6 +11,7 @@ from tauten.controller.inverse import (
     weighted_rows,
 )
 from tauten.controller.locks import LockError
+from tauten.controller.plan import DecideSettings, Prepared
 from tauten.controller.qpcc.solution import Certificate, Status
 from tauten.controller.settings import (
     ControllerSettings,
@@ -17,13 +19,12 @@ from tauten.controller.settings import (
     load_controller_settings,
 )
 from tauten.controller.step import (
-    DecideSettings,
     Decision,
-    Prepared,
+    Horizon,
     advance,
     decide,
     hold,
-    hold_certificate,
+    horizon_of,
     prepare,
 )
 
@@ -34,6 +35,7 @@ __all__ = [
     "ControllerSettings",
     "DecideSettings",
     "Decision",
+    "Horizon",
     "LockError",
     "NO_CERTIFICATE",
     "Prepared",
@@ -46,6 +48,7 @@ __all__ = [
     "exact_problem",
     "hold",
     "hold_certificate",
+    "horizon_of",
     "inverse_problem",
     "load_controller_settings",
     "prepare",

@@ -18,18 +18,20 @@ class Actuation:
 
     Attributes:
         pull: (n_a,) positions, of cables pulled lengths [m, m³].
-        tension: (n_a,) efforts, of cables tensions [N, Pa].
+        tension: (n_a,) efforts, of cables tensions, within their limits [N, Pa].
+        needed: (n_a,) efforts of the model, which in a hold may be beyond the limits [N, Pa].
         effector: (p, 3) predicted positions of the effectors [m]; those of a distance, length or
             volume are where they are drawn before the step.
         effector_values: (n_v,) their predicted goal values, see `EffectorLayout`.
         status: how the decision or the hold ended; where it is not usable, the actuators hold.
         certificate: residuals and deepest predicted gap.
         conflict: names of the limits that conflict.
-        clamped: whether a limiter changed positions or efforts.
+        clamped: whether limits changed positions or efforts.
     """
 
     pull: Array
     tension: Array
+    needed: Array
     effector: Array
     effector_values: Array
     status: Status
@@ -46,13 +48,13 @@ class Actuation:
             clamped: whether a limiter changed them.
         """
         return Actuation(
-            pull, tension, self.effector, self.effector_values, self.status, self.certificate,
-            self.conflict, clamped,
+            pull, tension, self.needed, self.effector, self.effector_values, self.status,
+            self.certificate, self.conflict, clamped,
         )  # fmt: skip
 
     def copy(self) -> Actuation:
         """The same actuation in arrays of its own."""
         return Actuation(
-            self.pull.copy(), self.tension.copy(), self.effector.copy(),
+            self.pull.copy(), self.tension.copy(), self.needed.copy(), self.effector.copy(),
             self.effector_values.copy(), self.status, self.certificate, self.conflict, self.clamped,
         )  # fmt: skip

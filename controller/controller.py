@@ -7,18 +7,20 @@ from typing import Literal
 import numpy as np
 
 from tauten.controller.actuation import NO_CERTIFICATE, Actuation
+from tauten.controller.damping import undamped
 from tauten.controller.locks import locked, no_locks, resting, unlocked, with_locks, within_rate
+from tauten.controller.plan import DecideSettings, Prepared
 from tauten.controller.qpcc import QpccSettings, Status
 from tauten.controller.settings import ControllerSettings
 from tauten.controller.step import (
-    DecideSettings,
     Decision,
-    Prepared,
     advance,
     decide,
     hold,
+    horizon_of,
     prepare,
 )
+from tauten.controller.winches import ROUNDING
 from tauten.model import (
     Command,
     ContactSpace,
@@ -34,7 +36,7 @@ from tauten.model import (
     default_enrichment,
     no_forces,
 )
-from tauten.model.numerics import Array, FactorisationError
+from tauten.model.numerics import Array, Bools, FactorisationError
 
 
 class Controller:
@@ -47,6 +49,7 @@ class Controller:
     Attributes:
         robot: the robot, with a factorisation of its own.
         space: basis of its contact forces.
+        horizon: how far its decisions look ahead.
         settings: of its decisions.
         settled: whether it starts from an equilibrium rather than from rest, see `settle_start`.
         status: how the last prepare, decide or hold ended.
@@ -76,6 +79,7 @@ class Controller:
         self.space, default = contact_model(contact, robot.n_c, reduced)
         self.robot = robot.fork()
         settings = settings or ControllerSettings()
+        self.horizon = horizon_of(self.robot, settings.horizon)
         self.settings = DecideSettings(
             epsilon=settings.regularisation,
             enrichment=enrichment or default,
@@ -117,8 +121,9 @@ class Controller:
         self._decision: Decision | None = None
         self._last_decision: Decision | None = None
         self._pending: Actuation | None = None  # decided in this step
+        self._damping, self._stalled = undamped(), np.zeros(self.robot.n_a, np.bool_)
         self._left = Actuation(  # in the step before: what rates and holds start from
-            pull.copy(), forces.tension.copy(), self.robot.effector(state),
+            pull.copy(), forces.tension.copy(), forces.tension.copy(), self.robot.effector(state),
             self.robot.effector_values(state), Status.OK, NO_CERTIFICATE,
         )  # fmt: skip
 
@@ -211,8 +216,9 @@ class Controller:
             return
         try:
             self._prepared = prepare(
-                self.robot, self.space, self._state, self._forces, self.settings.enrichment
-            )
+                self.horizon, self.space, self._state, self._forces, self._left.pull,
+                self.settings.enrichment,
+            )  # fmt: skip
         except FactorisationError:
             self.status = Status.NOT_FINITE
 
@@ -233,19 +239,22 @@ class Controller:
         locks = self._step_locks()
         if locks is not None and (locks.by_position | locks.by_force).all():
             return self._keep(locks, None)
-        decision = decide(self.robot, self._prepared, goal, self._left.pull, self.settings, locks)
+        decision = decide(
+            self.robot, self._prepared, goal, self._left.pull, self.settings, locks, self._damping
+        )
         self._last_decision = decision
-        if not decision.status.usable:
-            return self._hold(decision.status, decision.conflict)
-        return self._take(decision, locks, decision.status, decision.conflict)
+        if not decision.status.usable or not np.isfinite(decision.predicted.dv).all():
+            status = Status.NOT_FINITE if decision.status.usable else decision.status
+            return self._hold(status, decision.conflict)
+        return self._take(decision, decision.status, decision.conflict)
 
     def rehearse(self, target: Target) -> None:
         """Decide for a target without effect: code that ran just before runs faster."""
         goal = self.robot.effector_layout.goal_values(target)
         free = not (self._locks.by_position | self._locks.by_force).all()
         if goal is not None and self._prepared is not None and self._decision is None and free:
-            locks = self._step_locks()
-            decide(self.robot, self._prepared, goal, self._left.pull, self.settings, locks)
+            locks, left = self._step_locks(), self._left
+            decide(self.robot, self._prepared, goal, left.pull, self.settings, locks, self._damping)
 
     def hold(self) -> Actuation:
         """Keep position or effort of each actuator, as the robot file says; the model moves so.
@@ -259,6 +268,11 @@ class Controller:
     def locks(self) -> Command:
         """Positions and efforts at which actuators are locked; NaN in both where one is not."""
         return Command(self._locks.pull.copy(), self._locks.tension.copy())
+
+    @property
+    def stalled(self) -> Bools:
+        """Which locked actuators have stopped where more would exceed a limit: (n_a,)."""
+        return self._stalled.copy()
 
     def lock(
         self, actuator: str, position: float | None = None, force: float | None = None
@@ -310,6 +324,9 @@ class Controller:
         predicted = self._decision.predicted
         self._state, self._linearised = advance(self.robot, predicted), predicted.step.state
         self._forces = predicted.step.split(predicted.lam, self.space.k)
+        self._stalled = self._decision.stalled
+        if self._decision.damping is not None:
+            self._damping = self._decision.damping
         self._left, self._pending = self._pending, None
         self._prepared = self._decision = None
 
@@ -324,34 +341,35 @@ class Controller:
         if self._prepared is None:
             return self._repeat()
         command = with_locks(self.robot.actuators.held(self._left.pull, self._left.tension), locks)
-        decision = hold(self.robot, self._prepared, command, self.settings.enrichment)
+        decision = hold(
+            self.robot, self._prepared, command, self._left.pull, self.settings.enrichment
+        )
         if not np.isfinite(decision.predicted.dv).all():
             return self._repeat()
         if status is None:
             status, conflict = decision.status, decision.conflict
-        # the winches do not turn, even where a slack cable's path is shorter than what they let out
-        return self._take(decision, command, status, conflict)
+        return self._take(decision, status, conflict)
 
-    def _take(
-        self, decision: Decision, held: Command | None, status: Status, conflict: tuple[str, ...]
-    ) -> Actuation:
-        """Make a decision this step's; positions are the held ones or the predicted."""
+    def _take(self, decision: Decision, status: Status, conflict: tuple[str, ...]) -> Actuation:
+        """Make a decision this step's."""
         n_e, actuators = self.robot.n_e, slice(self.robot.n_e, self.robot.n_e + self.robot.n_a)
         delta, effectors = decision.predicted.delta, decision.predicted.step.rows.effectors
         layout = self.robot.effector_layout
         values = layout.values_at(effectors.values, delta[:n_e])
-        pull = delta[actuators]
-        if held is not None:
-            pull = np.where(held.by_position, held.pull, pull)
+        limits, needed = self.robot.limits, decision.predicted.lam[actuators]
+        tension = np.clip(needed, limits.tension_min, limits.tension_max)
+        clamped = (np.abs(tension - needed) > ROUNDING * limits.largest_tension).any()
         self._decision, self.status = decision, status
         self._pending = Actuation(
-            pull=pull,
-            tension=decision.predicted.lam[actuators],
+            pull=decision.pull,
+            tension=tension,
+            needed=needed,
             effector=layout.positions_at(effectors.positions, values),
             effector_values=values,
             status=status,
             certificate=decision.certificate,
             conflict=conflict,
+            clamped=bool(clamped),
         )
         return self._pending.copy()
 
@@ -360,7 +378,7 @@ class Controller:
         self.status, self._decision, self._pending = Status.NOT_FINITE, None, None
         left = self._left
         self._left = Actuation(
-            left.pull, left.tension, self.effector, self.effector_values, Status.NOT_FINITE,
-            NO_CERTIFICATE,
+            left.pull, left.tension, left.needed, self.effector, self.effector_values,
+            Status.NOT_FINITE, NO_CERTIFICATE,
         )  # fmt: skip
         return self._left.copy()

@@ -7,9 +7,11 @@ from functools import lru_cache
 
 import numpy as np
 
-from tauten.controller.qpcc import Qpcc
+from tauten.controller.qpcc import Qpcc, Solution
 from tauten.model import Actuators, EffectorLayout, Limits, cable_actuators
 from tauten.model.numerics import Array, Bools, Ints, cholesky, kernel, solve_rows
+
+SLACK = 1e-9  # of the value of a row, by which a relaxed limit exceeds it
 
 
 def inverse_problem(
@@ -57,7 +59,61 @@ def inverse_problem(
     )
 
 
-def weighted_rows(W: Array, delta_free: Array, layout: EffectorLayout) -> tuple[Array, Array]:
+def held_back(problem: Qpcc, W: Array, n_e: int, weight: float, held: Array) -> Qpcc:
+    """The inverse problem with the part of its damping that acts on the efforts.
+
+    With 1/2 ε s γ (λ_a − λ_held)' W_aa (λ_a − λ_held) added and all divided by 1 + γ, the energy is as before
+    but for the term −γ / (1 + γ) ε s λ_held' W_aa λ_a.
+
+    Args:
+        problem: from `inverse_problem`.
+        W: (m, m) as it was given there.
+        n_e: effector rows in it.
+        weight: γ / (1 + γ) ε s [m/N].
+        held: (n_a,) efforts of a hold [N].
+    """
+    if weight == 0.0:
+        return problem
+    n_a, c = len(held), problem.c.copy()
+    c[:n_a] -= weight * (W[n_e : n_e + n_a, n_e : n_e + n_a] @ held)
+    return replace(problem, c=c)
+
+
+def including_hold(problem: Qpcc, held: Array) -> Qpcc:
+    """The inverse problem with position limits that include what a hold leads to.
+
+    A slack cable's path may be any shorter than its winch allows, and where the path becomes shorter faster
+    than the winch turns there is no decision that keeps it longer. A supply that keeps its pressure does not
+    bound its volume.
+
+    Args:
+        problem: from `inverse_problem`.
+        held: (n_a,) positions in a hold, less those of a step without forces [m].
+    """
+    if ((problem.g_lo <= held) & (held <= problem.g_hi)).all():
+        return problem
+    return replace(
+        problem, g_lo=np.minimum(problem.g_lo, held), g_hi=np.maximum(problem.g_hi, held)
+    )
+
+
+def relaxed(problem: Qpcc, nearest: Solution) -> Qpcc:
+    """A problem without solution with limits that are met by the point that violates them least.
+
+    Args:
+        problem: its bounds on λ_a remain.
+        nearest: that point.
+    """
+    reached = problem.G @ np.concatenate([nearest.lam_a, nearest.beta])  # (p,)
+    slack = SLACK * np.abs(reached)
+    return replace(
+        problem,
+        g_lo=np.minimum(problem.g_lo, reached - slack),
+        g_hi=np.maximum(problem.g_hi, reached + slack),
+    )
+
+
+def weighted_rows(W: Array, delta_free: Array, scale: Array) -> tuple[Array, Array]:
     """Compliance and values of a step with the effector rows in metres, times their weights.
 
     For points and centres with weight one these are the arguments themselves.
@@ -65,12 +121,12 @@ def weighted_rows(W: Array, delta_free: Array, layout: EffectorLayout) -> tuple[
     Args:
         W: (m, m) compliance of effectors, cables and contacts, in this order.
         delta_free: (m,) row values after a step without forces.
-        layout: of the effectors.
+        scale: (n_e,) weights times units.
     """
-    if layout.unweighted:
+    if (scale == 1.0).all():
         return W, delta_free
     factor = np.ones(len(W))
-    factor[: layout.n_rows] = layout.scale
+    factor[: len(scale)] = scale
     return factor[:, None] * W * factor, factor * delta_free
 
 
@@ -79,20 +135,22 @@ def exact_problem(
     W: Array,
     delta_free: Array,
     target: Array,
+    rows: Ints,
     layout: EffectorLayout,
     tolerance: float,
 ) -> Qpcc:
-    """The inverse problem with the rows of exact effectors as limits, −tolerance <= δ_e <= tolerance.
+    """The inverse problem with rows of exact effectors as limits, −tolerance <= δ_e <= tolerance.
 
     Args:
         problem: from `inverse_problem`.
         W: (m, m) as it was given there.
         delta_free: (m,) as it was given there.
-        target: (n_e,) as it was given there.
+        target: (n_e,) that the rows are to meet [m].
+        rows: (r,) numbers of these rows.
         layout: of the effectors.
         tolerance: within which a target counts as met [m].
     """
-    rows, n_e = np.flatnonzero(layout.exact), layout.n_rows
+    n_e = layout.n_rows
     wanted = target[rows] - delta_free[rows]
     names = tuple((name, name) for name in (layout.row_name(row) for row in rows.tolist()))
     return replace(

@@ -23,12 +23,11 @@ from tauten.model import (
     Actuators,
     Command,
     CondensedStep,
-    Forces,
     Limits,
     Robot,
     eliminate_rows,
 )
-from tauten.model.numerics import Array
+from tauten.model.numerics import Array, Bools
 
 
 class LockError(ValueError):
@@ -147,6 +146,11 @@ def with_locks(held: Command, locks: Command) -> Command:
     )
 
 
+def ahead_of_locks(locks: Command, pull: Array) -> Command:
+    """What locked actuators keep over the horizon: positions stay where they are, pull (n_a,)."""
+    return Command(np.where(locks.by_position, pull, np.nan), locks.tension)
+
+
 class LockedStep:
     """A condensed step without the rows of its locked actuators.
 
@@ -219,15 +223,15 @@ class LockedStep:
             row_names=(*problem.row_names, *names),
         )
 
-    def start(self, step: CondensedStep, forces: Forces) -> Start:
+    def start(self, tension: Array, pushing: Bools) -> Start:
         """Where the solver starts.
 
         Args:
-            step: with all rows.
-            forces: of the last step.
+            tension: (n_a,) efforts.
+            pushing: (n_contacts,) contacts of the step that push.
         """
-        taut = forces.tension[self._cables - self._n_e] > 0.0
-        return Start(forces.tension[self.free], np.concatenate([taut, step.pushing(forces)]))
+        taut = tension[self._cables - self._n_e] > 0.0
+        return Start(tension[self.free], np.concatenate([taut, pushing]))
 
     def forces(self, solution: Solution) -> Array:
         """Forces on all rows of the step (m,), from those of the problem."""

@@ -28,6 +28,11 @@ class ControllerSettings(Section):
         description="Contact basis of the controller: a .basis file beside the robot file, a shipped one, "
         '"full" for pointwise contact, or "none" (default).',
     )
+    horizon: Annotated[float, Field(ge=0.0, le=60.0)] = Field(
+        default=0.2,
+        description="How far decisions look ahead [s], by default 0.2; what leaves is the first tick on the "
+        "way. 0: one tick.",
+    )
     max_pivots: Annotated[int, Field(ge=1, le=1_000_000)] = Field(
         default=100, description="Pieces of the QPCC solved at most in a decision, by default 100."
     )

@@ -4,6 +4,10 @@
 between them. `decide` solves the small QPCC (T1) for the target that has just arrived. `advance` moves the
 model. So the latency from target to tensions is that of `decide` alone, whatever the size of the mesh.
 
+A decision looks as far ahead as the horizon: (T1) is posed on an implicit step of that length. What leaves
+is the first tick on the way there, within the limits of position, rate and effort, and the model advances by
+that tick.
+
 No decision is accepted before the gaps of all candidates in range are predicted: where one is deeper
 than the tolerance, a unit column joins the contact basis for this step and the QPCC is solved again.
 """
@@ -14,69 +18,58 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tauten.controller.inverse import energy_scale, exact_problem, inverse_problem, weighted_rows
-from tauten.controller.locks import LockedStep
-from tauten.controller.qpcc import (
-    NO_PIECE,
-    Certificate,
-    Qpcc,
-    QpccSettings,
-    Start,
-    Status,
-    solve_qpcc,
-)
+from tauten.controller.certificates import beyond, hold_certificate
+from tauten.controller.damping import Damping, adapted, undamped
+from tauten.controller.inverse import energy_scale, weighted_rows
+from tauten.controller.locks import ahead_of_locks
+from tauten.controller.plan import Aim, DecideSettings, Plan, Prepared, make_plan
+from tauten.controller.qpcc import NO_PIECE, Certificate, Qpcc, Start, Status
+from tauten.controller.winches import ROUNDING, FirstTick, Reach, reach_of, take_tick
 from tauten.model import (
-    Actuators,
     Command,
-    Compliance,
-    CondensedStep,
     ContactSpace,
     Enrichment,
-    EnrichmentLoop,
     Forces,
-    ForwardStep,
-    Limits,
+    Integration,
     PredictedStep,
     Robot,
     State,
     condense_step,
     forward_step,
     one_blas_thread,
+    recondensed,
 )
 from tauten.model.numerics import Array, Bools
 
-EXACTLY = 1e-7  # of the robot's size, within which an exact effector meets its target
-ROUNDING = 1e-6  # of the largest tension; what a solver's rounding may exceed it by
-
 
 @dataclass(frozen=True, slots=True)
-class Prepared:
-    """All of a step but the target.
+class Horizon:
+    """A robot, and how far its decisions look ahead.
 
     Attributes:
-        step: system, rows, compliance of effectors, cables, reduced contacts and unit columns.
-        forces: of the last step, where the solvers start.
-        scale: of the actuation energy, s in (T1) [m/N].
+        robot: steps of one tick.
+        ahead: the same robot with a workspace for the step over the horizon; None: the horizon is one tick.
+        integration: of that step.
     """
 
-    step: CondensedStep
-    forces: Forces
-    scale: float
+    robot: Robot
+    ahead: Robot | None
+    integration: Integration
 
 
-@dataclass(frozen=True, slots=True)
-class DecideSettings:
-    """Weights and tolerances of `decide`.
+def horizon_of(robot: Robot, seconds: float) -> Horizon:
+    """The horizon of a robot's decisions.
 
-    Attributes:
-        epsilon: weight of the actuation energy in (T1), unitless.
-        enrichment: when unit columns join the basis.
-        qpcc: settings of the solver.
+    A quasi-static robot has none: where its steps lead does not depend on their length.
+
+    Args:
+        robot: its workspace is used.
+        seconds: of the horizon; at most a time step: decisions look one tick ahead.
     """
-
-    epsilon: float
-    enrichment: Enrichment
-    qpcc: QpccSettings
+    scheme = robot.integration
+    if scheme.static or seconds <= robot.h:
+        return Horizon(robot, None, scheme)
+    return Horizon(robot, robot.fork(), replace(scheme, rate=1.0 / seconds))
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,45 +77,72 @@ class Decision:
     """The result of `decide` or `hold`.
 
     Attributes:
-        predicted: forces, motion, and the step with the unit columns that joined.
-        status: how the solver ended.
-        certificate: of the solution, with the gaps of all candidates in range.
+        predicted: forces and motion in the tick, and its step with the unit columns that joined; of a
+            decision that is not usable, over the horizon.
+        pull: (n_a,) positions of the actuators after it, within their limits and rates.
+        status: how it ended.
+        certificate: of the QPCC, or of the hold, with the gaps of all candidates in range after the tick.
         conflict: names of the limits that conflict.
-        problem: the QPCC that was solved last; None for a hold.
-        start: where its solver started; None for a hold.
+        stalled: (n_a,) which locks have stopped because more would exceed a limit.
+        plan: over the horizon; None for a hold.
+        damping: of the next decision; None for a hold.
     """
 
     predicted: PredictedStep
+    pull: Array
     status: Status
     certificate: Certificate
-    conflict: tuple[str, ...] = ()
-    problem: Qpcc | None = None
-    start: Start | None = None
+    conflict: tuple[str, ...]
+    stalled: Bools
+    plan: Plan | None = None
+    damping: Damping | None = None
+
+    @property
+    def problem(self) -> Qpcc | None:
+        """The QPCC that was solved last; None for a hold."""
+        return None if self.plan is None else self.plan.problem
+
+    @property
+    def start(self) -> Start | None:
+        """Where its solver started; None for a hold."""
+        return None if self.plan is None else self.plan.start
 
 
 @one_blas_thread()
 def prepare(
-    robot: Robot, space: ContactSpace, state: State, forces: Forces, enrichment: Enrichment
+    horizon: Horizon,
+    space: ContactSpace,
+    state: State,
+    forces: Forces,
+    pull: Array,
+    enrichment: Enrichment,
 ) -> Prepared:
     """Linearise, detect contacts, condense: all of a step that needs no target.
 
     Args:
-        robot: its factorisation workspace is in use until the next `prepare`.
+        horizon: the robot; its factorisation workspaces are in use until the next `prepare`.
         space: basis of the contact forces.
         state: where the step starts.
-        forces: of the last step. Its tensions add to the tangent, unit columns that pushed are kept,
-            contacts that pushed set the scale of the actuation energy.
+        forces: of the last step. Its tensions add to the tangent, unit columns that pushed are kept.
+        pull: (n_a,) positions of the actuators commanded last [m].
         enrichment: whether gaps are checked at all.
 
     Raises:
         FactorisationError: the state has diverged.
     """
+    robot, ahead = horizon.robot, horizon.ahead
     contacts = space.k > 0 or enrichment.rounds > 0
-    step = condense_step(robot, space, state, forces, contacts, effectors=True)
-    pushing, groups = step.pushing(forces), robot.actuators.groups
-    W, _ = weighted_rows(step.compliance.W, step.compliance.delta_free, robot.effector_layout)
-    scale = energy_scale(W, step.n_e, step.n_a, pushing, groups)
-    return Prepared(step, forces, scale)
+    step = farther = condense_step(robot, space, state, forces, contacts, effectors=True)
+    if ahead is not None:
+        system = ahead.linearise(state, forces.tension, horizon.integration)
+        farther = recondensed(robot, step, system)
+    command = robot.actuators.held(pull, forces.tension)
+    held = forward_step(farther, enrichment, forces, command).prediction
+    n_e, n_a = held.step.n_e, held.step.n_a
+    found, scale = held.step.compliance, robot.effector_layout.scale
+    W, _ = weighted_rows(found.W, found.delta_free, scale)
+    pushing = held.lam[n_e + n_a :] > 0.0
+    return Prepared(step, held, forces, energy_scale(W, n_e, n_a, pushing, robot.actuators.groups))
 
 
 @one_blas_thread()
@@ -133,13 +153,14 @@ def decide(
     pull: Array,
     settings: DecideSettings,
     locks: Command | None = None,
+    damping: Damping | None = None,
 ) -> Decision:
-    """Find the tensions that bring the effectors to a goal within one step.
+    """Find the tensions that bring the effectors to a goal.
 
     As near as possible, weighed against the energy of the actuators; rows of exact effectors are
-    equations, met within 1e-7 of the robot's size. Where no efforts meet these, the nearest is decided as
-    without them, with the status NOT_EXACT and the names of the rows that are missed and of limits in
-    conflict with them.
+    equations, met within 1e-7 of the robot's size at the end of the horizon. Where no efforts meet these,
+    their distance is made as small as possible and the others follow from what remains, with the status
+    NOT_EXACT and the names of the rows that are missed and of limits in conflict with them.
 
     Args:
         robot: limits, time step, kinds and weights of the effectors.
@@ -148,75 +169,147 @@ def decide(
         pull: (n_a,) positions of the actuators commanded last [m].
         settings: weights and tolerances.
         locks: what locked actuators keep in this step; None: all are decided.
+        damping: from the decision before; None: none.
     """
-    layout = robot.effector_layout
+    layout, damping = robot.effector_layout, damping or undamped()
     target = layout.row_targets(prepared.step.rows.effectors.values, goal)  # (n_e,)
-    if not layout.any_exact:
-        return _decide(robot, prepared, target, pull, settings, locks)
-    decision = _decide(robot, prepared, target, pull, settings, locks, exact=True)
-    if decision.status.usable:
-        return decision
-    nearest = _decide(robot, prepared, target, pull, settings, locks)
-    if not nearest.status.usable:
-        return nearest
-    missed = layout.missed_rows(target - nearest.predicted.delta[: layout.n_rows])
-    limits = (name for name in decision.conflict if name not in (*missed, *NO_PIECE))
-    return replace(nearest, status=Status.NOT_EXACT, conflict=(*missed, *limits))
+    aim = Aim(target, layout.scale, layout.exact, damping.gamma)
+    kept = None if locks is None else ahead_of_locks(locks, pull)
+    plan = make_plan(robot, prepared, aim, pull, settings, kept)
+    if layout.any_exact and not plan.status.usable:
+        plan = _nearest(robot, prepared, aim, plan.conflict, pull, settings, kept)
+    if not plan.status.usable:
+        none = np.zeros(robot.n_a, np.bool_)
+        found = plan.predicted, pull, plan.status, plan.certificate, plan.conflict
+        return Decision(*found, none, plan, damping)
+    wanted, reach = _first_tick(robot, plan, pull, locks)
+    tick = take_tick(
+        prepared.step, settings.enrichment, prepared.forces, wanted, reach, robot.limits
+    )
+    after = tick.solved.prediction
+    change = _change(prepared, plan, layout.scale, settings.epsilon * prepared.scale)
+    certificate = replace(
+        plan.certificate, deepest_gap=after.deepest_gap, extra_columns=len(after.step.extra)
+    )
+    names = _exceeded(robot, tick)
+    status = Status.RELAXED if names else plan.status
+    conflict = tuple(dict.fromkeys((*plan.conflict, *names)))
+    stalled = np.zeros(robot.n_a, np.bool_) if locks is None else _stalled(locks, tick, robot)
+    return Decision(
+        after, tick.pull, status, certificate, conflict, stalled, plan,
+        adapted(damping, change, robot.size),
+    )  # fmt: skip
 
 
-def _decide(
+def _change(prepared: Prepared, plan: Plan, scale: Array, weight: float) -> Array:
+    """How a plan differs from holding: (n_e + n_a,) [m], effector rows and efforts as (T1) weighs them.
+
+    Args:
+        prepared: the step.
+        plan: over the horizon.
+        scale: (n_e,) weights times units of the effector rows.
+        weight: of the energy, ε s [m/N].
+    """
+    step, held, planned = prepared.held.step, prepared.held, plan.predicted
+    n_e, actuators = step.n_e, slice(step.n_e, step.n_e + step.n_a)
+    moved = scale * (planned.delta[:n_e] - held.delta[:n_e])
+    diagonal = np.diag(step.compliance.W)[actuators]
+    pulled = np.sqrt(weight * diagonal) * (planned.lam[actuators] - held.lam[actuators])
+    return np.concatenate([moved, pulled])
+
+
+def _nearest(
     robot: Robot,
     prepared: Prepared,
-    target: Array,
+    aim: Aim,
+    conflict: tuple[str, ...],
     pull: Array,
     settings: DecideSettings,
     locks: Command | None,
-    exact: bool = False,
-) -> Decision:
-    """`decide` for row targets (n_e,), with or without equations for the rows of exact effectors."""
-    layout = robot.effector_layout
-    target = target if layout.unweighted else layout.scale * target
-    weight = settings.epsilon * prepared.scale
-    loop = EnrichmentLoop(prepared.step, settings.enrichment)
-    while loop.prediction is None:
-        reduced = None if locks is None else LockedStep(loop.step, locks)
-        if reduced is None:
-            rows: LockedStep | Compliance = loop.step.compliance
-            limits, actuators, travelled = robot.limits, robot.actuators, pull
-            start = Start(prepared.forces.tension, loop.step.pushing(prepared.forces))
-        else:
-            rows, free = reduced, reduced.free
-            limits, actuators, travelled = (
-                robot.limits.at(free),
-                robot.actuators.at(free),
-                pull[free],
-            )
-            start = reduced.start(loop.step, prepared.forces)
-        W, delta_free = weighted_rows(rows.W, rows.delta_free, layout)
-        problem = inverse_problem(
-            W, delta_free, target, travelled, limits, robot.h, weight, actuators
-        )
-        if reduced is not None:
-            problem = reduced.bounded(problem, robot.limits, robot.actuators)
-        if exact:
-            problem = exact_problem(problem, W, delta_free, target, layout, EXACTLY * robot.size)
-        solution = solve_qpcc(problem, start, settings.qpcc)
-        if reduced is not None:
-            lam = reduced.forces(solution)
-        else:
-            lam = np.concatenate([np.zeros(robot.n_e), solution.lam_a, solution.beta])
-        loop.check(lam, solution.status.usable)
-    residuals = solution.certificate
-    certificate = Certificate(
-        residuals.primal,
-        residuals.complementarity,
-        residuals.stationarity,
-        loop.prediction.deepest_gap,
-        len(loop.prediction.step.extra),
+) -> Plan:
+    """The plan where exact rows cannot meet their targets: these as near as possible, then the others.
+
+    Args:
+        robot: limits, time step, weights of the effectors.
+        prepared: the step.
+        aim: with the rows of exact effectors as equations.
+        conflict: names of the limits and rows that are in conflict.
+        pull: (n_a,) positions of the actuators commanded last [m].
+        settings: weights and tolerances.
+        locks: what locked actuators keep; None: all are decided.
+    """
+    exact, layout = aim.equations, robot.effector_layout
+    none = np.zeros_like(exact)
+    alone = replace(aim, scale=np.where(exact, aim.scale, 0.0), equations=none)
+    nearest = make_plan(robot, prepared, alone, pull, settings, locks)
+    if not nearest.status.usable:
+        return nearest
+    reached = nearest.predicted.delta[: len(exact)]
+    plan = nearest
+    if (aim.scale[~exact] != 0.0).any():
+        among = replace(aim, target=np.where(exact, reached, aim.target))
+        both = make_plan(robot, prepared, among, pull, settings, locks)
+        plan = both if both.status.usable else nearest
+    missed = layout.missed_rows(aim.target - reached)
+    limits = (name for name in conflict if name not in (*missed, *NO_PIECE))
+    return replace(plan, status=Status.NOT_EXACT, conflict=(*missed, *limits))
+
+
+def _first_tick(
+    robot: Robot, plan: Plan, pull: Array, locks: Command | None
+) -> tuple[Command, Reach]:
+    """What the actuators are to do in the first tick of a plan, and what they reach in it.
+
+    Supplies that keep efforts get the plan's, the others go to its positions. A cable without tension in
+    the plan has none in the tick, and its winch follows the path.
+
+    Args:
+        robot: limits and laws of the actuators.
+        plan: over the horizon.
+        pull: (n_a,) positions of the actuators commanded last [m].
+        locks: what locked actuators do in this tick; None: all are decided.
+    """
+    actuators, limits = slice(robot.n_e, robot.n_e + robot.n_a), robot.limits
+    effort, position = plan.predicted.lam[actuators], plan.predicted.delta[actuators]
+    reach, law = reach_of(pull, limits, robot.h), robot.actuators
+    slack = ~law.bilateral & (effort <= limits.tension_min + ROUNDING * limits.largest_tension)
+    by_effort = law.held_by_force | slack
+    wanted = Command(
+        np.where(by_effort, np.nan, np.clip(position, reach.lower, reach.upper)),
+        np.where(by_effort, np.clip(effort, limits.tension_min, limits.tension_max), np.nan),
     )
-    return Decision(
-        loop.prediction, solution.status, certificate, solution.conflict, problem, start
+    if locks is None:
+        return wanted, reach
+    locked = locks.by_position | locks.by_force
+    wanted = Command(
+        np.where(locked, locks.pull, wanted.pull), np.where(locked, locks.tension, wanted.tension)
     )
+    return wanted, _between(reach, pull, locks)
+
+
+def _between(reach: Reach, pull: Array, command: Command) -> Reach:
+    """Reach of actuators that do not give way: from where they were, pull (n_a,), to what is commanded."""
+    given = command.by_position
+    lower = np.where(given, np.fmin(pull, command.pull), reach.lower)
+    return Reach(lower, np.where(given, np.fmax(pull, command.pull), reach.upper))
+
+
+def _exceeded(robot: Robot, tick: FirstTick) -> tuple[str, ...]:
+    """Names of the efforts that are beyond their limits in a tick, and of what else is not met."""
+    lam = tick.solved.prediction.lam[robot.n_e : robot.n_e + robot.n_a]
+    excess = beyond(lam, robot.limits, robot.actuators.bilateral)
+    if tick.solved.converged and not (excess > ROUNDING).any():
+        return ()
+    names = robot.actuators.effort_names
+    found = tuple(names[i] for i in np.flatnonzero(excess > ROUNDING).tolist())
+    return found if tick.solved.converged else (*found, *NO_PIECE)
+
+
+def _stalled(locks: Command, tick: FirstTick, robot: Robot) -> Bools:
+    """Which locks (n_a,) do not get where they are to be in this tick."""
+    short = ROUNDING * robot.h * robot.limits.rate
+    found: Bools = locks.by_position & (np.abs(tick.pull - locks.pull) > short)
+    return found
 
 
 @one_blas_thread()
@@ -226,80 +319,28 @@ def advance(robot: Robot, predicted: PredictedStep) -> State:
 
 
 @one_blas_thread()
-def hold(robot: Robot, prepared: Prepared, command: Command, enrichment: Enrichment) -> Decision:
+def hold(
+    robot: Robot, prepared: Prepared, command: Command, pull: Array, enrichment: Enrichment
+) -> Decision:
     """The step of a robot whose actuators keep what is given of them.
 
     A cable that is held may be slack but not longer: 0 ≤ δ_a − pull ⟂ λ_a ≥ 0, an LCP with the contacts.
     Its tension follows from the robot and may exceed the cable's limit: the status is then INFEASIBLE and
     `conflict` names the cables, as it names "complementarity" where no forces solve the LCP. The same holds
-    for the efforts of other actuators that keep their position.
+    for the efforts of other actuators that keep their position. An actuator that moves towards a lock stops
+    where it would exceed a limit.
 
     Args:
         robot: limits.
         prepared: the step.
-        command: position or effort that each actuator keeps.
+        command: position or effort that each actuator keeps, or moves to in this step.
+        pull: (n_a,) positions of the actuators commanded last [m].
         enrichment: when unit columns are added.
     """
-    solved = forward_step(prepared.step, enrichment, prepared.forces, command)
-    step, lam, actuators = solved.prediction.step, solved.prediction.lam, robot.actuators
-    excess = beyond(lam[step.n_e : step.n_e + step.n_a], robot.limits, actuators.bilateral)
-    names = actuators.effort_names
-    conflict = tuple(names[i] for i in np.flatnonzero(excess > ROUNDING).tolist())
-    if not solved.converged:
-        conflict = (*conflict, "complementarity")
+    reach = _between(reach_of(pull, robot.limits, robot.h), pull, command)
+    tick = take_tick(prepared.step, enrichment, prepared.forces, command, reach, robot.limits)
+    conflict = _exceeded(robot, tick)
     status = Status.INFEASIBLE if conflict else Status.OK
-    certificate = hold_certificate(solved, command, robot.limits, actuators)
-    return Decision(solved.prediction, status, certificate, conflict)
-
-
-def beyond(effort: Array, limits: Limits, bilateral: Bools) -> Array:
-    """How far efforts (n_a,) exceed their limits, relative to the largest magnitude: (n_a,), negative within.
-
-    The least tension of a cable does not count: one that is held may be slack.
-
-    Args:
-        effort: (n_a,) [N, Pa].
-        limits: of the actuators.
-        bilateral: (n_a,) which actuators pull and push.
-    """
-    below = np.where(bilateral, limits.tension_min - effort, -np.inf)
-    excess: Array = np.maximum(effort - limits.tension_max, below) / limits.largest_tension
-    return excess
-
-
-def hold_certificate(
-    solved: ForwardStep, command: Command, limits: Limits, actuators: Actuators
-) -> Certificate:
-    """Residuals of a hold, relative to the row values and to the largest efforts.
-
-    An LCP is the optimality condition of min ½ λᵀ W λ + δ_freeᵀ λ over λ ≥ 0: the gradient is δ, and the
-    norm of min(w_ii λ_i, δ_i) is that of the projected gradient. That of a bilateral actuator is δ_i alone.
-
-    Args:
-        solved: forces and motion.
-        command: position or effort that each actuator keeps.
-        limits: of the actuators.
-        actuators: which of them are bilateral; rows in the same unit have one scale.
-    """
-    step, lam = solved.prediction.step, solved.prediction.lam[solved.prediction.step.n_e :]
-    W = step.compliance.W[step.n_e :, step.n_e :]
-    n_a, by_force = step.n_a, command.by_force
-    delta_free = step.compliance.delta_free[step.n_e :].copy()
-    delta_free[:n_a] -= np.where(by_force, 0.0, command.pull)
-    delta, force = delta_free + W @ lam, np.diag(W) * lam  # (m,) m
-    groups = np.concatenate([actuators.position_groups, np.zeros(len(lam) - n_a, np.int64)])
-    size = np.maximum(np.abs(delta_free), np.abs(force))
-    scale = np.array([size[groups == groups[i]].max() for i in range(len(size))])  # (m,)
-    scale = np.where(scale > 0.0, scale, 1.0)
-    kept = np.concatenate([~by_force, np.ones(len(lam) - n_a, np.bool_)])
-    zero = np.concatenate([actuators.bilateral, np.zeros(len(lam) - n_a, np.bool_)])
-    residual = np.where(zero, delta, np.minimum(force, delta))[kept] / scale[kept]
-    violation = (np.where(zero, np.abs(delta), -delta) / scale)[kept]
-    excess = beyond(lam[:n_a], limits, actuators.bilateral)
-    return Certificate(
-        primal=max(0.0, float(violation.max(initial=0.0)), float(excess.max(initial=0.0))),
-        complementarity=float(np.abs(residual).max(initial=0.0)),
-        stationarity=float(np.linalg.norm(residual)),
-        deepest_gap=solved.prediction.deepest_gap,
-        extra_columns=len(step.extra),
-    )
+    certificate = hold_certificate(tick.solved, tick.command, robot.limits, robot.actuators)
+    stalled = _stalled(command, tick, robot)
+    return Decision(tick.solved.prediction, tick.pull, status, certificate, conflict, stalled)

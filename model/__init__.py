@@ -1,7 +1,13 @@
 """The model of a robot: finite elements, cables, contacts, and the forward simulator."""
 
 from tauten.model.compliance import Compliance, row_compliance
-from tauten.model.condensed_step import CondensedStep, Forces, condense_step, no_forces
+from tauten.model.condensed_step import (
+    CondensedStep,
+    Forces,
+    condense_step,
+    no_forces,
+    recondensed,
+)
 from tauten.model.contact_space import ContactSpace, EmptySpace, ReducedContacts
 from tauten.model.enrichment import (
     Enrichment,
@@ -105,6 +111,7 @@ __all__ = [
     "no_forces",
     "one_blas_thread",
     "point_layout",
+    "recondensed",
     "row_compliance",
     "skin_of",
     "worst_rows",

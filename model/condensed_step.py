@@ -172,23 +172,50 @@ def condensed(
     rows = robot.rows(state, contacts=contacts)
     reduced = space.reduce(rows.contacts)
     extra = rows.contacts.rows_of(forces.pushing)
-    H, delta = [rows.actuators.dense(), reduced.H], [rows.actuators.delta, reduced.delta]
+    H = [rows.actuators.dense(), reduced.H]
     if effectors:
         H.insert(0, rows.effectors.dense())
-        delta.insert(0, rows.effectors.delta)
     if len(extra) > 0:
-        H_extra, delta_extra = unit_rows(rows.contacts, extra)
-        H.append(H_extra)
-        delta.append(delta_extra)
-    compliance = row_compliance(system, np.concatenate(H), np.concatenate(delta))
-    n_e, actuators = robot.n_e if effectors else 0, robot.actuators
-    if actuators.springs is not None:
-        place = np.arange(n_e, n_e + robot.n_a)
-        compliance.W[place, place] += actuators.springs.flexibility
-        compliance.delta_free[place] += actuators.springs.shift
+        H.append(unit_rows(rows.contacts, extra)[0])
+    n_e = robot.n_e if effectors else 0
+    compliance = _through(robot, system, np.concatenate(H), rows, reduced, extra, n_e)
     return CondensedStep(
-        state, system, rows, reduced, extra, compliance, n_e, robot.n_a, actuators.bilateral
+        state, system, rows, reduced, extra, compliance, n_e, robot.n_a, robot.actuators.bilateral
     )
+
+
+def recondensed(robot: Robot, step: CondensedStep, system: System) -> CondensedStep:
+    """The same rows at the same state, condensed through another system.
+
+    Args:
+        robot: of the step.
+        step: its rows and contacts are kept.
+        system: another scheme's, linearised at the same state.
+    """
+    H, kept = step.compliance.H, (step.rows, step.reduced, step.extra, step.n_e)
+    return replace(step, system=system, compliance=_through(robot, system, H, *kept))
+
+
+def _through(
+    robot: Robot,
+    system: System,
+    H: Array,
+    rows: RobotRows,
+    reduced: ReducedContacts,
+    extra: Ints,
+    n_e: int,
+) -> Compliance:
+    """Compliance of rows H (m, n) through a system, those of sprung actuators at the motor."""
+    delta = [rows.effectors.delta] * (n_e > 0) + [rows.actuators.delta, reduced.delta]
+    if len(extra) > 0:
+        delta.append(rows.contacts.rows.delta[extra])
+    compliance = row_compliance(system, H, np.concatenate(delta))
+    springs = robot.actuators.springs
+    if springs is not None:
+        place = np.arange(n_e, n_e + robot.n_a)
+        compliance.W[place, place] += springs.flexibility
+        compliance.delta_free[place] += springs.shift
+    return compliance
 
 
 def unit_rows(contacts: ContactRows, chosen: Ints) -> tuple[Array, Array]:

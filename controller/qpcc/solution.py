@@ -24,6 +24,10 @@ class Status(Enum):
         "an exact effector cannot reach its target in this step, limits or contacts are in conflict with "
         "it: the nearest point is returned"
     )
+    RELAXED = (
+        "limits cannot all be met in this step: the actuators come as near to the named ones as their rates "
+        "permit"
+    )
     NOT_FINITE = "NaN or infinity in the problem: check the target and the model state"
 
     @property
@@ -33,8 +37,8 @@ class Status(Enum):
 
     @property
     def usable(self) -> bool:
-        """Whether the point satisfies limits and contacts, so that robot and model may follow it."""
-        return self in (Status.OK, Status.FEASIBLE_ONLY, Status.MAX_PIVOTS, Status.NOT_EXACT)
+        """Whether robot and model may follow: what leaves is within all limits."""
+        return self not in (Status.NOT_FOUND, Status.INFEASIBLE, Status.NOT_FINITE)
 
 
 @dataclass(frozen=True, slots=True)

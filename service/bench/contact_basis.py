@@ -216,8 +216,9 @@ def certificate_cost(
     steps, checks = [], []
     for time in np.arange(0.0, seconds, robot.h):
         start = perf_counter()
-        prepared = prepare(robot, basis, state, forces, settings.enrichment)
-        predicted = decide(robot, prepared, path.at(time).ravel(), pull, settings).predicted
+        prepared = prepare(controller.horizon, basis, state, forces, pull, settings.enrichment)
+        decision = decide(robot, prepared, path.at(time).ravel(), pull, settings)
+        predicted, pull = decision.predicted, decision.pull
         state = advance(robot, predicted)
         end = perf_counter()
         step = predicted.step
@@ -227,7 +228,6 @@ def certificate_cost(
             steps.append(1e3 * (end - start))
             checks.append(1e3 * (perf_counter() - end))
         forces = step.split(predicted.lam, basis.k)
-        pull = predicted.delta[robot.n_e : robot.n_e + robot.n_a]
     return CertificateCost(len(steps), spread(checks), spread(steps))
 
 

@@ -152,7 +152,9 @@ def _time_stages(controller: Controller, watch: _Watch, target: Array) -> int:
     contacts = space.k > 0 or settings.enrichment.rounds > 0
     rows = watch.time("detection", lambda: robot.rows(state, contacts=contacts))
     watch.time("reduction", lambda: space.reduce(rows.contacts))
-    prepared = prepare(robot, space, state, forces, settings.enrichment)
+    prepared = prepare(
+        controller.horizon, space, state, forces, controller.pull, settings.enrichment
+    )
     step = prepared.step
     H, delta = step.compliance.H, step.compliance.delta_free
     watch.time("compliance", lambda: row_compliance(step.system, H, delta))

@@ -61,7 +61,8 @@ class ActuationLimiter:
         safe_tension, tension_clamped = _clamped(
             tension, limits.tension_min, limits.tension_max, self._rounding_tension
         )
-        return wanted.with_values(safe_pull, safe_tension, pull_clamped or tension_clamped)
+        clamped = wanted.clamped or pull_clamped or tension_clamped
+        return wanted.with_values(safe_pull, safe_tension, clamped)
 
     def at_rest(self, actuation: Actuation) -> bool:
         """Whether the cables are slack."""

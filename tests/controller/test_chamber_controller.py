@@ -8,7 +8,13 @@ import numpy as np
 import pytest
 from support.robots.bodies import CABLE, CHAMBER, pneumatic_robot
 
-from tauten.controller import Controller, Status, energy_scale, hold_certificate, prepare
+from tauten.controller import (
+    Controller,
+    Status,
+    energy_scale,
+    hold_certificate,
+    prepare,
+)
 from tauten.model import Command, Enrichment, Simulator, forward_step
 from tauten.model.numerics import Array
 
@@ -61,7 +67,9 @@ def test_a_hold_keeps_the_pressure_and_its_certificate_sees_errors() -> None:
     np.testing.assert_array_equal(held.tension[1], left.tension[1])
     assert held.certificate.complementarity < 1e-9
     robot, forces = follower.robot, follower.forces
-    prepared = prepare(robot, follower.space, follower.state, forces, NONE)
+    prepared = prepare(
+        follower.horizon, follower.space, follower.state, forces, follower.pull, NONE
+    )
     command = Command.of(follower.pull, None)
     solved = forward_step(prepared.step, NONE, forces, command)
     right = hold_certificate(solved, command, robot.limits, robot.actuators)

@@ -150,7 +150,8 @@ def test_a_hold_above_the_largest_tension_names_the_cable(beam: Robot) -> None:
     controller = Controller(bending_beam(max_tension=2.0))
     controller.start_from(simulator.state, simulator.forces, simulator.pull)
     actuation = controller.hold()
-    assert actuation.tension[0] == pytest.approx(3.0, rel=1e-3)
+    assert actuation.needed[0] == pytest.approx(3.0, rel=1e-3)
+    assert actuation.tension[0] == 2.0  # what may leave
     assert actuation.status is Status.INFEASIBLE
     assert actuation.conflict == ("tension of cable lower",)
     assert actuation.certificate.primal == pytest.approx(0.5, rel=1e-2)
@@ -169,7 +170,7 @@ def test_a_hold_has_residuals_of_its_own(beam: Robot) -> None:
     robot, state, forces = controller.robot, controller.state, controller.forces
     held = Command.of(controller.pull, None)
     none = Enrichment(tolerance=np.inf, rounds=0, per_pair=0)
-    prepared = prepare(robot, controller.space, state, forces, none)
+    prepared = prepare(controller.horizon, controller.space, state, forces, controller.pull, none)
     solved = forward_step(prepared.step, none, forces, held)
     right = hold_certificate(solved, held, robot.limits, robot.actuators)
     wrong = replace(solved, prediction=replace(solved.prediction, lam=1.01 * solved.prediction.lam))
@@ -199,7 +200,9 @@ def test_the_same_step_poses_the_same_problem_cold_and_warm(
         controller.step(start + (closed_tip - start) * share)
     robot, forces = controller.robot, controller.forces
     assert len(forces.pushing) > 0
-    prepared = prepare(robot, controller.space, controller.state, forces, enrichment)
+    prepared = prepare(
+        controller.horizon, controller.space, controller.state, forces, controller.pull, enrichment
+    )
     cold = replace(prepared, forces=no_forces(robot.n_a, controller.space.k))
     settings = replace(controller.settings, enrichment=replace(enrichment, rounds=0))
     problems = [

@@ -104,22 +104,21 @@ def record(
     robot, settings, pull = controller.robot, controller.settings, controller.pull
     state, forces, found = controller.state, controller.forces, []
     for target in targets(robot, rng, steps):
-        prepared = prepare(robot, contact, state, forces, settings.enrichment)
+        prepared = prepare(controller.horizon, contact, state, forces, pull, settings.enrichment)
         decision = decide(robot, prepared, target, pull, settings)
-        compliance = decision.predicted.step.compliance
-        assert decision.start is not None
-        if 0 < len(decision.start.piece) <= MOST_MODES:
+        assert decision.plan is not None
+        compliance, start = decision.plan.predicted.step.compliance, decision.plan.start
+        if 0 < len(start.piece) <= MOST_MODES:
             found.append(
                 Recorded(
                     compliance.W, compliance.delta_free, target, robot.limits, pull, robot.h,
-                    settings.epsilon, decision.start,
+                    settings.epsilon, start,
                 )
             )  # fmt: skip
-        if decision.status.usable:
-            pull = decision.predicted.delta[robot.n_e :][: robot.n_a]
-        else:
-            decision = hold(robot, prepared, Command.of(pull, None), settings.enrichment)
-        state = advance(robot, decision.predicted)
+        if not decision.status.usable:
+            held = Command.of(pull, None)
+            decision = hold(robot, prepared, held, pull, settings.enrichment)
+        pull, state = decision.pull, advance(robot, decision.predicted)
         forces = decision.predicted.step.split(decision.predicted.lam, contact.k)
     kept = sorted(rng.choice(len(found), size=min(KEPT, len(found)), replace=False))
     save_recorded(HERE / f"{name}.npz", [found[i] for i in kept])

@@ -22,6 +22,7 @@ LIMITER = ActuationLimiter(LIMITS, H)
 REST = Actuation(
     LIMITER.rest_pull,
     LIMITER.rest_tension,
+    LIMITER.rest_tension,
     np.zeros((1, 3)),
     np.zeros(3),
     Status.OK,

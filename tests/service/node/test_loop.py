@@ -171,7 +171,7 @@ def test_a_hold_above_the_largest_tension_reports_both_and_keeps_the_pull() -> N
     action = run(ControlLoop(weak), None, 1)
     assert action.wanted.status is Status.INFEASIBLE
     assert action.wanted.conflict == ("tension of cable lower",)
-    assert action.wanted.tension[0] > 2.5
+    assert action.wanted.needed[0] > 2.5
     assert action.actuation.tension[0] == 2.0
     assert action.actuation.clamped
     assert action.status is None

@@ -1,0 +1,213 @@
+"""The plan of a decision: the QPCC (T1) over the horizon, posed, solved and checked.
+
+The plan is an implicit step as long as the horizon from the present state. It ends where the robot comes to
+rest, but for the inertia that a horizon leaves: so a plan weighs directions by stiffness and not by inertia,
+and neither chases a target out of reach nor excites vibrations. The positions that it may ask for are those
+that the actuators reach within one tick; a step of that size is what the linearisation is good for.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tauten.controller.inverse import (
+    exact_problem,
+    held_back,
+    including_hold,
+    inverse_problem,
+    relaxed,
+    weighted_rows,
+)
+from tauten.controller.locks import LockedStep
+from tauten.controller.qpcc import (
+    Certificate,
+    Qpcc,
+    QpccSettings,
+    Solution,
+    Start,
+    Status,
+    solve_qpcc,
+)
+from tauten.model import (
+    Command,
+    Compliance,
+    CondensedStep,
+    Enrichment,
+    EnrichmentLoop,
+    Forces,
+    PredictedStep,
+    Robot,
+)
+from tauten.model.numerics import Array, Bools
+
+EXACTLY = 1e-7  # of the robot's size, within which an exact effector meets its target
+
+
+@dataclass(frozen=True, slots=True)
+class Prepared:
+    """All of a step but the target.
+
+    Attributes:
+        step: of one tick: system, rows, compliance of effectors, cables, reduced contacts, unit columns.
+        held: the step over the horizon in which the actuators keep what they have; plans start from it.
+        forces: of the last step, where the solvers of the tick start.
+        scale: of the actuation energy, s in (T1) [m/N].
+    """
+
+    step: CondensedStep
+    held: PredictedStep
+    forces: Forces
+    scale: float
+
+
+@dataclass(frozen=True, slots=True)
+class DecideSettings:
+    """Weights and tolerances of `decide`.
+
+    Attributes:
+        epsilon: weight of the actuation energy in (T1), unitless.
+        enrichment: when unit columns join the basis.
+        qpcc: settings of the solver.
+    """
+
+    epsilon: float
+    enrichment: Enrichment
+    qpcc: QpccSettings
+
+
+@dataclass(frozen=True, slots=True)
+class Aim:
+    """What the effector rows of a plan are to do.
+
+    Attributes:
+        target: (n_e,) values.
+        scale: (n_e,) weights times units; 0: the row is left free.
+        equations: (n_e,) whether a row is to meet its target exactly.
+        gamma: γ, weight on the change of the rows.
+    """
+
+    target: Array
+    scale: Array
+    equations: Bools
+    gamma: float
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """A solved plan.
+
+    Attributes:
+        predicted: forces and motion over the horizon, with the unit columns that joined.
+        status: how the solver ended.
+        certificate: of the solution.
+        conflict: names of the limits that conflict.
+        problem: the QPCC that was solved last.
+        start: where its solver started.
+    """
+
+    predicted: PredictedStep
+    status: Status
+    certificate: Certificate
+    conflict: tuple[str, ...]
+    problem: Qpcc
+    start: Start
+
+
+def make_plan(
+    robot: Robot,
+    prepared: Prepared,
+    aim: Aim,
+    pull: Array,
+    settings: DecideSettings,
+    locks: Command | None,
+) -> Plan:
+    """Pose and solve (T1) until no candidate in range is predicted deeper than the tolerance.
+
+    Holding is always among what the position limits allow, so that a slack cable whose path has become
+    shorter than its winch can follow stands in nobody's way. Where other limits leave nothing, those in
+    conflict are relaxed as little as possible; the status is RELAXED then.
+
+    Args:
+        robot: limits, time step, weights of the effectors.
+        prepared: the step.
+        aim: targets of the effector rows.
+        pull: (n_a,) positions of the actuators commanded last [m].
+        settings: weights and tolerances.
+        locks: what locked actuators keep; None: all are decided.
+    """
+    held, n_e, gamma = prepared.held, prepared.held.step.n_e, aim.gamma
+    weight, share = settings.epsilon * prepared.scale, gamma / (1.0 + gamma)
+    target = aim.scale * (aim.target + share * (held.delta[:n_e] - aim.target))  # (n_e,)
+    kept = held.delta[n_e : n_e + held.step.n_a]
+    loop = EnrichmentLoop(held.step, settings.enrichment)
+    while loop.prediction is None:
+        reduced = None if locks is None else LockedStep(loop.step, locks)
+        tension, pushing = _start(held, loop.step)
+        rows: LockedStep | Compliance = loop.step.compliance
+        limits, actuators, travelled, stay = robot.limits, robot.actuators, pull, kept
+        start = Start(tension, pushing)
+        if reduced is not None:
+            rows, free = reduced, reduced.free
+            limits, actuators = robot.limits.at(free), robot.actuators.at(free)
+            travelled, stay = pull[free], kept[free]
+            start = reduced.start(tension, pushing)
+        W, delta_free = weighted_rows(rows.W, rows.delta_free, aim.scale)
+        problem = inverse_problem(
+            W, delta_free, target, travelled, limits, robot.h, weight, actuators
+        )
+        problem = held_back(problem, W, n_e, share * weight, start.lam_a)
+        problem = including_hold(problem, stay - delta_free[n_e : n_e + len(stay)])
+        if reduced is not None:
+            problem = reduced.bounded(problem, robot.limits, robot.actuators)
+        if aim.equations.any():
+            met = aim.scale * aim.target
+            chosen, layout = np.flatnonzero(aim.equations), robot.effector_layout
+            problem = exact_problem(
+                problem, W, delta_free, met, chosen, layout, EXACTLY * robot.size
+            )
+        problem, solution = _solved(problem, start, settings.qpcc, not aim.equations.any())
+        if reduced is not None:
+            lam = reduced.forces(solution)
+        else:
+            lam = np.concatenate([np.zeros(n_e), solution.lam_a, solution.beta])
+        loop.check(lam, solution.status.usable)
+    return Plan(
+        loop.prediction,
+        solution.status,
+        solution.certificate,
+        solution.conflict,
+        problem,
+        start,
+    )
+
+
+def _start(held: PredictedStep, step: CondensedStep) -> tuple[Array, Bools]:
+    """Efforts (n_a,) and pushing contacts of a hold, where the solver starts; new columns do not push."""
+    first = step.n_e + step.n_a
+    pushing = np.zeros(len(step.compliance) - first, np.bool_)
+    known = held.lam[first:] > 0.0
+    pushing[: len(known)] = known
+    return held.lam[step.n_e : first], pushing
+
+
+def _solved(
+    problem: Qpcc, start: Start, settings: QpccSettings, elastic: bool
+) -> tuple[Qpcc, Solution]:
+    """Solve a problem, with relaxed limits where there is no solution: the problem that was solved last.
+
+    Args:
+        problem: with its limits as they are.
+        start: where the solver starts.
+        settings: of the solver.
+        elastic: whether limits may be relaxed.
+    """
+    solution = solve_qpcc(problem, start, settings)
+    if solution.status.usable or solution.status is Status.NOT_FINITE or not elastic:
+        return problem, solution
+    wider = relaxed(problem, solution)
+    again = solve_qpcc(wider, Start(solution.lam_a, solution.piece), settings)
+    if not again.status.usable:
+        return problem, solution
+    return wider, replace(again, status=Status.RELAXED, conflict=solution.conflict)

@@ -1,0 +1,204 @@
+"""The next tick under what the actuators are to do, each within its limits of position, rate and effort.
+
+An actuator is given a position, as a winch is, or an effort, as a supply of pressure is. Within a tick it
+reaches the positions from `lower` to `upper`. Its effort over its position is a falling staircase:
+
+    position              effort
+    above upper           that of a cable which hangs slack, zero
+    at upper              up to λ_min
+    up to the position    λ_min: the actuator takes up what becomes free
+    at the position       λ_min to λ_max
+    down to lower         λ_max: the actuator gives way
+    at lower              λ_max and more: no actuator of this rate keeps its limit
+
+With an effort given, this is the effort between lower and upper. A staircase that falls is a monotone law, as
+that of a contact: a few forward steps with the right end of each actuator find the step.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tauten.model import (
+    Command,
+    CondensedStep,
+    Enrichment,
+    Forces,
+    ForwardStep,
+    Limits,
+    forward_step,
+)
+from tauten.model.numerics import Array, Bools, kernel
+
+ROUNDING = 1e-6  # of the largest effort
+SHORT = 1e-9  # of the range of positions; what counts as none
+
+
+@dataclass(frozen=True, slots=True)
+class Reach:
+    """Positions that the actuators reach in a tick.
+
+    Attributes:
+        lower: (n_a,) least.
+        upper: (n_a,) largest.
+    """
+
+    lower: Array
+    upper: Array
+
+
+@dataclass(frozen=True, slots=True)
+class FirstTick:
+    """A tick that the model takes.
+
+    Attributes:
+        solved: forces and motion.
+        command: the position or effort that each actuator ended with.
+        pull: (n_a,) positions of the actuators after it, within reach.
+    """
+
+    solved: ForwardStep
+    command: Command
+    pull: Array
+
+
+def reach_of(pull: Array, limits: Limits, h: float) -> Reach:
+    """What the actuators reach in a time step.
+
+    Args:
+        pull: (n_a,) positions at its start.
+        limits: of positions and rates.
+        h: time step [s].
+    """
+    step = h * limits.rate
+    return Reach(np.maximum(limits.pull_min, pull - step), np.minimum(limits.pull_max, pull + step))
+
+
+def take_tick(
+    step: CondensedStep,
+    enrichment: Enrichment,
+    previous: Forces,
+    wanted: Command,
+    reach: Reach,
+    limits: Limits,
+) -> FirstTick:
+    """Solve a tick in which each actuator does what is wanted as far as its limits permit.
+
+    Args:
+        step: of one tick.
+        enrichment: when unit columns are added.
+        previous: forces of the last step.
+        wanted: position, within reach, or effort of each actuator.
+        reach: positions that each can get to; it does not give way where these are one.
+        limits: of the efforts.
+    """
+    command = wanted
+    actuators, ends = slice(step.n_e, step.n_e + step.n_a), (reach.lower, reach.upper)
+    least, most = limits.tension_min, limits.tension_max
+    short = SHORT * (limits.pull_max - limits.pull_min)
+    for _ in range(2 * step.n_a + 4):
+        solved = forward_step(step, enrichment, previous, command)
+        changed, pull, tension = _corrected(
+            command.pull, command.tension, (wanted.pull, wanted.tension), ends, (least, most, short),
+            solved.prediction.lam[actuators], solved.prediction.delta[actuators], step.bilateral,
+        )  # fmt: skip
+        if not changed:
+            break
+        command = Command(pull, tension)
+    delta = solved.prediction.delta[actuators]
+    pull = np.where(command.by_force, np.clip(delta, reach.lower, reach.upper), command.pull)
+    return FirstTick(solved, command, pull)
+
+
+@kernel
+def _corrected(
+    pull: Array, tension: Array, wanted: tuple[Array, Array], reach: tuple[Array, Array],
+    limits: tuple[Array, Array, Array], lam: Array, delta: Array, bilateral: Bools,
+) -> tuple[bool, Array, Array]:  # fmt: skip
+    """Where forces and positions ask for another end of a staircase: whether any does, and the new command.
+
+    Args:
+        pull: (n_a,) positions that were solved with, NaN where efforts were.
+        tension: (n_a,) efforts that were solved with.
+        wanted: positions and efforts that are wanted, likewise.
+        reach: (n_a,) least and largest positions.
+        limits: (n_a,) least and largest efforts, and positions that are rounding.
+        lam: (n_a,) efforts that were found.
+        delta: (n_a,) positions that were found.
+        bilateral: (n_a,) which actuators pull and push.
+    """
+    changed, pull, tension = False, pull.copy(), tension.copy()
+    for i in range(len(lam)):
+        ends, range_ = (reach[0][i], reach[1][i]), (limits[0][i], limits[1][i])
+        middle, effort, short = wanted[0][i], wanted[1][i], limits[2][i]
+        if np.isnan(tension[i]):
+            position = np.nan
+            force = _from_position(
+                pull[i], lam[i], middle, effort, ends, range_, short, bilateral[i]
+            )
+        else:
+            position, force = (
+                _from_effort(tension[i], delta[i], middle, ends, range_, short),
+                np.nan,
+            )
+        if not (np.isnan(position) and np.isnan(force)):
+            changed, pull[i], tension[i] = True, position, force
+    return changed, pull, tension
+
+
+@kernel
+def _from_position(
+    pull: float, lam: float, middle: float, effort: float, reach: tuple[float, float],
+    limits: tuple[float, float], short: float, bilateral: bool,
+) -> float:  # fmt: skip
+    """The effort that an actuator goes over to from a position, NaN: none.
+
+    Args:
+        pull: the position.
+        lam: effort that was found there.
+        middle: position that is wanted; NaN where an effort is,
+        effort: this one.
+        reach: least and largest position.
+        limits: least and largest effort.
+        short: what is rounding of a position.
+        bilateral: whether it pulls and pushes.
+    """
+    lower, upper = reach
+    least, most = limits
+    by_effort, small = not np.isnan(effort), ROUNDING * max(abs(least), abs(most))
+    if pull >= upper - short and (by_effort or middle < upper - short):
+        floor = effort if by_effort else least
+        return floor if lam > floor + small else np.nan
+    if pull <= lower + short and (by_effort or middle > lower + short):
+        ceiling = effort if by_effort else most
+        return ceiling if lam < ceiling - small else np.nan
+    if lam > most + small and middle > lower + short:
+        return most
+    takes_up = lam < least - small and middle < upper - short
+    return least if takes_up and (bilateral or least > 0.0) else np.nan
+
+
+@kernel
+def _from_effort(
+    tension: float, delta: float, middle: float, reach: tuple[float, float],
+    limits: tuple[float, float], short: float,
+) -> float:  # fmt: skip
+    """The position that an actuator goes over to from an effort, NaN: none; arguments as above.
+
+    Args:
+        tension: the effort.
+        delta: position that was found with it.
+        middle: position that is wanted; NaN where this effort is.
+        reach: least and largest position.
+        limits: least and largest effort.
+        short: what is rounding of a position.
+    """
+    if delta > reach[1] + short:
+        return reach[1]
+    if delta < reach[0] - short:
+        return reach[0]
+    given_way = tension == limits[1] and delta > middle + short
+    taken_up = tension == limits[0] and delta < middle - short
+    return middle if given_way or taken_up else np.nan

@@ -1,0 +1,118 @@
+"""Whatever locks, sags and least tensions leave behind, decisions go on, within all limits."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from support.robots.bodies import beam_robot, box_mesh
+
+from tauten.controller import Actuation, Controller, Status
+from tauten.model import Robot
+from tauten.model.numerics import Array
+
+SIZE = (0.1, 0.02, 0.02)
+
+
+def tendon(name: str, height: float, **changes: object) -> dict[str, object]:
+    return {
+        "name": name,
+        "points": [[0.01, 0.01, height], [0.1, 0.01, height]],
+        "max_tension": 6.0,
+        "max_pull": 0.015,
+        "max_rate": 0.05,
+        **changes,
+    }
+
+
+def beam(gravity: float = 0.0, **changes: object) -> Robot:
+    """A cable below and one above the middle; downwards gravity shortens the path of the lower one."""
+    return beam_robot(
+        box_mesh(SIZE, (6, 2, 2)),
+        SIZE,
+        gravity=[0.0, 0.0, gravity],
+        cables=[tendon("lower", 0.002, **changes), tendon("upper", 0.018, **changes)],
+        integration={"scheme": "implicit-euler", "rayleigh_stiffness": 0.02},
+        controller={"rate": 50.0},
+    )
+
+
+def checked(controller: Controller, target: Array, ticks: int) -> list[Actuation]:
+    """Follow a target; everything that leaves is within limits and rates."""
+    limits, left = controller.robot.limits, controller.pull
+    found = []
+    for _ in range(ticks):
+        actuation = controller.step(target)
+        assert (actuation.tension >= limits.tension_min).all()
+        assert (actuation.tension <= limits.tension_max).all()
+        assert (actuation.pull >= limits.pull_min).all()
+        assert (actuation.pull <= limits.pull_max).all()
+        step = limits.rate * controller.robot.h
+        assert (np.abs(actuation.pull - left) <= step * (1.0 + 1e-9)).all()
+        left = actuation.pull
+        found.append(actuation)
+    return found
+
+
+def test_a_robot_that_sags_faster_than_its_winch_turns_is_decided_for() -> None:
+    """The sag makes the lower path shorter than the winch can follow within a tick."""
+    controller = Controller(beam(gravity=-15.0, max_rate=0.005))
+    assert controller.settle_start().converged
+    delta = controller.robot.rows(controller.state, contacts=False).actuators.delta
+    assert delta[0] > 2.0 * 0.005 * 0.02
+    up = controller.effector + np.array([0.0, 0.0, 0.002])
+    found = checked(controller, up, 150)
+    assert all(actuation.status.usable for actuation in found)
+    assert abs(controller.effector[0, 2] - up[0, 2]) < 5e-4
+
+
+def test_least_tensions_are_wound_up_to() -> None:
+    controller = Controller(beam(min_tension=2.0, max_rate=0.01))
+    still = controller.effector
+    found = checked(controller, still, 60)
+    assert all(actuation.status.usable for actuation in found)
+    assert found[0].status is Status.RELAXED
+    assert found[0].conflict
+    assert found[-1].status is Status.OK
+    assert (controller.tension >= 2.0 * (1.0 - 1e-6)).all()
+    assert (found[-1].needed >= 2.0 * (1.0 - 1e-6)).all()
+
+
+def test_a_lock_that_would_exceed_a_tension_stops_there() -> None:
+    controller = Controller(beam())
+    still = controller.effector
+    controller.lock("lower", position=0.015)
+    found = checked(controller, still, 60)
+    assert all(actuation.status.usable for actuation in found)
+    assert controller.stalled.tolist() == [True, False]
+    assert 1e-3 < controller.pull[0] < 0.0149
+    assert found[-1].needed[0] == pytest.approx(6.0, rel=1e-3)
+    controller.unlock("lower")
+    after = checked(controller, still, 60)
+    assert all(actuation.status is Status.OK for actuation in after[10:])
+    assert np.linalg.norm(controller.effector - still) < 1e-4
+
+
+def test_after_random_locks_holds_and_targets_decisions_go_on() -> None:
+    rng = np.random.default_rng(7)
+    controller = Controller(beam(gravity=-5.0))
+    controller.settle_start()
+    tip, names = controller.effector, controller.robot.actuators.names
+    for _ in range(25):
+        name = names[rng.integers(2)]
+        choice = rng.integers(4)
+        if choice == 0:
+            controller.lock(name, position=float(rng.uniform(0.0, 0.015)))
+        elif choice == 1:
+            controller.lock(name, force=float(rng.uniform(0.0, 6.0)))
+        elif choice == 2:
+            for _ in range(3):
+                controller.hold()
+                controller.advance()
+        checked(controller, tip + rng.normal(size=3) * 0.01, int(rng.integers(1, 6)))
+    for i in np.flatnonzero(controller.locks.by_position | controller.locks.by_force).tolist():
+        controller.unlock(names[i])
+    found = checked(controller, tip, 80)[-30:]
+    assert all(actuation.status is Status.OK for actuation in found)
+    limits = controller.robot.limits
+    assert (found[-1].needed <= limits.tension_max * (1.0 + 1e-6)).all()
+    assert np.linalg.norm(controller.effector - tip) < 1e-4

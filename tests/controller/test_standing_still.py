@@ -1,0 +1,80 @@
+"""A constant target gives a robot that stands still, at the place that descent on equilibria finds."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize_scalar
+
+from tauten.controller import Controller, Status
+from tauten.controller.damping import Damping, adapted, undamped
+from tauten.model import Robot, Simulator
+from tauten.model.numerics import Array
+from tauten.service.setup import load_setup
+
+OFFSET = np.array([0.03, 0.0, 0.0])  # m, out of reach
+
+
+@pytest.fixture(scope="module")
+def finger() -> Robot:
+    """The model that the shipped finger is served with."""
+    return load_setup("finger").robot
+
+
+def at_rest(robot: Robot, offset: Array, ticks: int = 150) -> tuple[Controller, Array, Array]:
+    """A controller after a constant target, and the positions and efforts of its last 40 ticks."""
+    controller = Controller(robot)
+    assert controller.settle_start().converged
+    goal = controller.effector + offset
+    pulls, tensions = [], []
+    for _ in range(ticks):
+        actuation = controller.step(goal)
+        assert actuation.status is Status.OK
+        pulls.append(actuation.pull)
+        tensions.append(actuation.tension)
+    return controller, np.array(pulls[-40:]), np.array(tensions[-40:])
+
+
+def test_a_target_out_of_reach_does_not_make_the_finger_tremble(finger: Robot) -> None:
+    controller, pulls, tensions = at_rest(finger, OFFSET)
+    limits = finger.limits
+    assert (np.ptp(pulls, axis=0) < 1e-6 * (limits.pull_max - limits.pull_min)).all()
+    assert (np.ptp(tensions, axis=0) < 1e-6 * limits.largest_tension).all()
+    start = Simulator(finger, "none")
+    start.settle_start()
+    goal = start.effector + OFFSET
+
+    def distance(pull: float) -> float:
+        simulator = Simulator(finger, "none")
+        assert simulator.settle(pull=[pull]).converged
+        return float(np.linalg.norm(simulator.effector - goal))
+
+    best = minimize_scalar(distance, bounds=(0.0, 0.025), method="bounded", options={"xatol": 1e-6})
+    assert np.linalg.norm(controller.effector - goal) == pytest.approx(best.fun, rel=1e-3)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "offset"),
+    [("finger", 0.05), ("trunk", 0.1), ("trunk", 0.15), ("diamond", 0.04), ("gripper", 0.03)],
+)
+def test_robots_stand_still_far_out_of_reach(name: str, offset: float) -> None:
+    robot = load_setup(name).robot
+    far = offset * np.array([1.0, 0.0, 0.0])
+    _, pulls, tensions = at_rest(robot, far, 400)
+    limits = robot.limits
+    assert (np.ptp(pulls, axis=0) < 1e-6 * (limits.pull_max - limits.pull_min)).all()
+    assert (np.ptp(tensions, axis=0) < 1e-6 * limits.largest_tension).all()
+
+
+def test_damping_grows_where_changes_reverse_and_decreases_where_they_repeat() -> None:
+    step = np.array([1e-3, 0.0, 0.0])
+    grown = adapted(Damping(0.0, step), -step, 0.1)
+    assert grown.gamma == pytest.approx(1.0)
+    assert adapted(Damping(4.0, step), 0.4 * step, 0.1).gamma == 4.0
+    damping = Damping(4.0, step)
+    for _ in range(20):
+        damping = adapted(damping, step, 0.1)
+    assert damping.gamma == 0.0
+    assert adapted(Damping(2.0, 1e-12 * step), -step, 0.1).gamma == 2.0  # rounding
+    assert undamped().gamma == 0.0
