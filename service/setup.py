@@ -82,7 +82,7 @@ class Setup:
 
     def metadata(self) -> dict[str, str]:
         """Metadata of a log of the run, all as text."""
-        robot = self.robot
+        robot, layout = self.robot, self.robot.effector_layout
         return {
             "robot": robot.name,
             "robot_path": str(self.path),
@@ -90,6 +90,10 @@ class Setup:
             "robot_file": self.path.read_text(encoding="utf-8"),
             "rate": repr(robot.integration.rate),
             "effector_kinds": " ".join(robot.effector_layout.kinds),
+            "effector_weights": " ".join(
+                ",".join(f"{weight:g}" for weight in layout.weights[layout.rows_of(i)])
+                for i in range(len(layout))
+            ),
             "actuator_kinds": " ".join(kind.value for kind in robot.actuators.kinds),
             "basis": self.basis_name,
             "basis_digest": self.basis_digest(),

@@ -43,7 +43,7 @@ def demo(
     from tauten.service.plant import FIGURE, DemoSettings, run_demo
     from tauten.service.plots import draw_run
     from tauten.service.process import stop_on_signals
-    from tauten.service.replay import table_rows
+    from tauten.service.replay import FOLLOWED, not_followed, table_rows
 
     folder = out or Path(f"tauten-demo-{datetime.now():%Y%m%d-%H%M%S}")
     console = Console()
@@ -69,6 +69,8 @@ def demo(
     for row in table_rows(report):
         table.add_row(*row)
     console.print(table)
+    if report.following < FOLLOWED * report.ticks:
+        console.print(f"note: {not_followed(report)}", style="bold yellow")
     console.print(f"log, report and figure are in {folder}")
 
 

@@ -10,12 +10,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from tauten.model import Actuators, Quantity
-from tauten.model.numerics import Array
-from tauten.service.replay import RecordedRun, Series, errors_to_goal
+from tauten.model.numerics import Array, Bools
+from tauten.service.replay import RecordedRun, Series, apart, errors_to_goal
 
 _TARGET, _MODEL, _PLANT, _LIMIT = "#222222", "#0072b2", "#d55e00", "#999999"
 CABLE_COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
 _MM = 1e3
+_REST = np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])  # a frame at rest, apart from its position
 _LEAD = 0.5  # s shown before the first goal
 
 
@@ -65,17 +66,21 @@ def draw_run(run: RecordedRun, actuators: Actuators, path: Path) -> None:
     """
     figure = Figure(figsize=(13.0, 8.0), layout="constrained")
     paths_box, time_box = figure.subfigures(1, 2, width_ratios=(1.0, 1.25), squeeze=False)[0]
-    if run.goal.shape[1] >= 3:
+    lengths, turns = run.weighted[:3], run.weighted[3:]
+    if lengths.sum() >= 2:
         draw_paths(run, paths_box.subplots())
-    else:
+    elif lengths.any():
         draw_values(run, paths_box.subplots())
-    axes = time_box.subplots(5 if run.kind == "frame" else 4, 1, sharex=True)
+    else:
+        draw_turns(run, paths_box.subplots())
+    axes = time_box.subplots(3 + lengths.any() + turns.any(), 1, sharex=True)
     draw_actuators(run.pull, shown_positions(actuators), axes[0])
     draw_actuators(run.tension, shown_efforts(actuators), axes[1])
     axes[0].legend(loc="upper right", ncols=4, fontsize="small")
-    draw_error(run, axes[2])
-    if run.kind == "frame":
-        draw_rotation_error(run, axes[3])
+    if lengths.any():
+        draw_error(run, axes[2])
+    if turns.any():
+        draw_rotation_error(run, axes[-2])
     draw_step_time(run, axes[-1])
     axes[-1].set_xlabel("time [s]")
     active = run.time[run.active]
@@ -88,11 +93,11 @@ def draw_run(run: RecordedRun, actuators: Actuators, path: Path) -> None:
 
 
 def draw_paths(run: RecordedRun, axes: Axes) -> None:
-    """Target, model and plant tips in the plane in which they move most."""
+    """Target, model and plant tips in the plane in which they move most, of components with a weight."""
     following = run.following
     goal = run.goal[following, :3]
     model = run.model.value[:, :3]
-    i, j = widest_plane(np.concatenate([goal, model])) if len(goal) + len(model) else (0, 2)
+    i, j = widest_plane(np.concatenate([goal, model]), run.weighted[:3])
     lines = ((goal, "target", _TARGET, 3.5, 0.35), (run.plant.value, "plant", _PLANT, 1.8, 0.9))
     for points, name, color, width, alpha in (*lines, (model, "model", _MODEL, 1.2, 1.0)):
         if len(points):
@@ -111,8 +116,10 @@ def draw_paths(run: RecordedRun, axes: Axes) -> None:
 
 
 def draw_values(run: RecordedRun, axes: Axes) -> None:
-    """Target, model and plant of a distance, length or volume over time."""
+    """Target, model and plant over time: of a distance, length or volume, or of a single coordinate."""
     factor, unit = (1e6, "ml") if run.kind == "volume" else (_MM, "mm")
+    component = int(np.flatnonzero(run.weighted)[0])
+    name_of_value = "xyz"[component] if run.goal.shape[1] >= 3 else run.kind
     following = run.following
     lines = (
         (run.time[following], run.goal[following], "target", _TARGET, 3.5, 0.35),
@@ -121,16 +128,37 @@ def draw_values(run: RecordedRun, axes: Axes) -> None:
     )
     for time, values, name, color, width, alpha in lines:
         if len(time):
-            axes.plot(time, factor * values[:, 0], color=color, lw=width, alpha=alpha, label=name)
+            shown = factor * values[:, component]
+            axes.plot(time, shown, color=color, lw=width, alpha=alpha, label=name)
     axes.set_xlabel("time [s]")
-    axes.set_ylabel(f"{run.kind} [{unit}]")
+    axes.set_ylabel(f"{name_of_value} [{unit}]")
     axes.grid(alpha=0.3)
     axes.legend(loc="best")
 
 
-def widest_plane(points: Array) -> tuple[int, int]:
-    """The two axes along which points (m, 3) spread most, in order."""
-    extent = np.ptp(points, axis=0)
+def draw_turns(run: RecordedRun, axes: Axes) -> None:
+    """How far target, model and plant have turned since rest, for a frame whose position is free."""
+    following = run.following
+    lines = (
+        (run.time[following], run.goal[following], "target", _TARGET, 3.5, 0.35),
+        (run.plant.time, run.plant.value, "plant", _PLANT, 1.8, 0.9),
+        (run.model.time, run.model.value, "model", _MODEL, 1.2, 1.0),
+    )
+    for time, values, name, color, width, alpha in lines:
+        if len(time):
+            _, angle = apart(np.broadcast_to(_REST, values.shape), values, run.weighted)
+            axes.plot(time, 1e3 * angle, color=color, lw=width, alpha=alpha, label=name)
+    axes.set_xlabel("time [s]")
+    axes.set_ylabel("turned since rest [mrad]")
+    axes.grid(alpha=0.3)
+    axes.legend(loc="best")
+
+
+def widest_plane(points: Array, weighted: Bools | None = None) -> tuple[int, int]:
+    """The two axes along which points (m, 3) spread most, in order, among those with a weight (3,)."""
+    extent = np.ptp(points, axis=0) if len(points) else np.array([1.0, 0.0, 1.0])
+    if weighted is not None:
+        extent = np.where(weighted, extent, -1.0)
     first, second = sorted(np.argsort(extent, kind="stable")[-2:].tolist())
     return first, second
 

@@ -13,10 +13,14 @@ from tauten.service.replay.replaying import (
     write_problem,
 )
 from tauten.service.replay.report import (
+    FOLLOWED,
     RunReport,
     Spread,
+    apart,
+    digits,
     errors_to_goal,
     make_report,
+    not_followed,
     overheads,
     spread,
     table_rows,
@@ -25,6 +29,7 @@ from tauten.service.replay.run import RecordedRun, Series, read_run
 
 __all__ = [
     "Distances",
+    "FOLLOWED",
     "RecordedRun",
     "Replay",
     "RunReport",
@@ -33,11 +38,14 @@ __all__ = [
     "TICKS",
     "VERDICT",
     "actions",
+    "apart",
     "changes",
+    "digits",
     "distance_rows",
     "errors_to_goal",
     "make_report",
     "measure_distances",
+    "not_followed",
     "overheads",
     "read_run",
     "recorded_setup",

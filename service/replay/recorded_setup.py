@@ -33,6 +33,7 @@ class RecordedSetup:
         basis: "none", "full", name or path of the contact basis.
         order: which model decided.
         kind: of the first effector.
+        weights: of its components in the objective, 0 where one is left free; 1 in logs that do not say it.
         actuators: kind of each; none in logs that do not say it, whose actuators are cables.
         start: where the model started; from rest in logs that do not say it.
     """
@@ -44,6 +45,7 @@ class RecordedSetup:
     basis: str
     order: Order
     kind: EffectorKind
+    weights: tuple[float, ...]
     actuators: tuple[ActuatorKind, ...]
     start: Start
 
@@ -141,6 +143,7 @@ def recorded_setup(log: Path, metadata: dict[str, str]) -> RecordedSetup:
         raise LogError(
             f"{log}: its metadata: effector_kinds is {kind[:80]!r}, allowed are {', '.join(KINDS)}"
         )
+    weights = _weights(log, metadata.get("effector_weights", ""), KINDS[kind])
     allowed = {one.value: one for one in ActuatorKind}
     actuators = metadata.get("actuator_kinds", "").split()
     for name in actuators:
@@ -159,7 +162,24 @@ def recorded_setup(log: Path, metadata: dict[str, str]) -> RecordedSetup:
         )
     start: Start = "settled" if begun == "settled" else "rest"
     kinds = tuple(allowed[name] for name in actuators)
-    return RecordedSetup(log, robot, file, rate, basis, known, KINDS[kind], kinds, start)
+    return RecordedSetup(log, robot, file, rate, basis, known, KINDS[kind], weights, kinds, start)
+
+
+def _weights(log: Path, text: str, kind: EffectorKind) -> tuple[float, ...]:
+    """Weights of the components of the first effector, which are joined by commas."""
+    first, count = text.split(" ")[0], COMPONENTS[kind]
+    if not first:
+        return (1.0,) * count
+    try:
+        weights = tuple(float(part) for part in first.split(","))
+    except ValueError:
+        weights = ()
+    if len(weights) != count or not all(0.0 <= weight < math.inf for weight in weights):
+        raise LogError(
+            f"{log}: its metadata: effector_weights is {first[:80]!r}, allowed are {count} numbers that are "
+            "not negative"
+        )
+    return weights
 
 
 def _rate(log: Path, text: str) -> float:

@@ -12,11 +12,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tauten.model import ActuatorKind, Quantity
-from tauten.model.numerics import Array
+from tauten.model.numerics import Array, Bools
 from tauten.model.schema import EffectorKind
 from tauten.service.process import HostInfo, host_info, write_text
 from tauten.service.replay.run import RecordedRun, Series
-from tauten.service.wire import Tick
+from tauten.service.wire import Mode, Tick
+
+FOLLOWED = 0.99  # share of the ticks; a run that followed in fewer says so
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,6 +33,8 @@ class Spread:
 @dataclass(frozen=True, slots=True)
 class TrackingError:
     """Distance between goal and effector while following; None without a measurement.
+
+    Of components with a weight in the objective; those that are left free have no goal.
 
     Attributes:
         rms_mm: of positions, distances and lengths.
@@ -72,13 +76,14 @@ class ActuatorPeak:
 
 @dataclass(frozen=True, slots=True)
 class RunReport:
-    """Numbers of a run, from the first to the last tick that followed a goal.
+    """Numbers of a run, from the first to the last tick that followed a goal or could not.
 
     Attributes:
         robot: name.
         duration_s: seconds between these two ticks.
         ticks: number of ticks from the first to the last of them.
         following: ticks that followed a goal.
+        hindered: ticks that did not, by cause.
         rate_hz: configured control rate.
         achieved_hz: measured rate of ticks.
         step_ms: decide, advance and prepare together.
@@ -108,6 +113,7 @@ class RunReport:
     duration_s: float
     ticks: int
     following: int
+    hindered: dict[str, int]
     rate_hz: float
     achieved_hz: float
     step_ms: Spread
@@ -148,6 +154,7 @@ def make_report(run: RecordedRun) -> RunReport:
         duration_s=duration,
         ticks=len(ticks),
         following=int(run.following.sum()),
+        hindered=dict(Counter(tick.cause.value for tick in ticks if tick.mode is not Mode.RUN)),
         rate_hz=run.rate,
         achieved_hz=(len(ticks) - 1) / duration if duration > 0.0 else 0.0,
         step_ms=spread([1e3 * tick.step for tick in decided]),
@@ -247,36 +254,44 @@ def finite(values: ArrayLike) -> Array:
 def errors_to_goal(run: RecordedRun, series: Series) -> tuple[Array, Array]:
     """Distance (m,) [m, of volumes m³] and angle (m,) [rad] of a series from the goal at that time.
 
-    NaN without a goal; angles where the effector is no frame.
+    NaN without a goal, and where no component has a weight; angles where the effector is no frame.
     """
     goal = np.where(run.following[:, None], run.goal, np.nan)
-    return apart(series.value, held(run.time, goal, series.time))
+    return apart(series.value, held(run.time, goal, series.time), run.weighted)
 
 
 def model_against_plant(run: RecordedRun) -> tuple[Array, Array]:
     """Distance and angle of the plant's effector from the model's while following, as `errors_to_goal`."""
     model = held(run.model.time, run.model.value, run.plant.time)
-    distance, angle = apart(run.plant.value, model)
+    distance, angle = apart(run.plant.value, model, run.weighted)
     following = held(run.time, run.following[:, None].astype(float), run.plant.time)[:, 0] == 1.0
     return np.where(following, distance, np.nan), np.where(following, angle, np.nan)
 
 
-def apart(first: Array, second: Array) -> tuple[Array, Array]:
-    """Distances (m,) and angles (m,) [rad] between goal values (m, v) of one effector."""
-    distance = np.linalg.norm((first - second)[:, :3], axis=1)
-    if first.shape[1] < 7:
-        return distance, np.full(len(distance), np.nan)
-    with np.errstate(invalid="ignore"):
-        cosine = np.minimum(np.abs(np.sum(first[:, 3:] * second[:, 3:], axis=1)), 1.0)
-        sine = 0.5 * np.minimum(
-            np.linalg.norm(first[:, 3:] - second[:, 3:], axis=1),
-            np.linalg.norm(first[:, 3:] + second[:, 3:], axis=1),
-        )
-        # half a chord is accurate for small angles, where the arccosine is not
-        angle = np.where(
-            cosine > 0.9, 4.0 * np.arcsin(np.minimum(sine, 1.0)), 2.0 * np.arccos(cosine)
-        )
-    return distance, angle
+def apart(first: Array, second: Array, weighted: Bools) -> tuple[Array, Array]:
+    """Distances (m,) and angles (m,) [rad] between goal values (m, v) of one effector.
+
+    Args:
+        first: goal values.
+        second: other ones.
+        weighted: (c,) components that count, x, y, z and rotations about the frame's own axes; NaN where none
+            of a kind does.
+    """
+    lengths, turns = weighted[:3], weighted[3:]
+    change = (first - second)[:, : len(lengths)]
+    distance = np.linalg.norm(change[:, lengths], axis=1)
+    if not lengths.any():
+        distance = np.full(len(first), np.nan)
+    if not turns.any():
+        return distance, np.full(len(first), np.nan)
+    # of conj(a) b, of either sign: the rotation from one to the other about the frame's own axes
+    w = np.sum(first[:, 3:] * second[:, 3:], axis=1)
+    a, b = first[:, 4:], second[:, 4:]
+    vector = first[:, 3:4] * b - second[:, 3:4] * a - np.cross(a, b)  # (m, 3)
+    sine = np.linalg.norm(vector, axis=1)
+    angle = 2.0 * np.arctan2(sine, np.abs(w))
+    along = np.divide(vector, sine[:, None], out=np.zeros_like(vector), where=sine[:, None] > 0.0)
+    return distance, angle * np.linalg.norm(along[:, turns], axis=1)
 
 
 def held(times: Array, values: Array, at: Array) -> Array:
@@ -306,10 +321,11 @@ def table_rows(report: RunReport) -> list[tuple[str, str]]:
         pairs = [(value.rms_mm, value.max_mm, "mm"), (value.rms_mrad, value.max_mrad, "mrad")]
         pairs.append((value.rms_ml, value.max_ml, "ml"))
         known = [pair for pair in pairs if pair[0] is not None] or pairs[:1]
-        texts = [f"{_text(a, '{:.2f}')} / {_text(b, '{:.2f}')} {unit}" for a, b, unit in known]
+        texts = [f"{digits(a)} / {digits(b)} {unit}" for a, b, unit in known]
         return ", ".join(texts)
 
     return [
+        ("ticks that followed / all", f"{report.following} / {report.ticks}{_hindrance(report)}"),
         ("rate, requested / achieved", f"{report.rate_hz:.1f} / {report.achieved_hz:.2f} Hz"),
         ("step p50 / p99 / max", ms(report.step_ms)),
         ("decide p50 / p99 / max", ms(report.decide_ms)),
@@ -321,8 +337,8 @@ def table_rows(report: RunReport) -> list[tuple[str, str]]:
         ("tracking error of the model, RMS / max", mm(report.model_error)),
         ("tracking error of the plant, RMS / max", mm(report.plant_error)),
         ("plant against model, RMS / max", mm(report.model_plant_error)),
-        ("deepest penetration, model", f"{report.model_penetration_mm:.3f} mm"),
-        ("deepest penetration, plant", f"{_text(report.plant_penetration_mm, '{:.3f}')} mm"),
+        ("deepest penetration, model", f"{digits(report.model_penetration_mm)} mm"),
+        ("deepest penetration, plant", f"{digits(report.plant_penetration_mm)} mm"),
         *_peak_rows(report.peaks),
         ("mesh error", report.metadata.get("mesh_error", "unknown")),
         ("decisions", ", ".join(f"{k} {v}" for k, v in report.statuses.items()) or "none"),
@@ -334,14 +350,37 @@ def _peak_rows(peaks: list[ActuatorPeak]) -> list[tuple[str, str]]:
     values: dict[Quantity, list[str]] = {}
     for peak in peaks:
         quantity = ActuatorKind(peak.kind).position
-        values.setdefault(quantity, []).append(f"{quantity.scale * peak.position:.1f}")
+        values.setdefault(quantity, []).append(digits(quantity.scale * peak.position))
     for peak in peaks:
         quantity = ActuatorKind(peak.kind).effort
-        values.setdefault(quantity, []).append(f"{quantity.scale * peak.effort:.2f}")
+        values.setdefault(quantity, []).append(digits(quantity.scale * peak.effort))
     return [
         (f"largest {quantity.name}", f"{', '.join(texts)} {quantity.shown_unit}")
         for quantity, texts in values.items()
     ]
+
+
+def not_followed(report: RunReport) -> str:
+    """A sentence about a run that did not follow its targets all the time."""
+    share = 1.0 - report.following / max(report.ticks, 1)
+    decisions = ", ".join(f"{status} {count}" for status, count in report.statuses.items())
+    return (
+        f"the node held instead of following in {report.ticks - report.following} of {report.ticks} ticks "
+        f"({100.0 * share:.0f} %){_hindrance(report)}; decisions: {decisions or 'none'}"
+    )
+
+
+def _hindrance(report: RunReport) -> str:
+    """Why the other ticks did not follow, as the end of a row."""
+    causes = ", ".join(f"{cause} {count}" for cause, count in report.hindered.items())
+    return f"; held: {causes}" if causes else ""
+
+
+def digits(value: float | None) -> str:
+    """Three significant digits, and all of those before the point; "-" without a value."""
+    if value is None:
+        return "-"
+    return f"{value:.0f}" if abs(value) >= 100.0 else f"{value:#.3g}".rstrip(".")
 
 
 def _targets(report: RunReport) -> str:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from tauten.model import VALUES, ActuatorKind
-from tauten.model.numerics import Array
+from tauten.model.numerics import Array, Bools
 from tauten.model.schema import EffectorKind
 from tauten.service.log import LogError, Logged, LogReader
 from tauten.service.replay.recorded_setup import recorded_setup
@@ -17,6 +17,7 @@ from tauten.service.wire import (
     FLOAT,
     JOINTS,
     MESSAGE_TYPES,
+    Cause,
     Diagnostic,
     EffectorMessage,
     Keys,
@@ -30,6 +31,9 @@ from tauten.service.wire import (
     from_cdr,
     nanoseconds,
 )
+
+# Causes for not following a target that is there.
+_HINDERED = frozenset({Cause.LATE, Cause.UNMEASURED, Cause.IMPLAUSIBLE, Cause.UNUSABLE})
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,6 +55,7 @@ class RecordedRun:
         ticks: the record of each tick.
         time: (m,) of the ticks [s].
         kind: of the first effector.
+        weights: (c,) of the first effector's components, see `RecordedSetup`.
         goal: (m, v) values of the first effector, NaN without a goal.
         model: values of the first effector in the model.
         actuators: name and kind of each.
@@ -69,6 +74,7 @@ class RecordedRun:
     ticks: tuple[Tick, ...]
     time: Array
     kind: EffectorKind
+    weights: Array
     goal: Array
     model: Series
     actuators: tuple[tuple[str, ActuatorKind], ...]
@@ -97,9 +103,17 @@ class RecordedRun:
 
     @property
     def active(self) -> slice:
-        """Ticks from the first to the last that followed a goal; all where none did."""
-        found = np.flatnonzero(self.following)
+        """Ticks from the first to the last that followed a goal or could not; all where there are none."""
+        found = np.flatnonzero(
+            [tick.mode is Mode.RUN or tick.cause in _HINDERED for tick in self.ticks]
+        )
         return slice(int(found[0]), int(found[-1]) + 1) if len(found) else slice(None)
+
+    @property
+    def weighted(self) -> Bools:
+        """(c,) components of the first effector that are to reach their goal."""
+        weighted: Bools = self.weights > 0.0
+        return weighted
 
 
 def read_run(path: Path) -> RecordedRun:
@@ -145,6 +159,7 @@ def read_run(path: Path) -> RecordedRun:
         ticks=ticks,
         time=np.array([1e-9 * (tick.stamp - start) for tick in ticks]),
         kind=kind,
+        weights=np.array(recorded.weights),
         goal=np.array([_first(tick.goal_values, size) for tick in ticks]),
         model=_values(by_key.get(keys.effectors(("",))[0], []), kind, start),
         actuators=tuple(zip(names, kinds, strict=True)),
