@@ -18,6 +18,7 @@ from tauten.service.wire import NetworkError
 
 _Limits = Annotated[tuple[float, float], Field()]
 _Number = Annotated[float, Field(allow_inf_nan=False)]
+_Acceleration = Annotated[float, Field(ge=-1e3, le=1e3, allow_inf_nan=False)]
 _MOST = 10_000_000  # characters of a coded array
 _Name = Annotated[Name, Field(max_length=100)]  # as robot files may have it
 
@@ -40,6 +41,7 @@ class _Effector(_Described):
     name: _Name
     kind: EffectorKind
     rest: Annotated[list[_Number], Field(max_length=7)]
+    weight: Annotated[list[_Number], Field(max_length=6)]
 
 
 class _Surface(_Described):
@@ -56,6 +58,7 @@ class RobotDescription(_Described):
     frame: _Name
     rate: Annotated[float, Field(gt=0.0, le=1e5)]
     size: Annotated[float, Field(gt=0.0, le=1e3)]
+    gravity: tuple[_Acceleration, _Acceleration, _Acceleration]
     target_timeout: Annotated[float, Field(gt=0.0)]
     actuators: Annotated[list[_Actuator], Field(max_length=1000)]
     effectors: Annotated[list[_Effector], Field(min_length=1, max_length=1000)]
@@ -87,13 +90,19 @@ class RobotDescription(_Described):
                 for one in self.actuators
             ),
             effectors=self._effectors(),
+            gravity=self.gravity,
         )
 
     def _effectors(self) -> tuple[EffectorLook, ...]:
         names = tuple(one.name for one in self.effectors)
         kinds = tuple(one.kind for one in self.effectors)
         try:
-            return effector_looks(names, kinds, [tuple(one.rest) for one in self.effectors])
+            return effector_looks(
+                names,
+                kinds,
+                [tuple(one.rest) for one in self.effectors],
+                [tuple(one.weight) for one in self.effectors],
+            )
         except ValueError as error:
             raise NetworkError(f"the node of {self.robot!r}: {error}") from error
 

@@ -13,6 +13,7 @@ from tauten.service.frames.effectors import (
     distance_between,
     effector_looks,
     positions_of,
+    targets_of,
 )
 from tauten.service.wire import Cause, Mode
 
@@ -61,6 +62,7 @@ class RobotLook:
         chamber_owners: (t,) the actuator whose chamber a triangle encloses; −1: none.
         actuators: in the order of λ_a.
         effectors: in the order of their goal values.
+        gravity: (3,) acceleration of gravity [m/s²].
         ghost: (t, 3) triangles of the model beside the robot, for a simulation; None: there is none.
     """
 
@@ -74,6 +76,7 @@ class RobotLook:
     chamber_owners: Ints
     actuators: tuple[ActuatorLook, ...]
     effectors: tuple[EffectorLook, ...]
+    gravity: tuple[float, float, float]
     ghost: Ints | None = None
 
     @property
@@ -84,6 +87,10 @@ class RobotLook:
     def positions(self, values: Array) -> Array:
         """Positions (p, 3) [m] among goal values (n_v,); NaN for effectors without one."""
         return positions_of(self.effectors, values)
+
+    def targets(self, frame: ViewFrame) -> Array:
+        """Where the targets of a frame are shown: (p, 3) [m]; NaN for effectors without a position."""
+        return targets_of(self.effectors, frame.goal, frame.values)
 
     def error(self, frame: ViewFrame) -> float:
         """Largest distance of an effector from its target [m]; NaN without a target."""
@@ -142,6 +149,8 @@ def look_of(robot: Robot, skin: SkinMesh, rest: State) -> RobotLook:
     springs = robot.actuators.springs
     at_rest = robot.effector_values(rest)
     values = [tuple(at_rest[layout.values_of(i)].tolist()) for i in range(len(layout))]
+    weights = [tuple(layout.weights[layout.rows_of(i)].tolist()) for i in range(len(layout))]
+    x, y, z = robot.gravity
     actuators = tuple(
         ActuatorLook(
             name,
@@ -164,5 +173,6 @@ def look_of(robot: Robot, skin: SkinMesh, rest: State) -> RobotLook:
         segment_owners=robot.segment_owners,
         chamber_owners=robot.chamber_owners,
         actuators=actuators,
-        effectors=effector_looks(robot.effector_names, layout.kinds, values),
+        effectors=effector_looks(robot.effector_names, layout.kinds, values, weights),
+        gravity=(float(x), float(y), float(z)),
     )

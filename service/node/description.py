@@ -69,6 +69,7 @@ def description(setup: Setup, start: Array) -> dict[str, Any]:
         "rate": robot.integration.rate,
         "target_timeout": setup.service.target_timeout,
         "size": robot.size,
+        "gravity": [float(part) for part in robot.gravity],
         "actuators": actuators,
         "effectors": effectors,
         "surface": surface,

@@ -16,7 +16,7 @@ from tauten.service.view.actuators import (
     VACUUM,
     Colour,
 )
-from tauten.service.view.scene import CONTACT, EFFECTOR, GHOST, TARGET, WAYPOINT
+from tauten.service.view.scene import CONTACT, EFFECTOR, GHOST, GRAVITY, TARGET, WAYPOINT
 
 _ROW = (
     '<div style="display:flex;align-items:center;gap:8px;margin:3px 12px;font-size:12px">{}</div>'
@@ -47,6 +47,8 @@ def legend_html(look: RobotLook) -> str:
     if kinds & {ActuatorKind.DRIVE, ActuatorKind.SLIDE}:
         rows.append((_plain(AXIS), "axis of a drive, its angle or travel"))
     rows += [(_plain(CONTACT), "contact force"), (_plain(WAYPOINT), "waypoint")]
+    if any(look.gravity):
+        rows.append((_plain(GRAVITY), "gravity"))
     if look.ghost is not None:
         rows.append((_plain(GHOST), "model that decides"))
     return "".join(_ROW.format(_PATCH.format(colour, text)) for colour, text in rows)

@@ -15,13 +15,15 @@ from tauten.service.frames import RobotLook, ViewFrame
 from tauten.service.view.actuators import drawings_of
 
 _SILICONE = (140, 160, 185)
-TARGET, EFFECTOR, CONTACT, WAYPOINT, GHOST = (
+TARGET, EFFECTOR, CONTACT, WAYPOINT, GHOST, GRAVITY = (
     (215, 60, 40),
     (40, 90, 160),
     (0, 140, 70),
     (120, 60, 160),
     (240, 150, 40),
+    (90, 90, 90),
 )
+_WEIGHTLESS = 1e-6  # m/s²
 _ARROW = 0.15  # length of the arrow of the largest force, as a share of the robot's size
 TRAIL = 4.0  # s
 _TRAIL = 120  # pieces of a trail
@@ -42,7 +44,8 @@ class RobotScene:
         size = look.size
         self._largest = 0.0  # contact force so far [N]
         scene = server.scene
-        scene.set_up_direction("+z")
+        scene.set_up_direction(upwards(look.gravity))
+        _draw_gravity(server, look)
         _place_camera(server, look)
         self._skin = scene.add_mesh_simple(
             "/skin", look.vertices, look.triangles[look.chamber_owners < 0].astype(np.uint32),
@@ -97,11 +100,15 @@ class RobotScene:
             self._ghost.vertices = frame.ghost
         self._draw_contacts(geometry.contacts)
         look = self._look
-        for shown, values in ((self._effectors, frame.values), (self._targets, frame.goal)):
-            for sphere, position in zip(shown, look.positions(values), strict=True):
+        places = (
+            (self._effectors, look.positions(frame.values)),
+            (self._targets, look.targets(frame)),
+        )
+        for shown, positions in places:
+            for sphere, position in zip(shown, positions, strict=True):
                 _show_at(sphere, position)
         trail = trail[:: max(len(trail) // _TRAIL, 1)]
-        targets = np.array([look.positions(one.goal) for one in trail])  # (m, p, 3)
+        targets = np.array([look.targets(one) for one in trail])  # (m, p, 3)
         effectors = np.array([look.positions(one.values) for one in trail])  # (m, p, 3)
         count = len(look.effectors)
         for i in range(count):
@@ -211,11 +218,49 @@ def _mover(
     return callback
 
 
+def upwards(gravity: tuple[float, float, float]) -> tuple[float, float, float]:
+    """The direction against gravity; without gravity that of z."""
+    size = float(np.linalg.norm(gravity))
+    if size < _WEIGHTLESS:
+        return (0.0, 0.0, 1.0)
+    x, y, z = (-float(part) / size for part in gravity)
+    return x, y, z
+
+
+def sideways(up: Array) -> tuple[Array, Array]:
+    """Unit vectors to the right and away from somebody who looks at the robot from the front.
+
+    Args:
+        up: (3,) unit vector upwards; for that of z they are those of x and y.
+    """
+    x = np.eye(3)[0] if abs(up[0]) < 0.9 else np.eye(3)[1]
+    right: Array = x - (x @ up) * up
+    right /= np.linalg.norm(right)
+    return right, np.cross(up, right)
+
+
+def _draw_gravity(server: viser.ViserServer, look: RobotLook) -> None:
+    """An arrow along gravity beside the robot; none without gravity."""
+    if np.linalg.norm(look.gravity) < _WEIGHTLESS:
+        return
+    size, up = look.size, np.array(upwards(look.gravity))
+    right, _ = sideways(up)
+    low, high = look.vertices.min(axis=0), look.vertices.max(axis=0)
+    start = 0.5 * (low + high) + 0.6 * size * right + 0.5 * _ARROW * size * up
+    ends = np.stack([start, start - _ARROW * size * up])[None]  # (1, 2, 3)
+    server.scene.add_arrows(
+        "/gravity", ends.astype(np.float32), GRAVITY, shaft_radius=0.004 * size,
+        head_radius=0.012 * size, head_length=0.03 * size,
+    )  # fmt: skip
+
+
 def _place_camera(server: viser.ViserServer, look: RobotLook) -> None:
     """Look at the middle of the robot from the front, with a near plane that does not cut small robots."""
     low, high = look.vertices.min(axis=0), look.vertices.max(axis=0)
     middle: NDArray[np.float64] = 0.5 * (low + high).astype(float)
+    up = np.array(upwards(look.gravity))
+    right, back = sideways(up)
     camera = server.initial_camera
-    camera.position = tuple(middle + look.size * np.array([0.35, -1.25, 0.25]))
+    camera.position = tuple(middle + look.size * (0.35 * right - 1.25 * back + 0.25 * up))
     camera.look_at = tuple(middle)
     camera.near, camera.far = 0.02 * look.size, 100.0 * look.size
