@@ -380,6 +380,7 @@ def digits(value: float | None) -> str:
     """Three significant digits, and all of those before the point; "-" without a value."""
     if value is None:
         return "-"
+    value += 0.0  # without the sign of a zero
     return f"{value:.0f}" if abs(value) >= 100.0 else f"{value:#.3g}".rstrip(".")
 
 

@@ -120,8 +120,8 @@ def test_a_run_that_is_held_from_the_start_says_so_and_is_as_long_as_its_targets
 @pytest.mark.parametrize(
     ("value", "text"),
     [
-        (0.0, "0.00"), (4.1e-5, "4.10e-05"), (0.0123, "0.0123"), (1.0, "1.00"), (41.46, "41.5"),
-        (412.3, "412"), (31254.0, "31254"), (-0.5, "-0.500"), (None, "-"),
+        (0.0, "0.00"), (-0.0, "0.00"), (4.1e-5, "4.10e-05"), (0.0123, "0.0123"), (1.0, "1.00"),
+        (41.46, "41.5"), (412.3, "412"), (31254.0, "31254"), (-0.5, "-0.500"), (None, "-"),
     ],
 )  # fmt: skip
 def test_values_of_small_and_large_robots_have_digits(value: float | None, text: str) -> None:
