@@ -149,7 +149,9 @@ def exploring(robot: Robot, seed: int = 0) -> Design:
 
 
 def _loaded_runs(robot: Robot, found: CommandRange, seed: int) -> tuple[Run, ...]:
-    """Runs from rest to random commands, each with gravity tilted to another side and another payload.
+    """Runs from rest, each with gravity tilted to another side and another payload.
+
+    One actuator goes to the end of its range in each, several to random commands.
 
     Args:
         robot: its gravity, weight and effectors are used.
@@ -164,14 +166,17 @@ def _loaded_runs(robot: Robot, found: CommandRange, seed: int) -> tuple[Run, ...
     axes = np.stack([np.cos(sides), np.sin(sides)], axis=1) @ across.T  # (runs, 3)
     push = rng.standard_normal((count, p, 3))
     push *= payload(robot) / np.linalg.norm(push, axis=2, keepdims=True)
+    if robot.n_a == 1:  # each run passes through the whole range, or through one half of it
+        both = found.least[0] < 0.0
+        ends = np.where(both & (np.arange(count) % 2 == 1), -1.0, 1.0)[:, None]
+    else:
+        ends = _random_ends(found, count, seed + 1)
     shares = np.linspace(0.0, 1.0, LOADED_STEPS)
     return tuple(
         _to_command(
             robot, found, end, shares, Rotation.from_rotvec(TILT * axis).apply(gravity), force
         )
-        for end, axis, force in zip(
-            _random_ends(found, count, seed + 1), axes, push.reshape(count, -1), strict=True
-        )
+        for end, axis, force in zip(ends, axes, push.reshape(count, -1), strict=True)
     )
 
 

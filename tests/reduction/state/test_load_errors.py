@@ -68,7 +68,7 @@ def test_training_on_loads_removes_most_of_their_error(
     before = errors(thumb, of_ramp, basis, 2.0)
     after = errors(thumb, states, basis, 2.0)
     for kind in ("tilt", "payload"):
-        assert after[kind].largest < 0.1 * before[kind].largest
+        assert after[kind].largest < 0.3 * before[kind].largest
         assert after[kind].largest < 0.01 * thumb.size
     assert after["motion"].largest < 0.02 * thumb.size
 
