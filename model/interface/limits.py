@@ -34,6 +34,12 @@ class Limits:
         """Larger magnitude of both limits of the effort: (n_a,)."""
         return np.maximum(np.abs(self.tension_min), np.abs(self.tension_max))
 
+    @cached_property
+    def farthest_pull(self) -> Array:
+        """Limit of the position with the larger magnitude, with its sign: (n_a,)."""
+        farthest: Array = np.where(self.pull_max >= -self.pull_min, self.pull_max, self.pull_min)
+        return farthest
+
     def at(self, chosen: Ints) -> Limits:
         """The limits of some actuators, by their numbers (c,)."""
         return Limits(

@@ -9,6 +9,7 @@ from tauten.model.mesh.surface import (
     boundary_triangles,
     spread_points,
     triangle_areas,
+    uncancelled_triangles,
     vertex_points,
 )
 from tauten.model.mesh.tet_mesh import (
@@ -50,5 +51,6 @@ __all__ = [
     "spread_points",
     "triangle_areas",
     "vertex_points",
+    "uncancelled_triangles",
     "wall_thickness",
 ]

@@ -44,6 +44,25 @@ def faces_used_once(tets: Ints) -> Ints:
     return places
 
 
+def uncancelled_triangles(tets: Ints) -> Ints:
+    """Faces of tetrahedra that no other one passes in the opposite direction, each once: (t, 3) node ids.
+
+    Where no tetrahedra overlap these are the `boundary_triangles`. Where some lie on the same side of a face,
+    the face is kept, and the winding number of the surface is positive wherever a tetrahedron is.
+
+    Args:
+        tets: (e, 4) node ids, positively oriented.
+    """
+    faces = tets[:, FACES].reshape(-1, 3)  # (4 e, 3), seen from outside counter-clockwise
+    order = np.argsort(faces, axis=1)
+    sign = np.where((order[:, 1] - order[:, 0]) % 3 == 1, 1.0, -1.0)  # of the permutation
+    _, face = np.unique(row_keys(np.sort(faces, axis=1)), return_inverse=True)
+    left = np.bincount(face, sign)[face]  # (4 e,)
+    places = np.flatnonzero(sign * left > 0.0)
+    _, first = np.unique(face[places], return_index=True)
+    return np.asarray(faces[places[np.sort(first)]])
+
+
 def triangle_areas(vertices: Array, triangles: Ints) -> Array:
     """Area of each triangle: (t,) [m²]."""
     a, b, c = (vertices[triangles[:, i]] for i in range(3))

@@ -21,6 +21,7 @@ from tauten.model.numerics import Array, Ints, row_keys
 from tauten.model.schema import LARGEST_COORDINATE
 
 EDGES = np.array([[0, 1], [1, 2], [0, 2], [0, 3], [1, 3], [2, 3]])  # of corners, in VTK's order
+SHOWN_BODIES = 5  # beside the largest, in an error
 log = logging.getLogger(__name__)
 UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
 
@@ -211,6 +212,9 @@ def read_with_meshio(path: Path) -> Any:
     """
     if not path.is_file():
         raise MeshError(f"{path}: no such mesh file")
+    if path.suffix.lower() == ".ply" and b"end_header" not in path.read_bytes():
+        # meshio reads on for ever
+        raise MeshError(f"{path}: not readable as a mesh (its header has no end)")
     printed = (
         io.StringIO()
     )  # meshio prints why it cannot read a file and then exits the interpreter
@@ -233,16 +237,28 @@ def read_triangles(path: Path) -> tuple[Array, Ints]:
     """Vertices (v, 3), in the unit of the file, and triangles (t, 3) of a surface such as an STL file.
 
     Raises:
-        MeshError: unreadable file, no triangles, or numbers that are not finite.
+        MeshError: unreadable file, no triangles, coordinates that are not finite, or corners that are no
+            vertices.
     """
     raw = read_with_meshio(path)
     parts = [np.asarray(block.data) for block in raw.cells if block.type == "triangle"]
     if not sum(len(part) for part in parts):
         raise MeshError(f"{path}: no triangles found")
-    points = np.asarray(raw.points, dtype=float)
+    points, triangles = np.asarray(raw.points, dtype=float), np.concatenate(parts).astype(np.int64)
+    if points.ndim != 2 or points.shape[1] != 3:
+        raise MeshError(
+            f"{path}: vertices are an array {points.shape}, expected three coordinates each"
+        )
     if not np.isfinite(points).all():
         raise MeshError(f"{path}: a vertex is not finite")
-    return points, np.concatenate(parts).astype(np.int64)
+    wrong = np.flatnonzero(((triangles < 0) | (triangles >= len(points))).any(axis=1))
+    if len(wrong):
+        raise MeshError(
+            f"{path}: {len(wrong)} of {len(triangles)} triangles have corners that are none of the "
+            f"{len(points)} vertices, the first is triangle {wrong[0]}; export the surface again, as STL or "
+            "without relative numbers"
+        )
+    return points, triangles
 
 
 def checked(nodes: Array, tets: Ints, source: str, overlaps: bool = False) -> TetMesh:
@@ -286,7 +302,7 @@ def checked(nodes: Array, tets: Ints, source: str, overlaps: bool = False) -> Te
     if len(flat):
         raise MeshError(f"{source}: {len(flat)} flat tetrahedra, the first is {flat[0]}")
     first, second = shared_faces(tets, source, overlaps)
-    require_one_body(tets, first, second, source)
+    require_one_body(nodes, tets, first, second, source)
     return TetMesh(nodes, tets, numbers=consecutive(len(nodes)))
 
 
@@ -313,26 +329,30 @@ def shared_faces(tets: Ints, source: str, overlaps: bool = False) -> tuple[Ints,
     turned = np.take_along_axis(faces, (start[:, None] + np.arange(3)) % 3, axis=1)
     _, inverse, count = np.unique(row_keys(turned), return_inverse=True, return_counts=True)
     if count.max() > 1:
-        same = np.flatnonzero(inverse == inverse[count[inverse] > 1][0])
+        double = np.flatnonzero(count[inverse] > 1)  # places of faces, by tetrahedron
+        one, other = np.flatnonzero(inverse == inverse[double[0]])[:2] // 4
+        involved = len(np.unique(double // 4))
         found = (
-            f"{source}: tetrahedra {same[0] // 4} and {same[1] // 4} lie on the same side of their common "
-            "face and occupy the same space"
+            f"{source}: {len(turned) - len(count)} pairs of tetrahedra, for example {one} and {other}, lie "
+            f"on the same side of their common face and occupy the same space, {involved} of {len(tets)} "
+            f"tetrahedra ({100.0 * involved / len(tets):.3g} %)"
         )
         if not overlaps:
-            raise MeshError(found)
-        log.warning(
-            "%s; %d faces are like this, what is there counts twice", found, (count > 1).sum()
-        )
+            raise MeshError(
+                f"{found}; mesh the volume anew, as `tauten new --repair` does with this file"
+            )
+        log.warning("%s; what is there counts twice", found)
     order = np.lexsort(np.sort(faces, axis=1).T)
     sorted_faces = np.sort(faces, axis=1)[order]
     pairs = np.flatnonzero((sorted_faces[1:] == sorted_faces[:-1]).all(axis=1))
     return order[pairs] // 4, order[pairs + 1] // 4
 
 
-def require_one_body(tets: Ints, first: Ints, second: Ints, source: str) -> None:
+def require_one_body(nodes: Array, tets: Ints, first: Ints, second: Ints, source: str) -> None:
     """Raise a MeshError when the faces that tetrahedra share do not join all of them.
 
     Args:
+        nodes: (n_nodes, 3) positions [m].
         tets: (e, 4) node ids.
         first: (f,) and
         second: (f,) tetrahedra on both sides of every shared face.
@@ -342,8 +362,15 @@ def require_one_body(tets: Ints, first: Ints, second: Ints, source: str) -> None
     count, part = connected_components(graph, directed=False)
     if count == 1:
         return
-    largest = np.bincount(part).argmax()
+    sizes = np.bincount(part)
+    largest = sizes.argmax()
     stray = np.flatnonzero(part != largest)
+    others = np.argsort(-sizes, kind="stable")[1 : 1 + SHOWN_BODIES]
+    places = ", ".join(
+        f"{sizes[i]} around ({', '.join(f'{x:.4g}' for x in nodes[tets[part == i]].mean(axis=(0, 1)))})"
+        for i in others
+    )
+    more = ", ..." if count > 1 + SHOWN_BODIES else ""
     touching = np.isin(tets[stray], tets[part == largest]).any()
     advice = (
         "some share only a node or an edge with the rest: join them by faces"
@@ -351,6 +378,6 @@ def require_one_body(tets: Ints, first: Ints, second: Ints, source: str) -> None
         else "unite them in CAD, or give each a file of its own and name the files in [[bodies]]"
     )
     raise MeshError(
-        f"{source}: {count} separate bodies; {len(stray)} stray tetrahedra, "
-        f"the first is {stray[0]}; {advice}"
+        f"{source}: {count} separate bodies; {len(stray)} tetrahedra beside the largest body's "
+        f"{sizes[largest]}: {places}{more} [m]; {advice}"
     )

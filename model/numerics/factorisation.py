@@ -27,6 +27,9 @@ log = logging.getLogger(__name__)
 BACKENDS = {"pardiso": "pypardiso", "cholmod": "cvxopt", "superlu": "scipy"}
 
 
+ZERO_PIVOT = -4  # PARDISO's number of this error
+
+
 class FactorisationError(RuntimeError):
     """The matrix could not be factorised (not positive definite, or not finite)."""
 
@@ -268,7 +271,8 @@ class Pardiso(Analysed):
         )  # fmt: skip
         self._set_threads(before)  # 0 where the thread had no number of its own
         if error.value:
-            raise FactorisationError(f"PARDISO error {error.value} in phase {phase}")
+            reason = "not positive definite, " if error.value == ZERO_PIVOT else ""
+            raise FactorisationError(f"{reason}PARDISO error {error.value} in phase {phase}")
 
     def refactor(self, values: Array) -> None:
         """See `Factorisation`."""

@@ -64,6 +64,7 @@ from tauten.model.schema.robot_file import (
 )
 from tauten.model.schema.section import (
     LARGEST_COORDINATE,
+    NAME,
     Name,
     Point,
     Positive,
@@ -111,6 +112,7 @@ __all__ = [
     "LARGEST_COORDINATE",
     "MaterialSettings",
     "MeshSettings",
+    "NAME",
     "Name",
     "NearStl",
     "NumberedNodes",

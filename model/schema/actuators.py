@@ -133,7 +133,7 @@ class ChamberSettings(Section):
         Field(description="Least change of volume [m³]; default: −max_volume_change."),
     ] = None
     max_volume_change: Annotated[
-        Positive, in_range(0.0, 1e3, "m³"), Field(description="Largest change of volume [m³].")
+        NonNegative, Field(le=1e3, description="Largest change of volume [m³].")
     ]
     max_rate: Annotated[
         Positive,
@@ -199,15 +199,14 @@ class ForceSettings(Section):
     min_force: Annotated[
         Force | None, Field(description="Least force [N]; default: −max_force.")
     ] = None
-    max_force: Annotated[Positive, in_range(0.0, 1e6, "N"), Field(description="Largest force [N].")]
+    max_force: Annotated[NonNegative, Field(le=1e6, description="Largest force [N].")]
     min_travel: Annotated[
         Length | None,
         Field(description="Least displacement along the direction [m]; default: −max_travel."),
     ] = None
     max_travel: Annotated[
-        Positive,
-        in_range(0.0, 1e3, "m"),
-        Field(description="Largest displacement along the direction [m]."),
+        NonNegative,
+        Field(le=1e3, description="Largest displacement along the direction [m]."),
     ]
     max_rate: Annotated[
         Positive, in_range(0.0, 1e3, "m/s"), Field(description="Largest speed of the point [m/s].")
@@ -271,13 +270,13 @@ class CouplingSettings(Section):
         Number | None, Field(description="Least position; default: −max_position.")
     ] = None
     max_position: Annotated[
-        Positive, Field(le=1e9, description="Largest position, in the members' unit.")
+        NonNegative, Field(le=1e9, description="Largest position, in the members' unit.")
     ]
     min_effort: Annotated[
         Number | None, Field(description="Least effort; default: −max_effort.")
     ] = None
     max_effort: Annotated[
-        Positive, Field(le=1e9, description="Largest effort, in the members' unit.")
+        NonNegative, Field(le=1e9, description="Largest effort, in the members' unit.")
     ]
     max_rate: Annotated[Positive, Field(le=1e9, description="Largest rate of the position.")]
     held: Annotated[Held, Field(description=HELD)] = "position"

@@ -49,25 +49,25 @@ class DriveSettings(Section):
     min_angle: Angle | None = Field(
         default=None, description="Least angle of a rotation [rad]; by default −max_angle."
     )
-    max_angle: Annotated[Positive, Field(le=1e3)] | None = Field(
+    max_angle: Annotated[NonNegative, Field(le=1e3)] | None = Field(
         default=None, description="Largest angle of a rotation [rad]."
     )
     min_torque: Torque | None = Field(
         default=None, description="Least torque of a rotation [N m]; by default −max_torque."
     )
-    max_torque: Annotated[Positive, Field(le=1e6)] | None = Field(
+    max_torque: Annotated[NonNegative, Field(le=1e6)] | None = Field(
         default=None, description="Largest torque of a rotation [N m]."
     )
     min_travel: Length | None = Field(
         default=None, description="Least travel of a translation [m]; by default −max_travel."
     )
-    max_travel: Annotated[Positive, Field(le=1e3)] | None = Field(
+    max_travel: Annotated[NonNegative, Field(le=1e3)] | None = Field(
         default=None, description="Largest travel of a translation [m]."
     )
     min_force: Force | None = Field(
         default=None, description="Least force of a translation [N]; by default −max_force."
     )
-    max_force: Annotated[Positive, Field(le=1e6)] | None = Field(
+    max_force: Annotated[NonNegative, Field(le=1e6)] | None = Field(
         default=None, description="Largest force of a translation [N]."
     )
     max_rate: Annotated[Positive, Field(le=1e4)] = Field(

@@ -208,3 +208,29 @@ class RegionMaterialSettings(SolidMaterialSettings):
             field = "total_mass" if self.total_mass is not None else "mass"
             raise ValueError(f"{field} belongs to the body's material, a part has a density")
         return self
+
+
+def with_densities(raw: Any, shared: Any = None) -> Any:
+    """A table with `material` and `materials`, not validated, with the densities that may be left out.
+
+    Where `material` has a total mass, a part without density has that of `material`.
+
+    Args:
+        raw: the table.
+        shared: the material that it has where it gives none, not validated.
+    """
+    if not isinstance(raw, dict):
+        return raw
+    whole, parts = raw.get("material", shared), raw.get("materials")
+    if isinstance(whole, SolidMaterialSettings):
+        whole = whole.model_dump()
+    if not isinstance(whole, dict) or whole.get("total_mass") is None:
+        return raw
+    if not isinstance(parts, list | tuple):
+        return raw
+    density = whole.get("density", WATER)
+    filled = [
+        {"density": density, **part} if isinstance(part, dict) and "silicone" not in part else part
+        for part in parts
+    ]
+    return {**raw, "materials": filled}

@@ -25,6 +25,7 @@ from tauten.model.schema.effector import EffectorSettings
 from tauten.model.schema.material import (
     RegionMaterialSettings,
     SolidMaterialSettings,
+    with_densities,
 )
 from tauten.model.schema.profile import AnyProfile
 from tauten.model.schema.region import (
@@ -247,6 +248,15 @@ class RobotConfig(RobotSettings):
         default=(),
         description="Named parts of the body's surface, one table each; by default none.",
     )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _densities(cls, raw: Any) -> Any:
+        raw = with_densities(raw)
+        if isinstance(raw, dict) and isinstance(raw.get("bodies"), list | tuple):
+            shared = raw.get("material")
+            raw = {**raw, "bodies": [with_densities(body, shared) for body in raw["bodies"]]}
+        return raw
 
     @model_validator(mode="after")
     def _bodies(self) -> RobotConfig:

@@ -99,7 +99,8 @@ LARGEST_COORDINATE = 1e3  # m; beyond it the rounding of positions is not small 
 
 Positive = Annotated[float, Field(gt=0.0)]
 NonNegative = Annotated[float, Field(ge=0.0)]
-Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")]
+NAME = r"^[A-Za-z][A-Za-z0-9_]*$"
+Name = Annotated[str, Field(pattern=NAME)]
 Coordinate = Annotated[float, in_range(-LARGEST_COORDINATE, LARGEST_COORDINATE, "m")]
 Point = tuple[Coordinate, Coordinate, Coordinate]
 Direction = Annotated[tuple[Coordinate, Coordinate, Coordinate], AfterValidator(not_zero)]

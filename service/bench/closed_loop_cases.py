@@ -84,7 +84,7 @@ class Reachable:
         simulator, limits = self._simulator, self._simulator.robot.limits
         found = []
         for share in shares:
-            pull = share * limits.pull_max
+            pull = share * limits.farthest_pull
             report = simulator.settle(
                 pull=pull, tolerance=_SETTLED, max_iterations=_MAX_STEPS, load_steps=False
             )

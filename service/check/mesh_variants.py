@@ -130,10 +130,7 @@ def make_loads(robot: AnyRobot, shares: tuple[float, ...]) -> tuple[Load, ...]:
             for cable, (name, kind) in enumerate(kinds)
             for share, pull in tensioned(robot, cable, sorted(shares))
         )
-    limits = robot.limits
-    farthest = np.where(
-        limits.pull_max >= -limits.pull_min, limits.pull_max, limits.pull_min
-    )  # (n_a,)
+    farthest = robot.limits.farthest_pull
     return tuple(
         Load(cable, name, share, share * float(farthest[cable]), kind.position)
         for cable, (name, kind) in enumerate(kinds)

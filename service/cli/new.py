@@ -38,7 +38,11 @@ def new(
         float, typer.Option(min=1e2, max=1e9, help="Young's modulus of the material [Pa].")
     ] = 0.3e6,
     repair: Annotated[
-        bool, typer.Option("--repair", help="Close holes and crossings of the surface (fTetWild).")
+        bool,
+        typer.Option(
+            "--repair",
+            help="Close holes and crossings of the surface, or mesh what tetrahedra enclose anew (fTetWild).",
+        ),
     ] = False,
     yes: Annotated[
         bool, typer.Option("--yes", help="Make large meshes without a question.")

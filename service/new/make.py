@@ -6,6 +6,7 @@ each mesh would compare different robots.
 
 from __future__ import annotations
 
+import re
 import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -16,7 +17,7 @@ import numpy as np
 
 from tauten.model import Robot, Simulator, load_robot
 from tauten.model.mesh import TetMesh
-from tauten.model.schema import RobotFileError
+from tauten.model.schema import NAME, RobotFileError
 from tauten.service.new.guesses import Guess, guess_fields
 from tauten.service.new.meshing import LARGE, Part, mesh_part
 from tauten.service.new.part import PartError
@@ -113,10 +114,15 @@ def make_new_robot(new: NewRobot, folder: Path, stop: StopFlag, progress: Progre
         progress: called with the share of the work just done, and what comes next.
 
     Raises:
-        PartError: the part cannot be meshed, the folder exists, or the robot has no equilibrium.
+        PartError: the name is not allowed, the folder exists, the part cannot be meshed, or the robot has no
+            equilibrium.
         MeshError: the mesh cannot be used.
         Interrupted: stopped before there is one; nothing is written.
     """
+    if not re.fullmatch(NAME, new.name):
+        raise PartError(
+            f"the name is {new.name[:40]!r}: allowed are a letter, then letters, digits and _"
+        )
     if folder.exists():
         raise PartError(f"{folder}: exists already; choose another name, or delete it")
     part = new.part

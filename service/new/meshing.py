@@ -20,7 +20,14 @@ import numpy as np
 
 from tauten.model.mesh import UNITS, TetMesh, checked, mean_ratios, oriented, read_mesh
 from tauten.service.new.crossing import Progress
-from tauten.service.new.part import Kind, PartError, Surface, kind_of, read_surface
+from tauten.service.new.part import (
+    Kind,
+    PartError,
+    Surface,
+    kind_of,
+    read_outside,
+    read_surface,
+)
 
 TIME_LIMIT = 600.0  # s
 LEAST_QUALITY = 0.1  # mean ratio of the worst element that is accepted
@@ -34,7 +41,7 @@ class Part:
 
     Attributes:
         path: its file.
-        kind: what the file holds.
+        kind: what is meshed, or tetrahedra as they are.
         unit: of its coordinates.
         volume: [m³].
         length: longest side of its bounding box [m].
@@ -67,7 +74,8 @@ def read_part(
     Args:
         path: STL, OBJ, PLY, STEP, BREP, or a file with tetrahedra.
         unit: of its coordinates.
-        repair: whether holes and crossings of a surface are left to the mesher.
+        repair: whether holes and crossings of a surface, or of the outside of tetrahedra, are left to the
+            mesher.
         progress: called with the share of the work just done, and what is done.
 
     Raises:
@@ -77,16 +85,19 @@ def read_part(
     if not path.is_file():
         raise PartError(f"{path}: no such file")
     kind, scale = kind_of(path), UNITS[unit]
-    if kind == "tetrahedra":
+    if kind == "tetrahedra" and not repair:
         mesh = read_mesh(path, unit)
         return Part(path, kind, unit, float(mesh.volumes.sum()), _length(mesh.nodes))
-    if repair and kind != "surface":
-        raise PartError(f"{path}: --repair is for surfaces (STL, OBJ, PLY)")
+    if repair and kind == "solid":
+        raise PartError(f"{path}: --repair is for surfaces (STL, OBJ, PLY) and tetrahedra")
     _require("wildmeshing" if repair else "netgen", "repair" if repair else "mesh")
-    if kind == "surface":
-        surface = read_surface(path, repair, progress)
+    if kind != "solid":
+        outside = kind == "tetrahedra"
+        surface = read_outside(path) if outside else read_surface(path, repair, progress)
         volume = abs(surface.volume) * scale**3
-        part = Part(path, kind, unit, volume, _length(surface.vertices) * scale, surface, repair)
+        part = Part(
+            path, "surface", unit, volume, _length(surface.vertices) * scale, surface, repair
+        )
     else:
         volume, length = _solid_facts(path)
         part = Part(path, kind, unit, volume * scale**3, length * scale)

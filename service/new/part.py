@@ -9,7 +9,12 @@ from typing import Literal
 import numpy as np
 
 from tauten.model.actuators import enclosed_volume
-from tauten.model.mesh import read_triangles
+from tauten.model.mesh import (
+    oriented,
+    read_triangles,
+    read_unchecked_mesh,
+    uncancelled_triangles,
+)
 from tauten.model.numerics import Array, Ints
 from tauten.service.new.crossing import Progress, first_crossing
 
@@ -93,12 +98,29 @@ def read_surface(path: Path, repair: bool, progress: Progress) -> Surface:
     return Surface(vertices, triangles, note)
 
 
+def read_outside(path: Path) -> Surface:
+    """The outside of a volume mesh, for the mesher that accepts holes and crossings.
+
+    Args:
+        path: a file with tetrahedra, which may overlap or be inverted.
+
+    Raises:
+        MeshError: unreadable file, or no tetrahedra.
+    """
+    mesh = read_unchecked_mesh(path)
+    tets = oriented(mesh.nodes, mesh.tets)
+    return Surface(
+        mesh.nodes, uncancelled_triangles(tets), "was meshed anew from that of its tetrahedra"
+    )
+
+
 def welded(corners: Array) -> tuple[Array, Ints]:
     """Vertices (v, 3) and triangles (t, 3) of triangles (t, 3, 3) that repeat their corners."""
     points = corners.reshape(-1, 3)
-    step = SAME_POINT * max(float(np.ptp(points, axis=0).max()), np.finfo(float).tiny)
+    low, size = points.min(axis=0), float(np.ptp(points, axis=0).max())
+    cells = np.round((points - low) / (SAME_POINT * size)) if size > 0.0 else np.zeros_like(points)
     _, first, number = np.unique(
-        np.round(points / step).astype(np.int64), axis=0, return_index=True, return_inverse=True
+        cells.astype(np.int64), axis=0, return_index=True, return_inverse=True
     )
     triangles = number.reshape(-1, 3)
     a, b, c = triangles.T

@@ -76,7 +76,7 @@ class Values:
 
     Attributes:
         name: of the robot.
-        part: file that it was made from.
+        part: name of the file that it was made from; what cannot be printed is shown as "?".
         nodes: of its mesh.
         size: of its elements [m].
         young: Young's modulus [Pa].
@@ -109,7 +109,7 @@ def robot_text(values: Values, guess: Guess, max_pull: float) -> str:
     middle = (guess.cable[0] + guess.cable[-1]) / 2.0
     return TEXT.format(
         name=values.name,
-        part=values.part,
+        part="".join(c if c.isprintable() else "?" for c in values.part),
         nodes=values.nodes,
         size_mm=1e3 * values.size,
         young=values.young,

@@ -228,10 +228,17 @@ def warm_simulator(robot: Robot, converged: bool) -> tuple[Simulator, float]:
         converged: whether its steps are iterated to convergence.
     """
     simulator, times = Simulator(robot, contact="full"), []
-    pull = np.minimum(robot.limits.pull_max, _WARM_UP * robot.limits.rate * robot.h)
+    way = robot.limits.rate * robot.h * _WARM_UP  # (n_a,)
+    pull = np.clip(robot.limits.farthest_pull, -way, way)
     for step in range(_WARM_UP):
         begin = time.perf_counter()
-        simulator.step(pull=pull * (step + 1) / _WARM_UP, converged=converged)
+        try:
+            simulator.step(pull=pull * (step + 1) / _WARM_UP, converged=converged)
+        except FactorisationError as error:
+            raise RobotFileError(
+                f"robot {robot.name}: time steps of {robot.h:g} s, in which an actuator may travel far, "
+                f"lead to no state ({error}); choose a larger controller.rate"
+            ) from error
         times.append(time.perf_counter() - begin)
     report = simulator.settle_start()
     if not report.converged:

@@ -106,6 +106,37 @@ def test_of_two_cavities_the_one_around_the_point_is_taken() -> None:
     assert robot.actuator_set.chambers.rest_volume == pytest.approx([0.04 * 0.01 * 0.005])
 
 
+@pytest.mark.parametrize(
+    ("tables", "position", "effort"),
+    [
+        (
+            {"chambers": [
+                {**CHAMBER, "min_pressure": -1e4, "max_pressure": 0.0, "min_volume_change": -1e-6,
+                 "max_volume_change": 0.0},
+            ]}, (-1e-6, 0.0), (-1e4, 0.0),
+        ),
+        (
+            {"forces": [
+                {**PUSH, "min_force": -2.0, "max_force": 0.0, "min_travel": -0.01, "max_travel": 0.0},
+            ]}, (-0.01, 0.0), (-2.0, 0.0),
+        ),
+        (
+            {"forces": [
+                {**PUSH, "min_force": 0.0, "max_force": 2.0, "min_travel": 0.0, "max_travel": 0.01},
+            ]}, (0.0, 0.01), (0.0, 2.0),
+        ),
+    ],
+)  # fmt: skip
+def test_limits_may_lie_on_one_side_of_rest(
+    tables: dict[str, Any], position: tuple[float, float], effort: tuple[float, float]
+) -> None:
+    """A vacuum, a force that only pushes; the farthest position is the limit that is not zero."""
+    limits = pneumatic_robot(**{"chambers": [], **tables}).limits
+    assert (limits.pull_min[0], limits.pull_max[0]) == position
+    assert (limits.tension_min[0], limits.tension_max[0]) == effort
+    assert limits.farthest_pull[0] == position[0] + position[1]
+
+
 REFUSED: list[tuple[dict[str, Any], str]] = [
     ({"chambers": [PLACE]}, "found none of surface, stl and inside"),
     ({"chambers": [{**CHAMBER, "surface": "wall"}]}, "found surface and inside of surface"),
@@ -113,7 +144,7 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
     ({"chambers": [{**PLACE, "surface": "wall"}]}, "region 'wall' is not defined, known are none"),
     ({"chambers": [{**PLACE, "stl": "none.stl"}]}, "no such mesh file"),
     ({"chambers": [{**CHAMBER, "min_pressure": 10.0}]}, "must have zero, the value at rest"),
-    ({"chambers": [{**CHAMBER, "max_volume_change": -1.0}]}, "greater than 0"),
+    ({"chambers": [{**CHAMBER, "max_volume_change": -1.0}]}, "greater than or equal to 0"),
     ({"chambers": [{**CHAMBER, "held": "tightly"}]}, "held"),
     ({"chambers": [{**CHAMBER, "stl_unit": "mm"}]}, "stl_unit is given without stl"),
     ({"chambers": []}, "a robot needs an actuator"),

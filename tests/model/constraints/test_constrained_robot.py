@@ -25,7 +25,8 @@ from support.robots.small_bodies import (
     moved,
 )
 
-from tauten.model import State
+from tauten.controller import Controller
+from tauten.model import Simulator, State
 from tauten.model.constraints import ConstrainedRobot
 from tauten.model.numerics import Array
 from tauten.model.schema import RobotFileError
@@ -171,6 +172,30 @@ def test_rigid_regions_have_no_state_basis(robot: ConstrainedRobot) -> None:
 
 def servo(**changes: object) -> dict[str, object]:
     return {"drives": [{**TURN, "region": MIDDLE, **changes}]}
+
+
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_a_drive_may_turn_to_one_side_only(side: float) -> None:
+    """It reaches what lies on its side, and stays at rest for what lies on the other."""
+    one = (
+        {"min_angle": -0.4, "max_angle": 0.0}
+        if side < 0.0
+        else {"min_angle": 0.0, "max_angle": 0.4}
+    )
+    robot = constrained(**servo(**one), cables=None)
+    assert robot.limits.farthest_pull[0] == 0.4 * side
+    simulator = Simulator(robot, contact="none")
+    goals = []
+    for angle in (0.2 * side, -0.2 * side):
+        assert simulator.settle(pull=[angle]).converged
+        goals.append(simulator.effector_values)
+    for goal, expected in zip(goals, (0.2 * side, 0.0), strict=True):
+        controller = Controller(robot)
+        for _ in range(20):
+            actuation = controller.step(goal)
+            assert -1e-12 <= side * actuation.pull[0] <= 0.4
+        assert actuation.status.usable
+        assert actuation.pull[0] == pytest.approx(expected, abs=0.02)
 
 
 @pytest.mark.parametrize(

@@ -40,6 +40,9 @@ def pose(angle: float) -> tuple[Rotation, Array]:
     return around * down, around.apply([0.05, 0.0, 0.0])
 
 
+OUTER_HALF = {"lower": [0.06, 0.0, 0.0], "upper": [0.1, 0.02, 0.02]}
+
+
 def finger_table(angle: float, **changes: object) -> dict[str, object]:
     turn, place = pose(angle)
     x, y, z, w = turn.as_quat()
@@ -142,6 +145,26 @@ def test_the_total_mass_replaces_densities() -> None:
     reference = built(gripper_settings(bodies=tables)).mass.reshape(3, -1)
     assert mass[0] == pytest.approx(reference[0] * 0.25 / (1000.0 * np.prod(SIZE)))
     assert np.array_equal(mass[1:], reference[1:])
+
+
+@pytest.mark.parametrize("density", [None, 900.0])
+def test_densities_of_parts_may_be_left_out_beside_a_total_mass(density: float | None) -> None:
+    """A part is then as dense as the rest; a part with a density of its own has its share."""
+    given = {} if density is None else {"density": density}
+    whole = {"young_modulus": 1e6, "poisson_ratio": 0.3, "total_mass": 0.25, **given}
+    part = {"young_modulus": 5e6, "poisson_ratio": 0.3, "region": OUTER_HALF}
+    settings = beam_config(SIZE, material=whole, materials=[part])
+    mass = build_robot(validated(RobotConfig, settings, "robot.toml"), MESH, "robot.toml").mass
+    alike = beam_config(SIZE, material=whole)
+    reference = build_robot(validated(RobotConfig, alike, "robot.toml"), MESH, "robot.toml").mass
+    np.testing.assert_allclose(mass, reference, rtol=1e-12)
+    tables = [{**finger_table(angle), "material": None} for angle in ANGLES]
+    tables[0] = {**tables[0], "materials": [part]}
+    bodies = [{k: v for k, v in table.items() if v is not None} for table in tables]
+    assert built(gripper_settings(material=whole, bodies=bodies)).mass.sum() > 0.0
+    without = {"young_modulus": 1e6, "poisson_ratio": 0.3, "density": 1000.0}
+    with pytest.raises(RobotFileError, match=r"materials\.0\.density: Field required"):
+        validated(RobotConfig, beam_config(SIZE, material=without, materials=[part]), "r.toml")
 
 
 def test_a_file_with_bodies_loads_refined_and_stiffer(tmp_path: Path) -> None:

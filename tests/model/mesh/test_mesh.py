@@ -74,17 +74,17 @@ BAD = {
         np.array([[0, 1, 2, 3], [0, 1, 2, 4]]),
         "tetra",
     ),
-    "2 separate bodies; 1 stray tetrahedra, the first is 1; unite them in CAD, or give each a file": (
+    "1 tetrahedra beside the largest body's 2: 1 around .0.0125, 0.0125, 0.0125. .m.; unite them in CAD": (
         np.vstack([NODES, NODES + 0.2, NODES[1:] * [1, 1, -1] + 0.2]),
         np.array([[4, 5, 6, 7], [0, 1, 2, 3], [4, 6, 5, 10]]),
         "tetra",
     ),
-    "2 separate bodies; 1 stray tetrahedra, the first is 1; some share only a node or an edge": (
+    "1 tetrahedra beside the largest body's 1: 1 around .-0.0125, -0.0125, -0.0125. .m.; some share": (
         np.vstack([NODES, NODES[1:] * -1.0]),
         np.array([[0, 1, 2, 3], [0, 4, 6, 5]]),
         "tetra",
     ),
-    "2 separate bodies; 1 stray tetrahedra, the first is 1; some share only a node or an edg": (
+    "1 around .0.0125, -0.0125, -0.0125. .m.; some share only a node or an edge with the rest": (
         np.vstack([NODES, NODES[2:] * -1.0]),
         np.array([[0, 1, 2, 3], [0, 1, 4, 5]]),
         "tetra",
@@ -94,7 +94,7 @@ BAD = {
         np.array([[0, 1, 2, 3], [1, 2, 0, 3]]),
         "tetra",
     ),
-    "tetrahedra 0 and 1 lie on the same side of their common face": (
+    "1 pairs of tetrahedra, for example 0 and 1, lie on the same side .*, 2 of 2 tetrahedra .100 %.": (
         np.vstack([NODES, [[0.01, 0.01, 0.04]]]),
         np.array([[0, 1, 2, 3], [0, 1, 2, 4]]),
         "tetra",
@@ -127,7 +127,7 @@ BAD = {
 @pytest.mark.parametrize("message", BAD)
 def test_bad_meshes_are_refused_with_the_reason(tmp_path: Path, message: str) -> None:
     path = write(tmp_path / "bad.vtu", *BAD[message])
-    with pytest.raises(MeshError, match=f"bad.vtu: {message}"):
+    with pytest.raises(MeshError, match=f"bad.vtu: .*{message}"):
         read_mesh(path)
 
 
