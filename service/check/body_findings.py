@@ -21,18 +21,29 @@ FREQUENCIES = 3
 STEPS_A_PERIOD = 10.0  # below it implicit Euler damps most of the first vibration
 
 
-def body_findings(robot: AnyRobot, alarm_distance: float) -> Iterator[Finding]:
+def body_findings(
+    robot: AnyRobot, alarm_distance: float, free: tuple[str, ...] = ()
+) -> Iterator[Finding]:
     """Mass, sag under gravity, natural frequencies and, of tetrahedra, thin walls.
 
     Args:
         robot: the robot.
         alarm_distance: from which contact is looked for [m].
+        free: names of the bodies that nothing needs to hold, by the robot file.
     """
     yield Finding("moving mass", "fine", f"{1e3 * moving_mass(robot):.4g} g")
-    yield sag(robot)
-    yield vibration(robot)
+    if free:
+        yield Finding("sag and natural frequencies", "fine", not_held(free))
+    else:
+        yield sag(robot)
+        yield vibration(robot)
     if not isinstance(robot, BeamRobot):
         yield thin_walls(robot, alarm_distance)
+
+
+def not_held(free: tuple[str, ...]) -> str:
+    """Why equilibria without contact are not looked at where some bodies are free."""
+    return f"not looked at: by the robot file nothing holds {', '.join(free)} but contact"
 
 
 def sag(robot: AnyRobot) -> Finding:

@@ -14,7 +14,7 @@ from tauten.model.constraints import ConstrainedRobot
 from tauten.model.load import build_bodies, read_bodies, robot_path
 from tauten.model.mesh import read_unchecked_mesh
 from tauten.model.schema import RobotConfig, model_tables, read_toml, validated
-from tauten.service.check.body_findings import body_findings
+from tauten.service.check.body_findings import body_findings, not_held
 from tauten.service.check.chamber_findings import chamber_findings
 from tauten.service.check.findings import Finding, Level, worst
 from tauten.service.check.mesh_error import MeshErrorEstimate, estimate_error
@@ -109,9 +109,12 @@ def check_robot(settings: CheckSettings, stop: StopFlag, progress: Progress) -> 
         findings += tuple(part.finding for part in parts_of(config, path))
         findings += tuple(chamber_findings(config, path.parent))
         progress(0.02, "body")
-        findings += tuple(body_findings(robot, robot.contacts.alarm_distance))
+        free = tuple(body.name for body in config.bodies if body.free)
+        findings += tuple(body_findings(robot, robot.contacts.alarm_distance, free))
         progress(0.08, own.name)
-        if not settings.shares:
+        if free:
+            findings += (Finding("error of the mesh", "fine", not_held(free)),)
+        if not settings.shares or free:
             return RobotCheck(config.name, findings, digest=robot.digest)
         variants = chosen_variants(element, settings.refinements)
         make = partial(variant_robot, config, path)

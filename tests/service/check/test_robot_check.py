@@ -389,3 +389,53 @@ def test_a_mesh_that_fails_does_not_cost_the_others(
     assert failed.level == "doubtful"
     assert failed.found == "smoothed elements: NotImplementedError: no smoothed elements today"
     assert "no smoothed elements today" in check_tables(result)[0].markdown()
+
+
+def test_a_free_body_on_a_floor_is_not_wrong(tmp_path: Path) -> None:
+    """It loads and runs; what needs a body that is held is left out, and said."""
+    cube = box_mesh((0.02, 0.02, 0.02), (2, 2, 2))
+    floor = box_mesh((0.1, 0.1, 0.02), (1, 1, 1))
+    for name, mesh in (("cube", cube), ("floor", floor)):
+        meshio.write(tmp_path / f"{name}.vtu", meshio.Mesh(mesh.nodes, [("tetra", mesh.tets)]))
+    objects = """
+[[bodies]]
+name = "beam"
+mesh = { file = "beam.vtu" }
+fixed = [{ lower = [0.0, 0.0, 0.0], upper = [0.0, 0.02, 0.02] }]
+[[bodies]]
+name = "cube"
+mesh = { file = "cube.vtu" }
+position = [0.0, 0.2, 0.0]
+free = true
+[[bodies]]
+name = "floor"
+mesh = { file = "floor.vtu" }
+position = [-0.04, 0.16, -0.0205]
+fixed = [{ kind = "all" }]
+[[regions]]
+name = "faces"
+kind = "skin"
+body = "cube"
+[[regions]]
+name = "top"
+kind = "normal"
+body = "floor"
+direction = [0.0, 0.0, 1.0]
+[[contacts]]
+candidates = "faces"
+against = "top"
+"""
+    robot = write(
+        tmp_path, None, ('[mesh]\nfile = "beam.vtu"\n', ""), ("[controller]", objects + "[controller]"),
+        ("[[fixed]]\nlower = [0.0, 0.0, 0.0]\nupper = [0.0, 0.02, 0.02]\n", ""),
+        ("gravity = [0.0, 0.0, 0.0]", "gravity = [0.0, 0.0, -9.81]"),
+    )  # fmt: skip
+    result = checked(robot, shares=(0.1,))
+    assert result.level == "fine", result.findings
+    found = about(result, "sag and natural frequencies").found
+    assert found == "not looked at: by the robot file nothing holds cube but contact"
+    assert result.estimate is None
+    simulator = Simulator(load_robot(robot), contact="full")
+    for _ in range(100):
+        simulator.step(pull=[0.0])
+    assert simulator.lam_c.sum() == pytest.approx(9.81 * 1000.0 * 0.02**3, rel=0.02)
