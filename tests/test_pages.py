@@ -212,9 +212,15 @@ def write_gidmsh(path: Path) -> None:
     path.write_text("\n".join(lines))
 
 
+@cache
+def schema() -> dict[str, Any]:
+    """Of robot files."""
+    return robot_file_schema()
+
+
 def fields_of(part: Any) -> set[str]:
     """Fields of the tables that a part of the schema refers to."""
-    tables = robot_file_schema()["$defs"]
+    tables = schema()["$defs"]
     if isinstance(part, list):
         return {field for item in part for field in fields_of(item)}
     if not isinstance(part, dict):
@@ -229,10 +235,9 @@ def fields_of(part: Any) -> set[str]:
 @by_name
 def test_tables_of_robot_files_have_known_fields(page: Path) -> None:
     """Of whole files and of parts; values of whole files are tested with the pages that have them."""
-    schema = robot_file_schema()
     known: dict[str, list[Any]] = {}
-    for item in schema["anyOf"]:
-        for name, part in schema["$defs"][item["$ref"].rsplit("/", 1)[-1]]["properties"].items():
+    for item in schema()["anyOf"]:
+        for name, part in schema()["$defs"][item["$ref"].rsplit("/", 1)[-1]]["properties"].items():
             known.setdefault(name, []).append(part)
     for block in blocks(page, "toml"):
         for name, value in tomllib.loads(block).items():
