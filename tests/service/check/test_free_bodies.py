@@ -1,0 +1,82 @@
+"""`tauten check` of a robot with an object that nothing holds."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import meshio
+import pytest
+from support.robots.bodies import box_mesh
+
+from tauten.model import Simulator, load_robot
+from tauten.service.check import CheckSettings, check_robot
+from tauten.service.process import StopFlag
+
+SIZES = {"beam": (0.2, 0.02, 0.02), "cube": (0.02, 0.02, 0.02), "floor": (0.1, 0.1, 0.02)}
+CELLS = {"beam": (10, 1, 1), "cube": (2, 2, 2), "floor": (1, 1, 1)}
+ROBOT = """
+name = "beam"
+gravity = [0.0, 0.0, -9.81]
+[material]
+young_modulus = 1e6
+poisson_ratio = 0.3
+density = 1000.0
+[[bodies]]
+name = "beam"
+mesh = { file = "beam.vtu" }
+fixed = [{ lower = [0.0, 0.0, 0.0], upper = [0.0, 0.02, 0.02] }]
+[[bodies]]
+name = "cube"
+mesh = { file = "cube.vtu" }
+position = [0.0, 0.2, 0.0]
+free = true
+[[bodies]]
+name = "floor"
+mesh = { file = "floor.vtu" }
+position = [-0.04, 0.16, -0.0205]
+fixed = [{ kind = "all" }]
+[[regions]]
+name = "faces"
+kind = "skin"
+body = "cube"
+[[regions]]
+name = "top"
+kind = "normal"
+body = "floor"
+direction = [0.0, 0.0, 1.0]
+[[contacts]]
+candidates = "faces"
+against = "top"
+[[cables]]
+name = "tendon"
+pull_point = [0.18, 0.01, -0.1]
+points = [[0.18, 0.01, 0.01]]
+max_tension = 100.0
+max_pull = 0.05
+max_rate = 0.1
+[[effectors]]
+name = "tip"
+point = [0.2, 0.01, 0.01]
+[controller]
+rate = 200.0
+"""
+
+
+def test_a_free_body_on_a_floor_is_not_wrong(tmp_path: Path) -> None:
+    """It loads and runs; what needs a body that is held is left out, and said."""
+    for name, size in SIZES.items():
+        mesh = box_mesh(size, CELLS[name])
+        meshio.write(tmp_path / f"{name}.vtu", meshio.Mesh(mesh.nodes, [("tetra", mesh.tets)]))
+    path = tmp_path / "beam.toml"
+    path.write_text(ROBOT, encoding="utf-8")
+    settings = CheckSettings(str(path), (0.1,))
+    result = check_robot(settings, StopFlag(), lambda _share, _what: None)
+    assert result.level == "fine", result.findings
+    found = {item.subject: item.found for item in result.findings}
+    said = "not looked at: by the robot file nothing holds cube but contact"
+    assert found["sag and natural frequencies"] == found["error of the mesh"] == said
+    assert result.estimate is None
+    simulator = Simulator(load_robot(path), contact="full")
+    for _ in range(100):
+        simulator.step(pull=[0.0])
+    assert simulator.lam_c.sum() == pytest.approx(9.81 * 1000.0 * 0.02**3, rel=0.02)
