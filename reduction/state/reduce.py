@@ -303,6 +303,9 @@ def check_errors(
 ) -> TipErrors:
     """Tip errors of the reduced model, with the enrichment of a controller, at full-order equilibria.
 
+    At equal positions of the actuators, and where the robot holds some by their effort at equal efforts too,
+    as of chambers at equal volume and at equal pressure: the larger of both.
+
     Args:
         robot: the full model.
         states: state basis and sample.
@@ -311,7 +314,16 @@ def check_errors(
     """
     tolerance = robot.tolerance
     enrichment = default_enrichment(tolerance)
-    return tip_errors(reduced_robot(robot, states), held_out, basis, enrichment)
+    reduced = reduced_robot(robot, states)
+    found = tip_errors(reduced, held_out, basis, enrichment)
+    if not robot.actuators.held_by_force.any():
+        return found
+    other = tip_errors(reduced, held_out, basis, enrichment, held="as held")
+    return TipErrors(
+        error=np.maximum(found.error, other.error),  # NaN where one of both was not found
+        converged=found.converged & other.converged,
+        extra_columns=np.maximum(found.extra_columns, other.extra_columns),
+    )
 
 
 def checked_on_held_out(

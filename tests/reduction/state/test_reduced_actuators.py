@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from support.robots.bodies import CABLE, pneumatic_robot
 from support.state_bases import basis_of
 
 from tauten.controller import Controller
-from tauten.model import Simulator, State
+from tauten.model import EmptySpace, Simulator, State
 from tauten.model.tetra import TetRobot
-from tauten.reduction.state import ReducedRobot, reduced_robot
+from tauten.reduction.campaign import Design, Run, run_campaign
+from tauten.reduction.contact import tip_errors
+from tauten.reduction.state import ReducedRobot, pod, reduced_robot
+from tauten.reduction.state.reduce import check_errors
+from tauten.reduction.state.tetra import ReducibleTetRobot
 
 PUSH = {"name": "push", "point": [0.1, 0.01, 0.01], "direction": [0.0, 3.0, 4.0],
         "max_force": 1.0, "max_travel": 0.1, "max_rate": 1.0}  # fmt: skip
@@ -83,3 +89,21 @@ def test_a_reduced_robot_is_controlled_by_its_pressure() -> None:
     assert actuation.status.usable
     np.testing.assert_allclose(follower.effector, goal, atol=1e-5)
     assert actuation.tension[0] == pytest.approx(2e4, rel=0.02)
+
+
+def test_errors_of_a_basis_are_those_at_equal_pressure_too(tmp_path: Path) -> None:
+    """A model too stiff by 10 %: at equal volume the tip is in place, at equal pressure it stays behind."""
+    robot = pneumatic_robot()
+    pressures = np.array([[1e3, 2e3, 3e3, 4e3]])
+    run = Run(np.full((1, 4), np.nan), np.zeros((3, 4)), np.zeros((3, 4)), pressures)
+    found = run_campaign(robot, Design("pressures", (run,)), tmp_path, None, False)
+    moved = np.linalg.norm(found.effector - robot.effector(robot.rest()).reshape(-1, 1), axis=0)
+    Phi = pod(found.q - robot.rest().q[:, None], ReducibleTetRobot(robot).weight, 2).Phi
+    every = np.arange(robot.n_elements)
+    states = basis_of(robot, Phi, every, 1.1 * np.ones(len(every)))
+    space = EmptySpace(robot.n_c)
+    volume = tip_errors(reduced_robot(robot, states), found, space)
+    assert volume.error.max() < 1e-3 * moved.max()
+    errors = check_errors(robot, states, space, found)
+    assert errors.converged.all()
+    np.testing.assert_allclose(errors.error, moved * (1.0 - 1.0 / 1.1), rtol=0.05)
