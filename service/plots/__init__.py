@@ -14,6 +14,7 @@ from tauten.service.plots.posture_errors import draw_posture_errors
 from tauten.service.plots.regions import draw_regions
 from tauten.service.plots.replay import draw_replay
 from tauten.service.plots.run import draw_run
+from tauten.service.plots.still import draw_still
 
 __all__ = [
     "Side",
@@ -24,6 +25,7 @@ __all__ = [
     "draw_distances",
     "draw_elements",
     "draw_energy",
+    "draw_still",
     "draw_mesh_error",
     "draw_modes",
     "draw_posture_errors",

@@ -21,6 +21,7 @@ from tauten.service.tables.numbers import Numbers, PageError, milliseconds
 from tauten.service.tables.physics import (
     energy_tables,
     equilibria_tables,
+    still_tables,
     write_energy_tables,
     write_equilibria_tables,
 )
@@ -82,6 +83,7 @@ __all__ = [
     "write_closed_loop_tables",
     "write_contact_basis_tables",
     "write_element_tables",
+    "still_tables",
     "write_energy_tables",
     "write_equilibria_tables",
     "write_node_tables",

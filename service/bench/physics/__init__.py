@@ -1,4 +1,4 @@
-"""Benchmarks of the mechanics: energy of time steps, and equilibria from any start."""
+"""Benchmarks of the mechanics: energy of time steps, equilibria from any start, rest at constant targets."""
 
 from tauten.service.bench.physics.energy import (
     EnergyBench,
@@ -15,6 +15,13 @@ from tauten.service.bench.physics.equilibria import (
     bench_equilibria,
 )
 from tauten.service.bench.physics.sofa_robots import TRUNK_CABLES, diamond, finger, trunk
+from tauten.service.bench.physics.still import (
+    OrderRun,
+    StillBench,
+    StillRun,
+    StillSettings,
+    bench_still,
+)
 
 __all__ = [
     "EnergyBench",
@@ -25,9 +32,14 @@ __all__ = [
     "EquilibriumGroup",
     "PathDistance",
     "StepCost",
+    "OrderRun",
+    "StillBench",
+    "StillRun",
+    "StillSettings",
     "TRUNK_CABLES",
     "bench_energy",
     "bench_equilibria",
+    "bench_still",
     "diamond",
     "finger",
     "trunk",

@@ -1,0 +1,36 @@
+"""Resting errors of robots at constant targets."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from matplotlib.figure import Figure
+
+from tauten.service.bench.physics import StillBench
+
+
+def draw_still(result: StillBench, path: str | Path) -> None:
+    """Draw how far robots rest from their targets over the distance of the targets from the start.
+
+    Args:
+        result: the runs.
+        path: of the figure; its suffix decides the format.
+    """
+    robots = list(dict.fromkeys(run.robot for run in result.runs))
+    figure = Figure(figsize=(3.6 * max(len(robots), 1), 3.2), layout="constrained")
+    panels = figure.subplots(1, max(len(robots), 1), squeeze=False)[0]
+    for robot, axes in zip(robots, panels, strict=False):
+        runs = [run for run in result.runs if run.robot == robot and run.best_mm is not None]
+        for rests, colour, label in ((True, "C0", "at rest"), (False, "C3", "moving")):
+            chosen = [run for run in runs if run.rests is rests]
+            offsets = [run.offset_mm for run in chosen]
+            axes.plot(offsets, [run.error_mm for run in chosen], "o", color=colour, label=label)
+        axes.plot(
+            [run.offset_mm for run in runs], [run.best_mm for run in runs], "k+", label="best found"
+        )
+        axes.set_title(robot, fontsize="medium")
+        axes.set_xlabel("distance of the target [mm]")
+        axes.grid(alpha=0.3)
+    panels[0].set_ylabel("distance at rest [mm]")
+    panels[0].legend(fontsize="small")
+    figure.savefig(path, dpi=130)

@@ -1,0 +1,44 @@
+"""The benchmark of rest: what counts as rest and as the best place, and a small run."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tauten.model import load_robot
+from tauten.service.bench.physics import StillRun, StillSettings, bench_still
+from tauten.service.bench.physics.still import random_goals
+from tauten.service.process import StopFlag
+from tauten.service.tables import still_tables
+
+RUN = StillRun("arm", "reduced", "open", False, 20.0, 1e-8, 1e-8, 5.0, 5.0, ("OK",))
+
+
+def test_rest_and_the_best_place_have_limits() -> None:
+    assert RUN.rests and RUN.is_best
+    assert not replace(RUN, position=1e-5).rests
+    assert not replace(RUN, effort=1e-5).rests
+    assert not replace(RUN, error_mm=5.2).is_best
+    assert replace(RUN, error_mm=0.01, best_mm=0.0).is_best  # a thousandth of the way
+    assert replace(RUN, error_mm=9.0, best_mm=None).is_best
+
+
+@pytest.mark.slow
+def test_the_diamond_rests_and_is_never_stuck() -> None:
+    settings = StillSettings(("diamond",), ("reduced",), targets=2, orders=40, seconds=6.0)
+    result = bench_still(settings, StopFlag(), lambda share, what: None)
+    assert result.complete
+    assert [run.loop for run in result.runs] == ["open"] * 2 + ["closed"] * 2
+    assert all(run.rests and run.is_best for run in result.runs if run.loop == "open")
+    assert result.orders[0].stuck == 0
+    assert result.orders[0].beyond == 0.0
+    assert len(still_tables(result)) == 2
+
+
+@pytest.mark.slow
+def test_goals_repeat_with_the_seed() -> None:
+    robot = load_robot("diamond")
+    first, again = (list(random_goals(robot, np.random.default_rng(1), 2)) for _ in range(2))
+    np.testing.assert_array_equal(first, again)
