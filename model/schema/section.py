@@ -42,9 +42,14 @@ class Section(BaseModel):
                 raise PydanticCustomError(
                     UNKNOWN,
                     "unknown field, allowed are {allowed}",
-                    {"field": strange[0], "allowed": ", ".join(cls.model_fields)},
+                    {"field": encodable(strange[0]), "allowed": ", ".join(cls.model_fields)},
                 )
         return raw
+
+
+def encodable(text: str) -> str:
+    """The text with the halves of surrogate pairs, which JSON may hold and UTF-8 may not, as escapes."""
+    return text.encode("utf-8", "backslashreplace").decode("utf-8")
 
 
 S = TypeVar("S", bound=Section)

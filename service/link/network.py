@@ -77,8 +77,12 @@ def open_session(network: Network, role: Role, robot: str) -> zenoh.Session:
         robot: its name.
 
     Raises:
-        NetworkError: the port is taken or the configuration cannot be used.
+        NetworkError: the name is that of no robot, the port is taken or the configuration cannot be used.
     """
+    if not (robot.isascii() and robot.isidentifier()):  # part of every key: * would be all robots
+        raise NetworkError(
+            f"no robot has the name {robot[:40]!r}: it has letters, digits and _ only"
+        )
     zenoh.init_log_from_env_or("error")
     first = node_port(network, robot)
     config = loopback_config(first, role) if network.config is None else read_config(network.config)

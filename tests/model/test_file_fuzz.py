@@ -204,6 +204,22 @@ def mesh_file(folder: Path, nodes: np.ndarray, tets: np.ndarray, kind: str = "vt
     (folder / "robot.toml").write_text(toml_file(file))
 
 
+def test_half_a_surrogate_pair_in_a_structure_is_named(folder: Path) -> None:
+    """JSON may hold one; no file in UTF-8 does."""
+    structure = json.loads(json.dumps(make_structure(ARM)))
+    (folder / "robot.toml").write_text(make_file(ARM, "small", 90))
+    for place, found in (
+        ("name", "vertebrae.0.name"),
+        ("x\ud800", r"vertebrae.0.x\ud800: unknown"),
+    ):
+        changed = copy.deepcopy(structure)
+        changed["vertebrae"][0][place] = "a\udfff"
+        (folder / "manipulator.json").write_text(json.dumps(changed))
+        sentence = load(folder / "robot.toml")
+        assert found in sentence
+        assert sentence.encode("utf-8")
+
+
 DAMAGES = (body_file, body_bytes, arm_file, arm_structure, mesh_arrays, mesh_bytes)
 
 

@@ -141,3 +141,12 @@ def test_a_publisher_finds_whether_there_is_a_subscriber(open_one: Open) -> None
     other.close()  # type: ignore[no-untyped-call]
     assert becomes(publisher, False)
     del early, again  # which end with their variables
+
+
+@pytest.mark.parametrize("name", ["*", "a/b", "a\udcff", "", "two words", "a\nb"])
+def test_names_that_no_robot_has_open_no_session(name: str) -> None:
+    """A wildcard would command every robot; half a surrogate pair is in no key."""
+    with pytest.raises(
+        NetworkError, match=r"no robot has the name .*: it has letters, digits and _"
+    ):
+        open_session(Network(), Role.OTHER, name)
