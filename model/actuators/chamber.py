@@ -173,10 +173,10 @@ def volumes(
     for t in range(nodes.shape[0]):
         corners_of(x, nodes, weights, t, y)
         for first in range(3):
-            b, c = y[(first + 1) % 3], y[(first + 2) % 3]
-            g0 = (b[1] * c[2] - b[2] * c[1]) / 6.0
-            g1 = (b[2] * c[0] - b[0] * c[2]) / 6.0
-            g2 = (b[0] * c[1] - b[1] * c[0]) / 6.0
+            b, c = (first + 1) % 3, (first + 2) % 3
+            g0 = (y[b, 1] * y[c, 2] - y[b, 2] * y[c, 1]) / 6.0
+            g1 = (y[b, 2] * y[c, 0] - y[b, 0] * y[c, 2]) / 6.0
+            g2 = (y[b, 0] * y[c, 1] - y[b, 1] * y[c, 0]) / 6.0
             for at in range(first * k, first * k + k):
                 w, place = weights[t, at], places[t, at]
                 gradient[place, 0] += w * g0
@@ -219,17 +219,18 @@ def add_chamber_stiffness(
             for turn in range(1, 3):
                 b = (a + turn) % 3
                 # ∂²V/∂y_a∂y_b = ∓[y_c]x / 6 with the third corner c
-                c = y[(a + 3 - turn) % 3]
+                c = (a + 3 - turn) % 3
                 sign = scale if turn == 1 else -scale
+                c0, c1, c2 = sign * y[c, 0], sign * y[c, 1], sign * y[c, 2]
                 for i in range(a * k, a * k + k):
                     for j in range(b * k, b * k + k):
-                        s = sign * weights[t, i] * weights[t, j]
+                        w = weights[t, i] * weights[t, j]
                         first, length = slot[t, i, j], column_length[t, j]
-                        if first < 0 or s == 0.0:
+                        if first < 0 or w == 0.0:
                             continue
-                        K[first + length] += -s * c[2]  # entry (0, 1)
-                        K[first + 2 * length] += s * c[1]
-                        K[first + 1] += s * c[2]
-                        K[first + 2 * length + 1] += -s * c[0]
-                        K[first + 2] += -s * c[1]
-                        K[first + length + 2] += s * c[0]
+                        K[first + length] -= w * c2  # entry (0, 1)
+                        K[first + 2 * length] += w * c1
+                        K[first + 1] += w * c2
+                        K[first + 2 * length + 1] -= w * c0
+                        K[first + 2] -= w * c1
+                        K[first + length + 2] += w * c0
