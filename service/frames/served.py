@@ -13,7 +13,7 @@ import zenoh
 
 from tauten.model import NO_CONTACTS, Contacts, Floats, Geometry
 from tauten.model.numerics import Array
-from tauten.service.frames.description import RobotDescription, read_description
+from tauten.service.frames.description import described_look
 from tauten.service.frames.effectors import EffectorLook
 from tauten.service.frames.frame import RobotLook, ViewFrame
 from tauten.service.link import put_command
@@ -30,11 +30,11 @@ from tauten.service.wire import (
     Joints,
     Keys,
     Mode,
-    NetworkError,
     OperatorCommand,
     Rejection,
     RejectionReason,
     Tick,
+    ask_description,
     decode_cloud,
     decode_effector,
     decode_health,
@@ -70,8 +70,7 @@ class ServedRobot:
             NetworkError: the node does not answer, or is of another version.
         """
         self._session, self._robot = session, robot
-        self.description = _ask(session, robot)
-        self.look: RobotLook = self.description.look()
+        self.look: RobotLook = described_look(ask_description(session, Keys(robot)))
         self.sent = 0
         keys, look = Keys(robot), self.look
         self._names = tuple(actuator.name for actuator in look.actuators)
@@ -233,13 +232,3 @@ class ServedRobot:
 
 def _decoded_effector(effector: EffectorLook, payload: bytes) -> EffectorMessage | Rejection:
     return decode_effector(effector.kind, effector.name, payload, CDR)
-
-
-def _ask(session: zenoh.Session, robot: str) -> RobotDescription:
-    """The node's description."""
-    end = time.monotonic() + _PATIENCE
-    while time.monotonic() < end:
-        for reply in session.get(Keys(robot).description, timeout=1.0):
-            if reply.ok is not None:
-                return read_description(robot, bytes(reply.ok.payload))
-    raise NetworkError(f"the node of {robot!r} does not answer: see its log")

@@ -42,12 +42,14 @@ from tauten.service.wire import (
     RejectionReason,
     payload_format,
     payload_of,
+    quoted,
     reach_of,
 )
 
 log = logging.getLogger(__name__)
 
 _PLANT_RING = 256
+_LINE = 1.0  # s between two lines in the log about refused commands; health counts all of them
 _AT_CAP = 0.99  # part of the largest correction from which on health warns
 
 
@@ -101,6 +103,7 @@ class NodeInputs:
             return EffectorSubscriber(rings, robot.frame, layout, rest, reach, timeout)
 
         self._recorder = recorder
+        self._next_line = 0.0  # monotonic time [s]
         self._target_keys, self._measured_keys = keys.targets(names), keys.measurements(names)
         self._command_key = keys.command
         self._targets = subscriber(self._target_keys, settings.target_timeout)
@@ -162,8 +165,11 @@ class NodeInputs:
             refused: why the node did not carry it out; None where it did.
         """
         if refused is not None:
-            if refused.detail != self._commands.counts.last_rejection:  # once of many in a row
-                log.warning("refused the command %s: %s", command, refused.detail)
+            now = time.monotonic()
+            # once of many in a row, and no more lines than can be read
+            if refused.detail != self._commands.counts.last_rejection and now >= self._next_line:
+                self._next_line = now + _LINE
+                log.warning("refused the command %s: %s", quoted(command), refused.detail)
             self._commands.counts.refuse(refused)
             return
         self._commands.counts.accepted += 1

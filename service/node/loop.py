@@ -25,6 +25,7 @@ from tauten.service.wire import (
     OperatorOrder,
     Rejection,
     RejectionReason,
+    quoted,
 )
 
 
@@ -110,7 +111,7 @@ class ControlLoop:
         Where the node does not follow, a lock waits: it moves its actuator from the next `Mode.RUN` on.
         """
         if self._state.mode is Mode.STOP:
-            return Rejection(RejectionReason.NOT_NOW, f"{order} is not possible in a stop")
+            return Rejection(RejectionReason.NOT_NOW, f"{quoted(order)} is not possible in a stop")
         try:
             if order.moves:
                 self.controller.lock(order.actuator, order.position, order.force)

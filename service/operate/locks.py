@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from tauten.service.link import (
     Keys,
     LockOrder,
@@ -13,7 +11,7 @@ from tauten.service.link import (
     node_of,
     send_command,
 )
-from tauten.service.wire import ask_description
+from tauten.service.wire import RobotDescription, ask_description
 
 
 def send_lock(robot: str, network: Network, order: LockOrder) -> NodeAnswer:
@@ -34,22 +32,20 @@ def send_lock(robot: str, network: Network, order: LockOrder) -> NodeAnswer:
     return send_command(robot, network, order)
 
 
-def check_order(description: dict[str, Any], order: LockOrder) -> None:
+def check_order(description: RobotDescription, order: LockOrder) -> None:
     """Raise an `OrderError` where a robot, by its description, cannot be locked so."""
-    actuators = {item["name"]: item for item in description["actuators"]}
+    actuators = {one.name: one for one in description.actuators}
     if order.actuator not in actuators:
         raise OrderError(
-            f"{description['robot']} has no actuator {order.actuator!r}, its actuators are "
+            f"{description.robot} has no actuator {order.actuator!r}, its actuators are "
             f"{', '.join(actuators)}"
         )
     found = actuators[order.actuator]
-    for name, option, value in (
-        ("pull", "--position", order.position),
-        ("tension", "--force", order.force),
+    for option, value, (least, most), unit in (
+        ("--position", order.position, found.pull, found.kind.position.unit),
+        ("--force", order.force, found.tension, found.kind.effort.unit),
     ):
-        least, most = found[name]
         if value is not None and not least <= value <= most:
             raise OrderError(
-                f"{option} {value:g}: {found['kind']} {order.actuator} allows {least:g} to {most:g} "
-                f"{found['units'][name]}"
+                f"{option} {value:g}: {found.kind.value} {order.actuator} allows {least:g} to {most:g} {unit}"
             )

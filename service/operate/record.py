@@ -9,7 +9,6 @@ from __future__ import annotations
 import logging
 import time
 from pathlib import Path
-from typing import Any
 
 import zenoh
 
@@ -21,11 +20,13 @@ from tauten.service.wire import (
     FLOAT,
     HEALTH,
     JOINTS,
+    MESSAGE_TYPES,
     TEXT,
     TICK,
     Keys,
     Network,
     Rejection,
+    RobotDescription,
     ask_description,
     payload_format,
     payload_of,
@@ -75,9 +76,10 @@ def record_robot(robot: str, path: Path, network: Network, stop: StopFlag) -> in
     keys, count = Keys(robot), 0
     with node_of(robot, network) as session:
         source = session.declare_subscriber(keys.all, zenoh.handlers.RingChannel(_RING))
-        facts = ask_description(session, keys)
-        kinds = message_kinds(keys, {item["name"]: item["type"] for item in facts["effectors"]})
-        recorder = LogRecorder(path, _metadata(facts))
+        description = ask_description(session, keys)
+        effectors = {one.name: MESSAGE_TYPES[one.kind] for one in description.effectors}
+        kinds = message_kinds(keys, effectors)
+        recorder = LogRecorder(path, _metadata(description))
         log.info("recording %s to %s", robot, path)
         try:
             while not stop.requested and not recorder.fault:
@@ -112,13 +114,13 @@ def _drain(
     return count
 
 
-def _metadata(facts: dict[str, Any]) -> dict[str, str]:
-    versions = {f"version {name}": found for name, found in facts["versions"].items()}
+def _metadata(description: RobotDescription) -> dict[str, str]:
+    versions = {f"version {name}": found for name, found in description.versions.items()}
     return {
-        "robot": facts["robot"],
-        "rate": repr(facts["rate"]),
-        "robot_digest": facts["model"]["digest"],
-        "basis": facts["basis"]["name"],
-        "basis_digest": facts["basis"]["digest"],
+        "robot": description.robot,
+        "rate": repr(description.rate),
+        "robot_digest": description.model.digest,
+        "basis": description.basis.name,
+        "basis_digest": description.basis.digest,
         **versions,
     }

@@ -100,13 +100,17 @@ def described_receiver(name: str, network: Network, stop: StopFlag) -> Receiver 
     try:
         if not wait_for(session, keys.token, stop):
             return None
-        facts = ask_description(session, keys)
+        found = ask_description(session, keys)
     finally:
         session.close()  # type: ignore[no-untyped-call]
-    effectors = facts["effectors"]
-    rest = tuple(np.array(item["rest"], dtype=float) for item in effectors)
-    names, kinds = (tuple(item[field] for item in effectors) for field in ("name", "kind"))
-    return Receiver(facts["robot"], facts["frame"], facts["size"], names, kinds, rest)
+    return Receiver(
+        found.robot,
+        found.frame,
+        found.size,
+        tuple(one.name for one in found.effectors),
+        tuple(one.kind for one in found.effectors),
+        tuple(np.array(one.rest) for one in found.effectors),
+    )
 
 
 def receiver_path(name: str, receiver: Receiver, settings: PathSettings) -> TargetPath:

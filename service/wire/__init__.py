@@ -30,6 +30,7 @@ from tauten.service.wire.commands import (
     decode_command,
     encode_command,
 )
+from tauten.service.wire.description import RobotDescription, read_description
 from tauten.service.wire.effector_messages import (
     MESSAGE_TYPES,
     EffectorMessage,
@@ -80,7 +81,7 @@ from tauten.service.wire.messages import (
 )
 from tauten.service.wire.publisher import Publisher
 from tauten.service.wire.questions import ask_description, wait_for
-from tauten.service.wire.rejection import Rejection, RejectionReason
+from tauten.service.wire.rejection import Rejection, RejectionReason, quoted
 from tauten.service.wire.tick import Positions, Tick, decode_tick, encode_tick
 
 __all__ = [
@@ -121,6 +122,7 @@ __all__ = [
     "Received",
     "Rejection",
     "RejectionReason",
+    "RobotDescription",
     "Role",
     "SKIN_FIELDS",
     "Source",
@@ -152,9 +154,11 @@ __all__ = [
     "open_session",
     "payload_format",
     "payload_of",
+    "quoted",
     "point_json",
     "reach_of",
     "read_config",
+    "read_description",
     "typestore",
     "wait_for",
 ]

@@ -24,6 +24,7 @@ from tauten.service.wire.messages import (
 from tauten.service.wire.rejection import Rejection, RejectionReason, quoted
 
 COMMAND_RING = 16
+_LONGEST_NAME = 100  # characters of an actuator's
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,6 +89,9 @@ def decode_command(payload: bytes, encoding: str) -> OperatorOrder | Rejection:
     if text in set(OperatorCommand):
         return OperatorCommand(text)
     words = text.split(" ")
+    if len(words) > 1 and len(words[1]) > _LONGEST_NAME:
+        detail = f"found a name of {len(words[1])} characters in {quoted(text)}, allowed are {_LONGEST_NAME}"
+        return Rejection(RejectionReason.UNKNOWN, detail)
     if len(words) == 2 and words[0] == "unlock":
         return LockOrder(words[1])
     if len(words) == 4 and words[0] == "lock" and words[2] in ("position", "force"):

@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-import json
 import logging
 import time
-from typing import Any
 
 import zenoh
 
 from tauten.service.link import Keys, NetworkError, is_alive
 from tauten.service.process import StopFlag
-from tauten.service.wire.messages import JSON
+from tauten.service.wire.description import RobotDescription, read_description
 
 log = logging.getLogger(__name__)
 
 _RETRY = 0.2  # s
-_PATIENCE = 2.0  # s for an answer
+_PATIENCE = 5.0  # s for an answer
 
 
 def wait_for(session: zenoh.Session, token: str, stop: StopFlag) -> bool:
@@ -38,7 +36,7 @@ def wait_for(session: zenoh.Session, token: str, stop: StopFlag) -> bool:
     return False
 
 
-def ask_description(session: zenoh.Session, keys: Keys) -> dict[str, Any]:
+def ask_description(session: zenoh.Session, keys: Keys) -> RobotDescription:
     """How a node describes the robot it serves.
 
     Args:
@@ -46,10 +44,18 @@ def ask_description(session: zenoh.Session, keys: Keys) -> dict[str, Any]:
         keys: of the robot.
 
     Raises:
-        NetworkError: the node does not answer with a description.
+        NetworkError: the node does not answer, or not with a description of this version.
     """
-    for reply in session.get(keys.description, timeout=_PATIENCE):
-        if reply.ok is not None and str(reply.ok.encoding) == JSON:
-            found: dict[str, Any] = json.loads(bytes(reply.ok.payload))
-            return found
-    raise NetworkError(f"the node of {keys.robot!r} does not describe itself")
+    end = time.monotonic() + _PATIENCE
+    while time.monotonic() < end:
+        wrong: NetworkError | None = None
+        for reply in session.get(keys.description, timeout=1.0):
+            if reply.ok is None:
+                continue
+            try:
+                return read_description(keys.robot, bytes(reply.ok.payload))
+            except NetworkError as error:
+                wrong = error
+        if wrong is not None:
+            raise wrong
+    raise NetworkError(f"the node of {keys.robot!r} does not describe itself: see its log")

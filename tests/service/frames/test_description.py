@@ -9,10 +9,10 @@ from typing import Any
 
 import pytest
 
-from tauten.service.frames.description import read_description
+from tauten.service.frames.description import described_look
 from tauten.service.node.description import description
 from tauten.service.setup import load_setup
-from tauten.service.wire import NetworkError
+from tauten.service.wire import NetworkError, read_description
 
 ODD: tuple[object, ...] = (
     None, True, -1, 0, 10**400, 1e308, "", "x", "<img src=x onerror=stop()>", "a b", "../x", "\0", [], {},
@@ -42,7 +42,7 @@ def test_a_doctored_description_is_read_or_refused(honest: dict[str, Any]) -> No
     for seed in range(400):
         payload = json.dumps(doctored(honest, random.Random(seed))).encode()
         try:
-            look = read_description("beam", payload).look()
+            look = described_look(read_description("beam", payload))
         except NetworkError as error:
             assert str(error).startswith("the node of 'beam'")
             assert "<img" not in str(error)

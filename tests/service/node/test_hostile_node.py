@@ -6,6 +6,7 @@ seconds.
 
 from __future__ import annotations
 
+import json
 import queue
 import time
 from collections.abc import Iterator
@@ -209,3 +210,20 @@ def test_those_runs_did_move_the_cables(rig: Rig) -> None:
     """The test above has followed targets, held, stopped and been reset, or it showed nothing."""
     modes = rig.node._statistics._modes
     assert all(modes[mode] > 0 for mode in ("idle", "run", "hold", "stop")), modes
+
+
+def test_refused_commands_do_not_fill_the_log(rig: Rig, caplog: pytest.LogCaptureFixture) -> None:
+    """A flood of locks with long names: health counts all, the log has a line of bounded length a second."""
+    begin, before = time.monotonic(), rig.node._inputs._commands.counts.refused.total()
+    rig.node._inputs._next_line = 0.0  # no line before
+    for number in range(40):
+        words = (f"lock {'x' * 15_000}{number} position 1", f"unlock {'y' * (50 + number)}")
+        rig.send([(KEYS.command, json.dumps({"data": one}).encode(), JSON) for one in words])
+        rig.tick()
+    seconds = time.monotonic() - begin
+    counts = rig.node._inputs._commands.counts
+    assert counts.refused.total() - before == 80
+    assert len(counts.last_rejection) < 300
+    lines = [record.getMessage() for record in caplog.records if "refused" in record.getMessage()]
+    assert 1 <= len(lines) <= 2 + seconds
+    assert max(map(len, lines)) < 400
