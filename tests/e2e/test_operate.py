@@ -84,7 +84,7 @@ def test_a_command_reaches_the_node_and_metrics_show_its_mode(served: Served, be
     assert send_command("beam", Network(served.port), OperatorCommand.STOP).mode is Mode.STOP
     with pytest.raises(OrderError, match=r"beam: 'unlock .*' is not possible in a stop"):
         send_lock("beam", Network(served.port), LockOrder(beam.actuators.names[0]))
-    assert "refused the command unlock" in served.process.output.read_text()
+    assert "refused the command 'unlock" in served.process.output.read_text()
     assert served.process.end() == 0
     assert ask_metrics(served.session, "beam") is None
 

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import json
 import random
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from tauten.service.frames import RecordedRobot
 from tauten.service.log import Entry, LogError, Logged, LogReader, LogRecorder
 from tauten.service.replay import make_report, read_run, replay, table_rows
+from tauten.service.view.words import frame_in_words
 from tauten.service.wire import (
     JOINTS,
     POINT,
@@ -22,6 +24,7 @@ from tauten.service.wire import (
     Mode,
     Point,
     Tick,
+    decode_tick,
     encode_joints,
     encode_point,
     encode_tick,
@@ -211,3 +214,39 @@ def test_a_doctored_log_is_replayed_or_refused(beam_file: Path, tmp_path: Path) 
 @pytest.mark.slow
 def test_many_doctored_logs_are_replayed_or_refused(beam_file: Path, tmp_path: Path) -> None:
     assert check_replays(beam_file, tmp_path, range(100, 500)) > 20
+
+
+MARKUP = "<img src=x onerror=stop()>"
+
+
+def marked(messages: list[Entry], change: random.Random) -> list[Entry]:
+    """Messages of a run of which one tick has markup as its status."""
+    place = change.choice([i for i, one in enumerate(messages) if one.kind == TICK])
+    tick = decode_tick(messages[place].payload)
+    assert isinstance(tick, Tick)
+    payload = encode_tick(replace(tick, status=MARKUP))
+    return [replace(one, payload=payload) if i == place else one for i, one in enumerate(messages)]
+
+
+def test_a_doctored_log_shows_no_markup(beam_file: Path, tmp_path: Path) -> None:
+    """What the viewer would show of a log: of one in which markup is a status, nothing."""
+    for name in ("beam.toml", "beam.vtu"):
+        (tmp_path / name).write_bytes((beam_file.parent / name).read_bytes())
+    path, refused, texts = tmp_path / "doctored.mcap", 0, []
+    for seed in range(4):
+        change = random.Random(seed)
+        metadata = {**METADATA, f"version {MARKUP}": MARKUP, "robot_digest": MARKUP}
+        messages = entries(4)
+        write(path, metadata, messages if seed % 2 else marked(messages, change))
+        try:
+            recorded = RecordedRobot(path)
+            for frame in recorded.frames():
+                if frame is not None:
+                    words = frame_in_words(recorded.look, frame, recorded.notes, advice=False)
+                    texts.append(words.html)
+        except LogError as error:
+            assert "no status" in str(error)
+            refused += 1
+    assert refused == 2
+    assert texts
+    assert not any("<img" in text for text in texts)
