@@ -6,12 +6,13 @@ from typing import Annotated, Self
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-from tauten.model import VALUES, ActuatorKind
+from tauten.model import ROWS, VALUES, ActuatorKind
 from tauten.model.schema import EffectorKind, Name
 from tauten.service.link import NetworkError
 
 _Limits = tuple[float, float]
 _Number = Annotated[float, Field(allow_inf_nan=False)]
+_Acceleration = Annotated[float, Field(ge=-1e3, le=1e3, allow_inf_nan=False)]
 _Name = Annotated[Name, Field(max_length=100)]  # as robot files may have it
 _Text = Annotated[str, Field(max_length=200)]
 _MOST = 10_000_000  # characters of a coded array
@@ -34,11 +35,12 @@ class DescribedActuator(_Described):
 
 
 class DescribedEffector(_Described):
-    """An effector and its goal values at rest."""
+    """An effector, its goal values at rest, and the weights of its rows."""
 
     name: _Name
     kind: EffectorKind
     rest: Annotated[tuple[_Number, ...], Field(max_length=7)]
+    weight: Annotated[tuple[_Number, ...], Field(max_length=6)]
 
     @model_validator(mode="after")
     def _has_its_values(self) -> Self:
@@ -46,6 +48,9 @@ class DescribedEffector(_Described):
             raise ValueError(
                 f"a {self.kind} has {VALUES[self.kind]} values, found {len(self.rest)}"
             )
+        if len(self.weight) != ROWS[self.kind]:
+            found = len(self.weight)
+            raise ValueError(f"a {self.kind} has {ROWS[self.kind]} weights, found {found}")
         return self
 
 
@@ -78,6 +83,7 @@ class RobotDescription(_Described):
     frame: _Name
     rate: Annotated[float, Field(gt=0.0, le=1e5)]
     size: Annotated[float, Field(gt=0.0, le=1e3)]
+    gravity: tuple[_Acceleration, _Acceleration, _Acceleration]
     target_timeout: Annotated[float, Field(gt=0.0)]
     actuators: Annotated[tuple[DescribedActuator, ...], Field(max_length=1000)]
     effectors: Annotated[tuple[DescribedEffector, ...], Field(min_length=1, max_length=1000)]
