@@ -17,18 +17,27 @@ def main() -> None:
 
             app()
     except Exception as error:
-        if not _is_of_set_up(error):
+        sentence = _sentence(error)
+        if sentence is None:
             raise
-        print(f"tauten: {error}", file=sys.stderr)
+        print(f"tauten: {sentence}", file=sys.stderr)
         sys.exit(2)
 
 
-def _is_of_set_up(error: Exception) -> bool:
-    """Whether an error is one of those whose text names what to change."""
+def _sentence(error: Exception) -> str | None:
+    """What to tell the user, where the text of the error or its kind says what to change; None elsewhere."""
     from tauten.service.link import NetworkError, OrderError
 
     if isinstance(error, NetworkError | OrderError | OSError):
-        return True
+        return str(error)
+    from tauten.model.numerics import FactorisationError
     from tauten.service.cli.app import setup_errors
 
-    return isinstance(error, setup_errors())
+    if isinstance(error, setup_errors()):
+        return str(error)
+    if isinstance(error, FactorisationError):
+        return (
+            f"the simulated motion has diverged, the equations of a time step have no solution ({error}); "
+            "choose a larger controller.rate, and look at what tauten check says about the robot"
+        )
+    return None

@@ -9,6 +9,7 @@ import pytest
 from support.nodes import wait_mode
 from support.processes import ROBOT, Served, run_main, start, tauten, write_robot
 
+from tauten.model.numerics import FactorisationError
 from tauten.service.plant import PathError, PathSettings, find_receiver, receiver_path
 from tauten.service.process import StopFlag
 from tauten.service.wire import Mode, Network
@@ -45,6 +46,21 @@ def test_errors_are_a_sentence(
     assert len(lines) == 1
     assert lines[0].startswith("tauten: ")
     assert message in lines[0]
+
+
+def test_a_motion_that_diverges_is_one_sentence(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Which factorisation ends so, and at which rate, depends on the machine: the error is put in."""
+
+    def diverged(*_: object) -> None:
+        raise FactorisationError("not positive definite, PARDISO error -4 in phase 22")
+
+    monkeypatch.setattr("tauten.service.check.check_robot", diverged)
+    assert run_main("--log-level", "error", "check", write_robot(tmp_path)) == 2
+    said = capsys.readouterr().err.strip().splitlines()[-1]
+    assert said.startswith("tauten: the simulated motion has diverged")
+    assert "PARDISO error -4 in phase 22); choose a larger controller.rate" in said
 
 
 def test_a_bad_robot_file_names_file_and_field(tmp_path: Path) -> None:
