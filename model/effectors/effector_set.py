@@ -76,7 +76,7 @@ class EffectorSet:
                 for i, item in enumerate(found)
             ]
             return np.concatenate(parts)
-        blocks = [item.gradient.reshape(len(item.delta), -1) for item in found]
+        blocks = [sp.coo_array(item.gradient.reshape(len(item.delta), -1)) for item in found]
         return sp.csr_array(sp.block_diag(blocks, format="csr") @ C)
 
     def force_map(self, C: Jacobian) -> Jacobian:
@@ -85,7 +85,8 @@ class EffectorSet:
         Args:
             C: (3 P, n) derivative of the points.
         """
-        weights = sp.block_diag([measure.carrier[None] for measure in self.measures])  # (p, P)
+        carriers = [sp.coo_array(measure.carrier[None]) for measure in self.measures]
+        weights = sp.block_diag(carriers)  # (p, P)
         combined = sp.csr_array(sp.kron(weights, sp.eye_array(3)))
         return combined @ C
 

@@ -14,15 +14,18 @@ used for the longest time are removed.
 from __future__ import annotations
 
 import hashlib
+import io
 import linecache
 import logging
 import os
+import pickle
+import stat
 import sys
 import time
+import uuid
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
-from pickle import UnpicklingError
 from typing import Any, TextIO, get_type_hints
 
 import numba
@@ -43,6 +46,8 @@ _LOG = logging.getLogger(__name__)
 _LONGEST_COMPILATION = 60.0  # s; then another process has been stopped, or failed to compile it
 _GLANCE = 0.02  # s between two looks at whether another process has finished
 _LARGEST_SIZE = 500_000_000  # bytes; the kernels of one version have about 50 MB
+_NEW_FILE = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0)
+_DIGEST = 32  # bytes of a SHA-256
 _DAY = 86_400.0  # s; how exactly the time of the last use is known
 
 
@@ -71,6 +76,14 @@ class KernelLocator(_CacheLocator):
         """Nothing: the names of files contain a digest of the sources."""
         return ""
 
+    def ensure_cache_path(self) -> None:
+        """Make the folder.
+
+        Raises:
+            OSError: it cannot be made.
+        """
+        make_folder(Path(self.get_cache_path()))
+
     @classmethod
     def from_function(cls, py_func: Callable[..., Any], py_file: str) -> KernelLocator:
         """The place of any function."""
@@ -85,18 +98,88 @@ class KernelCode(CompileResultCacheImpl):
 
 
 class KernelCacheFile(IndexDataCacheFile):
-    """Numba's cache file, where an entry that cannot be read counts as missing.
+    """Numba's cache file, where an entry that cannot be read or must not be read counts as missing.
 
-    That is a file without permission, one that was damaged, or an index with classes that no longer exist:
-    it names the classes in the kernel's signatures by module.
+    That is a file without permission, one that others can write, one that was damaged, or an index with
+    classes that no longer exist: it names the classes in the kernel's signatures by module.
     """
 
     def _load_index(self) -> dict[Any, str]:
         try:
-            found: dict[Any, str] = super()._load_index()  # type: ignore[no-untyped-call]
-        except (OSError, ImportError, AttributeError, EOFError, UnpicklingError):
+            file = io.BytesIO(read_checked(Path(self._index_path)))
+            version = pickle.load(file)
+            stamp, overloads = pickle.load(file) if version == self._version else ("", {})
+        except Exception:  # damaged pickles raise exceptions of many types
             return {}
+        found: dict[Any, str] = overloads if stamp == self._source_stamp else {}
         return found
+
+    def _load_data(self, name: str) -> Any:
+        try:
+            return pickle.loads(read_checked(Path(self._data_path(name))))
+        except Exception as error:  # numba takes an OSError for a missing entry
+            raise FileNotFoundError(f"{name} cannot be read") from error
+
+    def _save_index(self, overloads: dict[Any, str]) -> None:
+        content = pickle.dumps(self._version) + self._dump((self._source_stamp, overloads))
+        write_checked(Path(self._index_path), content)
+
+    def _save_data(self, name: str, data: Any) -> None:
+        write_checked(Path(self._data_path(name)), self._dump(data))
+
+
+def read_checked(path: Path) -> bytes:
+    """The content of a file of `write_checked`.
+
+    Raises:
+        OSError: it cannot be read, others can write it, or it was damaged.
+    """
+    with path.open("rb") as file:
+        if written_by_others(os.fstat(file.fileno())) or written_by_others(path.parent.stat()):
+            raise PermissionError(f"{path}: others can write it")
+        content = file.read()
+    content, digest = content[:-_DIGEST], content[-_DIGEST:]
+    if hashlib.sha256(content).digest() != digest:
+        raise OSError(f"{path}: damaged")
+    return content
+
+
+def write_checked(path: Path, content: bytes) -> None:
+    """Write a file and the digest of its content, which only the user can write; whole or not at all.
+
+    Raises:
+        OSError: it cannot be written, or others can write its folder.
+    """
+    if written_by_others(path.parent.stat()):
+        raise PermissionError(f"{path.parent}: others can write it")
+    temporary = path.with_name(f"{path.name}.tmp.{uuid.uuid4().hex[:16]}")
+    try:
+        with os.fdopen(os.open(temporary, _NEW_FILE, 0o644), "wb") as file:
+            file.write(content + hashlib.sha256(content).digest())
+        temporary.replace(path)
+    except BaseException:
+        temporary.unlink(missing_ok=True)
+        raise
+
+
+def written_by_others(found: os.stat_result) -> bool:
+    """Whether another user than this one and root owns a file or folder, or can write it."""
+    if sys.platform == "win32":  # folders of a user are writable by this user alone
+        return False
+    strange = found.st_uid not in (os.geteuid(), 0)
+    return strange or bool(found.st_mode & (stat.S_IWGRP | stat.S_IWOTH))
+
+
+def make_folder(folder: Path) -> None:
+    """Make a folder that only the user can write.
+
+    Raises:
+        OSError: it cannot be made, or is there and others can write it.
+    """
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    folder.mkdir(mode=0o755, exist_ok=True)
+    if written_by_others(folder.stat()):
+        raise PermissionError(f"{folder}: others can write it")
 
 
 class KernelCache(FunctionCache):
@@ -148,7 +231,7 @@ class KernelCache(FunctionCache):
             return False
         folder = Path(self._cache_path)
         try:
-            folder.mkdir(parents=True, exist_ok=True)
+            make_folder(folder)
             file = (folder / f"{self._file_name}.lock").open("a")
         except OSError:
             _warn_of_no_cache(folder)
@@ -175,10 +258,17 @@ class KernelCache(FunctionCache):
 @cache
 def _warn_of_no_cache(folder: Path) -> None:
     """Log, once in a process, that machine code cannot be kept."""
+    try:
+        others = written_by_others(folder.stat())
+    except OSError:
+        others = False
     _LOG.warning(
-        "compiled kernels cannot be kept in %s, so that every start compiles them again: "
-        "set NUMBA_CACHE_DIR to a folder that can be written",
+        "compiled kernels cannot be kept in %s%s, so that every start compiles them again: "
+        "%sset NUMBA_CACHE_DIR to a folder that %s",
         folder,
+        ", which other users can write" if others else "",
+        f"chmod -R go-w {folder}, or " if others else "",
+        "this user alone can write" if others else "can be written",
     )
 
 

@@ -3,11 +3,18 @@
 from __future__ import annotations
 
 import os
+import sys
+from collections.abc import Callable
 from pathlib import Path
 
+import pytest
 from support.processes import Process, start_script
 
-from tauten.model.numerics.kernel_cache import remove_unused
+from tauten.model.numerics.kernel_cache import (
+    KernelCacheFile,
+    remove_unused,
+    written_by_others,
+)
 
 CALLEE = """
 from typing import NamedTuple
@@ -122,10 +129,72 @@ def test_damaged_files_are_compiled_again(tmp_path: Path) -> None:
     cache = tmp_path / "cache"
     write(tmp_path)
     run(tmp_path, cache)
-    for file in cache.rglob("*.nb?"):
+    for file in cache.rglob("*.nbc"):
         file.write_bytes(b"")
     assert run(tmp_path, cache) == (6.0, 0, 1)
     assert run(tmp_path, cache) == (6.0, 1, 0)
+
+
+DAMAGES: list[Callable[[bytes], bytes]] = [
+    lambda content: b"",
+    lambda content: bytes(len(content)),
+    lambda content: content[: len(content) // 2],
+    lambda content: content[:-1],
+    lambda content: content[:100] + bytes(20) + content[120:],
+    lambda content: content + b"more",
+    lambda content: bytes(reversed(content)),
+]
+
+
+@pytest.mark.parametrize("damage", DAMAGES)
+@pytest.mark.parametrize("kind", ["*.nbc", "*.nbi"])
+def test_no_damaged_entry_is_read(
+    tmp_path: Path, kind: str, damage: Callable[[bytes], bytes]
+) -> None:
+    file = KernelCacheFile(str(tmp_path), "kernel", "stamp")
+    file.save("signature", list(range(1000)))
+    assert file.load("signature") == list(range(1000))
+    path = next(tmp_path.glob(kind))
+    path.write_bytes(damage(path.read_bytes()))
+    assert file.load("signature") is None
+    file.save("signature", "again")
+    assert file.load("signature") == "again"
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such permissions")
+@pytest.mark.parametrize("mode", [0o775, 0o757, 0o777])
+@pytest.mark.parametrize("what", ["folder", "file"])
+def test_what_others_can_write_is_not_read(tmp_path: Path, mode: int, what: str) -> None:
+    file = KernelCacheFile(str(tmp_path), "kernel", "stamp")
+    file.save("signature", [1])
+    for path in [tmp_path] if what == "folder" else list(tmp_path.iterdir()):
+        path.chmod(mode)
+    assert file.load("signature") is None
+    if what == "file":
+        file.save("signature", [2])  # in files of its own
+        assert file.load("signature") == [2]
+    else:
+        with pytest.raises(OSError, match="others can write it"):
+            file.save("signature", [2])
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such permissions")
+def test_what_belongs_to_others_is_not_read() -> None:
+    own = Path(__file__).stat()
+    assert not written_by_others(own)
+    assert written_by_others(os.stat_result([*own[:4], os.geteuid() + 1, *own[5:]]))
+
+
+def test_kernels_run_where_others_can_write(tmp_path: Path) -> None:
+    folder = tmp_path / "cache" / "tauten" / "kernels"
+    folder.mkdir(parents=True)
+    folder.chmod(0o777)
+    write(tmp_path)
+    process = start(tmp_path, tmp_path / "cache")
+    assert end(process) == (6.0, 0, 1)
+    output = process.output.read_text()
+    assert "which other users can write" in output and f"chmod -R go-w {folder}" in output
+    assert not list(folder.iterdir())
 
 
 def test_kernels_run_where_nothing_can_be_written(tmp_path: Path) -> None:
