@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
+import signal
 import sys
 
 
 def main() -> None:
-    """Entry point: errors of the set-up become one sentence and exit code 2."""
+    """Entry point: errors of the set-up become one sentence and exit code 2.
+
+    Where a script runs a command in the background, its shell has SIGINT ignored; commands obey Ctrl-C there
+    too. SIGHUP stays ignored where `nohup` did that.
+    """
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
         if sys.argv[1:2] == ["command"]:
             from tauten.service.cli.emergency import emergency

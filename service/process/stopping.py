@@ -2,7 +2,7 @@ r"""Signals that end a process, as a flag that a loop reads, so that every end i
 
 | signal | from |
 |---|---|
-| SIGINT | Ctrl-C, the service manager |
+| SIGINT | Ctrl-C, the service manager; also where the shell of a script has it ignored in the background |
 | SIGTERM | the system or a container that shuts down |
 | SIGHUP | a terminal that is closed; ignored where the process was started with `nohup` |
 | SIGQUIT | Ctrl-\ |

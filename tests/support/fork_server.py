@@ -40,6 +40,7 @@ def become(request: dict[str, Any]) -> None:
     os.environ.clear()
     os.environ.update(request["environment"])
     signal.signal(signal.SIGINT, signal.default_int_handler)
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)  # ignored where the tests run under nohup
     if request["script"]:
         sys.path.insert(0, request["folder"])
         runpy.run_path(request["script"], run_name="__main__")

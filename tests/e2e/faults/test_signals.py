@@ -8,12 +8,22 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from support.nodes import PERIOD, check_limits, follow, recorded, wait_mode
-from support.processes import ROBOT, Process, Served, Start, wait_alive, write_robot
+from support.processes import (
+    ROBOT,
+    Process,
+    Served,
+    Start,
+    run_main,
+    wait_alive,
+    write_robot,
+)
 
 from tauten.model import Robot, load_robot
 from tauten.service.log import LogReader
@@ -25,25 +35,39 @@ ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 KEYS = Keys("beam")
 
 
+@contextmanager
+def handled(number: signal.Signals, handler: Any) -> Iterator[None]:
+    """A handler for a part of a test, whatever nohup or a shell has set before."""
+    before = signal.signal(number, handler)
+    try:
+        yield
+    finally:
+        signal.signal(number, before)
+
+
 @pytest.mark.parametrize("number", ENDING)
 def test_a_signal_raises_the_flag_and_handlers_are_restored(number: signal.Signals) -> None:
-    before = signal.getsignal(number)
-    with stop_on_signals() as stop:
-        assert not stop.requested
-        signal.raise_signal(number)
-        assert stop.requested
-        assert not stop.urgent
-    assert signal.getsignal(number) is before
+    with handled(number, signal.SIG_DFL):
+        with stop_on_signals() as stop:
+            assert not stop.requested
+            signal.raise_signal(number)
+            assert stop.requested
+            assert not stop.urgent
+        assert signal.getsignal(number) is signal.SIG_DFL
 
 
 def test_nohup_is_respected() -> None:
-    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
-    try:
-        with stop_on_signals() as stop:
-            signal.raise_signal(signal.SIGHUP)
-            assert not stop.requested
-    finally:
-        signal.signal(signal.SIGHUP, before)
+    with handled(signal.SIGHUP, signal.SIG_IGN), stop_on_signals() as stop:
+        signal.raise_signal(signal.SIGHUP)
+        assert not stop.requested
+
+
+def test_commands_in_the_background_of_a_script_hear_ctrl_c() -> None:
+    """Their shell has SIGINT ignored, with which Python raises no KeyboardInterrupt."""
+    with handled(signal.SIGINT, signal.SIG_IGN):
+        assert run_main("--help") == 0
+        with pytest.raises(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGINT)
 
 
 def test_a_second_request_is_urgent_but_not_the_same_one_twice() -> None:
