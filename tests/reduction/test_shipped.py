@@ -14,6 +14,7 @@ from tauten.reduction import ContactBasis
 from tauten.reduction.state import StateBasis
 from tauten.service.check import MeshCertificate, certificate_file
 
+pytestmark = pytest.mark.versions
 FOLDER = robot_path("finger").parent
 
 
