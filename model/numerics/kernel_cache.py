@@ -116,16 +116,18 @@ class KernelCacheFile(IndexDataCacheFile):
 
     def _load_data(self, name: str) -> Any:
         try:
-            return pickle.loads(read_checked(Path(self._data_path(name))))
+            return pickle.loads(read_checked(Path(self._cache_path, name)))
         except Exception as error:  # numba takes an OSError for a missing entry
             raise FileNotFoundError(f"{name} cannot be read") from error
 
     def _save_index(self, overloads: dict[Any, str]) -> None:
-        content = pickle.dumps(self._version) + self._dump((self._source_stamp, overloads))
+        index = (self._source_stamp, overloads)
+        content = pickle.dumps(self._version) + self._dump(index)  # type: ignore[no-untyped-call]
         write_checked(Path(self._index_path), content)
 
     def _save_data(self, name: str, data: Any) -> None:
-        write_checked(Path(self._data_path(name)), self._dump(data))
+        content = self._dump(data)  # type: ignore[no-untyped-call]
+        write_checked(Path(self._cache_path, name), content)
 
 
 def read_checked(path: Path) -> bytes:
