@@ -292,3 +292,17 @@ def test_the_manipulator_reaches_a_position_and_points() -> None:
     found, _ = errors(robot, goal, steps=120)
     assert np.linalg.norm(found[:3]) < 1e-3 * robot.size
     assert np.linalg.norm(found[3:5]) < 2e-3
+
+
+def test_an_exact_target_is_reached_against_what_the_others_want() -> None:
+    """Another effector that weighs more does not hold the exact one where a step does not get there."""
+    tip = {"name": "tip", "point": [0.2, 0.01, 0.01], "exact": True}
+    robot = trunk(tip, {"name": "middle", "point": [0.1, 0.01, 0.01], "weight": 10.0})
+    goal, rest = values_under(robot, tensions(robot, 5)), robot.effector_values(robot.rest())
+    goal[3:] = rest[3:]
+    controller = Controller(robot, settings=PRECISE)
+    for _ in range(60):
+        actuation = controller.step(goal)
+        assert actuation.status.usable
+    assert actuation.status is Status.OK
+    assert np.linalg.norm(controller.effector_values[:3] - goal[:3]) < 1e-6
