@@ -40,7 +40,7 @@ from tauten.model.mesh.tet_mesh import MeshError
 from tauten.model.robot import Robot, RobotRows, State
 from tauten.model.rows import ChainedRows, ContactRows, EffectorRows, PairSlots, Rows
 from tauten.model.schema.section import RobotFileError
-from tauten.model.simulation import Ending, Report, Simulator
+from tauten.model.simulation import Ending, Report, Simulator, Travel, travel
 from tauten.model.skin import (
     NO_CONTACTS,
     Contacts,
@@ -97,6 +97,7 @@ __all__ = [
     "System",
     "Target",
     "TetRobot",
+    "Travel",
     "UNIT_LENGTH",
     "VALUES",
     "cable_actuators",
@@ -114,5 +115,6 @@ __all__ = [
     "recondensed",
     "row_compliance",
     "skin_of",
+    "travel",
     "worst_rows",
 ]

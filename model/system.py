@@ -2,10 +2,16 @@
 
 Implicit Euler with one linearisation, equations (3)-(8) of the paper:
 
-    A dv = b + h Hᵀ λ,   A = (1 + h a) M + (h b_K + h²) K,   b = h (f − C v − h K v)
+    A dv = b + h Hᵀ λ,   A = M + h C + h² K,   b = h (f − C v − h K v)
     v_free = v + A⁻¹ b                                                            (10)
 
-and its quasi-static limit, a Newton step for equilibrium: M, C and v vanish, A = h² K, b = h f.
+and its quasi-static limit, a Newton step for equilibrium: M, C and v vanish, A = h² K, b = h f. The damping
+C = a M + b_K D is proportional to the stiffness D of the material, the semidefinite tangent without what the
+actuators' efforts add: so C is positive semidefinite, and does not depend on the length of steps, as K may,
+which is the exact tangent only where A has a Cholesky factor.
+
+Where the step is linearised at q + h v, to where the velocity alone leads, b = h (f − C v), and dv moves the
+robot from there.
 """
 
 from __future__ import annotations
@@ -15,7 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from tauten.model.numerics import Array, Bools, Factorisation, Ints, kernel
+from tauten.model.numerics import Array, Bools, Factorisation, Ints, NoFactors, kernel
 from tauten.model.schema import RobotSettings
 
 # Shares of the semidefinite tangent that a step tries. The smaller it is, the faster steps converge.
@@ -30,9 +36,11 @@ class Integration:
     Attributes:
         rate: steps per second of simulated time [Hz].
         static: whether inertia and damping are left out (quasi-static).
-        rayleigh_mass: a in C = a M + b_K K [1/s].
+        rayleigh_mass: a in C = a M + b_K D [1/s].
         rayleigh_stiffness: b_K [s].
         semidefinite: share of the positive semidefinite tangent that a quasi-static step tries first.
+        ahead: whether the state that is linearised is that to which its velocity leads from the start of the
+            step; not with a quasi-static step.
     """
 
     rate: float
@@ -40,6 +48,7 @@ class Integration:
     rayleigh_mass: float = 0.0
     rayleigh_stiffness: float = 0.0
     semidefinite: float = 0.0
+    ahead: bool = False
 
     @property
     def h(self) -> float:
@@ -153,8 +162,8 @@ class System:
 
     Attributes:
         h: time step [s].
-        v: (n,) velocity before the step [m/s]; zero when quasi-static.
-        v_free: (n,) velocity after a step without constraint forces (10) [m/s].
+        v: (n,) velocity before the step [m/s]; zero when quasi-static or linearised ahead.
+        v_free: (n,) velocity after a step without constraint forces (10), or its change [m/s].
         residual: norm of the forces out of balance, without constraints [N].
         factorisation: factors of A.
         exact: whether A has the exact tangent, which is then positive definite.
@@ -186,7 +195,7 @@ def make_system(
     mass: Array,
     force: Array,
     v: Array,
-    viscous: Array | None = None,
+    damping: Array | None = None,
 ) -> System:
     """Build and factorise the system of one step.
 
@@ -198,7 +207,7 @@ def make_system(
         mass: (n,) lumped mass [kg], or (nnz,) values of a mass matrix in the pattern.
         force: (n,) internal and external forces without constraints [N].
         v: (n,) velocity [m/s].
-        viscous: (nnz,) values of a matrix C of viscous forces −C v besides Rayleigh damping.
+        damping: (nnz,) values of C without its part a M; None where the step is quasi-static.
 
     Raises:
         FactorisationError: A is not positive definite.
@@ -209,44 +218,55 @@ def make_system(
         dv = factorisation.solve(h * force)
         residual = float(np.linalg.norm(force))
         return System(h, np.zeros_like(v), dv, residual, factorisation, tangent=K)
-    a, b_K = integration.rayleigh_mass, integration.rayleigh_stiffness
-    n = pattern.n
-    A, Kv = _scaled_with_product(pattern.indptr, pattern.indices, K, h * b_K + h * h, v)
+    assert damping is not None
+    a, n = integration.rayleigh_mass, pattern.n
+    share = 0.0 if integration.ahead else h
+    A, resisting = _combined(pattern.indptr, pattern.indices, h, share, (damping, K), v)
     if len(mass) == n:
         Mv = mass * v
         A[pattern.diagonal] += (1.0 + h * a) * mass
     else:
         Mv = sp.csc_array((mass, pattern.indices, pattern.indptr), shape=(n, n)) @ v
         A += (1.0 + h * a) * mass
-    b = h * (force - a * Mv - (b_K + h) * Kv)
-    if viscous is not None:
-        b -= h * (sp.csc_array((viscous, pattern.indices, pattern.indptr), shape=(n, n)) @ v)
-        A += h * viscous
     factorisation.refactor(A)
-    return System(h, v, v + factorisation.solve(b), float(np.linalg.norm(force)), factorisation)
+    dv = factorisation.solve(h * (force - a * Mv - resisting))
+    before = np.zeros_like(v) if integration.ahead else v
+    return System(h, before, before + dv, float(np.linalg.norm(force)), factorisation)
 
 
 @kernel
-def _scaled_with_product(
-    indptr: Ints, indices: Ints, K: Array, scale: float, v: Array
+def _combined(
+    indptr: Ints, indices: Ints, h: float, share: float, values: tuple[Array, Array], v: Array
 ) -> tuple[Array, Array]:
-    """Values (nnz,) of scale K, and K v (n,), of a symmetric K.
+    """Values (nnz,) of h C + h² K, and (C + share K) v (n,), of symmetric C and K.
 
     Args:
         indptr: (n + 1,) CSC column pointers.
         indices: (nnz,) row indices.
-        K: (nnz,) values.
-        scale: factor.
+        h: time step [s].
+        share: of K in the product [s].
+        values: (nnz,) of C and K.
         v: (n,) vector.
     """
+    C, K = values
     A, product = np.empty_like(K), np.empty_like(v)
     for column in range(v.shape[0]):
         total = 0.0  # of the column, which is the row
         for place in range(indptr[column], indptr[column + 1]):
-            A[place] = scale * K[place]
-            total += K[place] * v[indices[place]]
+            A[place] = h * C[place] + h * h * K[place]
+            total += (C[place] + share * K[place]) * v[indices[place]]
         product[column] = total
     return A, product
+
+
+def coasting(h: float, v: Array) -> System:
+    """A step without forces, in which the velocity v (n,) does not change: for `Robot.advance` only.
+
+    Args:
+        h: its length [s].
+        v: (n,) velocity [m/s].
+    """
+    return System(h, v, v, 0.0, NoFactors())
 
 
 def make_iterate(

@@ -24,14 +24,16 @@ class Scheme(NamedTuple):
     Attributes:
         h: time step [s].
         static: whether inertia and damping are left out.
-        a: of the Rayleigh damping a M + b_K K [1/s].
+        a: of the Rayleigh damping a M + b_K D [1/s].
         b_K: of the Rayleigh damping [s].
+        ahead: whether the state is that to which its velocity leads from the start of the step.
     """
 
     h: float
     static: bool
     a: float
     b_K: float
+    ahead: bool
 
 
 def scheme_of(integration: Integration) -> Scheme:
@@ -41,18 +43,22 @@ def scheme_of(integration: Integration) -> Scheme:
         integration.static,
         integration.rayleigh_mass,
         integration.rayleigh_stiffness,
+        integration.ahead,
     )
 
 
 @kernel
 def implicit_step(
-    scheme: Scheme, mass: Array, K: Array, force: Array, v: Array, L: Array, v_free: Array
+    scheme: Scheme, mass: Array, D: Array, K: Array, force: Array, v: Array, L: Array, v_free: Array
 ) -> bool:
     """Factors of A into L and the velocity after a step without constraint forces into v_free (7)-(10).
+
+    Where the scheme is linearised ahead, its change.
 
     Args:
         scheme: damping and time step.
         mass: (r, r), not read where the scheme is static.
+        D: (r, r) stiffness of the material, to which damping is proportional; not read where static.
         K: (r, r) tangent.
         force: (r,) without constraint forces.
         v: (r,) velocity.
@@ -67,12 +73,14 @@ def implicit_step(
         A = h * h * K
         v_free[:] = h * force
     else:
-        A = (1.0 + h * a) * mass + (h * b_K + h * h) * K
-        v_free[:] = h * (force - a * np.dot(mass, v) - (b_K + h) * np.dot(K, v))
+        A = (1.0 + h * a) * mass + h * b_K * D + h * h * K
+        v_free[:] = h * (force - a * np.dot(mass, v) - b_K * np.dot(D, v))
+        if not scheme.ahead:
+            v_free[:] -= h * h * np.dot(K, v)
     if not cholesky(A, L):
         return False
     solve_in_place(L, v_free)
-    if not scheme.static:
+    if not (scheme.static or scheme.ahead):
         v_free[:] += v
     return True
 
@@ -80,6 +88,7 @@ def implicit_step(
 def implicit_system(
     scheme: Scheme,
     mass: Array,
+    D: Array,
     forces: Callable[[bool], tuple[Array, Array]],
     v: Array,
     L: Array,
@@ -90,6 +99,7 @@ def implicit_system(
     Args:
         scheme: damping and time step.
         mass: (r, r), not read where the scheme is static.
+        D: (r, r) stiffness of the material, not read either.
         forces: forces (r,) and tangent (r, r), exact or not, see `ReducedRobot.forces`.
         v: (r,) velocity.
         L: (r, r) memory of the factor.
@@ -102,8 +112,9 @@ def implicit_system(
     for exact in (True, False):  # buckling makes the exact tangent indefinite
         force, K = forces(exact)
         moving = force if inertia is None else force - inertia
-        if implicit_step(scheme, mass, K, moving, v, L, v_free):
+        if implicit_step(scheme, mass, D, K, moving, v, L, v_free):
             residual = float(np.linalg.norm(force))
             tangent = K if scheme.static else None
-            return System(scheme.h, v, v_free, residual, DenseFactors(L), exact, tangent)
+            before = np.zeros_like(v) if scheme.ahead else v
+            return System(scheme.h, before, v_free, residual, DenseFactors(L), exact, tangent)
     raise FactorisationError("the reduced model's matrix is not positive definite")

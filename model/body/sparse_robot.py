@@ -139,7 +139,7 @@ class SparseRobot(ABC):
             FactorisationError: A is not positive definite (a state that has blown up).
         """
         scheme = integration or self.integration
-        remembered, viscous = (None, None) if scheme.static else self.viscosity_at(state, scheme.h)
+        remembered, damping = (None, None) if scheme.static else self.damping_at(state, scheme)
         force, K = self.forces(state, tension, exact=True)
         if remembered is not None:
             force += remembered
@@ -161,7 +161,7 @@ class SparseRobot(ABC):
                     self.mass,
                     force,
                     state.v,
-                    viscous,
+                    damping,
                 )
                 return dataclasses.replace(system, exact=share == 0.0, semidefinite=share)
             except FactorisationError:
@@ -178,6 +178,21 @@ class SparseRobot(ABC):
     def mass_matrix(self, state: State) -> sp.csc_array:
         """The mass matrix (n, n) at a state, for most robots the lumped masses at any."""
         return sp.csc_array(sp.diags_array(self.mass))
+
+    def damping_at(self, state: State, scheme: Integration) -> tuple[Array | None, Array]:
+        """Forces (n,) of viscous materials' memory [N] or None, and C without a M as CSC values (nnz,).
+
+        Args:
+            state: where a step is linearised.
+            scheme: its length and damping.
+        """
+        damping = np.zeros(len(self.pattern.indices))
+        if scheme.rayleigh_stiffness > 0.0:
+            damping = scheme.rayleigh_stiffness * self.forces(state)[1]
+        remembered, viscous = self.viscosity_at(state, scheme.h)
+        if viscous is not None:
+            damping += viscous
+        return remembered, damping
 
     def viscosity_at(self, state: State, h: float) -> tuple[Array | None, Array | None]:
         """Forces (n,) of viscous materials' memory [N], and matrix C as CSC values (nnz,); None: no such.

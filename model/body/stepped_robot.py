@@ -57,25 +57,16 @@ class SteppedRobot(SparseRobot):
         """½ vᵀ M v of velocities (n,) [J]."""
         return 0.5 * float(self.mass @ (v * v))
 
-    def step_start(self, state: State, tension: Array, exact: bool) -> StepStart:
+    def step_start(self, state: State) -> StepStart:
         """The start of a step that is iterated, with the damping there.
 
         Args:
             state: where the step starts.
-            tension: (n_a,) tensions of the last step [N].
-            exact: whether damping is proportional to the exact tangent, as in a step with one linearisation,
-                or to the positive semidefinite one.
         """
-        scheme = self.integration
-        damping = np.zeros(len(self.pattern.indices))
-        if scheme.rayleigh_stiffness > 0.0:
-            damping = scheme.rayleigh_stiffness * self.forces(state, tension, exact)[1]
-        damping[self.pattern.diagonal] += scheme.rayleigh_mass * self.mass
-        remembered, viscous = self.viscosity_at(state, scheme.h)
-        if viscous is not None:
-            damping += viscous
+        remembered, damping = self.damping_at(state, self.integration)
+        damping[self.pattern.diagonal] += self.integration.rayleigh_mass * self.mass
         force = np.zeros(self.n) if remembered is None else remembered
-        return StepStart(state, scheme, damping, force)
+        return StepStart(state, self.integration, damping, force)
 
     def viscous_force(self, start: StepStart, v: Array) -> Array:
         """C v of velocities (n,): (n,) [N]."""

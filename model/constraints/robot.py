@@ -165,7 +165,8 @@ class ConstrainedRobot(PlacedRobot):
         mass, inertia = self.mass_values(T), np.zeros(self.n)
         if not scheme.static and len(self.frames.nodes):
             inertia = self.inertia_force(levers, T, state.v)
-        make = partial(make_system, self.pattern, self.factorisation, scheme)
+        damping = None if scheme.static else self.damping_at(state, scheme)[1]
+        make = partial(make_system, self.pattern, self.factorisation, scheme, damping=damping)
         force, K = self.forces_at(state, raw_state, levers, tension, True)
         try:
             return make(K.copy(), mass, force + inertia, state.v)

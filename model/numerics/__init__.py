@@ -10,6 +10,7 @@ from tauten.model.numerics.factorisation import (
     BACKENDS,
     Factorisation,
     FactorisationError,
+    NoFactors,
     installed_backends,
     make_factorisation,
 )
@@ -60,6 +61,7 @@ __all__ = [
     "Ints",
     "LANES",
     "LcpResult",
+    "NoFactors",
     "Vector3",
     "active_set_forces",
     "add",

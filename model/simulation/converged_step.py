@@ -49,14 +49,8 @@ class Stepped(Robot, Protocol):
     def kinetic_energy(self, v: Array) -> float:
         """½ vᵀ M v of velocities (n,) [J]."""
 
-    def step_start(self, state: State, tension: Array, exact: bool) -> StepStart:
-        """The start of a step, see `SteppedRobot.step_start`.
-
-        Args:
-            state: where the step starts.
-            tension: (n_a,) tensions of the last step [N].
-            exact: whether damping is proportional to the exact tangent.
-        """
+    def step_start(self, state: State) -> StepStart:
+        """The start of a step, see `SteppedRobot.step_start`."""
 
     def velocity(self, start: State, end: State) -> Array:
         """The velocity (n,) that moves one state to another within a step [m/s]."""
@@ -149,7 +143,8 @@ def converged_step(
             f"robot {robot.name}: converged steps need a full model without drives, rigid regions and "
             "attachments"
         )
-    start, system = first_system(robot, state, forces.tension)
+    start = robot.step_start(state)
+    system = robot.linearise_iterate(state, start, forces.tension)
     merit = Merit(robot, space, command, IncrementalPotential(robot, start), robot.advance)
     contacts = space.k > 0 or enrichment.rounds > 0
     iterate, lam, taken, movement = state, forces, 0, np.inf
@@ -184,25 +179,6 @@ def converged_step(
     end = robot.advance(state, still, robot.velocity(state, iterate))
     end = without_gain(robot, state, end, lam)
     return ConvergedStep(end, lam, last, movement, taken, ending)
-
-
-def first_system(robot: Stepped, state: State, tension: Array) -> tuple[StepStart, System]:
-    """The start of a step, damped by the exact tangent where its system is definite, and that system.
-
-    Args:
-        robot: its factorisation workspace is overwritten.
-        state: where the step starts.
-        tension: (n_a,) tensions of the last step [N].
-
-    Raises:
-        FactorisationError: the state has diverged.
-    """
-    start = robot.step_start(state, tension, exact=True)
-    try:
-        return start, robot.linearise_iterate(state, start, tension)
-    except FactorisationError:
-        start = robot.step_start(state, tension, exact=False)
-        return start, robot.linearise_iterate(state, start, tension)
 
 
 def without_gain(robot: Stepped, before: State, after: State, forces: Forces) -> State:

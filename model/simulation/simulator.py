@@ -16,15 +16,15 @@ from tauten.model.forward_step import ForwardStep, forward_step
 from tauten.model.interface import Command
 from tauten.model.numerics import Array, solve_lcp
 from tauten.model.robot import Robot, State
+from tauten.model.simulation.commands import checked_command
 from tauten.model.simulation.converged_step import converged_step
 from tauten.model.simulation.equilibrium import Ending, Report, make_report
 from tauten.model.simulation.relaxation import relaxed
 from tauten.model.simulation.search import EquilibriumSearch
+from tauten.model.simulation.travel import travel
 from tauten.model.skin import contact_forces
 from tauten.model.threads import one_blas_thread
 
-LARGEST = 1e6  # m or N; no cable is pulled farther or harder
-LARGEST_EFFORT = 1e9  # N or Pa, of any other actuator
 SMOOTHING = (
     1e-6  # regularisation of smooth forces relative to the diagonal of W; larger is smoother
 )
@@ -94,6 +94,7 @@ class Simulator:
             self._state,
             self._state,
         )  # after the last time step, and where it was linearised
+        self._moved: Command | None = None  # command of the last `move`
 
     def load(self, gravity: Array, effector_force: Array) -> None:
         """Change the loads: gravity (3,) [m/s²] and forces on the effectors (3 p,) [N]."""
@@ -178,13 +179,45 @@ class Simulator:
                 a robot that has none.
             FactorisationError: the state has diverged.
         """
-        command = self._checked(pull, tension)
+        command = checked_command(self.robot, pull, tension)
         if converged and self.robot.integration.static:
             return self._attempt(command, command, STATIC_TOLERANCE, STATIC_ITERATIONS)
         if converged:
             return self._converged_step(command)
         result, movement = self._advance(command)
         return make_report(self.robot, self._state, result, 1, movement)
+
+    @one_blas_thread()
+    def move(
+        self,
+        pull: Sequence[float] | Array | None = None,
+        tension: Sequence[float] | Array | None = None,
+        steps: int = 1,
+    ) -> Report:
+        """A period h in steps of second order, see `tauten.model.simulation.travel`.
+
+        Positions and efforts of the actuators move evenly from those of the last `move`, at first from those
+        of the state, to the given ones.
+
+        Args:
+            pull: (n_a,) positions at the end, as of `step`.
+            tension: (n_a,) efforts at the end.
+            steps: into how many the period is divided.
+
+        Raises:
+            ValueError: as of `step`, or `steps` below 1.
+            FactorisationError: the state has diverged.
+        """
+        if steps < 1:
+            raise ValueError(f"steps: found {steps}, expected at least 1")
+        command = checked_command(self.robot, pull, tension)
+        before = self._moved or Command(self.pull, self.tension)
+        done = travel(
+            self._robot, self._space, self._enrichment, self._state, self._forces, before, command, steps
+        )  # fmt: skip
+        self._state, self._forces, self._moved = done.state, done.forces, command
+        self._stepped = done.state, done.last.prediction.step.state
+        return make_report(self._robot, done.state, done.last, steps, done.movement)
 
     def _converged_step(self, command: Command) -> Report:
         done = converged_step(
@@ -235,7 +268,7 @@ class Simulator:
         """
         if max_iterations < 1:
             raise ValueError(f"max_iterations: found {max_iterations}, expected at least 1")
-        command = self._checked(pull, tension)
+        command = checked_command(self.robot, pull, tension)
         if not load_steps:
             return self._attempt(command, command, tolerance, max_iterations)
         before = self._state, self._forces
@@ -333,51 +366,3 @@ class Simulator:
         self._forces = solved.step.split(solved.lam, self._space.k)
         self._stepped = self._state, step.state
         return result, movement
-
-    def _checked(
-        self, pull: Sequence[float] | Array | None, tension: Sequence[float] | Array | None
-    ) -> Command:
-        """The command of given positions and efforts (n_a,)."""
-        if pull is None and tension is None:
-            raise ValueError(
-                "pull and tension: each actuator needs a number in one of them, found neither"
-            )
-        n_a, cables = self.robot.n_a, ~self.robot.actuators.bilateral
-        mixed = pull is not None and tension is not None
-        least, most = np.full(n_a, -LARGEST), np.full(n_a, LARGEST)
-        pulls = None if pull is None else _numbers("pull", pull, least, most, mixed)
-        least = np.where(cables, 0.0, -LARGEST_EFFORT)
-        most = np.where(cables, LARGEST, LARGEST_EFFORT)
-        tensions = None if tension is None else _numbers("tension", tension, least, most, mixed)
-        command = Command.of(pulls, tensions)
-        if (command.by_position == command.by_force).any():
-            raise ValueError(
-                "pull and tension: each actuator needs a number in one of them and NaN in the other, found "
-                f"{command.pull.tolist()} and {command.tension.tolist()}"
-            )
-        return command
-
-
-def _numbers(
-    name: str, given: Sequence[float] | Array, least: Array, most: Array, gaps: bool
-) -> Array:
-    """An array of one number for each actuator (n_a,), copied.
-
-    Args:
-        name: of the argument, for errors.
-        given: what the caller gave.
-        least: (n_a,) smallest values allowed.
-        most: (n_a,) largest values allowed.
-        gaps: whether NaN is allowed too.
-    """
-    try:
-        value = np.array(given, dtype=float)
-    except (TypeError, ValueError, OverflowError) as error:
-        raise ValueError(f"{name}: not an array of numbers: {error}") from error
-    fits = value.shape == least.shape
-    if not fits or not ((value >= least) & (value <= most) | (gaps & np.isnan(value))).all():
-        raise ValueError(
-            f"{name}: found {value.tolist()}, expected {len(least)} values from {least.max():g} to "
-            f"{most.min():g}, one an actuator"
-        )
-    return value

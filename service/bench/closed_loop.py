@@ -17,6 +17,7 @@ from tauten.model import ContactSpace, Robot, Simulator, load_robot
 from tauten.model.schema import read_toml
 from tauten.service.bench.closed_loop_cases import Case, equilibria, make_cases
 from tauten.service.bench.closed_loop_run import Drive, Outcome, Trace, case_outcome, follow
+from tauten.service.plant import DrivenRobot, own_steps
 from tauten.service.process import HostInfo, StopFlag, host_info, one_blas_thread
 from tauten.service.settings import service_settings
 
@@ -47,6 +48,10 @@ class ClosedLoopBench:
         rate_hz: ticks a second.
         seconds: of each case.
         seed: of the random walk.
+        plant: order of the plant.
+        plant_steps: its steps in a period.
+        plant_error_percent: how far twice as many move it in a trial motion, of its way.
+        plant_speed: its simulated time over real time there.
         outcomes: one a run.
         complete: whether all runs were done.
     """
@@ -56,6 +61,10 @@ class ClosedLoopBench:
     rate_hz: float
     seconds: float
     seed: int
+    plant: str
+    plant_steps: int
+    plant_error_percent: float
+    plant_speed: float
     outcomes: tuple[Outcome, ...]
     complete: bool
 
@@ -145,6 +154,10 @@ def bench_closed_loop(
         rate_hz=1.0 / robot.h,
         seconds=settings.seconds,
         seed=settings.seed,
+        plant="full",
+        plant_steps=bench.own.count,
+        plant_error_percent=100.0 * bench.own.error,
+        plant_speed=bench.own.speed,
         outcomes=tuple(outcome for one in done for outcome, _ in one.runs),
         complete=not stop.requested,
     )
@@ -152,7 +165,11 @@ def bench_closed_loop(
 
 
 class ClosedLoopRunner:
-    """Controllers and plants, made once and returned to the equilibrium under their loads before each run."""
+    """Controllers and plants, made once and returned to the equilibrium under their loads before each run.
+
+    Attributes:
+        own: steps of the plants.
+    """
 
     def __init__(self, robot: Robot, path: Path, basis: ContactSpace) -> None:
         """Make the controllers.
@@ -172,7 +189,10 @@ class ClosedLoopRunner:
         for controller in self._controllers.values():
             controller.settle_start()
         self._path, self._rate = path, 1.0 / robot.h
-        self._plants: dict[float, Simulator] = {}
+        self._plants: dict[float, DrivenRobot] = {}
+        plant = Simulator(load_robot(path, rate=self._rate), "full")
+        plant.settle_start()
+        self.own = own_steps(plant)
         self._warm: set[str] = set()
 
     def run(self, group: Group, contact: str, closed: bool) -> tuple[Outcome, Trace]:
@@ -193,9 +213,10 @@ class ClosedLoopRunner:
         h, scale = controller.robot.h, group.young_scale
         return case_outcome(case, trace, h, contact, closed, scale, group.drive), trace
 
-    def _plant(self, young_scale: float) -> Simulator:
+    def _plant(self, young_scale: float) -> DrivenRobot:
         if young_scale not in self._plants:
             robot = load_robot(self._path, rate=self._rate, young_scale=young_scale)
-            self._plants[young_scale] = Simulator(robot, "full")
-            self._plants[young_scale].settle_start()
+            simulator = Simulator(robot, "full")
+            simulator.settle_start()
+            self._plants[young_scale] = DrivenRobot(simulator, self.own.count)
         return self._plants[young_scale]

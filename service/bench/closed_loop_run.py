@@ -1,4 +1,4 @@
-"""One run of the closed-loop benchmark: a controller against the full-order robot.
+"""One run of the closed-loop benchmark: a controller against the full-order robot, with steps of its own.
 
 Node and plant run in this process in turns, in logical time: each tick is one period, however long its
 work takes, so positions do not depend on the machine and only times do. The measurement of a tick is
@@ -14,10 +14,10 @@ from typing import Literal
 import numpy as np
 
 from tauten.controller import Controller
-from tauten.model import Simulator
 from tauten.model.numerics import Array, Bools, FactorisationError
 from tauten.service.bench.closed_loop_cases import Case
 from tauten.service.node import LARGEST, ControlLoop, Feedback, Signals
+from tauten.service.plant import DrivenRobot
 from tauten.service.replay import Spread, spread
 from tauten.service.settings import ServiceSettings
 
@@ -97,7 +97,7 @@ class Outcome:
 
 def follow(
     controller: Controller,
-    plant: Simulator,
+    plant: DrivenRobot,
     case: Case,
     closed: bool,
     drive: Drive,
@@ -115,7 +115,11 @@ def follow(
     """
     controller.reset()
     plant.reset()
-    robot, loop = controller.robot, ControlLoop(controller, settings=settings)
+    robot, body, loop = (
+        controller.robot,
+        plant.simulator,
+        ControlLoop(controller, settings=settings),
+    )
     loop.prepare()
     settings = settings or ServiceSettings()
     layout = robot.effector_layout
@@ -130,13 +134,13 @@ def follow(
         begin = perf_counter()
         loop.prepare()
         step = decide + perf_counter() - begin
-        where = plant.effector_values  # (n_v,)
+        where = body.effector_values  # (n_v,)
         error = layout.error(where, target)
         usable = action.decided and sent.status.usable
-        touching = bool((plant.lam_c > 0.0).any())
+        touching = bool((body.lam_c > 0.0).any())
         times = (decide, step)
         rows.append(
-            (plant.effector[0], error, sent.pull, sent.tension, *times, touching, not usable)
+            (body.effector[0], error, sent.pull, sent.tension, *times, touching, not usable)
         )
         if closed:
             feedback.observe(controller.effector_values, where, robot.h)
@@ -153,12 +157,13 @@ def follow(
     )
 
 
-def _step(plant: Simulator, command: Array, drive: Drive) -> None:
+def _step(plant: DrivenRobot, command: Array, drive: Drive) -> None:
+    none = np.full_like(command, np.nan)
     try:
         if drive == "pull":
-            plant.step(pull=command)
+            plant.move(command, none)
         else:
-            plant.step(tension=command)
+            plant.move(none, command)
     except FactorisationError:
         plant.reset()
 

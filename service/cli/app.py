@@ -99,21 +99,22 @@ def plant(
     model: Model = None,
     young_scale: YoungScale = 1.0,
     drive: DriveOption = "pull",
-    steps: StepsOption = "single",
+    steps: StepsOption = "own",
     port: Port = None,
     zenoh_config: ZenohConfig = None,
 ) -> None:
     """Simulate a robot that follows the actuation, with pointwise contact.
 
-    The model is that of the robot file, or of --model; one of another Young's modulus is always full.
+    In full order where this computer keeps up with it, otherwise with the robot file's reduced model, or as
+    --model says; one of another Young's modulus is always full.
     """
     from tauten.service.plant import PlantSettings, plant_robot, simulate
     from tauten.service.process import stop_on_signals
 
-    loaded = plant_robot(robot, rate, model, young_scale)
+    loaded, order = plant_robot(robot, rate, model, young_scale)
     settings = PlantSettings(measure, drive, steps)
     with stop_on_signals() as stop:
-        simulate(loaded, _network(port, zenoh_config), settings, stop)
+        simulate(loaded, _network(port, zenoh_config), settings, stop, order)
 
 
 def stream(

@@ -37,7 +37,7 @@ def demo(
     closed_loop: ClosedLoop = False,
     young_scale: YoungScale = 1.0,
     drive: DriveOption = "pull",
-    steps: StepsOption = "single",
+    steps: StepsOption = "own",
 ) -> None:
     """Run node, plant and stream as processes; write a log, a report and a figure."""
     from tauten.service.plant import FIGURE, DemoSettings, run_demo

@@ -7,10 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from tauten.model import Robot, Simulator, skin_of
+from tauten.model import Robot, skin_of
 from tauten.model.numerics import Array, FactorisationError
 from tauten.service.frames.frame import RobotLook, ViewFrame, look_of
 from tauten.service.node import ControlLoop, Signals
+from tauten.service.plant import PlantSettings, warm_plant
 from tauten.service.setup import Setup, warm_controller
 from tauten.service.wire import OperatorCommand
 
@@ -24,21 +25,22 @@ class SimulatedRobot:
         look: what of the robot does not change.
         pausable: always; time is that of the simulation.
         nodes: of the plant.
+        plant: order of the plant, its steps and their error.
     """
 
     pausable = True
 
-    def __init__(self, setup: Setup, plant: Robot) -> None:
+    def __init__(self, setup: Setup, plant: Robot, order: str = "full") -> None:
         """Start where model and plant settle under their loads, with every kernel compiled.
 
         Args:
             setup: the model that decides.
             plant: the robot that it drives, at the same rate.
+            order: of the plant, and the error that this makes.
         """
         self._loop = ControlLoop(warm_controller(setup), settings=setup.service)
-        self._simulator = Simulator(plant, contact="full")
-        self._simulator.step(tension=np.zeros(plant.n_a))
-        self._simulator.settle_start()
+        warm = warm_plant(plant, PlantSettings(), order)
+        self._driven, self._simulator, self.plant = warm.driven, warm.driven.simulator, warm.fields
         self._skin, self._ghost = skin_of(plant), skin_of(setup.robot)
         self._h = plant.h
         self.nodes = plant.n_nodes
@@ -77,9 +79,9 @@ class SimulatedRobot:
         simulator = self._simulator
         led = simulator.robot.actuators.held(action.actuation.pull, action.actuation.tension)
         try:
-            simulator.step(pull=led.pull, tension=led.tension)
+            self._driven.move(led.pull, led.tension)
         except FactorisationError:
-            simulator.reset()
+            self._driven.reset()
             self._resets += 1
         self._steps += 1
         self._seconds += _PACE * (time.perf_counter() - begin - self._seconds)

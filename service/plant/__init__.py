@@ -9,6 +9,7 @@ from tauten.service.plant.demo import (
     DemoSettings,
     run_demo,
 )
+from tauten.service.plant.drives import DrivenRobot, OwnSteps, own_steps
 from tauten.service.plant.paths import (
     SHAPES,
     PathSettings,
@@ -17,7 +18,7 @@ from tauten.service.plant.paths import (
     directions,
     make_path,
 )
-from tauten.service.plant.plant import PlantSettings, plant_robot, simulate
+from tauten.service.plant.plant import PlantSettings, Warm, plant_robot, simulate, warm_plant
 from tauten.service.plant.processes import Child, DemoError, child, free_ports
 from tauten.service.plant.receiver import Receiver, find_receiver, receiver_path
 from tauten.service.plant.streaming import StreamSettings, stream
@@ -30,8 +31,10 @@ __all__ = [
     "DemoError",
     "DemoResult",
     "DemoSettings",
+    "DrivenRobot",
     "FIGURE",
     "LOG",
+    "OwnSteps",
     "PathError",
     "PathSettings",
     "Plane",
@@ -42,15 +45,18 @@ __all__ = [
     "StreamSettings",
     "TARGETS",
     "TargetPath",
+    "Warm",
     "bending_command",
     "child",
     "directions",
     "find_receiver",
     "free_ports",
     "make_path",
+    "own_steps",
     "receiver_path",
     "run_demo",
     "save_path",
     "simulate",
     "stream",
+    "warm_plant",
 ]

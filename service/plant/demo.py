@@ -55,7 +55,7 @@ class DemoSettings:
     closed_loop: bool = False
     young_scale: float = 1.0
     drive: Drive = "pull"
-    steps: Steps = "single"
+    steps: Steps = "own"
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,7 +6,7 @@ import gc
 import logging
 import time
 from contextlib import ExitStack
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -16,6 +16,7 @@ from tauten.model import Robot, RobotFileError, Simulator, load_robot
 from tauten.model.numerics import Array, FactorisationError
 from tauten.model.simulation import Stepped
 from tauten.service.node import Clock
+from tauten.service.plant.drives import DrivenRobot, OwnSteps, own_steps
 from tauten.service.process import StopFlag, manual_garbage_collection, one_blas_thread
 from tauten.service.setup import Order, load_setup, start_at_rest
 from tauten.service.wire import (
@@ -48,7 +49,7 @@ log = logging.getLogger(__name__)
 
 
 Drive = Literal["pull", "tension"]
-Steps = Literal["single", "converged", "auto"]
+Steps = Literal["own", "single", "converged"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,30 +59,61 @@ class PlantSettings:
     Attributes:
         measure: whether it also publishes its effectors as measurements, as a camera would.
         drive: whether its winches use pulled lengths or tensions.
-        steps: with a single linearisation, iterated to convergence, or "auto": converged where this machine
-            is fast enough for the robot.
+        steps: "own", of second order and so short that their error is below half a per cent; one a period as
+            the controller decides with, "single"; or one a period iterated to convergence, "converged".
     """
 
     measure: bool = False
     drive: Drive = "pull"
-    steps: Steps = "single"
+    steps: Steps = "own"
 
 
 _HEALTH_PERIOD = 1.0  # s
-_WARM_UP = 12  # steps
-_MOST_LOAD = 0.5  # of the period, that converged steps may take to be chosen
+_WARM_UP, _FEW = 12, 4  # periods
+_MOST_LOAD = 0.5  # of the period, that steps of the full model may take for it to be chosen
+
+
+@dataclass(frozen=True, slots=True)
+class Warm:
+    """A simulated robot that is ready to start.
+
+    Attributes:
+        driven: the robot, with every kernel compiled.
+        own: its steps; None: one a period.
+        seconds: median time of a period while it was warmed up.
+        model: of what order it is, and the error that this makes.
+    """
+
+    driven: DrivenRobot
+    own: OwnSteps | None
+    seconds: float
+    model: str
+
+    @property
+    def fields(self) -> dict[str, str]:
+        """Its steps and its model, for health and logs."""
+        found = {"model": self.model}
+        if self.own is not None:
+            found |= {
+                "steps_per_period": str(self.own.count),
+                "steps_error_percent": f"{100.0 * self.own.error:.2g}",
+                "real_time_factor": f"{self.own.speed:.2g}",
+            }
+        return found
 
 
 def plant_robot(
     robot: str, rate: float | None, model: Order | None, young_scale: float = 1.0
-) -> Robot:
-    """The robot that a plant simulates.
+) -> tuple[Robot, str]:
+    """The robot that a plant simulates, and of what order it is, with the error that this makes.
+
+    In full order where this machine simulates that in half of the time that passes; otherwise reduced, which
+    keeps the rate and has the reduction's error, still with pointwise contact.
 
     Args:
         robot: name of a shipped robot or path of a robot file.
         rate: another rate than the file's [Hz].
-        model: another model than the file's. A reduced one lets a plant keep the rate where the full one is
-            too slow; it then has the reduction's error, but still pointwise contact.
+        model: "full" or "reduced", whatever the machine.
         young_scale: of Young's modulus; a robot of another stiffness than the file's has no state basis.
 
     Raises:
@@ -92,27 +124,43 @@ def plant_robot(
             raise RobotFileError(
                 f"{robot}: --young-scale {young_scale:g} has no state basis; use --model full"
             )
-        return load_robot(robot, rate=rate, young_scale=young_scale)
-    return load_setup(robot, rate, "none", model).robot
+        return load_robot(robot, rate=rate, young_scale=young_scale), "full"
+    setup = load_setup(robot, rate, "none", model)
+    if setup.states is None:
+        return setup.robot, "full"
+    if model is None:
+        full = load_robot(robot, rate=rate)
+        with one_blas_thread():
+            if quick_enough(full):
+                return full, "full"
+    error = 1e3 * setup.states.origin.tip_max
+    return (
+        setup.robot,
+        f"reduced, {setup.states.r} modes, tip within {error:.2g} mm on held-out paths",
+    )
 
 
 class Plant:
     """Steps a simulator at the control rate under the actuation that arrived last."""
 
     def __init__(
-        self, robot: Robot, simulator: Simulator, session: zenoh.Session, settings: PlantSettings
+        self, robot: Robot, warm: Warm, session: zenoh.Session, settings: PlantSettings
     ) -> None:
         """Declare subscriber and publishers.
 
         Args:
             robot: that is simulated.
-            simulator: at its start and warm.
+            warm: the simulation at its start.
             session: open Zenoh session.
             settings: of the plant.
         """
         keys = Keys(robot.name)
         self._robot = robot
-        self._simulator = simulator
+        self._driven, self._simulator, self._fields = (
+            warm.driven,
+            warm.driven.simulator,
+            warm.fields,
+        )
         # only the latest actuation is used
         self._source = session.declare_subscriber(keys.actuation, zenoh.handlers.RingChannel(1))
         self._state = Publisher(session, keys.plant_state, JOINTS)
@@ -127,7 +175,7 @@ class Plant:
         ]
         self._gap = Publisher(session, keys.plant_gap, FLOAT)
         self._health = Publisher(session, keys.plant_health, HEALTH, urgent=False)
-        self._converged = settings.steps == "converged"
+        self._kind = settings.steps
         self._drive = settings.drive
         # what leads each actuator: efforts of those that a hold keeps by their effort
         self._by_force = robot.actuators.held_by_force | (settings.drive == "tension")
@@ -172,13 +220,16 @@ class Plant:
     def _advance(self) -> None:
         """One step; a simulation that blows up starts again."""
         try:
-            report = self._simulator.step(
-                pull=self._pull, tension=self._tension, converged=self._converged
-            )
+            if self._kind == "own":
+                report = self._driven.move(self._pull, self._tension)
+            else:
+                report = self._simulator.step(
+                    pull=self._pull, tension=self._tension, converged=self._kind == "converged"
+                )
             self._unconverged += not report.converged
         except FactorisationError as error:
             log.error("the simulation has blown up and starts again: %s", error)
-            self._simulator.reset()
+            self._driven.reset()
             self._resets += 1
 
     def _publish(self) -> None:
@@ -210,30 +261,34 @@ class Plant:
             ", ".join(f"{count} {name}" for name, count in counts.items()),
             {key: str(count) for key, count in counts.items()}
             | self._step.entries("step_ms", 1e3)
-            | {"drive": self._drive, "steps": "converged" if self._converged else "single"},
+            | {"drive": self._drive, "steps": self._kind}
+            | self._fields,
         )
         diagnostics = [loop, self._counts.diagnostic("actuation")]
         self._health.put(encode_health(time.time_ns(), self._robot.name, diagnostics))
         gc.collect()
 
 
-def warm_simulator(robot: Robot, converged: bool) -> tuple[Simulator, float]:
-    """A full-order simulator with every kernel it needs compiled, and the median of a step [s].
+def warm_simulator(robot: Robot, settings: PlantSettings) -> tuple[Simulator, float]:
+    """A simulator with pointwise contact and every kernel it needs compiled, and the median of a period [s].
 
     It starts from the equilibrium under the robot's loads, as the node's model does, or from rest where
     there is none.
 
     Args:
         robot: that is simulated.
-        converged: whether its steps are iterated to convergence.
+        settings: of the plant.
     """
     simulator, times = Simulator(robot, contact="full"), []
     way = robot.limits.rate * robot.h * _WARM_UP  # (n_a,)
     pull = np.clip(robot.limits.farthest_pull, -way, way)
     for step in range(_WARM_UP):
-        begin = time.perf_counter()
+        begin, part = time.perf_counter(), pull * (step + 1) / _WARM_UP
         try:
-            simulator.step(pull=pull * (step + 1) / _WARM_UP, converged=converged)
+            if settings.steps == "own":
+                simulator.move(pull=part)
+            else:
+                simulator.step(pull=part, converged=settings.steps == "converged")
         except FactorisationError as error:
             raise RobotFileError(
                 f"robot {robot.name}: time steps of {robot.h:g} s, in which an actuator may travel far, "
@@ -246,35 +301,50 @@ def warm_simulator(robot: Robot, converged: bool) -> tuple[Simulator, float]:
     return simulator, float(np.median(times))
 
 
-def chosen_steps(robot: Robot, settings: PlantSettings) -> tuple[Simulator, PlantSettings]:
-    """A warm simulator, and the settings with the steps that "auto" stands for.
+def warm_plant(robot: Robot, settings: PlantSettings, model: str = "full") -> Warm:
+    """A simulation that is ready to start, with the steps that its settings ask for.
 
     Args:
         robot: that is simulated.
         settings: of the plant.
+        model: of what order it is, for health and logs.
 
     Raises:
         RobotFileError: the robot has no converged steps.
     """
-    if settings.steps != "single" and not isinstance(robot, Stepped):
-        if settings.steps == "converged":
-            raise RobotFileError(
-                f"robot {robot.name}: steps are converged, a robot with drives, rigid regions or attachments "
-                "has only single ones"
-            )
-        settings = replace(settings, steps="single")
-    simulator, duration = warm_simulator(robot, settings.steps != "single")
-    if settings.steps != "auto":
-        return simulator, settings
-    enough = duration < _MOST_LOAD * robot.h
+    if settings.steps == "converged" and not isinstance(robot, Stepped):
+        raise RobotFileError(
+            f"robot {robot.name}: steps are converged, a robot with drives, rigid regions or attachments "
+            "has only others"
+        )
+    simulator, seconds = warm_simulator(robot, settings)
+    if settings.steps != "own":
+        return Warm(DrivenRobot(simulator, 1), None, seconds, model)
+    own = own_steps(simulator)
     log.info(
-        "a converged step takes %.1f ms of %.1f ms: steps are %s", 1e3 * duration, 1e3 * robot.h,
-        "converged" if enough else "linearised once",
+        "%d steps a period of %g ms: twice as many move %s by %.2g %% of its way in a trial; %.2g times real "
+        "time", own.count, 1e3 * robot.h, robot.name, 100.0 * own.error, own.speed,
     )  # fmt: skip
-    return simulator, replace(settings, steps="converged" if enough else "single")
+    return Warm(DrivenRobot(simulator, own.count), own, seconds, model)
 
 
-def simulate(robot: Robot, network: Network, settings: PlantSettings, stop: StopFlag) -> None:
+def quick_enough(robot: Robot) -> bool:
+    """Whether this machine simulates a robot in half of the time that passes, or in less."""
+    simulator, times = Simulator(robot, contact="full"), []
+    way = robot.limits.rate * robot.h  # (n_a,)
+    pull = np.clip(robot.limits.farthest_pull, -way, way)
+    for _ in range(_FEW):
+        begin = time.perf_counter()
+        simulator.move(pull=pull)
+        times.append(time.perf_counter() - begin)
+    seconds = min(times)
+    log.info("%s in full order takes %.1f ms of %.1f ms", robot.name, 1e3 * seconds, 1e3 * robot.h)
+    return seconds < _MOST_LOAD * robot.h
+
+
+def simulate(
+    robot: Robot, network: Network, settings: PlantSettings, stop: StopFlag, model: str = "full"
+) -> None:
     """Simulate a robot until a request to stop.
 
     Args:
@@ -282,6 +352,7 @@ def simulate(robot: Robot, network: Network, settings: PlantSettings, stop: Stop
         network: ports or configuration.
         settings: of the plant.
         stop: ends the plant, before its loop runs at once.
+        model: of what order the robot is, and the error that this makes, for health and logs.
 
     Raises:
         NetworkError: no session.
@@ -290,11 +361,11 @@ def simulate(robot: Robot, network: Network, settings: PlantSettings, stop: Stop
     with ExitStack() as stack:
         stack.enter_context(one_blas_thread())
         with stop.interruptible():
-            simulator, settings = chosen_steps(robot, settings)
+            warm = warm_plant(robot, settings, model)
             typestore()
         session = open_session(network, Role.PLANT, robot.name)
         stack.callback(session.close)
-        plant = Plant(robot, simulator, session, settings)
+        plant = Plant(robot, warm, session, settings)
         stack.enter_context(manual_garbage_collection())
         # the last before the loop: who waits for the plant starts to move the model
         token = session.liveliness().declare_token(Keys(robot.name).plant_token)

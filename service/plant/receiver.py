@@ -13,9 +13,9 @@ from tauten.model.load import robot_path
 from tauten.model.numerics import Array
 from tauten.model.schema import EffectorKind
 from tauten.service.plant.paths import PathSettings, make_path, path_from
-from tauten.service.plant.plant import plant_robot
 from tauten.service.plant.waypoints import PathError, TargetPath
 from tauten.service.process import StopFlag
+from tauten.service.setup import load_setup
 from tauten.service.wire import Keys, Network, Role, ask_description, open_session, wait_for
 
 log = logging.getLogger(__name__)
@@ -76,7 +76,7 @@ def find_receiver(name: str, network: Network, stop: StopFlag) -> Receiver | Non
             raise
         log.info("no robot file %r here: its node is asked for its description", name)
         return described_receiver(name, network, stop)
-    robot = plant_robot(name, None, None)
+    robot = load_setup(name, basis="none").robot
     layout, values = robot.effector_layout, robot.effector_values(robot.rest())
     rest = tuple(values[layout.values_of(i)] for i in range(len(layout)))
     return Receiver(

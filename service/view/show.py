@@ -146,14 +146,14 @@ def _simulated(
 ) -> tuple[SimulatedRobot, TargetPath | None, Path | None]:
     """A simulated robot, the path of its target, and the file that cables can be drawn into."""
     setup = load_setup(simulation.robot, basis=simulation.basis, model=simulation.model)
-    plant = plant_robot(simulation.robot, None, simulation.model, simulation.young_scale)
+    plant, order = plant_robot(simulation.robot, None, simulation.model, simulation.young_scale)
     path = None
     if simulation.path is not None:
         path = make_path(simulation.path, plant, PathSettings(repeats=True))
     file = Path(simulation.robot)
     full = plant.full if isinstance(plant, ReducedRobot) else plant
     own = file.suffix == ".toml" and isinstance(full, TetRobot | ConstrainedRobot)
-    return SimulatedRobot(setup, plant), path, file if own else None
+    return SimulatedRobot(setup, plant, order), path, file if own else None
 
 
 def _following(

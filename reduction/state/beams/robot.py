@@ -254,7 +254,12 @@ class ReducedBeamRobot(ReducedRobot):
         mass = np.zeros((0, 0)) if scheme.static else self.projected_mass(work)
         v = np.zeros(self.n) if scheme.static else state.v
         return implicit_system(
-            scheme, mass, lambda exact: self.forces(state, tension, exact), v, work.L
+            scheme,
+            mass,
+            self.stiffness,
+            lambda exact: self.forces(state, tension, exact),
+            v,
+            work.L,
         )
 
     def projected_mass(self, work: BeamWork) -> Array:

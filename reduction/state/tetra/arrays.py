@@ -72,6 +72,7 @@ class Work(NamedTuple):
         lower: (r, r) lower triangle of the product of Z and Y, zeros included.
         force: (r,) [N].
         K: (r, r) tangent [N/m].
+        D: (r, r) stiffness of the material [N/m]; zero without damping.
         curvature: (r, r) what chambers add to an exact tangent [N/m], set before a call.
         L: (r, r) its Cholesky factor.
         v_free: (r,) [m/s].
@@ -82,6 +83,7 @@ class Work(NamedTuple):
     lower: Array
     force: Array
     K: Array
+    D: Array
     curvature: Array
     L: Array
     v_free: Array
@@ -111,6 +113,7 @@ def make_work(body: Body, tendons: Tendons) -> Work:
         lower=np.zeros((shape[0], shape[0])),
         force=np.empty(r),
         K=np.empty((r, r)),
+        D=np.zeros((r, r)),
         curvature=np.zeros((r, r)),
         L=np.zeros((r, r)),
         v_free=np.empty(r),

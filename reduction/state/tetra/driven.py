@@ -183,12 +183,14 @@ class ReducedDrivenRobot(ReducedRobot):
         integration = integration or self.integration
         scheme, motion, q = scheme_of(integration), self.motion, state.q
         mass, inertia, v = np.zeros((0, 0)), np.zeros(self.n), np.zeros(self.n)
+        D = np.zeros((0, 0))
         if not scheme.static:
             J, v = motion.jacobian(q), state.v
             mass = J.T @ self.body.mass @ J
+            D = self.forces(state)[1]
             inertia = J.T @ (self.body.mass @ (v[motion.modes :] ** 2 @ motion.bend(q)))
         return implicit_system(
-            scheme, mass, lambda exact: self.forces(state, tension, exact), v,
+            scheme, mass, D, lambda exact: self.forces(state, tension, exact), v,
             np.zeros((self.n, self.n)), inertia,
         )  # fmt: skip
 

@@ -122,9 +122,12 @@ def linearise(
         tangent.
     """
     mass, scheme = dynamics
+    if not scheme.static and scheme.b_K > 0.0:
+        assemble_sample(alpha, np.zeros_like(tension), load, False, body, tendons, work)
+        work.D[:] = work.K
     for exact in (True, False):  # buckling makes the exact tangent indefinite
         assemble_sample(alpha, tension, load, exact, body, tendons, work)
-        if implicit_step(scheme, mass, work.K, work.force, v, work.L, work.v_free):
+        if implicit_step(scheme, mass, work.D, work.K, work.force, v, work.L, work.v_free):
             return float(np.sqrt(np.dot(work.force, work.force))), exact
     return np.nan, False
 

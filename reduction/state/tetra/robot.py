@@ -149,7 +149,7 @@ class ReducedTetRobot(ReducedRobot):
         )  # fmt: skip
         if not np.isfinite(residual):
             raise FactorisationError("the reduced model's matrix is not positive definite")
-        v = np.zeros(self.n) if scheme.static else state.v
+        v = np.zeros(self.n) if scheme.static or scheme.ahead else state.v
         tangent = work.K.copy() if scheme.static else None
         return System(
             scheme.h, v, work.v_free.copy(), residual, DenseFactors(work.L), exact, tangent

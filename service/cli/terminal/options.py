@@ -45,11 +45,11 @@ YoungScale = Annotated[
     ),
 ]
 StepsOption = Annotated[
-    Literal["single", "converged", "auto"],
+    Literal["own", "single", "converged"],
     typer.Option(
         "--steps",
-        help="The plant's time steps: one linearisation each, iterated to convergence, or converged where "
-        "the time allows.",
+        help="The plant's time steps: its own, so short that their error is below half a per cent; the "
+        "controller's, with one linearisation; or these iterated to convergence.",
     ),
 ]
 DriveOption = Annotated[

@@ -26,6 +26,7 @@ from tauten.service.bench import (
     planned,
     settling,
 )
+from tauten.service.plant import DrivenRobot
 from tauten.service.plots import draw_case
 from tauten.service.process import StopFlag
 
@@ -53,7 +54,7 @@ def test_cases_start_at_rest_and_are_within_reach(beam: Robot, cases: list[Case]
 def test_a_robot_of_another_stiffness_settles_in_closed_loop_only(
     beam: Robot, beam_file: Path, cases: list[Case], scale: float
 ) -> None:
-    plant = Simulator(load_robot(beam_file, young_scale=scale), "none")
+    plant = DrivenRobot(Simulator(load_robot(beam_file, young_scale=scale), "none"), 1)
     controller = Controller(beam)
     found: dict[bool, Outcome] = {}
     for closed in (False, True):
@@ -67,7 +68,8 @@ def test_a_robot_of_another_stiffness_settles_in_closed_loop_only(
 def test_a_run_is_deterministic(beam: Robot, cases: list[Case]) -> None:
     short = Case("circle", cases[1].targets[:60], 0)
     traces = [
-        follow(Controller(beam), Simulator(beam, "none"), short, True, "pull") for _ in range(2)
+        follow(Controller(beam), DrivenRobot(Simulator(beam, "none"), 1), short, True, "pull")
+        for _ in range(2)
     ]
     np.testing.assert_array_equal(traces[0].effector, traces[1].effector)
     np.testing.assert_array_equal(traces[0].pull, traces[1].pull)
@@ -92,7 +94,7 @@ def test_settling_counts_from_the_step_to_the_last_time_outside() -> None:
 
 def test_a_figure_is_drawn(beam: Robot, cases: list[Case], tmp_path: Path) -> None:
     case = Case("circle", cases[1].targets[:30], 0)
-    trace = follow(Controller(beam), Simulator(beam, "none"), case, True, "pull")
+    trace = follow(Controller(beam), DrivenRobot(Simulator(beam, "none"), 1), case, True, "pull")
     outcome = case_outcome(case, trace, beam.h, "none", True, 1.0, "pull")
     found = CaseRuns("circle", case, ((outcome, trace),))
     draw_case(found, beam.h, tmp_path / "circle.png")

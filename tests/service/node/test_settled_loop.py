@@ -8,7 +8,7 @@ import pytest
 from tauten.service.bench import Case, follow
 from tauten.service.node import LARGEST
 from tauten.service.node.plausibility import MeasurementCheck
-from tauten.service.plant.plant import plant_robot, warm_simulator
+from tauten.service.plant import PlantSettings, warm_plant
 from tauten.service.setup import load_setup, warm_controller
 
 SAG = 5e-3  # m, of the pneumatic finger's tip
@@ -18,7 +18,8 @@ SAG = 5e-3  # m, of the pneumatic finger's tip
 def test_a_robot_that_sags_is_no_frozen_measurement() -> None:
     setup = load_setup("pneumatic_finger")
     controller = warm_controller(setup)
-    plant, _ = warm_simulator(plant_robot("pneumatic_finger", None, None), False)
+    driven = warm_plant(setup.robot, PlantSettings()).driven
+    plant = driven.simulator
     robot, start = setup.robot, controller.effector_values
     layout = robot.effector_layout
     rest = robot.effector_values(robot.rest())
@@ -26,6 +27,6 @@ def test_a_robot_that_sags_is_no_frozen_measurement() -> None:
     np.testing.assert_allclose(plant.effector_values, start, atol=1e-5)
     check = MeasurementCheck(layout, robot.size, LARGEST * robot.size)
     assert check.reason(start, plant.effector_values, robot.h) == ""
-    trace = follow(controller, plant, Case("stay", np.tile(start, (100, 1)), 0), True, "tension")
+    trace = follow(controller, driven, Case("stay", np.tile(start, (100, 1)), 0), True, "tension")
     assert trace.error.max() < 1e-5
     assert check.reason(controller.effector_values, plant.effector_values, robot.h) == ""

@@ -1,15 +1,16 @@
-"""The time steps that a plant takes."""
+"""The time steps that a plant takes, and its drives between commands."""
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from tauten.model import Robot, load_robot
-from tauten.service.plant.plant import PlantSettings, chosen_steps, warm_simulator
+from tauten.model import Robot, Simulator, load_robot
+from tauten.service.plant import DrivenRobot, own_steps
+from tauten.service.plant.drives import ALLOWED, MOST
+from tauten.service.plant.plant import PlantSettings, warm_plant
 
 
 @pytest.fixture(scope="module")
@@ -18,20 +19,35 @@ def robot(beam_file: Path) -> Robot:
 
 
 def test_a_warm_simulator_is_where_it_settles(robot: Robot) -> None:
-    simulator, duration = warm_simulator(robot, converged=True)
-    np.testing.assert_allclose(simulator.state.q, robot.rest().q, atol=1e-12)  # has no weight
-    assert duration > 0.0
+    warm = warm_plant(robot, PlantSettings())
+    np.testing.assert_allclose(warm.driven.simulator.state.q, robot.rest().q, atol=1e-12)
+    assert warm.seconds > 0.0
+    assert int(warm.fields["steps_per_period"]) == warm.driven.steps
 
 
 @pytest.mark.parametrize("steps", ["single", "converged"])
-def test_steps_that_are_asked_for_are_taken(robot: Robot, steps: str) -> None:
+def test_steps_of_the_controller_are_one_a_period(robot: Robot, steps: str) -> None:
     settings = PlantSettings(steps="single" if steps == "single" else "converged")
-    assert chosen_steps(robot, settings)[1] == settings
+    assert warm_plant(robot, settings).own is None
 
 
-@pytest.mark.parametrize(("rate", "steps"), [(0.1, "converged"), (10_000.0, "single")])
-def test_auto_depends_on_the_time_that_a_period_has(
-    beam_file: Path, rate: float, steps: str
-) -> None:
-    found = chosen_steps(load_robot(beam_file, rate=rate), PlantSettings(steps="auto"))[1]
-    assert found == replace(PlantSettings(), steps=steps)
+def test_twice_as_many_steps_lead_to_the_same_place(beam_file: Path) -> None:
+    """At a slow rate one step a period is not enough, and halving those that are chosen changes little."""
+    slow = Simulator(load_robot(beam_file, rate=5.0), "none")
+    found = own_steps(slow)
+    assert 1 < found.count < MOST
+    assert found.error < ALLOWED
+    again = own_steps(slow)
+    assert (again.count, again.error) == (found.count, found.error)
+
+
+def test_drives_keep_their_rates(robot: Robot) -> None:
+    """A command far away is reached as late as the rate allows, and evenly."""
+    driven, step = DrivenRobot(Simulator(robot, "none"), 2), float(robot.h * robot.limits.rate[0])
+    far, none = np.zeros(robot.n_a), np.full(robot.n_a, np.nan)
+    far[0] = 3.5 * step
+    found = []
+    for _ in range(5):
+        driven.move(far, none)
+        found.append(driven.simulator.pull[0] / step)
+    np.testing.assert_allclose(found, [1.0, 2.0, 3.0, 3.5, 3.5], atol=0.02)

@@ -1,0 +1,72 @@
+"""Positions and efforts that a simulation is given, checked."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from tauten.model.interface import Command
+from tauten.model.numerics import Array
+from tauten.model.robot import Robot
+
+LARGEST = 1e6  # m or N; no cable is pulled farther or harder
+LARGEST_EFFORT = 1e9  # N or Pa, of any other actuator
+
+
+def checked_command(
+    robot: Robot, pull: Sequence[float] | Array | None, tension: Sequence[float] | Array | None
+) -> Command:
+    """The command of given positions and efforts (n_a,).
+
+    Args:
+        robot: whose actuators they are.
+        pull: positions, or None.
+        tension: efforts, or None.
+
+    Raises:
+        ValueError: not exactly one of the two for each actuator, or values that are not allowed.
+    """
+    if pull is None and tension is None:
+        raise ValueError(
+            "pull and tension: each actuator needs a number in one of them, found neither"
+        )
+    n_a, cables = robot.n_a, ~robot.actuators.bilateral
+    mixed = pull is not None and tension is not None
+    least, most = np.full(n_a, -LARGEST), np.full(n_a, LARGEST)
+    pulls = None if pull is None else _numbers("pull", pull, least, most, mixed)
+    least = np.where(cables, 0.0, -LARGEST_EFFORT)
+    most = np.where(cables, LARGEST, LARGEST_EFFORT)
+    tensions = None if tension is None else _numbers("tension", tension, least, most, mixed)
+    command = Command.of(pulls, tensions)
+    if (command.by_position == command.by_force).any():
+        raise ValueError(
+            "pull and tension: each actuator needs a number in one of them and NaN in the other, found "
+            f"{command.pull.tolist()} and {command.tension.tolist()}"
+        )
+    return command
+
+
+def _numbers(
+    name: str, given: Sequence[float] | Array, least: Array, most: Array, gaps: bool
+) -> Array:
+    """An array of one number for each actuator (n_a,), copied.
+
+    Args:
+        name: of the argument, for errors.
+        given: what the caller gave.
+        least: (n_a,) smallest values allowed.
+        most: (n_a,) largest values allowed.
+        gaps: whether NaN is allowed too.
+    """
+    try:
+        value = np.array(given, dtype=float)
+    except (TypeError, ValueError, OverflowError) as error:
+        raise ValueError(f"{name}: not an array of numbers: {error}") from error
+    fits = value.shape == least.shape
+    if not fits or not ((value >= least) & (value <= most) | (gaps & np.isnan(value))).all():
+        raise ValueError(
+            f"{name}: found {value.tolist()}, expected {len(least)} values from {least.max():g} to "
+            f"{most.min():g}, one an actuator"
+        )
+    return value

@@ -1,0 +1,117 @@
+"""A simulated robot between commands: its drives move within their rates, in steps of its own.
+
+How many steps a period needs is measured on a trial motion: so many that twice as many move the effectors by
+less than `ALLOWED` of their way.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from time import perf_counter
+
+import numpy as np
+
+from tauten.model import Report, Simulator
+from tauten.model.numerics import Array
+
+ALLOWED = 0.005  # of the way of an effector
+MOST = 16  # steps in a period
+_TRIAL = 0.6  # s, of the trial motion
+_SHARE = 0.5  # of an actuator's range, in the trial
+
+
+@dataclass(frozen=True, slots=True)
+class OwnSteps:
+    """Steps of a simulated robot.
+
+    Attributes:
+        count: in a period of control.
+        error: how far twice as many move an effector in the trial motion, relative to its way.
+        speed: simulated time over real time in the trial.
+    """
+
+    count: int
+    error: float
+    speed: float
+
+
+class DrivenRobot:
+    """A simulated robot whose drives move evenly, and within their rates, from one command to the next.
+
+    Attributes:
+        simulator: of the robot.
+        steps: in a period.
+    """
+
+    def __init__(self, simulator: Simulator, steps: int) -> None:
+        """Of a simulator at its start."""
+        self.simulator, self.steps = simulator, steps
+        self._pull: Array | None = None
+
+    def reset(self) -> None:
+        """Return to the simulator's start."""
+        self.simulator.reset()
+        self._pull = None
+
+    def move(self, pull: Array, tension: Array) -> Report:
+        """One period under commands (n_a,); NaN in one of them, for each actuator.
+
+        Args:
+            pull: positions at its end, as far as the rates permit [m, m³].
+            tension: efforts at its end [N, Pa].
+
+        Raises:
+            FactorisationError: the state has diverged.
+        """
+        robot = self.simulator.robot
+        before = self.simulator.pull if self._pull is None else self._pull
+        before = np.where(np.isnan(before), self.simulator.pull, before)
+        reach = robot.h * robot.limits.rate  # (n_a,)
+        self._pull = np.clip(pull, before - reach, before + reach)
+        return self.simulator.move(self._pull, tension, self.steps)
+
+
+def own_steps(simulator: Simulator) -> OwnSteps:
+    """How many steps a simulated robot needs in a period; the simulator returns to its start.
+
+    Args:
+        simulator: of the robot.
+
+    Raises:
+        FactorisationError: the trial motion diverges with any number of steps.
+    """
+    coarse, _ = _trial(simulator, 1)
+    count = 1
+    while True:
+        fine, seconds = _trial(simulator, 2 * count)
+        way = np.linalg.norm(fine - fine[:1], axis=2).max()  # m
+        apart = np.linalg.norm(fine - coarse, axis=2).max()
+        error = float(apart / max(way, 1e-6 * simulator.robot.size))
+        if error < ALLOWED or 2 * count >= MOST:
+            speed = _TRIAL / (0.5 * seconds)
+            simulator.reset()
+            return OwnSteps(count, error, speed)
+        coarse, count = fine, 2 * count
+
+
+def _trial(simulator: Simulator, steps: int) -> tuple[Array, float]:
+    """Effectors (ticks, p, 3) [m] while the first actuator moves there and back; real time of it [s]."""
+    simulator.reset()
+    robot, found = simulator.robot, []
+    law, ticks = robot.actuators, max(round(_TRIAL / robot.h), 2)
+    by_force = law.held_by_force | ~law.bilateral
+    by_force[0] = law.held_by_force[0]
+    way = 0.25 * _TRIAL * float(robot.limits.rate[0]) / _SHARE
+    far = float(np.clip(robot.limits.farthest_pull[0], -way, way))
+    start, effort = simulator.pull, simulator.tension
+    begin = perf_counter()
+    for share in 0.5 - 0.5 * np.cos(2.0 * np.pi * np.arange(1, ticks + 1) / ticks):
+        pull = np.where(by_force, np.nan, start)
+        tension = np.where(by_force, effort, np.nan)
+        if by_force[0]:
+            tension[0] += share * _SHARE * (robot.limits.tension_max[0] - effort[0])
+        else:
+            pull[0] += share * _SHARE * far
+        simulator.move(pull, tension, steps)
+        found.append(simulator.effector)
+    return np.array(found), perf_counter() - begin

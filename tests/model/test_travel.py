@@ -1,0 +1,108 @@
+"""Motion between two commands against an integrator of variable order and step (scipy's Radau)."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from support.robots.bodies import beam_config, box_mesh
+
+from tauten.model import Simulator, State, TetRobot
+from tauten.model.load import build_robot
+from tauten.model.numerics import Array
+from tauten.model.schema import RobotConfig
+
+SIZE = (0.1, 0.01, 0.01)
+PULLING = 8.0  # N, largest tension of the cable
+TICKS = 8
+
+
+@pytest.fixture(scope="module")
+def beam() -> TetRobot:
+    """A soft beam with a cable along one side, at 50 Hz."""
+    damping = {"rayleigh_stiffness": 0.02, "rayleigh_mass": 0.5}
+    config = RobotConfig.model_validate(beam_config(SIZE, integration=damping))
+    return build_robot(config, box_mesh(SIZE, (3, 1, 1)), "beam")
+
+
+def dense(robot: TetRobot, values: Array) -> Array:
+    """A matrix (n, n) from values in the robot's pattern."""
+    matrix = np.zeros((robot.n, robot.n))
+    columns = np.repeat(np.arange(robot.n), np.diff(robot.pattern.indptr))
+    matrix[robot.pattern.indices, columns] = values
+    return matrix
+
+
+def tensions() -> Array:
+    """Tension at the end of each tick (ticks,) [N]: up, and half back."""
+    return PULLING * np.interp(np.arange(1, TICKS + 1), [0.0, 4.0, TICKS], [0.0, 1.0, 0.5])
+
+
+def exact_tips(robot: TetRobot) -> Array:
+    """Tips (ticks, 3) of M dv/dt = f + H_aᵀ λ_a − C v; the tension grows evenly within a tick."""
+    n, scheme, levels = robot.n, robot.integration, np.append(0.0, tensions())
+
+    def rate(t: float, y: Array) -> Array:
+        state = State(y[:n], y[n:])
+        lam = np.array([np.interp(t / robot.h, np.arange(TICKS + 1), levels)])
+        force, D = robot.forces(state)
+        damping = scheme.rayleigh_mass * robot.mass * state.v
+        damping += scheme.rayleigh_stiffness * dense(robot, D) @ state.v
+        pulled = lam @ robot.rows(state, contacts=False).actuators.dense()
+        return np.concatenate([state.v, (force + pulled - damping) / robot.mass])
+
+    times = robot.h * np.arange(1, TICKS + 1)
+    start = np.concatenate([robot.rest().q, np.zeros(n)])
+    found = solve_ivp(rate, (0.0, times[-1]), start, "Radau", times, rtol=1e-5, atol=1e-8)
+    return np.array([robot.effector(State(y[:n], y[n:]))[0] for y in found.y.T])
+
+
+def moved_tips(robot: TetRobot, steps: int) -> Array:
+    """Tips (ticks, 3) of a simulation with some steps in a tick."""
+    simulator, found = Simulator(robot, contact="none"), []
+    for tension in tensions():
+        simulator.move(tension=[tension], steps=steps)
+        found.append(simulator.effector[0])
+    return np.array(found)
+
+
+def test_steps_are_of_second_order(beam: TetRobot) -> None:
+    """Half as long, a quarter of the error; one a period is off by less than 1 % of the way."""
+    exact = exact_tips(beam)
+    way = np.linalg.norm(exact - beam.effector(beam.rest())[0], axis=1).max()
+    errors = [np.linalg.norm(moved_tips(beam, k) - exact, axis=1).max() for k in (1, 2, 4)]
+    assert way > 0.1 * SIZE[0]
+    assert errors[0] < 0.01 * way
+    assert errors[1] < 0.3 * errors[0]
+    assert errors[2] < 0.3 * errors[1]
+
+
+def test_a_damped_oscillation_has_the_frequency_and_decay_of_its_mode(beam: TetRobot) -> None:
+    """A small motion in the first mode against the closed solution of a damped oscillator."""
+    light = replace(beam, integration=replace(beam.integration, rayleigh_stiffness=5e-4))
+    _, values = light.forces(light.rest(), exact=True)
+    K, root = dense(light, values), np.sqrt(light.mass)
+    squares, modes = np.linalg.eigh(K / np.outer(root, root))
+    omega = np.sqrt(squares[0])
+    decay = 0.5 * (
+        light.integration.rayleigh_mass + light.integration.rayleigh_stiffness * omega**2
+    )
+    beat = np.sqrt(omega**2 - decay**2)
+    shape = 1e-5 * modes[:, 0] / root / np.abs(modes[:, 0] / root).max()  # (n,) m
+    simulator = Simulator(light, contact="none")
+    simulator.start_from(State(light.rest().q + shape, np.zeros(light.n)))
+    tip = simulator.effector[0] - light.effector(light.rest())[0]
+    steps = int(np.ceil(40.0 * beat * light.h / (2.0 * np.pi)))  # 40 in a vibration
+    for tick in range(1, 6):
+        simulator.move(tension=[0.0], steps=steps)
+        t = tick * light.h
+        share = np.exp(-decay * t) * (np.cos(beat * t) + decay / beat * np.sin(beat * t))
+        moved = simulator.effector[0] - light.effector(light.rest())[0]
+        assert np.linalg.norm(moved - share * tip) < 0.02 * np.linalg.norm(tip)
+
+
+def test_no_steps_are_refused(beam: TetRobot) -> None:
+    with pytest.raises(ValueError, match="steps: found 0, expected at least 1"):
+        Simulator(beam, contact="none").move(tension=[0.0], steps=0)
