@@ -67,7 +67,7 @@ def _along_surface(
     """Neighbours along the surface, over the edges of the mesh: (k, 2)."""
     used, local = np.unique(triangles, return_inverse=True)
     local = local.reshape(-1, 3)
-    ends = unique_edges(local)
+    ends = unique_edges(local.astype(np.int32))  # older graphs of scipy take no other integers
     length = np.linalg.norm(vertices[used[ends[:, 0]]] - vertices[used[ends[:, 1]]], axis=1)
     graph = sp.csr_array((length, (ends[:, 0], ends[:, 1])), shape=(len(used), len(used)))
     starts, start = np.unique(np.searchsorted(used, nodes), return_inverse=True)
