@@ -18,6 +18,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from tauten.controller.actuation import Actuation
 from tauten.controller.certificates import beyond, hold_certificate
 from tauten.controller.damping import Damping, adapted, undamped
 from tauten.controller.inverse import energy_scale, weighted_rows
@@ -34,10 +35,12 @@ from tauten.model import (
     PredictedStep,
     Robot,
     State,
+    Travel,
     condense_step,
     forward_step,
     one_blas_thread,
     recondensed,
+    travel,
 )
 from tauten.model.numerics import Array, Bools
 
@@ -86,6 +89,8 @@ class Decision:
         stalled: (n_a,) which locks have stopped because more would exceed a limit.
         plan: over the horizon; None for a hold.
         damping: of the next decision; None for a hold.
+        command: position or effort that each actuator has at the end of the tick; None where the decision is
+            not usable.
     """
 
     predicted: PredictedStep
@@ -96,6 +101,7 @@ class Decision:
     stalled: Bools
     plan: Plan | None = None
     damping: Damping | None = None
+    command: Command | None = None
 
     @property
     def problem(self) -> Qpcc | None:
@@ -197,7 +203,7 @@ def decide(
     stalled = np.zeros(robot.n_a, np.bool_) if locks is None else _stalled(locks, tick, robot)
     return Decision(
         after, tick.pull, status, certificate, conflict, stalled, plan,
-        adapted(damping, change, robot.size),
+        adapted(damping, change, robot.size), tick.command,
     )  # fmt: skip
 
 
@@ -313,9 +319,39 @@ def _stalled(locks: Command, tick: FirstTick, robot: Robot) -> Bools:
 
 
 @one_blas_thread()
-def advance(robot: Robot, predicted: PredictedStep) -> State:
-    """The model's state after the step."""
-    return robot.advance(predicted.step.state, predicted.step.system, predicted.dv)
+def advance(
+    robot: Robot,
+    space: ContactSpace,
+    settings: DecideSettings,
+    decision: Decision,
+    before: Actuation,
+    now: Actuation,
+) -> Travel:
+    """The model after the tick, in which the actuators move evenly to what left.
+
+    The decision predicts the tick with one linearisation; the model follows what left in steps of second
+    order (`tauten.model.simulation.travel`).
+
+    Args:
+        robot: its factorisation workspace is overwritten.
+        space: basis of the contact forces.
+        settings: enrichment, and the number of steps.
+        decision: of the tick.
+        before: what left in the tick before.
+        now: what leaves in this one.
+
+    Raises:
+        FactorisationError: the state has diverged.
+    """
+    given, step = decision.command, decision.predicted.step
+    command = Command.of(now.pull, None)
+    if given is not None:
+        command = Command(np.where(given.by_position, now.pull, np.nan), given.tension)
+    forces = step.split(decision.predicted.lam, space.k)
+    start = Command(before.pull, before.tension)
+    return travel(
+        robot, space, settings.enrichment, step.state, forces, start, command, settings.substeps
+    )
 
 
 @one_blas_thread()
@@ -343,4 +379,7 @@ def hold(
     status = Status.INFEASIBLE if conflict else Status.OK
     certificate = hold_certificate(tick.solved, tick.command, robot.limits, robot.actuators)
     stalled = _stalled(command, tick, robot)
-    return Decision(tick.solved.prediction, tick.pull, status, certificate, conflict, stalled)
+    return Decision(
+        tick.solved.prediction, tick.pull, status, certificate, conflict, stalled,
+        command=tick.command,
+    )  # fmt: skip

@@ -152,8 +152,8 @@ def test_predictions_come_true(beam: Robot) -> None:
         actuation = controller.decide(target)
         np.testing.assert_array_equal(controller.pull, actuation.pull)
         controller.advance()
-        # the effector is linear in the nodes; the cable's length is not
-        np.testing.assert_allclose(controller.effector, actuation.effector, atol=1e-12)
+        # the model follows what left in steps of second order, the prediction has one linearisation
+        np.testing.assert_allclose(controller.effector, actuation.effector, atol=5e-4)
         actual = controller.robot.rows(controller.state, contacts=False).actuators.delta
         np.testing.assert_allclose(actual, actuation.pull, atol=5e-5)
 
