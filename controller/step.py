@@ -25,7 +25,7 @@ from tauten.controller.inverse import energy_scale, weighted_rows
 from tauten.controller.locks import ahead_of_locks
 from tauten.controller.plan import Aim, DecideSettings, Plan, Prepared, make_plan
 from tauten.controller.qpcc import NO_PIECE, Certificate, Qpcc, Start, Status
-from tauten.controller.winches import ROUNDING, FirstTick, Reach, reach_of, take_tick
+from tauten.controller.winches import ROUNDING, FirstTick, Reach, given_in, reach_of, take_tick
 from tauten.model import (
     Command,
     ContactSpace,
@@ -142,8 +142,8 @@ def prepare(
     if ahead is not None:
         system = ahead.linearise(state, forces.tension, horizon.integration)
         farther = recondensed(robot, step, system)
-    command = robot.actuators.held(pull, forces.tension)
-    held = forward_step(farther, enrichment, forces, command).prediction
+    here = np.where(robot.actuators.held_by_force, step.rows.actuators.delta, pull)
+    held = forward_step(farther, enrichment, forces, Command.of(here, None)).prediction
     n_e, n_a = held.step.n_e, held.step.n_a
     found, scale = held.step.compliance, robot.effector_layout.scale
     W, _ = weighted_rows(found.W, found.delta_free, scale)
@@ -200,10 +200,12 @@ def decide(
     names = _exceeded(robot, tick)
     status = Status.RELAXED if names else plan.status
     conflict = tuple(dict.fromkeys((*plan.conflict, *names)))
-    stalled = np.zeros(robot.n_a, np.bool_) if locks is None else _stalled(locks, tick, robot)
+    stalled, supplied = np.zeros(robot.n_a, np.bool_), robot.actuators.held_by_force
+    if locks is not None:
+        stalled, supplied = _stalled(locks, tick, robot), supplied & ~locks.by_position
     return Decision(
         after, tick.pull, status, certificate, conflict, stalled, plan,
-        adapted(damping, change, robot.size), tick.command,
+        adapted(damping, change, robot.size), given_in(tick, supplied, robot.limits),
     )  # fmt: skip
 
 
@@ -266,8 +268,9 @@ def _first_tick(
 ) -> tuple[Command, Reach]:
     """What the actuators are to do in the first tick of a plan, and what they reach in it.
 
-    Supplies that keep efforts get the plan's, the others go to its positions. A cable without tension in
-    the plan has none in the tick, and its winch follows the path.
+    All go to the plan's positions; what supplies that keep efforts get is what that takes in the tick, see
+    `given_in`: the plan's own effort takes the whole horizon. A cable without tension in the plan has none in
+    the tick, and its winch follows the path.
 
     Args:
         robot: limits and laws of the actuators.
@@ -279,10 +282,9 @@ def _first_tick(
     effort, position = plan.predicted.lam[actuators], plan.predicted.delta[actuators]
     reach, law = reach_of(pull, limits, robot.h), robot.actuators
     slack = ~law.bilateral & (effort <= limits.tension_min + ROUNDING * limits.largest_tension)
-    by_effort = law.held_by_force | slack
     wanted = Command(
-        np.where(by_effort, np.nan, np.clip(position, reach.lower, reach.upper)),
-        np.where(by_effort, np.clip(effort, limits.tension_min, limits.tension_max), np.nan),
+        np.where(slack, np.nan, np.clip(position, reach.lower, reach.upper)),
+        np.where(slack, np.clip(effort, limits.tension_min, limits.tension_max), np.nan),
     )
     if locks is None:
         return wanted, reach
