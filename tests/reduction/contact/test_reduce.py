@@ -68,11 +68,11 @@ def test_reduction_is_reproduced(thumb: Robot, tmp_path: Path) -> None:
 def test_automatic_k_is_the_smallest_within_tolerance(
     thumb: Robot, thumb_design: Design, thumb_folder: Path
 ) -> None:
-    settings = ReduceSettings(k="auto", tolerance=1e-4)
+    settings = ReduceSettings(k="auto", tolerance=2e-4)
     found = reduce_robot(thumb, thumb_design, thumb_folder, settings, show_progress=False)
     curve = {point.k: point.tip for point in found.basis.provenance.curve}
-    assert curve[found.basis.k] <= 1e-4
-    assert all(error > 1e-4 for k, error in curve.items() if k < found.basis.k)
+    assert curve[found.basis.k] <= 2e-4
+    assert all(error > 2e-4 for k, error in curve.items() if k < found.basis.k)
     assert found.curve is not None
     np.testing.assert_array_equal(found.curve.k, list(curve))
 
@@ -102,7 +102,7 @@ def test_basis_of_another_robot_is_refused(
 ) -> None:
     reduction.basis.check_robot(thumb)
     with pytest.raises(
-        BasisError, match=r"made for robot 'thumb' .* not for 'finger'.*`tauten red"
+        BasisError, match=r"made for robot 'thumb', which is not 'finger' as it is now.*`tauten red"
     ):
         reduction.basis.check_robot(finger)
 
