@@ -65,7 +65,7 @@ def test_a_mesh_that_overlaps_loads_where_nothing_needs_its_boundary(
 ) -> None:
     """The accordion, with a warning; `test_chambers` has its equilibria. With a contact it is refused."""
     port(data, tmp_path, "accordion")
-    assert "384 faces are like this" in caplog.text
+    assert "384 pairs of tetrahedra" in caplog.text
     loaded = read_mesh(tmp_path / "Springy.vtk", "mm", overlaps=True)
     with pytest.raises(MeshError, match="are given more than once"):
         checked(loaded.nodes, np.vstack([loaded.tets, loaded.tets[:1]]), "twice", overlaps=True)
