@@ -112,6 +112,22 @@ def take_tick(
     return FirstTick(solved, command, pull)
 
 
+def given_in(tick: FirstTick, supplied: Bools, limits: Limits) -> Command:
+    """What actuators are given at the end of a tick: what they ended with, or efforts of supplies.
+
+    Args:
+        tick: solved.
+        supplied: (n_a,) which are supplies that keep efforts.
+        limits: of the efforts.
+    """
+    step, command = tick.solved.prediction.step, tick.command
+    lam = tick.solved.prediction.lam[step.n_e : step.n_e + step.n_a]
+    effort = np.clip(lam, limits.tension_min, limits.tension_max)
+    return Command(
+        np.where(supplied, np.nan, command.pull), np.where(supplied, effort, command.tension)
+    )
+
+
 @kernel
 def _corrected(
     pull: Array, tension: Array, wanted: tuple[Array, Array], reach: tuple[Array, Array],
