@@ -25,7 +25,15 @@ from tauten.controller.inverse import energy_scale, weighted_rows
 from tauten.controller.locks import ahead_of_locks
 from tauten.controller.plan import Aim, DecideSettings, Plan, Prepared, make_plan
 from tauten.controller.qpcc import NO_PIECE, Certificate, Qpcc, Start, Status
-from tauten.controller.winches import ROUNDING, FirstTick, Reach, given_in, reach_of, take_tick
+from tauten.controller.winches import (
+    ROUNDING,
+    FirstTick,
+    Reach,
+    given_in,
+    reach_held,
+    reach_of,
+    take_tick,
+)
 from tauten.model import (
     Command,
     ContactSpace,
@@ -188,7 +196,7 @@ def decide(
         none = np.zeros(robot.n_a, np.bool_)
         found = plan.predicted, pull, plan.status, plan.certificate, plan.conflict
         return Decision(*found, none, plan, damping)
-    wanted, reach = _first_tick(robot, plan, pull, locks)
+    wanted, reach = _first_tick(robot, plan, pull, locks, prepared.forces.tension)
     tick = take_tick(
         prepared.step, settings.enrichment, prepared.forces, wanted, reach, robot.limits
     )
@@ -264,7 +272,7 @@ def _nearest(
 
 
 def _first_tick(
-    robot: Robot, plan: Plan, pull: Array, locks: Command | None
+    robot: Robot, plan: Plan, pull: Array, locks: Command | None, before: Array
 ) -> tuple[Command, Reach]:
     """What the actuators are to do in the first tick of a plan, and what they reach in it.
 
@@ -277,6 +285,7 @@ def _first_tick(
         plan: over the horizon.
         pull: (n_a,) positions of the actuators commanded last [m].
         locks: what locked actuators do in this tick; None: all are decided.
+        before: (n_a,) efforts of the last step [N, Pa].
     """
     actuators, limits = slice(robot.n_e, robot.n_e + robot.n_a), robot.limits
     effort, position = plan.predicted.lam[actuators], plan.predicted.delta[actuators]
@@ -292,14 +301,7 @@ def _first_tick(
     wanted = Command(
         np.where(locked, locks.pull, wanted.pull), np.where(locked, locks.tension, wanted.tension)
     )
-    return wanted, _between(reach, pull, locks)
-
-
-def _between(reach: Reach, pull: Array, command: Command) -> Reach:
-    """Reach of actuators that do not give way: from where they were, pull (n_a,), to what is commanded."""
-    given = command.by_position
-    lower = np.where(given, np.fmin(pull, command.pull), reach.lower)
-    return Reach(lower, np.where(given, np.fmax(pull, command.pull), reach.upper))
+    return wanted, reach_held(reach, pull, locks, before, limits)
 
 
 def _exceeded(robot: Robot, tick: FirstTick) -> tuple[str, ...]:
@@ -375,7 +377,8 @@ def hold(
         pull: (n_a,) positions of the actuators commanded last [m].
         enrichment: when unit columns are added.
     """
-    reach = _between(reach_of(pull, robot.limits, robot.h), pull, command)
+    reach = reach_of(pull, robot.limits, robot.h)
+    reach = reach_held(reach, pull, command, prepared.forces.tension, robot.limits)
     tick = take_tick(prepared.step, enrichment, prepared.forces, command, reach, robot.limits)
     conflict = _exceeded(robot, tick)
     status = Status.INFEASIBLE if conflict else Status.OK

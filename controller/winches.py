@@ -76,6 +76,26 @@ def reach_of(pull: Array, limits: Limits, h: float) -> Reach:
     return Reach(np.maximum(limits.pull_min, pull - step), np.minimum(limits.pull_max, pull + step))
 
 
+def reach_held(reach: Reach, pull: Array, command: Command, effort: Array, limits: Limits) -> Reach:
+    """Reach of actuators that do not give way: from where they were to what is commanded.
+
+    One that is still on its way gives way where its effort is beyond a limit: the motion of the last step may
+    end a little beyond what its linearisation predicted.
+
+    Args:
+        reach: of actuators that give way.
+        pull: (n_a,) positions commanded last [m].
+        command: position or effort of each actuator.
+        effort: (n_a,) of the last step [N, Pa].
+        limits: of the efforts.
+    """
+    given, moving = command.by_position, command.pull != pull
+    kept_above = given & ~(moving & (effort > limits.tension_max))
+    kept_below = given & ~(moving & (effort < limits.tension_min))
+    lower = np.where(kept_above, np.fmin(pull, command.pull), reach.lower)
+    return Reach(lower, np.where(kept_below, np.fmax(pull, command.pull), reach.upper))
+
+
 def take_tick(
     step: CondensedStep,
     enrichment: Enrichment,
