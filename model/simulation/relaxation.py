@@ -22,9 +22,9 @@ from tauten.model.numerics import FactorisationError
 from tauten.model.robot import Robot, State
 
 FIRST = 0.1  # s; of the time steps
-SHORTEST = 1e-3  # s
+SHORTEST, LONGEST = 1e-3, 1.0  # s; longer ones no longer follow the motion
 GROWTH, SHRINKAGE = 1.25, 0.25  # from one time step to the next
-STEPS = 100  # at most
+STEPS = 150  # at most
 FAR = 0.5  # of the body; a step that moves a node farther is taken again, shorter
 STILL = 1e-6  # of the body; a step that moves every node less is the last. Motion starts slowly beside a
 # limit point
@@ -67,5 +67,5 @@ def relaxed(
         forces = solved.step.split(solved.lam, space.k)
         if movement < STILL * robot.size:
             break
-        h *= GROWTH
+        h = min(GROWTH * h, LONGEST)
     return State(state.q, np.zeros_like(state.v)), forces
