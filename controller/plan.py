@@ -70,13 +70,11 @@ class DecideSettings:
         epsilon: weight of the actuation energy in (T1), unitless.
         enrichment: when unit columns join the basis.
         qpcc: settings of the solver.
-        substeps: of the model in a period.
     """
 
     epsilon: float
     enrichment: Enrichment
     qpcc: QpccSettings
-    substeps: int = 1
 
 
 @dataclass(frozen=True, slots=True)

@@ -33,10 +33,6 @@ class ControllerSettings(Section):
         description="How far decisions look ahead [s], by default 0.2; what leaves is the first tick on the "
         "way. 0: one tick.",
     )
-    substeps: Annotated[int, Field(ge=1, le=64)] = Field(
-        default=1,
-        description="Steps of second order that the model takes in a period of control, by default 1.",
-    )
     max_pivots: Annotated[int, Field(ge=1, le=1_000_000)] = Field(
         default=100, description="Pieces of the QPCC solved at most in a decision, by default 100."
     )

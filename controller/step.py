@@ -18,22 +18,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tauten.controller.actuation import Actuation
 from tauten.controller.certificates import beyond, hold_certificate
 from tauten.controller.damping import Damping, adapted, undamped
 from tauten.controller.inverse import energy_scale, weighted_rows
 from tauten.controller.locks import ahead_of_locks
 from tauten.controller.plan import Aim, DecideSettings, Plan, Prepared, make_plan
 from tauten.controller.qpcc import NO_PIECE, Certificate, Qpcc, Start, Status
-from tauten.controller.winches import (
-    ROUNDING,
-    FirstTick,
-    Reach,
-    given_in,
-    reach_held,
-    reach_of,
-    take_tick,
-)
+from tauten.controller.winches import ROUNDING, FirstTick, Reach, reach_of, take_tick
 from tauten.model import (
     Command,
     ContactSpace,
@@ -43,12 +34,10 @@ from tauten.model import (
     PredictedStep,
     Robot,
     State,
-    Travel,
     condense_step,
     forward_step,
     one_blas_thread,
     recondensed,
-    travel,
 )
 from tauten.model.numerics import Array, Bools
 
@@ -97,8 +86,6 @@ class Decision:
         stalled: (n_a,) which locks have stopped because more would exceed a limit.
         plan: over the horizon; None for a hold.
         damping: of the next decision; None for a hold.
-        command: position or effort that each actuator has at the end of the tick; None where the decision is
-            not usable.
     """
 
     predicted: PredictedStep
@@ -109,7 +96,6 @@ class Decision:
     stalled: Bools
     plan: Plan | None = None
     damping: Damping | None = None
-    command: Command | None = None
 
     @property
     def problem(self) -> Qpcc | None:
@@ -150,8 +136,8 @@ def prepare(
     if ahead is not None:
         system = ahead.linearise(state, forces.tension, horizon.integration)
         farther = recondensed(robot, step, system)
-    here = np.where(robot.actuators.held_by_force, step.rows.actuators.delta, pull)
-    held = forward_step(farther, enrichment, forces, Command.of(here, None)).prediction
+    command = robot.actuators.held(pull, forces.tension)
+    held = forward_step(farther, enrichment, forces, command).prediction
     n_e, n_a = held.step.n_e, held.step.n_a
     found, scale = held.step.compliance, robot.effector_layout.scale
     W, _ = weighted_rows(found.W, found.delta_free, scale)
@@ -196,7 +182,7 @@ def decide(
         none = np.zeros(robot.n_a, np.bool_)
         found = plan.predicted, pull, plan.status, plan.certificate, plan.conflict
         return Decision(*found, none, plan, damping)
-    wanted, reach = _first_tick(robot, plan, pull, locks, prepared.forces.tension)
+    wanted, reach = _first_tick(robot, plan, pull, locks)
     tick = take_tick(
         prepared.step, settings.enrichment, prepared.forces, wanted, reach, robot.limits
     )
@@ -208,12 +194,10 @@ def decide(
     names = _exceeded(robot, tick)
     status = Status.RELAXED if names else plan.status
     conflict = tuple(dict.fromkeys((*plan.conflict, *names)))
-    stalled, supplied = np.zeros(robot.n_a, np.bool_), robot.actuators.held_by_force
-    if locks is not None:
-        stalled, supplied = _stalled(locks, tick, robot), supplied & ~locks.by_position
+    stalled = np.zeros(robot.n_a, np.bool_) if locks is None else _stalled(locks, tick, robot)
     return Decision(
         after, tick.pull, status, certificate, conflict, stalled, plan,
-        adapted(damping, change, robot.size), given_in(tick, supplied, robot.limits),
+        adapted(damping, change, robot.size),
     )  # fmt: skip
 
 
@@ -272,28 +256,27 @@ def _nearest(
 
 
 def _first_tick(
-    robot: Robot, plan: Plan, pull: Array, locks: Command | None, before: Array
+    robot: Robot, plan: Plan, pull: Array, locks: Command | None
 ) -> tuple[Command, Reach]:
     """What the actuators are to do in the first tick of a plan, and what they reach in it.
 
-    All go to the plan's positions; what supplies that keep efforts get is what that takes in the tick, see
-    `given_in`: the plan's own effort takes the whole horizon. A cable without tension in the plan has none in
-    the tick, and its winch follows the path.
+    Supplies that keep efforts get the plan's, the others go to its positions. A cable without tension in
+    the plan has none in the tick, and its winch follows the path.
 
     Args:
         robot: limits and laws of the actuators.
         plan: over the horizon.
         pull: (n_a,) positions of the actuators commanded last [m].
         locks: what locked actuators do in this tick; None: all are decided.
-        before: (n_a,) efforts of the last step [N, Pa].
     """
     actuators, limits = slice(robot.n_e, robot.n_e + robot.n_a), robot.limits
     effort, position = plan.predicted.lam[actuators], plan.predicted.delta[actuators]
     reach, law = reach_of(pull, limits, robot.h), robot.actuators
     slack = ~law.bilateral & (effort <= limits.tension_min + ROUNDING * limits.largest_tension)
+    by_effort = law.held_by_force | slack
     wanted = Command(
-        np.where(slack, np.nan, np.clip(position, reach.lower, reach.upper)),
-        np.where(slack, np.clip(effort, limits.tension_min, limits.tension_max), np.nan),
+        np.where(by_effort, np.nan, np.clip(position, reach.lower, reach.upper)),
+        np.where(by_effort, np.clip(effort, limits.tension_min, limits.tension_max), np.nan),
     )
     if locks is None:
         return wanted, reach
@@ -301,7 +284,14 @@ def _first_tick(
     wanted = Command(
         np.where(locked, locks.pull, wanted.pull), np.where(locked, locks.tension, wanted.tension)
     )
-    return wanted, reach_held(reach, pull, locks, before, limits)
+    return wanted, _between(reach, pull, locks)
+
+
+def _between(reach: Reach, pull: Array, command: Command) -> Reach:
+    """Reach of actuators that do not give way: from where they were, pull (n_a,), to what is commanded."""
+    given = command.by_position
+    lower = np.where(given, np.fmin(pull, command.pull), reach.lower)
+    return Reach(lower, np.where(given, np.fmax(pull, command.pull), reach.upper))
 
 
 def _exceeded(robot: Robot, tick: FirstTick) -> tuple[str, ...]:
@@ -323,39 +313,9 @@ def _stalled(locks: Command, tick: FirstTick, robot: Robot) -> Bools:
 
 
 @one_blas_thread()
-def advance(
-    robot: Robot,
-    space: ContactSpace,
-    settings: DecideSettings,
-    decision: Decision,
-    before: Actuation,
-    now: Actuation,
-) -> Travel:
-    """The model after the tick, in which the actuators move evenly to what left.
-
-    The decision predicts the tick with one linearisation; the model follows what left in steps of second
-    order (`tauten.model.simulation.travel`).
-
-    Args:
-        robot: its factorisation workspace is overwritten.
-        space: basis of the contact forces.
-        settings: enrichment, and the number of steps.
-        decision: of the tick.
-        before: what left in the tick before.
-        now: what leaves in this one.
-
-    Raises:
-        FactorisationError: the state has diverged.
-    """
-    given, step = decision.command, decision.predicted.step
-    command = Command.of(now.pull, None)
-    if given is not None:
-        command = Command(np.where(given.by_position, now.pull, np.nan), given.tension)
-    forces = step.split(decision.predicted.lam, space.k)
-    start = Command(before.pull, before.tension)
-    return travel(
-        robot, space, settings.enrichment, step.state, forces, start, command, settings.substeps
-    )
+def advance(robot: Robot, predicted: PredictedStep) -> State:
+    """The model's state after the step."""
+    return robot.advance(predicted.step.state, predicted.step.system, predicted.dv)
 
 
 @one_blas_thread()
@@ -377,14 +337,10 @@ def hold(
         pull: (n_a,) positions of the actuators commanded last [m].
         enrichment: when unit columns are added.
     """
-    reach = reach_of(pull, robot.limits, robot.h)
-    reach = reach_held(reach, pull, command, prepared.forces.tension, robot.limits)
+    reach = _between(reach_of(pull, robot.limits, robot.h), pull, command)
     tick = take_tick(prepared.step, enrichment, prepared.forces, command, reach, robot.limits)
     conflict = _exceeded(robot, tick)
     status = Status.INFEASIBLE if conflict else Status.OK
     certificate = hold_certificate(tick.solved, tick.command, robot.limits, robot.actuators)
     stalled = _stalled(command, tick, robot)
-    return Decision(
-        tick.solved.prediction, tick.pull, status, certificate, conflict, stalled,
-        command=tick.command,
-    )  # fmt: skip
+    return Decision(tick.solved.prediction, tick.pull, status, certificate, conflict, stalled)

@@ -76,26 +76,6 @@ def reach_of(pull: Array, limits: Limits, h: float) -> Reach:
     return Reach(np.maximum(limits.pull_min, pull - step), np.minimum(limits.pull_max, pull + step))
 
 
-def reach_held(reach: Reach, pull: Array, command: Command, effort: Array, limits: Limits) -> Reach:
-    """Reach of actuators that do not give way: from where they were to what is commanded.
-
-    One that is still on its way gives way where its effort is beyond a limit: the motion of the last step may
-    end a little beyond what its linearisation predicted.
-
-    Args:
-        reach: of actuators that give way.
-        pull: (n_a,) positions commanded last [m].
-        command: position or effort of each actuator.
-        effort: (n_a,) of the last step [N, Pa].
-        limits: of the efforts.
-    """
-    given, moving = command.by_position, command.pull != pull
-    kept_above = given & ~(moving & (effort > limits.tension_max))
-    kept_below = given & ~(moving & (effort < limits.tension_min))
-    lower = np.where(kept_above, np.fmin(pull, command.pull), reach.lower)
-    return Reach(lower, np.where(kept_below, np.fmax(pull, command.pull), reach.upper))
-
-
 def take_tick(
     step: CondensedStep,
     enrichment: Enrichment,
@@ -130,22 +110,6 @@ def take_tick(
     delta = solved.prediction.delta[actuators]
     pull = np.where(command.by_force, np.clip(delta, reach.lower, reach.upper), command.pull)
     return FirstTick(solved, command, pull)
-
-
-def given_in(tick: FirstTick, supplied: Bools, limits: Limits) -> Command:
-    """What actuators are given at the end of a tick: what they ended with, or efforts of supplies.
-
-    Args:
-        tick: solved.
-        supplied: (n_a,) which are supplies that keep efforts.
-        limits: of the efforts.
-    """
-    step, command = tick.solved.prediction.step, tick.command
-    lam = tick.solved.prediction.lam[step.n_e : step.n_e + step.n_a]
-    effort = np.clip(lam, limits.tension_min, limits.tension_max)
-    return Command(
-        np.where(supplied, np.nan, command.pull), np.where(supplied, effort, command.tension)
-    )
 
 
 @kernel
