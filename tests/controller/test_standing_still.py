@@ -21,7 +21,7 @@ def finger() -> Robot:
     return load_setup("finger").robot
 
 
-def at_rest(robot: Robot, offset: Array, ticks: int = 150) -> tuple[Controller, Array, Array]:
+def at_rest(robot: Robot, offset: Array, ticks: int = 400) -> tuple[Controller, Array, Array]:
     """A controller after a constant target, and the positions and efforts of its last 40 ticks."""
     controller = Controller(robot)
     assert controller.settle_start().converged
