@@ -38,10 +38,10 @@ def hold_certificate(
         limits: of the actuators.
         actuators: which of them are bilateral; rows in the same unit have one scale.
     """
-    step, lam = solved.prediction.step, solved.prediction.lam[solved.prediction.step.n_e :]
-    W = step.compliance.W[step.n_e :, step.n_e :]
-    n_a, by_force = step.n_a, command.by_force
-    delta_free = step.compliance.delta_free[step.n_e :].copy()
+    step, acting = solved.prediction.step, solved.prediction.step.layout.acting
+    lam, W = solved.prediction.lam[acting], step.compliance.W[acting, acting]
+    n_a, by_force = step.layout.n_a, command.by_force
+    delta_free = step.compliance.delta_free[acting].copy()
     delta_free[:n_a] -= np.where(by_force, 0.0, command.pull)
     delta, force = delta_free + W @ lam, np.diag(W) * lam  # (m,) m
     groups = np.concatenate([actuators.position_groups, np.zeros(len(lam) - n_a, np.int64)])

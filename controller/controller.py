@@ -304,7 +304,7 @@ class Controller:
         locks, step = self._locks, self._prepared
         if step is None or not (locks.by_position | locks.by_force).any():
             return None
-        rows = slice(step.step.n_e, step.step.n_e + step.step.n_a)
+        rows = step.step.layout.actuators
         return within_rate(
             locks, self._left.pull, self._left.tension, step.step.compliance.W[rows, rows],
             self.robot.h * self.robot.limits.rate,
@@ -352,11 +352,11 @@ class Controller:
 
     def _take(self, decision: Decision, status: Status, conflict: tuple[str, ...]) -> Actuation:
         """Make a decision this step's."""
-        n_e, actuators = self.robot.n_e, slice(self.robot.n_e, self.robot.n_e + self.robot.n_a)
+        rows = self.robot.layout
         delta, effectors = decision.predicted.delta, decision.predicted.step.rows.effectors
         layout = self.robot.effector_layout
-        values = layout.values_at(effectors.values, delta[:n_e])
-        limits, needed = self.robot.limits, decision.predicted.lam[actuators]
+        values = layout.values_at(effectors.values, delta[rows.effectors])
+        limits, needed = self.robot.limits, decision.predicted.lam[rows.actuators]
         tension = np.clip(needed, limits.tension_min, limits.tension_max)
         clamped = (np.abs(tension - needed) > ROUNDING * limits.largest_tension).any()
         self._decision, self.status = decision, status

@@ -8,7 +8,14 @@ from functools import lru_cache
 import numpy as np
 
 from tauten.controller.qpcc import Qpcc, Solution
-from tauten.model import Actuators, EffectorLayout, Limits, cable_actuators
+from tauten.model import (
+    Actuators,
+    EffectorLayout,
+    Layout,
+    Limits,
+    cable_actuators,
+    row_layout,
+)
 from tauten.model.numerics import Array, Bools, Ints, cholesky, kernel, solve_rows
 
 SLACK = 1e-9  # of the value of a row, by which a relaxed limit exceeds it
@@ -39,7 +46,8 @@ def inverse_problem(
         weight: of the elastic energy, ε s [m/N]; `energy_scale` is s.
         actuators: what their limits are called; default: cables with numbers.
     """
-    n_e, n_a = len(target), len(pull_prev)
+    layout = row_layout(len(target), len(pull_prev))
+    actuators = actuators or numbered(layout.n_a)
     Q, c, constant, g_lo, g_hi, by_rate = _objective_and_travel(
         W, delta_free, target, pull_prev, limits.pull_min, limits.pull_max, h * limits.rate, weight
     )
@@ -48,18 +56,18 @@ def inverse_problem(
         c=c,
         lb=limits.tension_min,
         ub=limits.tension_max,
-        G=W[n_e : n_e + n_a, n_e:],
+        G=W[layout.actuators, layout.acting],
         g_lo=g_lo,
         g_hi=g_hi,
-        M=W[n_e + n_a :, n_e:],
-        m=delta_free[n_e + n_a :],
+        M=W[layout.contacts, layout.acting],
+        m=delta_free[layout.contacts],
         constant=constant,
-        bound_names=(actuators or numbered(n_a)).effort_names,
-        row_names=position_names(actuators or numbered(n_a), by_rate),
+        bound_names=actuators.effort_names,
+        row_names=position_names(actuators, by_rate),
     )
 
 
-def held_back(problem: Qpcc, W: Array, n_e: int, weight: float, held: Array) -> Qpcc:
+def held_back(problem: Qpcc, W: Array, layout: Layout, weight: float, held: Array) -> Qpcc:
     """The inverse problem with the part of its damping that acts on the efforts.
 
     With 1/2 ε s γ (λ_a − λ_held)' W_aa (λ_a − λ_held) added and all divided by 1 + γ, the energy is as before
@@ -68,14 +76,14 @@ def held_back(problem: Qpcc, W: Array, n_e: int, weight: float, held: Array) -> 
     Args:
         problem: from `inverse_problem`.
         W: (m, m) as it was given there.
-        n_e: effector rows in it.
+        layout: of its rows.
         weight: γ / (1 + γ) ε s [m/N].
         held: (n_a,) efforts of a hold [N].
     """
     if weight == 0.0:
         return problem
-    n_a, c = len(held), problem.c.copy()
-    c[:n_a] -= weight * (W[n_e : n_e + n_a, n_e : n_e + n_a] @ held)
+    c = problem.c.copy()
+    c[: layout.n_a] -= weight * (W[layout.actuators, layout.actuators] @ held)
     return replace(problem, c=c)
 
 
@@ -162,7 +170,7 @@ def exact_problem(
     )
 
 
-def energy_scale(W: Array, n_e: int, n_a: int, pushing: Bools, groups: Ints | None = None) -> float:
+def energy_scale(W: Array, layout: Layout, pushing: Bools, groups: Ints | None = None) -> float:
     """Scale of the actuation energy in (T1), s = |W̃_ea|² / tr W_aa [m/N].
 
     It makes ε unitless: ε is the share of the objective's curvature that the elastic energy of the
@@ -173,14 +181,13 @@ def energy_scale(W: Array, n_e: int, n_a: int, pushing: Bools, groups: Ints | No
     it is the same for every target, start of the solver and round of enrichment.
 
     Args:
-        W: (m, m) compliance of effectors, actuators and contacts, in this order [m/N].
-        n_e: effector rows.
-        n_a: actuators.
+        W: (m, m) compliance of effectors, actuators and contacts [m/N].
+        layout: of its rows.
         pushing: (m − n_e − n_a,) contacts that pushed in the last step of the model.
         groups: (n_a,) number of the unit of each effort; None: there is one unit.
     """
-    alike = np.zeros(n_a, dtype=np.int64) if groups is None else groups
-    return _energy_scale(W, n_e, n_a, pushing, alike)
+    alike = np.zeros(layout.n_a, dtype=np.int64) if groups is None else groups
+    return _energy_scale(W, layout.n_e, layout.n_a, pushing, alike)
 
 
 @kernel

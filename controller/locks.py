@@ -26,6 +26,7 @@ from tauten.model import (
     Limits,
     Robot,
     eliminate_rows,
+    row_layout,
 )
 from tauten.model.numerics import Array, Bools
 
@@ -160,6 +161,7 @@ class LockedStep:
     Attributes:
         W: compliance of these rows.
         delta_free: their values without forces.
+        layout: where they are.
         free: (f,) numbers of the actuators that are decided.
     """
 
@@ -170,19 +172,18 @@ class LockedStep:
             step: system, rows and compliance.
             locks: what each locked actuator keeps in this step.
         """
-        a, n_a = step.n_e, step.n_a
-        by_force, by_position = locks.by_force, locks.by_position
+        layout, by_force, by_position = step.layout, locks.by_force, locks.by_position
         self.free = np.flatnonzero(~by_force & ~by_position)
-        self._forced = a + np.flatnonzero(by_force)
-        self._zero = a + np.flatnonzero(by_position & step.bilateral)
-        self._cables = a + np.flatnonzero(by_position & ~step.bilateral)
-        self._n_e, self._locks = a, locks
+        self._forced = layout.of_actuators(by_force)
+        self._zero = layout.of_actuators(by_position & step.bilateral)
+        self._cables = layout.of_actuators(by_position & ~step.bilateral)
+        self.layout = row_layout(layout.n_e, len(self.free))
         W, delta = step.compliance.W, step.compliance.delta_free.copy()
         self._effort = locks.tension[by_force]
-        delta[a : a + n_a] -= np.where(by_position, locks.pull, 0.0)
+        delta[layout.actuators] -= np.where(by_position, locks.pull, 0.0)
         delta += W[:, self._forced] @ self._effort
-        contacts = np.arange(a + n_a, len(delta))
-        self._kept = np.concatenate([np.arange(a), a + self.free, self._cables, contacts])
+        effectors, contacts = np.arange(layout.n_e), layout.of_contacts(len(delta))
+        self._kept = np.concatenate([effectors, layout.n_e + self.free, self._cables, contacts])
         self._all_W, self._all_delta = W, delta
         self._rest = eliminate_rows(W, delta, self._kept, self._zero)
         self.W, self.delta_free = self._rest.W, self._rest.delta
@@ -195,16 +196,16 @@ class LockedStep:
             limits: of all actuators.
             actuators: what the limits are called.
         """
-        a, n_e = self._n_e, self._n_e
-        zero, forced = self._zero - a, self._forced - a
+        n_e, acting = self.layout.n_e, self.layout.acting
+        zero, forced = self._zero - n_e, self._forced - n_e
         # positions of locked efforts, efforts of locked positions, tensions of locked cables
         cross = self._all_W[np.ix_(self._forced, self._zero)]
         moved = self._all_W[np.ix_(self._forced, self._kept)] + cross @ self._rest.gain
         at = self._all_delta[self._forced] + cross @ self._rest.offset
         taut = np.zeros((len(self._cables), len(self._kept)))
-        first = n_e + len(self.free)
+        first = self.layout.contacts.start
         taut[np.arange(len(taut)), first + np.arange(len(taut))] = 1.0
-        cables = self._cables - a
+        cables = self._cables - n_e
         none = np.full(len(cables), -np.inf)
         low = [limits.pull_min[forced] - at, limits.tension_min[zero] - self._rest.offset, none]
         high = [
@@ -217,7 +218,9 @@ class LockedStep:
         names += [(effort[i], effort[i]) for i in [*zero.tolist(), *cables.tolist()]]
         return replace(
             problem,
-            G=np.concatenate([problem.G, moved[:, n_e:], self._rest.gain[:, n_e:], taut[:, n_e:]]),
+            G=np.concatenate(
+                [problem.G, moved[:, acting], self._rest.gain[:, acting], taut[:, acting]]
+            ),
             g_lo=np.concatenate([problem.g_lo, *low]),
             g_hi=np.concatenate([problem.g_hi, *high]),
             row_names=(*problem.row_names, *names),
@@ -230,12 +233,12 @@ class LockedStep:
             tension: (n_a,) efforts.
             pushing: (n_contacts,) contacts of the step that push.
         """
-        taut = tension[self._cables - self._n_e] > 0.0
+        taut = tension[self._cables - self.layout.n_e] > 0.0
         return Start(tension[self.free], np.concatenate([taut, pushing]))
 
     def forces(self, solution: Solution) -> Array:
         """Forces on all rows of the step (m,), from those of the problem."""
-        kept = np.concatenate([np.zeros(self._n_e), solution.lam_a, solution.beta])
+        kept = np.concatenate([np.zeros(self.layout.n_e), solution.lam_a, solution.beta])
         lam = np.zeros(len(self._all_delta))
         lam[self._kept], lam[self._forced] = kept, self._effort
         lam[self._zero] = self._rest.gain @ kept + self._rest.offset

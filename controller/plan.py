@@ -137,19 +137,22 @@ def make_plan(
         settings: weights and tolerances.
         locks: what locked actuators keep; None: all are decided.
     """
-    held, n_e, gamma = prepared.held, prepared.held.step.n_e, aim.gamma
+    held, layout, gamma = prepared.held, prepared.held.step.layout, aim.gamma
     weight, share = settings.epsilon * prepared.scale, gamma / (1.0 + gamma)
-    target = aim.scale * (aim.target + share * (held.delta[:n_e] - aim.target))  # (n_e,)
-    kept = held.delta[n_e : n_e + held.step.n_a]
+    target = aim.scale * (
+        aim.target + share * (held.delta[layout.effectors] - aim.target)
+    )  # (n_e,)
+    kept = held.delta[layout.actuators]
     loop = EnrichmentLoop(held.step, settings.enrichment)
     while loop.prediction is None:
         reduced = None if locks is None else LockedStep(loop.step, locks)
         tension, pushing = _start(held, loop.step)
         rows: LockedStep | Compliance = loop.step.compliance
+        places = layout
         limits, actuators, travelled, stay = robot.limits, robot.actuators, pull, kept
         start = Start(tension, pushing)
         if reduced is not None:
-            rows, free = reduced, reduced.free
+            rows, free, places = reduced, reduced.free, reduced.layout
             limits, actuators = robot.limits.at(free), robot.actuators.at(free)
             travelled, stay = pull[free], kept[free]
             start = reduced.start(tension, pushing)
@@ -157,21 +160,21 @@ def make_plan(
         problem = inverse_problem(
             W, delta_free, target, travelled, limits, robot.h, weight, actuators
         )
-        problem = held_back(problem, W, n_e, share * weight, start.lam_a)
-        problem = including_hold(problem, stay - delta_free[n_e : n_e + len(stay)])
+        problem = held_back(problem, W, places, share * weight, start.lam_a)
+        problem = including_hold(problem, stay - delta_free[places.actuators])
         if reduced is not None:
             problem = reduced.bounded(problem, robot.limits, robot.actuators)
         if aim.equations.any():
             met = aim.scale * aim.target
-            chosen, layout = np.flatnonzero(aim.equations), robot.effector_layout
+            chosen, kinds = np.flatnonzero(aim.equations), robot.effector_layout
             problem = exact_problem(
-                problem, W, delta_free, met, chosen, layout, EXACTLY * robot.size
+                problem, W, delta_free, met, chosen, kinds, EXACTLY * robot.size
             )
         problem, solution = _solved(problem, start, settings.qpcc, not aim.equations.any())
         if reduced is not None:
             lam = reduced.forces(solution)
         else:
-            lam = np.concatenate([np.zeros(n_e), solution.lam_a, solution.beta])
+            lam = np.concatenate([np.zeros(layout.n_e), solution.lam_a, solution.beta])
         loop.check(lam, solution.status.usable)
     return Plan(
         loop.prediction,
@@ -185,11 +188,11 @@ def make_plan(
 
 def _start(held: PredictedStep, step: CondensedStep) -> tuple[Array, Bools]:
     """Efforts (n_a,) and pushing contacts of a hold, where the solver starts; new columns do not push."""
-    first = step.n_e + step.n_a
-    pushing = np.zeros(len(step.compliance) - first, np.bool_)
-    known = held.lam[first:] > 0.0
+    layout = step.layout
+    pushing = np.zeros(step.n_contacts, np.bool_)
+    known = held.lam[layout.contacts] > 0.0
     pushing[: len(known)] = known
-    return held.lam[step.n_e : first], pushing
+    return held.lam[layout.actuators], pushing
 
 
 def _solved(

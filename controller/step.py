@@ -138,11 +138,11 @@ def prepare(
         farther = recondensed(robot, step, system)
     command = robot.actuators.held(pull, forces.tension)
     held = forward_step(farther, enrichment, forces, command).prediction
-    n_e, n_a = held.step.n_e, held.step.n_a
+    layout = held.step.layout
     found, scale = held.step.compliance, robot.effector_layout.scale
     W, _ = weighted_rows(found.W, found.delta_free, scale)
-    pushing = held.lam[n_e + n_a :] > 0.0
-    return Prepared(step, held, forces, energy_scale(W, n_e, n_a, pushing, robot.actuators.groups))
+    pushing = held.lam[layout.contacts] > 0.0
+    return Prepared(step, held, forces, energy_scale(W, layout, pushing, robot.actuators.groups))
 
 
 @one_blas_thread()
@@ -211,8 +211,8 @@ def _change(prepared: Prepared, plan: Plan, scale: Array, weight: float) -> Arra
         weight: of the energy, ε s [m/N].
     """
     step, held, planned = prepared.held.step, prepared.held, plan.predicted
-    n_e, actuators = step.n_e, slice(step.n_e, step.n_e + step.n_a)
-    moved = scale * (planned.delta[:n_e] - held.delta[:n_e])
+    effectors, actuators = step.layout.effectors, step.layout.actuators
+    moved = scale * (planned.delta[effectors] - held.delta[effectors])
     diagonal = np.diag(step.compliance.W)[actuators]
     pulled = np.sqrt(weight * diagonal) * (planned.lam[actuators] - held.lam[actuators])
     return np.concatenate([moved, pulled])
@@ -244,7 +244,7 @@ def _nearest(
     nearest = make_plan(robot, prepared, alone, pull, settings, locks)
     if not nearest.status.usable:
         return nearest
-    reached = nearest.predicted.delta[: len(exact)]
+    reached = nearest.predicted.delta[robot.layout.effectors]
     plan = nearest
     if (aim.scale[~exact] != 0.0).any():
         among = replace(aim, target=np.where(exact, reached, aim.target))
@@ -269,7 +269,7 @@ def _first_tick(
         pull: (n_a,) positions of the actuators commanded last [m].
         locks: what locked actuators do in this tick; None: all are decided.
     """
-    actuators, limits = slice(robot.n_e, robot.n_e + robot.n_a), robot.limits
+    actuators, limits = robot.layout.actuators, robot.limits
     effort, position = plan.predicted.lam[actuators], plan.predicted.delta[actuators]
     reach, law = reach_of(pull, limits, robot.h), robot.actuators
     slack = ~law.bilateral & (effort <= limits.tension_min + ROUNDING * limits.largest_tension)
@@ -296,7 +296,7 @@ def _between(reach: Reach, pull: Array, command: Command) -> Reach:
 
 def _exceeded(robot: Robot, tick: FirstTick) -> tuple[str, ...]:
     """Names of the efforts that are beyond their limits in a tick, and of what else is not met."""
-    lam = tick.solved.prediction.lam[robot.n_e : robot.n_e + robot.n_a]
+    lam = tick.solved.prediction.lam[robot.layout.actuators]
     excess = beyond(lam, robot.limits, robot.actuators.bilateral)
     if tick.solved.converged and not (excess > ROUNDING).any():
         return ()

@@ -95,10 +95,10 @@ def take_tick(
         limits: of the efforts.
     """
     command = wanted
-    actuators, ends = slice(step.n_e, step.n_e + step.n_a), (reach.lower, reach.upper)
+    actuators, ends = step.layout.actuators, (reach.lower, reach.upper)
     least, most = limits.tension_min, limits.tension_max
     short = SHORT * (limits.pull_max - limits.pull_min)
-    for _ in range(2 * step.n_a + 4):
+    for _ in range(2 * step.layout.n_a + 4):
         solved = forward_step(step, enrichment, previous, command)
         changed, pull, tension = _corrected(
             command.pull, command.tension, (wanted.pull, wanted.tension), ends, (least, most, short),

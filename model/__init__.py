@@ -35,6 +35,7 @@ from tauten.model.interface import (
     cable_actuators,
     point_layout,
 )
+from tauten.model.layout import Layout, row_layout
 from tauten.model.load.robot import load_robot
 from tauten.model.mesh.tet_mesh import MeshError
 from tauten.model.robot import Robot, RobotRows, State
@@ -76,6 +77,7 @@ __all__ = [
     "ForwardStep",
     "Geometry",
     "Integration",
+    "Layout",
     "Limits",
     "MeshError",
     "NO_CONTACTS",
@@ -114,6 +116,7 @@ __all__ = [
     "point_layout",
     "recondensed",
     "row_compliance",
+    "row_layout",
     "skin_of",
     "travel",
     "worst_rows",

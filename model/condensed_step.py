@@ -14,6 +14,7 @@ import numpy as np
 
 from tauten.model.compliance import Compliance, extended, row_compliance
 from tauten.model.contact_space import ContactSpace, ReducedContacts
+from tauten.model.layout import Layout
 from tauten.model.numerics import Array, Bools, Ints
 from tauten.model.robot import Robot, RobotRows, State
 from tauten.model.rows import ContactRows
@@ -73,9 +74,8 @@ class CondensedStep:
         rows: effectors, actuators, contacts in range.
         reduced: contact rows of the basis.
         extra: (r,) rows of `rows.contacts` that have a unit column.
-        compliance: of effectors (n_e or none), actuators, reduced contacts, unit columns, in this order.
-        n_e: effector rows in `compliance`.
-        n_a: actuators.
+        compliance: of effectors (all or none), actuators, reduced contacts, unit columns, in this order.
+        layout: where they are in it.
         bilateral: (n_a,) which actuators pull and push.
     """
 
@@ -85,8 +85,7 @@ class CondensedStep:
     reduced: ReducedContacts
     extra: Ints
     compliance: Compliance
-    n_e: int
-    n_a: int
+    layout: Layout
     bilateral: Bools
 
     @property
@@ -114,12 +113,10 @@ class CondensedStep:
 
     def split(self, lam: Array, k: int) -> Forces:
         """Forces lam (m,) by actuator, column of a basis with k columns, and slot."""
-        actuators = self.n_e + self.n_a
-        contacts = actuators + len(self.reduced)
-        beta = np.zeros(k)
-        beta[self.reduced.modes] = lam[actuators:contacts]
+        contacts, beta = lam[self.layout.contacts], np.zeros(k)
+        beta[self.reduced.modes] = contacts[: len(self.reduced)]
         slots = self.rows.contacts.slots[self.extra] if len(self.extra) > 0 else self.extra
-        return Forces(lam[self.n_e : actuators], beta, slots, lam[contacts:])
+        return Forces(lam[self.layout.actuators], beta, slots, contacts[len(self.reduced) :])
 
 
 def condense_step(
@@ -177,10 +174,10 @@ def condensed(
         H.insert(0, rows.effectors.dense())
     if len(extra) > 0:
         H.append(unit_rows(rows.contacts, extra)[0])
-    n_e = robot.n_e if effectors else 0
-    compliance = _through(robot, system, np.concatenate(H), rows, reduced, extra, n_e)
+    layout = robot.layout if effectors else robot.layout.without_effectors()
+    compliance = _through(robot, system, np.concatenate(H), rows, reduced, extra, layout)
     return CondensedStep(
-        state, system, rows, reduced, extra, compliance, n_e, robot.n_a, robot.actuators.bilateral
+        state, system, rows, reduced, extra, compliance, layout, robot.actuators.bilateral
     )
 
 
@@ -192,7 +189,7 @@ def recondensed(robot: Robot, step: CondensedStep, system: System) -> CondensedS
         step: its rows and contacts are kept.
         system: another scheme's, linearised at the same state.
     """
-    H, kept = step.compliance.H, (step.rows, step.reduced, step.extra, step.n_e)
+    H, kept = step.compliance.H, (step.rows, step.reduced, step.extra, step.layout)
     return replace(step, system=system, compliance=_through(robot, system, H, *kept))
 
 
@@ -203,18 +200,18 @@ def _through(
     rows: RobotRows,
     reduced: ReducedContacts,
     extra: Ints,
-    n_e: int,
+    layout: Layout,
 ) -> Compliance:
     """Compliance of rows H (m, n) through a system, those of sprung actuators at the motor."""
-    delta = [rows.effectors.delta] * (n_e > 0) + [rows.actuators.delta, reduced.delta]
+    delta = [rows.effectors.delta] * (layout.n_e > 0) + [rows.actuators.delta, reduced.delta]
     if len(extra) > 0:
         delta.append(rows.contacts.rows.delta[extra])
     compliance = row_compliance(system, H, np.concatenate(delta))
     springs = robot.actuators.springs
     if springs is not None:
-        place = np.arange(n_e, n_e + robot.n_a)
-        compliance.W[place, place] += springs.flexibility
-        compliance.delta_free[place] += springs.shift
+        between = compliance.W[layout.actuators, layout.actuators]
+        between[np.diag_indices(layout.n_a)] += springs.flexibility
+        compliance.delta_free[layout.actuators] += springs.shift
     return compliance
 
 

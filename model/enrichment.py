@@ -100,7 +100,7 @@ class PredictedStep:
     @property
     def contacts_push(self) -> bool:
         """Whether any contact has a force."""
-        return bool((self.lam[self.step.n_e + self.step.n_a :] > 0.0).any())
+        return bool((self.lam[self.step.layout.contacts] > 0.0).any())
 
 
 class EnrichmentLoop:

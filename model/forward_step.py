@@ -91,7 +91,7 @@ def forward_step(
     loop = EnrichmentLoop(step, enrichment)
     lam = np.concatenate(
         [
-            np.zeros(step.n_e),
+            np.zeros(step.layout.n_e),
             previous.tension,
             previous.beta[step.reduced.modes],
             np.zeros(len(step.extra)),
@@ -112,13 +112,13 @@ def solve_forces(step: CondensedStep, start: Array, command: Command) -> tuple[A
         start: (m,) forces to start from [N].
         command: position or effort of each actuator.
     """
-    a, c = step.n_e, step.n_e + step.n_a
+    layout = step.layout
     W, delta, lam = step.compliance.W, step.compliance.delta_free.copy(), np.zeros_like(start)
     by_force, bilateral = command.by_force, step.bilateral
-    delta[a:c] -= np.where(by_force, 0.0, command.pull)
-    forced, zero = a + np.flatnonzero(by_force), a + np.flatnonzero(bilateral & ~by_force)
-    cables = a + np.flatnonzero(~bilateral & ~by_force)
-    kept = np.concatenate([cables, np.arange(c, len(delta))])
+    delta[layout.actuators] -= np.where(by_force, 0.0, command.pull)
+    forced, zero = layout.of_actuators(by_force), layout.of_actuators(bilateral & ~by_force)
+    cables = layout.of_actuators(~bilateral & ~by_force)
+    kept = np.concatenate([cables, layout.of_contacts(len(delta))])
     if len(forced) > 0:
         lam[forced] = command.tension[by_force]
         delta += W[:, forced] @ lam[forced]

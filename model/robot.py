@@ -13,6 +13,7 @@ from typing import Protocol
 import numpy as np
 
 from tauten.model.interface import Actuators, EffectorLayout, Limits
+from tauten.model.layout import Layout
 from tauten.model.numerics import Array, Ints
 from tauten.model.rows import ContactRows, EffectorRows, PairSlots, Rows
 from tauten.model.schema import RobotSettings
@@ -134,8 +135,8 @@ class Robot(Protocol):
         """Actuators; couplings count as one."""
 
     @property
-    def n_e(self) -> int:
-        """Effector rows."""
+    def layout(self) -> Layout:
+        """Where the rows of effectors, actuators and contacts are in a step."""
 
     @property
     def effector_layout(self) -> EffectorLayout:

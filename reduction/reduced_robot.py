@@ -12,12 +12,14 @@ from tauten.model import (
     Actuators,
     EffectorLayout,
     Integration,
+    Layout,
     Limits,
     PairSlots,
     Robot,
     RobotRows,
     State,
     System,
+    row_layout,
 )
 from tauten.model.numerics import Array, DenseFactors, Ints
 
@@ -81,9 +83,9 @@ class ReducedRobot(ABC):
         return len(self.full.actuators)
 
     @property
-    def n_e(self) -> int:
-        """Effector rows."""
-        return self.effector_layout.n_rows
+    def layout(self) -> Layout:
+        """Where the rows of effectors, actuators and contacts are in a step."""
+        return row_layout(self.effector_layout.n_rows, self.n_a)
 
     @property
     def effector_layout(self) -> EffectorLayout:

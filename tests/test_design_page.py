@@ -102,6 +102,7 @@ SMALL = {
     "controller.controller.Controller.actuation",
     "controller.controller.Controller.effector",
     "controller.inverse.position_names",
+    "model.condensed_step.CondensedStep.n_contacts",
     "model.condensed_step.CondensedStep.pushing",
     "model.condensed_step.CondensedStep.split",
     "model.condensed_step.Forces.pushing",

@@ -14,6 +14,7 @@ from tauten.model.actuators import ActuatorSet, BeamActuators
 from tauten.model.contact import ContactSet
 from tauten.model.effectors import BeamEffectors, NodalEffectors
 from tauten.model.interface import Actuators, EffectorLayout, Limits
+from tauten.model.layout import Layout, row_layout
 from tauten.model.numerics import Array, Factorisation, FactorisationError, Ints
 from tauten.model.robot import RobotNames, State
 from tauten.model.rows import ContactRows, PairSlots
@@ -80,9 +81,9 @@ class SparseRobot(ABC):
         return len(self.actuators)
 
     @property
-    def n_e(self) -> int:
-        """Effector rows."""
-        return self.effector_layout.n_rows
+    def layout(self) -> Layout:
+        """Where the rows of effectors, actuators and contacts are in a step."""
+        return row_layout(self.effector_layout.n_rows, self.n_a)
 
     @property
     def effector_layout(self) -> EffectorLayout:

@@ -349,9 +349,10 @@ class Simulator:
         response = row_compliance(
             system, H, np.concatenate([rows.actuators.delta, rows.contacts.rows.delta])
         )
-        n_a = self.robot.n_a
-        W = response.W[n_a:, n_a:]
-        delta = response.delta_free[n_a:] + response.W[n_a:, :n_a] @ self._forces.tension
+        layout = self.robot.layout.without_effectors()
+        a, c = layout.actuators, layout.contacts
+        W = response.W[c, c]
+        delta = response.delta_free[c] + response.W[c, a] @ self._forces.tension
         lam_c[rows.contacts.slots] = solve_lcp(W, delta, rho=SMOOTHING).lam
         return lam_c
 

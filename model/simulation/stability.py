@@ -50,19 +50,19 @@ def unstable_direction(robot: Robot, solved: PredictedStep, held: Bools) -> Arra
         solved: the last quasi-static step.
         held: (n_a,) which positions of actuators are held; taut cables among them are constraints.
     """
-    step = solved.step
+    step, layout = solved.step, solved.step.layout
     factorised = step.system.tangent
     if step.system.exact or factorised is None or robot.n < FEWEST:
         return None
-    acting = solved.lam[step.n_e :] > 0.0
-    acting[: step.n_a] = held & (acting[: step.n_a] | step.bilateral)
+    acting = solved.lam[layout.acting] > 0.0
+    acting[: layout.n_a] = held & (acting[: layout.n_a] | step.bilateral)
     springs = robot.actuators.springs
-    flexibility = np.zeros(step.n_a) if springs is None else springs.flexibility
-    sprung = np.flatnonzero(acting[: step.n_a] & (flexibility > 0.0))
-    B = step.compliance.H[step.n_e + sprung] / np.sqrt(flexibility[sprung])[:, None]  # (s, n)
+    flexibility = np.zeros(layout.n_a) if springs is None else springs.flexibility
+    sprung = np.flatnonzero(acting[: layout.n_a] & (flexibility > 0.0))
+    B = step.compliance.H[layout.n_e + sprung] / np.sqrt(flexibility[sprung])[:, None]  # (s, n)
     acting[sprung] = False
-    taut = step.n_e + np.flatnonzero(acting)
-    tension = solved.lam[step.n_e : step.n_e + step.n_a]
+    taut = layout.n_e + np.flatnonzero(acting)
+    tension = solved.lam[layout.actuators]
     h, system = step.system.h, step.system
     K = tangent(robot, robot.forces(step.state, tension, exact=True)[1])
     M = tangent(robot, factorised)

@@ -108,20 +108,21 @@ def _problem(robot: Robot, snapshots: Snapshots, column: int, by_effort: Bools) 
     every = Forces(tension, np.zeros(0), np.arange(robot.n_c), np.ones(robot.n_c))
     static = replace(robot.integration, static=True)
     step = condense_step(loaded, EmptySpace(robot.n_c), state, every, True, True, static)
-    n_e, n_a = step.n_e, step.n_a
+    layout = step.layout
     W, delta = (
         step.compliance.W,
         step.compliance.delta_free.copy(),
     )  # of effectors, actuators, candidates
-    delta[n_e : n_e + n_a] -= snapshots.pull[:, column]
-    given = n_e + np.flatnonzero(by_effort)
+    delta[layout.actuators] -= snapshots.pull[:, column]
+    given = layout.of_actuators(by_effort)
     delta += W[:, given] @ tension[by_effort]
-    held = n_e + np.flatnonzero(~by_effort & (step.bilateral | (tension > 0.0)))
-    kept = np.concatenate([np.arange(n_e), np.arange(n_e + n_a, len(delta))])
+    held = layout.of_actuators(~by_effort & (step.bilateral | (tension > 0.0)))
+    kept = np.concatenate([np.arange(layout.n_e), layout.of_contacts(len(delta))])
     rest = eliminate_rows(W, delta, kept, held)
-    W_c, delta_c = rest.W[n_e:, n_e:], rest.delta[n_e:]
+    c = slice(layout.n_e, None)  # of what is kept
+    W_c, delta_c = rest.W[c, c], rest.delta[c]
     lam = solve_lcp(W_c, delta_c).lam
     energy = -float(0.5 * lam @ W_c @ lam + delta_c @ lam)
     slots = step.rows.contacts.slots
-    W_e = robot.effector_layout.in_metres(rest.W[:n_e, n_e:])
+    W_e = robot.effector_layout.in_metres(rest.W[layout.effectors, c])
     return ContactProblem(W_c, W_e, delta_c, slots, lam, energy, column)

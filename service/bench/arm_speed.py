@@ -174,9 +174,11 @@ def gauss_seidel_step(there: Simulator, tension: Array, start: Array) -> tuple[A
     rows = robot.rows(state)
     H = np.vstack([rows.actuators.dense(), rows.contacts.rows.dense()])
     delta = np.concatenate([rows.actuators.delta, rows.contacts.rows.delta])
-    response, n_a, slots = row_compliance(system, H, delta), robot.n_a, rows.contacts.slots
-    gaps = response.delta_free[n_a:] + response.W[n_a:, :n_a] @ tension
-    found = solve_pgs(response.W[n_a:, n_a:], gaps, start[slots], _TOLERANCE, _SWEEPS)
+    response, slots = row_compliance(system, H, delta), rows.contacts.slots
+    layout = robot.layout.without_effectors()
+    a, c = layout.actuators, layout.contacts
+    gaps = response.delta_free[c] + response.W[c, a] @ tension
+    found = solve_pgs(response.W[c, c], gaps, start[slots], _TOLERANCE, _SWEEPS)
     response.velocity_change(system, np.concatenate([tension, found.lam]))
     forces = np.zeros(robot.n_c)
     forces[slots] = found.lam

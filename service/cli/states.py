@@ -70,7 +70,7 @@ def state_settings(
         raise StateBasisError(f"state modes are {modes!r}: allowed are 1 and more, and auto")
     r: int | Literal["auto"] = "auto" if modes == "auto" else int(modes)
     if responses is None:
-        responses = max(LEAST_RESPONSES, robot.n_a + robot.n_e)
+        responses = max(LEAST_RESPONSES, robot.layout.n_e + robot.layout.n_a)
     return StateSettings(r=r, responses=responses, sample=sample, seed=seed)
 
 

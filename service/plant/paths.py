@@ -166,7 +166,7 @@ def reach_path(robot: Robot, effector: int, fraction: float, period: float) -> T
     values = np.array([found[share.tobytes()] for share in shares])  # (m, v)
     if kind == "frame":
         values[:, 3:] = without_sign_changes(values[:, 3:])
-    unit = float(layout.units[layout.row_starts[effector]])  # metres
+    unit = float(layout.units[layout.rows_of(effector).start])  # metres
     if shortened > 0 and unit * np.ptp(values[:, :3], axis=0).max() < _NEARLY_SETTLED:
         raise PathError(f"reach: {robot.name} finds no equilibrium but that at rest")
     if shortened > 0:
@@ -213,8 +213,8 @@ def directions(robot: Robot, effector: int) -> Array:
     rest, robot = robot.rest(), robot.fork()
     system = robot.linearise(rest, None, replace(robot.integration, static=True))
     rows = robot.rows(rest, contacts=False)
-    first, end = robot.effector_layout.row_starts[effector : effector + 2]
-    row = slice(first, min(end, first + 3))  # of a frame its position
+    own = robot.effector_layout.rows_of(effector)
+    row = slice(own.start, min(own.stop, own.start + 3))  # of a frame its position
     moved = rows.effectors.dense()[row] @ system.solve(rows.actuators.dense().T)  # (3 or 1, n_a)
     plane = np.linalg.svd(moved)[0][:, :2]  # (3, 2) or (1, 1)
     x, y = np.vstack([plane.T @ moved, np.zeros((2 - plane.shape[1], len(moved.T)))])

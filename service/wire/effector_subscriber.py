@@ -240,7 +240,7 @@ class EffectorSubscriber:
                     f"{distance:.3g} m from the effector at rest, allowed are {self._reach:.3g} m"
                 )
             return ""
-        unit = float(layout.units[layout.row_starts[effector]])
+        unit = float(layout.units[layout.rows_of(effector).start])
         least, most = max(rest[0] - self._reach / unit, 0.0), rest[0] + self._reach / unit
         if not least <= values[0] <= most:
             kind = layout.kinds[effector]

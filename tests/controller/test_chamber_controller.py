@@ -15,7 +15,7 @@ from tauten.controller import (
     hold_certificate,
     prepare,
 )
-from tauten.model import Command, Enrichment, Simulator, forward_step
+from tauten.model import Command, Enrichment, Simulator, forward_step, row_layout
 from tauten.model.numerics import Array
 
 NONE = Enrichment(tolerance=np.inf, rounds=0, per_pair=0)
@@ -94,6 +94,8 @@ def test_the_weight_of_the_energy_does_not_depend_on_the_unit_of_a_pressure() ->
     H = rng.standard_normal((6, 8))
     W, groups, open_ = H @ H.T, np.array([0, 0, 1]), np.zeros(0, dtype=np.bool_)
     unit = np.diag([1.0, 1.0, 1.0, 1.0, 1.0, 1e3])  # three effector rows, two cables, a chamber
-    scale = energy_scale(W, 3, 3, open_, groups)
-    assert energy_scale(unit @ W @ unit, 3, 3, open_, groups) == pytest.approx(scale, rel=1e-12)
-    assert energy_scale(unit @ W @ unit, 3, 3, open_) != pytest.approx(scale, rel=0.1)
+    scale = energy_scale(W, row_layout(3, 3), open_, groups)
+    assert energy_scale(unit @ W @ unit, row_layout(3, 3), open_, groups) == pytest.approx(
+        scale, rel=1e-12
+    )
+    assert energy_scale(unit @ W @ unit, row_layout(3, 3), open_) != pytest.approx(scale, rel=0.1)

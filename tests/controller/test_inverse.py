@@ -13,14 +13,14 @@ import pytest
 from tauten.controller import closed_compliance, energy_scale, inverse_problem
 from tauten.controller.inverse import position_names
 from tauten.controller.qpcc import Qpcc, solve_qpcc
-from tauten.model import cable_actuators
+from tauten.model import cable_actuators, row_layout
 from tauten.service.bench.qpcc import robot_like
 
 N_A, K, H, EPSILON = 3, 4, 0.02, 1e-2
 ROBOT = robot_like(np.random.default_rng(1), N_A, K)
 W, FREE, LIMITS, TARGET = ROBOT.W, ROBOT.delta_free, ROBOT.limits, ROBOT.target
 OPEN = np.zeros(K, dtype=np.bool_)
-SCALE = energy_scale(W, 3, N_A, OPEN)
+SCALE = energy_scale(W, row_layout(3, N_A), OPEN)
 PULL = np.array([0.010, 0.0395, -0.0045])  # free, near the largest, near the smallest
 
 
@@ -81,7 +81,7 @@ def test_epsilon_has_no_unit() -> None:
             rate=1e3 * LIMITS.rate,
         ),
         H,
-        EPSILON * energy_scale(1e3 * W, 3, N_A, OPEN),
+        EPSILON * energy_scale(1e3 * W, row_layout(3, N_A), OPEN),
     )
     np.testing.assert_allclose(millimetres.Q, 1e6 * metres.Q, rtol=1e-12)
     np.testing.assert_allclose(millimetres.g_hi, 1e3 * metres.g_hi, rtol=1e-9, atol=1e-12)
@@ -129,8 +129,8 @@ def test_more_weight_on_energy_takes_less_of_it() -> None:
 def test_the_scale_without_coupling() -> None:
     uncoupled = np.diag([1.0, 1.0, 1.0, 1e-4, 3e-4])
     none = np.zeros(0, dtype=np.bool_)
-    assert energy_scale(uncoupled, 3, 2, none) == pytest.approx(2e-4)
-    assert energy_scale(np.zeros((5, 5)), 3, 2, none) == 0.0
+    assert energy_scale(uncoupled, row_layout(3, 2), none) == pytest.approx(2e-4)
+    assert energy_scale(np.zeros((5, 5)), row_layout(3, 2), none) == 0.0
 
 
 def test_names_of_limits_keep_no_actuators_alive() -> None:

@@ -102,7 +102,7 @@ def use_states(path: Path, thumb: TetRobot) -> None:
     states.check_robot(thumb)
     states.check_tip(1e-3)
     assert states.origin.tip_max <= 1e-3
-    assert states.elements.max() < thumb.n_elements
+    assert states.elements.max() < thumb.layout.n_elements
 
 
 def use_snapshots(path: Path, thumb: TetRobot) -> None:
@@ -128,7 +128,7 @@ def whole(thumb: TetRobot, tmp_path_factory: pytest.TempPathFactory) -> dict[str
     provenance = dataclasses.replace(contact.provenance, k=4, robot_digest=thumb.digest)
     weight = np.sqrt(3.0 * thumb.mass / thumb.mass.sum())  # (n,)
     Phi = np.linalg.qr(rng.normal(size=(thumb.n, 5)))[0] / weight[:, None]
-    every = np.arange(0, thumb.n_elements, 3)
+    every = np.arange(0, thumb.layout.n_elements, 3)
     weights = np.full(len(every), thumb.mesh.volumes.sum())
     weights /= thumb.mesh.volumes[every].sum()
     origin = dataclasses.replace(
@@ -139,9 +139,9 @@ def whole(thumb: TetRobot, tmp_path_factory: pytest.TempPathFactory) -> dict[str
         lam=rng.random((thumb.n_c, s)),
         pull=rng.random((thumb.n_a, s)),
         tension=rng.random((thumb.n_a, s)),
-        effector=rng.random((thumb.n_e, s)),
+        effector=rng.random((thumb.layout.n_e, s)),
         gravity=rng.random((3, s)),
-        effector_force=rng.random((thumb.n_e, s)),
+        effector_force=rng.random((thumb.layout.n_e, s)),
         run=np.array([0, 0, 1, 1]),
         converged=np.ones(s, dtype=bool),
         q=rng.random((thumb.n, s)),

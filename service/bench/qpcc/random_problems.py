@@ -12,7 +12,7 @@ import numpy as np
 
 from tauten.controller import energy_scale, inverse_problem
 from tauten.controller.qpcc import Qpcc
-from tauten.model import Limits
+from tauten.model import Limits, row_layout
 from tauten.model.numerics import Array
 
 Random = np.random.Generator
@@ -138,7 +138,7 @@ class RobotLike:
         pull = np.zeros(n_a) if pull_prev is None else pull_prev
         W = turn @ self.W @ turn.T
         target = self.target + step * self.velocity
-        weight = 1e-3 * energy_scale(W, 3, n_a, np.zeros(len(W) - 3 - n_a, dtype=np.bool_))
+        weight = 1e-3 * energy_scale(W, row_layout(3, n_a), np.zeros(len(W) - 3 - n_a, np.bool_))
         return inverse_problem(W, self.delta_free, target, pull, self.limits, 0.02, weight)
 
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from tauten.controller import energy_scale, inverse_problem
 from tauten.controller.qpcc import Qpcc, Start
-from tauten.model import Limits
+from tauten.model import Limits, row_layout
 from tauten.model.numerics import Array
 
 
@@ -49,8 +49,8 @@ class Recorded:
 
     def problem(self) -> Qpcc:
         """The inverse problem."""
-        n_e, n_a = len(self.target), len(self.pull_prev)
-        weight = self.epsilon * energy_scale(self.W, n_e, n_a, self.start.piece)
+        layout = row_layout(len(self.target), len(self.pull_prev))
+        weight = self.epsilon * energy_scale(self.W, layout, self.start.piece)
         return inverse_problem(
             self.W, self.delta_free, self.target, self.pull_prev, self.limits, self.h, weight
         )

@@ -176,7 +176,7 @@ def check_log(log: Path, robot: Robot, goal: Array, folder: Path) -> None:
     following = [tick for tick in found.ticks if tick.mode is Mode.RUN]
     # at the end one stream is too old before the other, and its effector stays where the model has it
     last = [tick for tick in following if np.allclose(tick.goal_values, goal, atol=1e-9)][-1]
-    assert len(last.correction_values) == robot.n_e == 7
+    assert len(last.correction_values) == robot.layout.n_e == 7
     assert np.abs(last.correction_values).max() > 1e-5
     np.testing.assert_allclose(last.goal[0], goal[:3], atol=1e-9)
     assert replay(log, tolerance=1e-9, recorded_paths=True).same

@@ -46,7 +46,7 @@ def test_values_of_the_rows_are_those_of_the_state() -> None:
     rows = robot.rows(state, contacts=False).effectors
     np.testing.assert_array_equal(rows.values, robot.effector_values(state))
     np.testing.assert_array_equal(rows.positions, robot.effector(state))
-    assert len(rows) == robot.n_e == 3 + 6 + 3 + 1 + 1 + 1
+    assert len(rows) == robot.layout.n_e == 3 + 6 + 3 + 1 + 1 + 1
     assert len(rows.values) == robot.effector_layout.n_values == 16
 
 

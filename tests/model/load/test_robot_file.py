@@ -65,7 +65,7 @@ def load(folder: Path, text: str):  # type: ignore[no-untyped-def]
 
 def test_a_good_file_loads_in_si(folder: Path) -> None:
     robot = load(folder, GOOD)
-    assert (robot.n_a, robot.n_e, robot.n_c) == (1, 3, 7)
+    assert (robot.n_a, robot.layout.n_e, robot.n_c) == (1, 3, 7)
     assert robot.n == 3 * (len(robot.mesh.nodes) - 9)
     assert robot.actuator_set.cables.rest_length == pytest.approx([0.08])
     assert robot.effector(robot.rest()) == pytest.approx(np.array([[0.1, 0.01, 0.01]]))

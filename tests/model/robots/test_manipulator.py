@@ -52,7 +52,7 @@ def moved(arm: BeamRobot, state: State, dq: Array) -> State:
 def test_sizes() -> None:
     fine = load_robot("manipulator")
     assert isinstance(fine, BeamRobot)
-    assert (fine.n_a, fine.n_e, fine.n_c) == (9, 3, 4500)
+    assert (fine.n_a, fine.layout.n_e, fine.n_c) == (9, 3, 4500)
     assert load_robot("manipulator_1290").n_c == 1290
     assert len(fine.pairs) == 15
     assert fine.pairs[14].end == 4500

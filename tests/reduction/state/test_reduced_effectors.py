@@ -52,7 +52,7 @@ def test_a_complete_basis_gives_the_same_values_and_rows(
         found.dense(), expected.dense() @ complete.Phi, rtol=1e-9, atol=1e-12
     )
     np.testing.assert_array_equal(complete.effector_values(alpha), found.values)
-    assert complete.n_e == robot.n_e
+    assert complete.layout == robot.layout
     assert complete.effector_layout is robot.effector_layout
 
 
