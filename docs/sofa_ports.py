@@ -28,8 +28,7 @@ from tauten.model.constraints import ConstrainedRobot
 from tauten.model.numerics import Array
 from tauten.model.tetra import TetRobot
 from tauten.service.process import one_blas_thread
-from tauten.service.tables import Numbers
-from tauten.service.tables.numbers import put_tables
+from tauten.service.tables import Numbers, put_tables
 
 DOCS = Path(__file__).resolve().parent
 FILES = DOCS / "coming_from" / "sofa"

@@ -20,6 +20,7 @@ import robot_file_page
 import typer
 from support.robots.bodies import hollow_beam, pneumatic_config
 
+from benchmarks.commands import app as benchmarks_app
 from tauten.controller import Controller
 from tauten.model import Simulator
 from tauten.model.load import build_robot
@@ -30,7 +31,7 @@ from tauten.service.file_schema import robot_file_schema
 ROOT = Path(__file__).resolve().parents[1]
 BLOCK = re.compile(r"^( *)```(\w*)[^\n]*\n(.*?)^ *```", re.DOTALL | re.MULTILINE)
 LINK = re.compile(r"\]\(([^)#\s]+)(?:#[^)]*)?\)")
-COMMAND = re.compile(r"(?:\S*/bin/)?tauten ")
+COMMAND = re.compile(r"(?:\S*/bin/)?(?:tauten|python -m benchmarks) ")
 
 
 @cache
@@ -81,7 +82,7 @@ def test_the_reference_of_the_robot_file_is_that_of_the_schema() -> None:
 
 
 def commands(page: Path) -> Iterator[str]:
-    """The calls of `tauten` in blocks for a shell and within sentences."""
+    """The calls of `tauten` and of benchmarks in blocks for a shell and within sentences."""
     for block in blocks(page, "sh"):
         for line in block.replace("\\\n", " ").splitlines():
             if COMMAND.match(line.strip()):
@@ -93,17 +94,21 @@ def commands(page: Path) -> Iterator[str]:
 
 
 @cache
-def tauten() -> Any:
-    """All commands."""
-    return typer.main.get_command(app)
+def program(name: str) -> Any:
+    """All commands of `tauten`, or of `python -m benchmarks`."""
+    return typer.main.get_command(app if name == "tauten" else benchmarks_app)
 
 
 def wrong(command: str) -> str:
-    """What a call has that `tauten` does not know; "" where it knows all of it."""
+    """What a call has that the program does not know; "" where it knows all of it."""
     words = shlex.split(command, comments=True)
     ends = [words.index(sign) for sign in ("|", "||", "&&", "&", ";", ">", "<") if sign in words]
-    words = words[1 : min(ends, default=len(words))]
-    known = tauten()
+    words = words[: min(ends, default=len(words))]
+    name = "tauten" if words[0].endswith("tauten") else "benchmarks"
+    known, words = (
+        program(name),
+        words[words.index("benchmarks") + 1 if name == "benchmarks" else 1 :],
+    )
     options = {"--help"}
     while True:
         here = [name for item in known.params for name in (*item.opts, *item.secondary_opts)]
@@ -142,6 +147,8 @@ def test_commands_exist_with_their_options(page: Path) -> None:
         ("tauten --log-format json serve finger", ""),
         ("tauten replay run.mcap --figure run.png", "no option --figure"),
         ("tauten bench nothing", "no command nothing"),
+        ("python -m benchmarks qpcc --json qpcc.json", ""),
+        ("python -m benchmarks qpcc --figure qpcc.png", "no option --figure"),
         ("tauten dance", "no command dance"),
     ],
 )

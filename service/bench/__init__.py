@@ -1,8 +1,5 @@
-"""Benchmarks."""
+"""Benchmarks of robots on this machine: steps, reduced models, the node, closed loops, rest at targets."""
 
-from tauten.service.bench.arm_accuracy import KINDS, PostureError, posture_error
-from tauten.service.bench.arm_postures import arm_in_equilibrium, bent_tensions, random_postures
-from tauten.service.bench.arm_speed import Speed, gauss_seidel_step, measure_speed
 from tauten.service.bench.closed_loop import (
     CaseRuns,
     ClosedLoopBench,
@@ -20,14 +17,6 @@ from tauten.service.bench.comparison import (
     compare_equilibria,
     equilibrium,
 )
-from tauten.service.bench.contact_basis import ContactBasisInputs, bench_contact_basis
-from tauten.service.bench.contact_basis_results import (
-    ContactBasisBench,
-    HeldOutError,
-    TrainingError,
-)
-from tauten.service.bench.gallery import GalleryBench, GalleryRow, LoadRow, bench_gallery
-from tauten.service.bench.manipulator import ArmBench, ArmBenchSettings, bench_manipulator, parse_ks
 from tauten.service.bench.node import (
     Deadlines,
     NodeBench,
@@ -43,22 +32,19 @@ from tauten.service.bench.reduced import (
     ReducedCase,
     bench_reduced,
 )
-from tauten.service.bench.stages import STAGES, WHOLE, StepTimes
+from tauten.service.bench.stages import STAGES, WHOLE, StepTimes, time_controller, time_steps
 from tauten.service.bench.steps import (
-    ControlBench,
-    SofaMeshBench,
+    WARM_UP,
+    Sizes,
     StepBench,
-    bench_control,
-    bench_sofa_meshes,
     bench_steps,
+    forward_tips,
+    sizes_of,
+    time_forward,
 )
+from tauten.service.bench.still import StillBench, StillRun, StillSettings, bench_still
 
 __all__ = [
-    "GalleryBench",
-    "GalleryRow",
-    "bench_gallery",
-    "ArmBench",
-    "ArmBenchSettings",
     "CASES",
     "Case",
     "CaseRuns",
@@ -67,52 +53,42 @@ __all__ = [
     "ClosedLoopSettings",
     "CompareError",
     "Comparison",
-    "ContactBasisBench",
-    "ContactBasisInputs",
-    "ControlBench",
     "Deadlines",
     "Equilibrium",
-    "HeldOutError",
-    "KINDS",
-    "LoadRow",
     "MeshCase",
     "NodeBench",
     "NodeBenchSettings",
     "Outcome",
     "PathAccuracy",
-    "PostureError",
     "ReducedBench",
     "ReducedCase",
     "STAGES",
-    "SofaMeshBench",
-    "Speed",
+    "Sizes",
     "StepBench",
     "StepTimes",
+    "StillBench",
+    "StillRun",
+    "StillSettings",
     "Trace",
-    "TrainingError",
+    "WARM_UP",
     "WHOLE",
-    "arm_in_equilibrium",
     "bench_closed_loop",
-    "bench_contact_basis",
-    "bench_control",
-    "bench_manipulator",
     "bench_node",
     "bench_reduced",
-    "bench_sofa_meshes",
     "bench_steps",
-    "bent_tensions",
+    "bench_still",
     "case_outcome",
     "compare_equilibria",
     "deadlines",
     "equilibrium",
     "follow",
-    "gauss_seidel_step",
+    "forward_tips",
     "idle_loop",
     "make_cases",
-    "measure_speed",
-    "parse_ks",
     "planned",
-    "posture_error",
-    "random_postures",
     "settling",
+    "sizes_of",
+    "time_controller",
+    "time_forward",
+    "time_steps",
 ]

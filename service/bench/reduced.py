@@ -1,4 +1,4 @@
-"""`tauten bench finger --model reduced`: state modes and sampled elements against error and step time."""
+"""`tauten bench reduced`: state modes and sampled elements against error and step time."""
 
 from __future__ import annotations
 
@@ -112,7 +112,7 @@ class MeshCase:
 
 @dataclass(frozen=True, slots=True)
 class ReducedBench:
-    """Everything `tauten bench finger --model reduced` measures."""
+    """Everything `tauten bench reduced` measures."""
 
     machine: HostInfo
     robot: str

@@ -13,7 +13,7 @@ import typer
 from tauten.service.cli.bench import bench
 from tauten.service.cli.check import check, schema
 from tauten.service.cli.compare import compare
-from tauten.service.cli.emergency import command, options
+from tauten.service.cli.emergency import command
 from tauten.service.cli.new import new
 from tauten.service.cli.operate import alive, doctor, lock, metrics, record, unlock
 from tauten.service.cli.reduction import inspect, reduce
@@ -32,6 +32,7 @@ from tauten.service.cli.terminal import (
     StepsOption,
     YoungScale,
     ZenohConfig,
+    log_options,
 )
 from tauten.service.cli.view import view
 
@@ -45,7 +46,7 @@ app = typer.Typer(
 )
 
 
-app.callback()(options)
+app.callback()(log_options)
 
 
 def serve(

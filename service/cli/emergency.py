@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 import typer
 
-from tauten.service.cli.terminal import LogFormat, Port, ZenohConfig, set_up_logging
+from tauten.service.cli.terminal import Port, ZenohConfig, log_options
 from tauten.service.link import Network, OperatorCommand, send_command
 
 ServedName = Annotated[str, typer.Argument(help="Name of the robot that is served.")]
@@ -14,18 +14,7 @@ ServedName = Annotated[str, typer.Argument(help="Name of the robot that is serve
 emergency = typer.Typer(pretty_exceptions_enable=False)  # parses as the whole of `tauten` does
 
 
-@emergency.callback()
-def options(
-    log_level: Annotated[
-        Literal["debug", "info", "warning", "error"],
-        typer.Option(help="Least level of messages on stderr."),
-    ] = "info",
-    log_format: Annotated[
-        LogFormat, typer.Option(help="Plain lines, or one JSON object on each line.")
-    ] = "text",
-) -> None:
-    """Set up logging before any command."""
-    set_up_logging(log_level, log_format)
+emergency.callback()(log_options)
 
 
 @emergency.command()

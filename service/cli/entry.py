@@ -4,10 +4,27 @@ from __future__ import annotations
 
 import signal
 import sys
+from collections.abc import Callable
 
 
 def main() -> None:
-    """Entry point: errors of the set-up become one sentence and exit code 2.
+    """Entry point of `tauten`."""
+    run(_start)
+
+
+def _start() -> None:
+    if sys.argv[1:2] == ["command"]:
+        from tauten.service.cli.emergency import emergency
+
+        emergency()
+    else:
+        from tauten.service.cli.app import app
+
+        app()
+
+
+def run(program: Callable[[], object]) -> None:
+    """Run a program of commands: errors of the set-up become one sentence and exit code 2.
 
     Where a script runs a command in the background, its shell has SIGINT ignored; commands obey Ctrl-C there
     too. SIGHUP stays ignored where `nohup` did that.
@@ -15,14 +32,7 @@ def main() -> None:
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
-        if sys.argv[1:2] == ["command"]:
-            from tauten.service.cli.emergency import emergency
-
-            emergency()
-        else:
-            from tauten.service.cli.app import app
-
-            app()
+        program()
     except Exception as error:
         sentence = _sentence(error)
         if sentence is None:

@@ -3,33 +3,28 @@
 from tauten.service.plots.body import Side
 from tauten.service.plots.closed_loop import draw_case
 from tauten.service.plots.comparison import draw_comparison
-from tauten.service.plots.contact_basis import draw_contact_basis
 from tauten.service.plots.contact_modes import draw_modes
 from tauten.service.plots.distance import draw_distances
-from tauten.service.plots.elements import draw_elements
-from tauten.service.plots.energy import draw_energy
 from tauten.service.plots.error_curve import draw_curve
-from tauten.service.plots.mesh_error import draw_mesh_error
-from tauten.service.plots.posture_errors import draw_posture_errors
+from tauten.service.plots.mesh_error import COLOURS, EXACT, QUANTITIES, draw_mesh_error
 from tauten.service.plots.regions import draw_regions
 from tauten.service.plots.replay import draw_replay
 from tauten.service.plots.run import draw_run
 from tauten.service.plots.still import draw_still
 
 __all__ = [
+    "COLOURS",
+    "EXACT",
+    "QUANTITIES",
     "Side",
     "draw_case",
     "draw_comparison",
-    "draw_contact_basis",
     "draw_curve",
     "draw_distances",
-    "draw_elements",
-    "draw_energy",
-    "draw_still",
     "draw_mesh_error",
     "draw_modes",
-    "draw_posture_errors",
     "draw_regions",
     "draw_replay",
     "draw_run",
+    "draw_still",
 ]

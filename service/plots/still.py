@@ -6,7 +6,7 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from tauten.service.bench.physics import StillBench
+from tauten.service.bench import StillBench
 
 
 def draw_still(result: StillBench, path: str | Path) -> None:

@@ -5,8 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from tauten.service.check import MeshErrorEstimate, RobotCheck, VariantErrors
-from tauten.service.tables.elements import millimetres, percent
-from tauten.service.tables.numbers import Numbers, put_tables
+from tauten.service.tables.numbers import Numbers, millimetres, percent, put_tables
 
 CHECK_BEGIN, CHECK_END = "<!-- tauten check -->", "<!-- end -->"
 

@@ -60,6 +60,16 @@ def milliseconds(spread: Spread) -> str:
     return f"{spread.p50:.3f} / {spread.p99:.3f}"
 
 
+def percent(share: float | None) -> str:
+    """A relative error; a dash where there is none."""
+    return "-" if share is None else f"{100.0 * share:+.1f} %"
+
+
+def millimetres(length: float | None) -> str:
+    """A distance; a dash where there is none."""
+    return "-" if length is None else f"{1e3 * length:.2f}"
+
+
 def measured_on(machine: HostInfo) -> str:
     """The machine that times were taken on, and how busy it was."""
     return f"{machine.cores} x {machine.processor}, load {machine.load:.1f}."

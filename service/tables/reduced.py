@@ -1,4 +1,4 @@
-"""The numbers of `tauten bench finger --model reduced` as tables, for the terminal and for the docs."""
+"""The numbers of `tauten bench reduced` as tables, for the terminal and for the docs."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from tauten.service.bench import STAGES, WHOLE, MeshCase, PathAccuracy, ReducedB
 from tauten.service.replay import Spread
 from tauten.service.tables.numbers import Numbers, measured_on, milliseconds, put_tables
 
-REDUCED_BEGIN, REDUCED_END = "<!-- tauten bench finger --model reduced -->", "<!-- end -->"
+REDUCED_BEGIN, REDUCED_END = "<!-- tauten bench reduced -->", "<!-- end -->"
 
 
 def reduced_tables(result: ReducedBench) -> tuple[Numbers, ...]:

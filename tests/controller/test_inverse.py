@@ -10,11 +10,11 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from benchmarks.qpcc import robot_like
 from tauten.controller import closed_compliance, energy_scale, inverse_problem
 from tauten.controller.inverse import position_names
 from tauten.controller.qpcc import Qpcc, solve_qpcc
 from tauten.model import cable_actuators, row_layout
-from tauten.service.bench.qpcc import robot_like
 
 N_A, K, H, EPSILON = 3, 4, 0.02, 1e-2
 ROBOT = robot_like(np.random.default_rng(1), N_A, K)

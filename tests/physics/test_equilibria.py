@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from benchmarks.physics import TRUNK_CABLES, diamond, trunk
 from tauten.model import Ending, Robot, Simulator, State
 from tauten.model.points.cable import SHORTEST
-from tauten.service.bench.physics import TRUNK_CABLES, diamond, trunk
 
 HANGING = (0.0, -9.81, 0.0)
 FEW_DOZEN = 80  # linearised steps from rest to the end of the range, at most

@@ -21,8 +21,9 @@ import numpy as np
 import pytest
 import zenoh
 
+from benchmarks.commands import app
 from support.robots.bodies import box_mesh
-from tauten.service.cli import main
+from tauten.service.cli import main, run
 from tauten.service.wire import Keys, is_alive
 
 ROBOT = """\
@@ -218,9 +219,18 @@ def tauten(*arguments: object) -> subprocess.CompletedProcess[str]:
 
 
 def run_main(*arguments: object) -> int:
-    """Run a command in this process, which starts no interpreter; returns its exit code."""
+    """Run a command of `tauten` in this process, which starts no interpreter; returns its exit code."""
+    return _run(main, arguments)
+
+
+def run_benchmark(*arguments: object) -> int:
+    """Run a command of `python -m benchmarks` in this process; returns its exit code."""
+    return _run(lambda: run(app), arguments)
+
+
+def _run(program: Callable[[], None], arguments: tuple[object, ...]) -> int:
     with pytest.MonkeyPatch.context() as patch, pytest.raises(SystemExit) as ended:
         patch.setattr(sys, "argv", ["tauten", *(str(argument) for argument in arguments)])
-        main()
+        program()
     code = ended.value.code
     return 0 if code is None else int(code)

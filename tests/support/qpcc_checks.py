@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.qpcc import Recorded, load_recorded
 from tauten.controller.qpcc import Certificate, Qpcc, Solution, certify
 from tauten.model.numerics import Array, solve_lcp
-from tauten.service.bench.qpcc import Recorded, load_recorded
 
 PROBLEMS = Path(__file__).resolve().parents[1] / "reference" / "qpcc"
 EXACT = 1e-8  # the residuals a solution may have

@@ -5,17 +5,11 @@ from __future__ import annotations
 import typer
 
 from tauten.service.cli.bench.closed_loop import closed_loop
-from tauten.service.cli.bench.contact import contact_basis, finger, manipulator
-from tauten.service.cli.bench.mechanics import elements, energy, equilibria, still
 from tauten.service.cli.bench.node import node
-from tauten.service.cli.bench.qpcc import qpcc
-from tauten.service.cli.bench.steps import gallery, sofa_meshes, steps
-from tauten.service.cli.bench.view import view
+from tauten.service.cli.bench.reduced import reduced
+from tauten.service.cli.bench.steps import steps
+from tauten.service.cli.bench.still import still
 
 bench = typer.Typer(help="Benchmarks; run them on an otherwise idle machine.", no_args_is_help=True)
-_COMMANDS = (
-    *(finger, manipulator, gallery, steps, sofa_meshes, qpcc, contact_basis),
-    *(closed_loop, elements, energy, equilibria, still, node, view),
-)
-for _command in _COMMANDS:
+for _command in (steps, node, closed_loop, reduced, still):
     bench.command()(_command)

@@ -8,10 +8,10 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from tauten.service.cli.bench.basis import basis_of
 from tauten.service.cli.terminal import (
     Json,
     Markdown,
+    basis_of,
     progress_bar,
     show_mesh_error,
     show_tables,

@@ -1,7 +1,8 @@
 """Options that several commands share, and how commands show and write what they have."""
 
+from tauten.service.cli.terminal.basis import basis_of
 from tauten.service.cli.terminal.extras import ExtraError, missing_extra
-from tauten.service.cli.terminal.logs import JsonLines, LogFormat, set_up_logging
+from tauten.service.cli.terminal.logs import JsonLines, log_options
 from tauten.service.cli.terminal.options import (
     AcceptError,
     Basis,
@@ -32,7 +33,6 @@ __all__ = [
     "ExtraError",
     "Json",
     "JsonLines",
-    "LogFormat",
     "Markdown",
     "Model",
     "Port",
@@ -41,9 +41,10 @@ __all__ = [
     "StepsOption",
     "YoungScale",
     "ZenohConfig",
+    "basis_of",
+    "log_options",
     "missing_extra",
     "progress_bar",
-    "set_up_logging",
     "show_mesh_error",
     "show_tables",
     "write_json",

@@ -5,7 +5,9 @@ from __future__ import annotations
 import json
 import logging
 from datetime import UTC, datetime
-from typing import Literal
+from typing import Annotated, Literal
+
+import typer
 
 LogFormat = Literal["text", "json"]
 
@@ -40,3 +42,16 @@ def set_up_logging(level: str, form: LogFormat) -> None:
         text = "%(asctime)s %(levelname)s %(name)s: %(message)s"
         handler.setFormatter(logging.Formatter(text))
     logging.basicConfig(level=level.upper(), handlers=[handler])
+
+
+def log_options(
+    log_level: Annotated[
+        Literal["debug", "info", "warning", "error"],
+        typer.Option(help="Least level of messages on stderr."),
+    ] = "info",
+    log_format: Annotated[
+        LogFormat, typer.Option(help="Plain lines, or one JSON object on each line.")
+    ] = "text",
+) -> None:
+    """Set up logging before any command."""
+    set_up_logging(log_level, log_format)

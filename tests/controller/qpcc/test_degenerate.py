@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from support.qpcc_checks import EXACT, assert_solves, violation, worst
 
+from benchmarks.qpcc import degenerate, enumerate_pieces, robot_like
 from tauten.controller.qpcc import Qpcc, Status, solve_qpcc
-from tauten.service.bench.qpcc import degenerate, enumerate_pieces, robot_like
 
 
 @pytest.mark.parametrize(("n_a", "k"), [(1, 5), (3, 10), (9, 23)])

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from support.qpcc_checks import EXACT, worst
 
+from benchmarks.qpcc import nonsense
 from tauten.controller.qpcc import (
     Qpcc,
     QpccSettings,
@@ -19,7 +20,6 @@ from tauten.controller.qpcc import (
     solve_qpcc,
     warm_solver,
 )
-from tauten.service.bench.qpcc import nonsense
 
 HANG = 5.0  # s of processor time
 

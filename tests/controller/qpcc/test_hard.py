@@ -9,6 +9,7 @@ import pytest
 from reference.linear_programs import has_feasible_point, steepest_slope
 from support.qpcc_checks import EXACT, recorded, worst
 
+from benchmarks.qpcc import branch_and_bound, known_global, nasty, robot_like
 from tauten.controller.qpcc import (
     Qpcc,
     QpccSettings,
@@ -17,7 +18,6 @@ from tauten.controller.qpcc import (
     certify,
     solve_qpcc,
 )
-from tauten.service.bench.qpcc import branch_and_bound, known_global, nasty, robot_like
 
 DESCENT = 1e-6  # slope, relative to the gradient's terms, above which a direction leads down
 

@@ -5,6 +5,7 @@ from itertools import product
 import numpy as np
 import pytest
 
+from benchmarks.qpcc import robot_like
 from tauten.controller.qpcc import (
     UNBOUNDED,
     USABLE,
@@ -15,7 +16,6 @@ from tauten.controller.qpcc import (
     solve_daqp,
     solve_piece,
 )
-from tauten.service.bench.qpcc import robot_like
 
 
 def library(qp: Qp) -> QpAnswer:

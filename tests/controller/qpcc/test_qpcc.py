@@ -8,6 +8,14 @@ import numpy as np
 import pytest
 from support.qpcc_checks import EXACT, assert_solves, recorded, staying, violation, worst
 
+from benchmarks.qpcc import (
+    branch_and_bound,
+    enumerate_pieces,
+    known_global,
+    known_stationary,
+    robot_like,
+    scip_optimum,
+)
 from tauten.controller.qpcc import (
     Qpcc,
     QpccSettings,
@@ -17,14 +25,6 @@ from tauten.controller.qpcc import (
     solve_qpcc,
 )
 from tauten.model.numerics import Bools
-from tauten.service.bench.qpcc import (
-    branch_and_bound,
-    enumerate_pieces,
-    known_global,
-    known_stationary,
-    robot_like,
-    scip_optimum,
-)
 
 SEARCH = 10.0  # s; ends long before when proved
 ONE_START = QpccSettings(second_start="never")

@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 from support.qpcc_checks import EXACT, PROBLEMS, RECORDED, assert_solves, recorded, staying, worst
 
-from tauten.controller.qpcc import QpccSettings, certify, solve_qpcc
-from tauten.service.bench.qpcc import (
+from benchmarks.qpcc import (
     branch_and_bound,
     enumerate_pieces,
     load_recorded,
     save_recorded,
     scip_optimum,
 )
+from tauten.controller.qpcc import QpccSettings, certify, solve_qpcc
 
 SEARCH = 0.2  # s
 ALWAYS = QpccSettings(second_start="always")

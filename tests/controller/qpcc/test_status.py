@@ -9,13 +9,8 @@ import pytest
 from reference.linear_programs import has_feasible_point
 from support.qpcc_checks import EXACT, RECORDED, assert_solves, recorded, violation, worst
 
+from benchmarks.qpcc import known_stationary, nonsense, robot_like, scip_optimum
 from tauten.controller.qpcc import Qpcc, QpccSettings, Start, Status, solve_qpcc
-from tauten.service.bench.qpcc import (
-    known_stationary,
-    nonsense,
-    robot_like,
-    scip_optimum,
-)
 
 
 def two_cables(**changes: object) -> Qpcc:

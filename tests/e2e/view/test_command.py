@@ -10,7 +10,7 @@ import urllib.request
 from pathlib import Path
 
 import pytest
-from support.processes import Process, Start, run_main
+from support.processes import Process, Start, run_benchmark, run_main
 from support.viewers import wait_until
 
 from tauten.service.plant import free_ports
@@ -108,7 +108,7 @@ def test_the_page_is_served_until_ctrl_c(run: Start, beam_file: Path) -> None:
 def test_the_cost_of_a_viewer_is_measured(beam_file: Path, tmp_path: Path) -> None:
     file = tmp_path / "cost.json"
     arguments = ("view", beam_file, "--seconds", 2, "--path", "line", "--json", file)
-    assert run_main("bench", *arguments) == 0
+    assert run_benchmark(*arguments) == 0
     (cost,) = json.loads(file.read_text())
     assert cost["robot"] == "beam"
     assert 1.0 < cost["pictures_hz"] < 31.0

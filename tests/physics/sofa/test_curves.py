@@ -15,12 +15,12 @@ from support.robots.sofa_fingers import finger_with_gravity
 from support.robots.sofa_robots import robots_folder
 from support.sofa_elements import MM, assemble_with, large_frames, points_as_in_sofa
 
+from benchmarks.physics import diamond, trunk
 from tauten.controller import Controller, ControllerSettings
 from tauten.model import Simulator
 from tauten.model.numerics import Array
 from tauten.model.tetra import TetRobot
 from tauten.model.tetra import solid as solid_module
-from tauten.service.bench.physics import diamond, trunk
 
 SETTLED = 2e-6  # mm; rows of SOFA that moved more in their last step are no equilibria
 DIGITS, FORCE_DIGITS = 3e-5, 5e-3  # mm and mN, where elements and points are those of SOFA

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from support.sofa_elements import assemble_with, polar_frames
 
+from benchmarks.physics import finger
 from tauten.model import Simulator
 from tauten.model.load import build_robot
 from tauten.model.mesh import checked, read_mesh
@@ -21,7 +22,6 @@ from tauten.model.numerics import Array
 from tauten.model.schema import RobotConfig
 from tauten.model.tetra import TetRobot
 from tauten.model.tetra import solid as solid_module
-from tauten.service.bench.physics import finger
 
 
 def pull_curve(robot: TetRobot, reference: Path, every: int) -> tuple[Array, Array, Array]:

@@ -12,11 +12,11 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
+from benchmarks.qpcc import Recorded, save_recorded
 from tauten.controller import Controller, advance, decide, hold, prepare
 from tauten.model import Command, Robot, Simulator, load_robot
 from tauten.model.numerics import Array
 from tauten.reduction import ContactBasis, Provenance, factorise
-from tauten.service.bench.qpcc import Recorded, save_recorded
 
 HERE = Path(__file__).parent
 ROBOTS = HERE.parents[2] / "model" / "robots"

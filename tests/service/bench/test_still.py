@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from tauten.model import load_robot
-from tauten.service.bench.physics import StillRun, StillSettings, bench_still
-from tauten.service.bench.physics.still import random_goals
+from tauten.service.bench import StillRun, StillSettings, bench_still
+from tauten.service.bench.still import random_goals
 from tauten.service.process import StopFlag
 from tauten.service.tables import still_tables
 

@@ -1,0 +1,26 @@
+"""`python -m benchmarks`: each benchmark with a table and optionally a JSON file."""
+
+from __future__ import annotations
+
+import typer
+
+from benchmarks.commands.contact import contact_basis, finger, manipulator
+from benchmarks.commands.mechanics import elements, energy, equilibria
+from benchmarks.commands.qpcc import qpcc
+from benchmarks.commands.steps import gallery, sofa_meshes
+from benchmarks.commands.view import view
+from tauten.service.cli.terminal import log_options
+
+app = typer.Typer(
+    help="Benchmarks for the makers of tauten; run them on an otherwise idle machine.",
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    add_completion=False,
+)
+app.callback()(log_options)
+_COMMANDS = (
+    *(finger, manipulator, gallery, sofa_meshes, qpcc, contact_basis),
+    *(elements, energy, equilibria, view),
+)
+for _command in _COMMANDS:
+    app.command()(_command)

@@ -1,0 +1,59 @@
+"""`python -m benchmarks sofa-meshes` and `gallery`: times of whole steps."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from tauten.service.cli.terminal import Json, Markdown, progress_bar, show_tables, write_json
+
+
+def sofa_meshes(
+    data: Annotated[
+        Path, typer.Option(envvar="TAUTEN_REFERENCE_DATA", help="Folder of the reference data.")
+    ],
+    count: Annotated[int, typer.Option("--steps", min=5, help="Steps to measure of each.")] = 200,
+    json_file: Json = None,
+    markdown: Markdown = None,
+) -> None:
+    """Steps on SOFA's meshes of trunk, diamond and finger, beside SOFA's published times."""
+    from benchmarks.steps import bench_sofa_meshes
+    from benchmarks.tables import sofa_meshes_note, sofa_meshes_tables, write_sofa_meshes_tables
+
+    for name in ("sofa_robots", "softrobots_finger.vtk"):
+        if not (data / name).exists():
+            raise typer.BadParameter(f"{data} has no {name}")
+    with progress_bar("meshes of SOFA") as report:
+        result = bench_sofa_meshes(data, count, report)
+    show_tables(sofa_meshes_tables(result), 180)
+    typer.echo(sofa_meshes_note(result))
+    write_json(result, json_file)
+    if markdown is not None:
+        write_sofa_meshes_tables(result, markdown)
+
+
+def gallery(
+    robots: Annotated[
+        list[str] | None, typer.Argument(help="Robots to measure; default: all of the gallery.")
+    ] = None,
+    count: Annotated[int, typer.Option("--steps", min=20, help="Inverse steps of each.")] = 300,
+    json_file: Json = None,
+    markdown: Markdown = None,
+) -> None:
+    """Sizes, inverse steps of full and reduced model, errors and campaigns of the gallery's robots.
+
+    The errors of reduced models are those under loads that took no part in their training, and in motion.
+    """
+    from benchmarks.steps import bench_gallery
+    from benchmarks.tables import gallery_table, loads_table, write_loads_table
+    from tauten.model.robots.gallery import ROBOTS
+
+    names = tuple(robots or ROBOTS)
+    with progress_bar("gallery") as report:
+        result = bench_gallery(names, count, report)
+    show_tables([gallery_table(result), loads_table(result)], 200)
+    write_json(result, json_file)
+    if markdown is not None:
+        write_loads_table(result, markdown)

@@ -1,0 +1,196 @@
+"""`python -m benchmarks gallery`: sizes, step times and errors of the robots of the gallery."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from time import perf_counter
+
+import numpy as np
+
+from tauten.controller import Controller
+from tauten.model import Robot
+from tauten.model.numerics import Array
+from tauten.reduction.campaign import equilibrium_seconds, exploring
+from tauten.reduction.state import LoadKind, ReducedRobot, load_errors
+from tauten.service.plant import PathSettings, make_path
+from tauten.service.process import HostInfo, host_info, one_blas_thread
+from tauten.service.replay import Spread, spread
+from tauten.service.setup import Setup, load_setup
+
+Progress = Callable[[float, str], None]
+
+WARM_UP = 10  # steps that are not measured
+SAMPLED = 5  # equilibria from whose time that of the whole campaign is estimated
+
+
+@dataclass(frozen=True, slots=True)
+class LoadRow:
+    """Distances of the effectors of reduced and full model under loads of one kind.
+
+    Attributes:
+        kind: of the loads, see `tauten.reduction.state.ForeignLoadError`.
+        cases: equilibria, or time steps.
+        lost: those that only the full model found.
+        mean_mm: mean distance; None without cases.
+        max_mm: the largest; None without cases.
+        at: where the largest is.
+    """
+
+    kind: LoadKind
+    cases: int
+    lost: int
+    mean_mm: float | None
+    max_mm: float | None
+    at: str
+
+
+@dataclass(frozen=True, slots=True)
+class GalleryRow:
+    """One robot.
+
+    Attributes:
+        robot: its name.
+        size_mm: of the robot.
+        nodes: of its mesh.
+        actuators: number.
+        candidates: of contact.
+        modes: k of its contact basis; 0 without.
+        state_modes: r of its state basis; None without.
+        sampled: elements in its sample; None without.
+        full_ms: whole inverse steps of the full model.
+        reduced_ms: of the reduced one; None without.
+        tip_mean_mm: mean distance of the reduced model's tip from the full one's, on equilibria held out.
+        tip_max_mm: the largest.
+        loads: errors under loads and in motions that took no part in the training.
+        campaign_equilibria: number of equilibria of `tauten reduce`.
+        campaign_s: their time in one process, estimated from the first ones.
+    """
+
+    robot: str
+    size_mm: float
+    nodes: int
+    actuators: int
+    candidates: int
+    modes: int
+    state_modes: int | None
+    sampled: int | None
+    full_ms: Spread
+    reduced_ms: Spread | None
+    tip_mean_mm: float | None
+    tip_max_mm: float | None
+    loads: tuple[LoadRow, ...]
+    campaign_equilibria: int
+    campaign_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class GalleryBench:
+    """Everything `python -m benchmarks gallery` measures."""
+
+    machine: HostInfo
+    robots: tuple[GalleryRow, ...]
+
+
+def bench_gallery(names: tuple[str, ...], steps: int, progress: Progress) -> GalleryBench:
+    """Measure each robot along what its actuators reach.
+
+    Args:
+        names: of shipped robots, or robot files.
+        steps: inverse steps of each model.
+        progress: called with the share of the work done and the robot that comes next.
+    """
+    rows = []
+    with one_blas_thread():
+        for name in names:
+            progress(0.0, name)
+            rows.append(_row(name, steps, progress))
+            progress(1.0 / len(names), name)
+    return GalleryBench(host_info(), tuple(rows))
+
+
+def _row(name: str, steps: int, progress: Progress) -> GalleryRow:
+    """All numbers of one robot.
+
+    Args:
+        name: of a shipped robot, or a robot file.
+        steps: inverse steps of each model.
+        progress: called with what comes next.
+    """
+
+    def say(what: str) -> None:
+        progress(0.0, f"{name}: {what}")
+
+    setup = load_setup(name, accept_error=True)
+    full = load_setup(name, model="full")
+    robot = full.robot
+    targets = reach_targets(robot, steps + WARM_UP)
+    design = exploring(robot)
+    say("time of an equilibrium")
+    each = equilibrium_seconds(robot, design, SAMPLED)
+    origin = None if setup.states is None else setup.states.origin
+    return GalleryRow(
+        robot=robot.name,
+        size_mm=1e3 * robot.size,
+        nodes=robot.n_nodes,
+        actuators=robot.n_a,
+        candidates=robot.n_c,
+        modes=0 if isinstance(full.contact, str) else full.contact.k,
+        state_modes=None if origin is None else origin.r,
+        sampled=None if origin is None else origin.sample,
+        full_ms=inverse_times(full, targets),
+        reduced_ms=None if origin is None else inverse_times(setup, targets),
+        tip_mean_mm=None if origin is None else 1e3 * origin.tip_mean,
+        tip_max_mm=None if origin is None else 1e3 * origin.tip_max,
+        loads=load_rows(setup, robot, say),
+        campaign_equilibria=design.size,
+        campaign_s=each * design.size,
+    )
+
+
+def load_rows(setup: Setup, robot: Robot, say: Callable[[str], None]) -> tuple[LoadRow, ...]:
+    """Errors of the reduced model under loads of each kind; none where the full one is served.
+
+    Args:
+        setup: with the reduced model.
+        robot: the full one.
+        say: called with what comes next.
+    """
+    if not isinstance(setup.robot, ReducedRobot):
+        return ()
+    return tuple(
+        LoadRow(
+            found.kind,
+            found.cases,
+            found.lost,
+            1e3 * found.mean if found.cases else None,
+            1e3 * found.largest if found.cases else None,
+            found.at,
+        )
+        for found in load_errors(robot, setup.robot, setup.contact, say)
+    )
+
+
+def reach_targets(robot: Robot, steps: int) -> Array:
+    """Goal values (steps, n_v) on the path of `reach` of the first effector; the others rest."""
+    path = make_path("reach", robot, PathSettings(period=steps * robot.h, fraction=0.7))
+    layout = robot.effector_layout
+    values = np.tile(robot.effector_values(robot.rest()), (steps, 1))
+    values[:, layout.values_of(0)] = [path.at(k * robot.h) for k in range(steps)]
+    return values
+
+
+def inverse_times(setup: Setup, targets: Array) -> Spread:
+    """Times of whole inverse steps, from a target to the advanced model [ms].
+
+    Args:
+        setup: robot, contact and settings.
+        targets: (s, n_v) goal values, the first `WARM_UP` of which are not measured.
+    """
+    controller = Controller(setup.robot, setup.contact, settings=setup.controller)
+    times = []
+    for target in targets:
+        start = perf_counter()
+        controller.step(target)
+        times.append(1e3 * (perf_counter() - start))
+    return spread(times[WARM_UP:])

@@ -1,0 +1,52 @@
+"""The numbers of `tauten bench still` as tables."""
+
+from __future__ import annotations
+
+from tauten.service.bench import StillBench
+from tauten.service.tables.numbers import Numbers
+
+
+def still_tables(result: StillBench) -> tuple[Numbers, ...]:
+    """Share of the runs at rest and at the best place, by robot, and random orders."""
+    groups = dict.fromkeys(
+        (run.robot, run.model, run.loop, run.contact) for run in result.runs
+    )  # in order
+    rows = []
+    for robot, model, loop, contact in groups:
+        runs = [
+            run
+            for run in result.runs
+            if (run.robot, run.model, run.loop, run.contact) == (robot, model, loop, contact)
+        ]
+        best = [run for run in runs if run.best_mm is not None]
+        rows.append(
+            (
+                robot, model, loop, "yes" if contact else "no", str(len(runs)),
+                str(sum(run.rests for run in runs)),
+                str(sum(run.is_best for run in best)) if best else "–",
+                f"{max(run.position for run in runs):.1e}", f"{max(run.effort for run in runs):.1e}",
+            )
+        )  # fmt: skip
+    tables = [
+        Numbers(
+            "constant targets within twice the workspace",
+            (
+                *("robot", "model", "loop", "contact", "targets", "at rest", "at the best place"),
+                *("largest change of a position", "of an effort"),
+            ),
+            tuple(rows),
+            4,
+        )
+    ]
+    if result.orders:
+        found = tuple(
+            (
+                item.robot, str(item.orders), str(item.unusable), str(item.stuck),
+                f"{item.beyond:.1e}", f"{item.needed:.1e}",
+            )
+            for item in result.orders
+        )  # fmt: skip
+        title = "random locks, holds, unlocks and targets"
+        columns = ("robot", "orders", "unusable", "stuck after", "left beyond", "needed beyond")
+        tables.append(Numbers(title, columns, found))
+    return tuple(tables)

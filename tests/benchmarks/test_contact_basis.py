@@ -1,0 +1,105 @@
+"""`python -m benchmarks contact-basis` on the thumb: what it finds holds, and where it goes."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+
+import pytest
+from support.robots.thumb import write_thumb
+
+from benchmarks.contact_basis import ContactBasisBench, ContactBasisInputs, bench_contact_basis
+from benchmarks.plots import draw_contact_basis
+from benchmarks.tables import (
+    CONTACT_BASIS_BEGIN,
+    CONTACT_BASIS_END,
+    contact_basis_tables,
+    write_contact_basis_tables,
+)
+from tauten.model import load_robot
+from tauten.reduction.campaign import ramp
+from tauten.reduction.contact import ReduceSettings, reduce_robot
+from tauten.service.process import StopFlag
+
+
+@pytest.fixture(scope="module")
+def inputs(tmp_path_factory: pytest.TempPathFactory) -> ContactBasisInputs:
+    folder = tmp_path_factory.mktemp("thumb")
+    robot = load_robot(write_thumb(folder))
+    settings = ReduceSettings(k=4)
+    made = reduce_robot(
+        robot, ramp(robot, 2e-4), folder / "campaign", settings, show_progress=False
+    )
+    return ContactBasisInputs(
+        robot, made.basis, made.snapshots, folder / "campaign", 6, 3, ks=(2, 5)
+    )
+
+
+@pytest.fixture(scope="module")
+def result(inputs: ContactBasisInputs) -> ContactBasisBench:
+    return bench_contact_basis(inputs, StopFlag(), lambda share, what: None)
+
+
+@pytest.mark.slow
+def test_errors_of_the_default_method_fall(result: ContactBasisBench) -> None:
+    assert result.complete
+    energy = [error for error in result.training if error.method == "energy"]
+    assert [error.k for error in energy] == sorted(error.k for error in energy)
+    assert energy[-1].energy < 0.5 * energy[0].energy
+    for error in energy:
+        others = [e.energy for e in result.training if e.k == error.k and e.method != "energy"]
+        assert error.energy < min(others)
+        assert error.unsettled == 0
+    assert energy[-1].max_mm is not None
+    assert energy[-1].max_mm < 0.003 * result.size_mm
+
+
+@pytest.mark.slow
+def test_enrichment_never_hurts_the_worst_path(result: ContactBasisBench) -> None:
+    bare, rich = (
+        max(e.max_mm or 0.0 for e in result.held_out if e.enriched is enriched)
+        for enriched in (False, True)
+    )
+    assert rich <= bare
+    assert len(result.held_out) == 2 * 19
+    assert any(error.extra_columns for error in result.held_out if error.enriched)
+
+
+@pytest.mark.slow
+def test_full_problems_are_solved(result: ContactBasisBench) -> None:
+    exact = result.lcp[0]
+    assert exact.solver == "active set"
+    assert exact.solved == exact.problems > 0
+    assert exact.residual_m <= 1e-9
+
+
+@pytest.mark.slow
+def test_it_goes_into_json_a_page_and_a_picture(result: ContactBasisBench, tmp_path: Path) -> None:
+    assert json.loads(json.dumps(asdict(result)))["basis"] == "energy, k = 4"
+    page = tmp_path / "page.md"
+    page.write_text(f"before\n\n{CONTACT_BASIS_BEGIN}\nold\n{CONTACT_BASIS_END}\n\nafter\n")
+    write_contact_basis_tables(result, page)
+    text = page.read_text()
+    assert text.startswith("before\n")
+    assert text.endswith("after\n")
+    assert "old" not in text
+    for table in contact_basis_tables(result):
+        assert table.title in text
+    draw_contact_basis(result, tmp_path / "bench.png")
+    assert (tmp_path / "bench.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_stopping_keeps_what_is_done(inputs: ContactBasisInputs) -> None:
+    stop, done = StopFlag(), []
+
+    def progress(share: float, what: str) -> None:
+        done.append(what)
+        if done.count("bases on the training path") == 3:  # announced once, then after each
+            stop.request()
+
+    found = bench_contact_basis(inputs, stop, progress)
+    assert not found.complete
+    assert len(found.training) == 2
+    assert found.held_out == ()
+    assert found.lcp

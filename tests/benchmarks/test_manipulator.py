@@ -1,0 +1,155 @@
+"""The manipulator's benchmark: postures, the paper's solver, tables."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from benchmarks.manipulator import (
+    KINDS,
+    ArmBench,
+    PostureError,
+    Speed,
+    arm_in_equilibrium,
+    bent_tensions,
+    gauss_seidel_step,
+    measure_speed,
+    parse_ks,
+    posture_error,
+    random_postures,
+)
+from benchmarks.plots import draw_posture_errors
+from benchmarks.tables import ARM_BEGIN, ARM_END, write_arm_tables
+from tauten.controller import Controller
+from tauten.model import Forces, Robot, load_robot
+from tauten.model.robots.arm import ArmShape, bending_tensions, tendon_angle
+from tauten.reduction import ContactBasis
+from tauten.reduction.campaign import run_campaign
+from tauten.service.bench import STAGES, WHOLE, Comparison, StepTimes
+from tauten.service.plant import directions
+from tauten.service.process import host_info
+from tauten.service.replay import Spread
+
+
+@pytest.fixture(scope="module")
+def arm() -> Robot:
+    return load_robot("manipulator_1290")
+
+
+def test_bending_tensions_bend_towards_their_angle() -> None:
+    shape, rng = ArmShape(), np.random.default_rng(0)
+    for _ in range(20):
+        angles, forces = rng.uniform(-7.0, 7.0, 3), rng.uniform(1.0, 50.0, 3)
+        tension = bending_tensions(shape, angles, forces).reshape(3, 3)
+        assert (tension >= 0.0).all()
+        assert ((tension > 0.0).sum(axis=1) <= 2).all()
+        for section in range(3):
+            at = np.array([tendon_angle(shape, section, k) for k in range(3)])
+            pull = tension[section] @ np.stack([np.cos(at), np.sin(at)], axis=1)
+            towards = np.array([np.cos(angles[section]), np.sin(angles[section])])
+            np.testing.assert_allclose(pull, forces[section] * towards, atol=1e-9)
+
+
+def test_cables_pull_the_tip_to_where_they_run(arm: Robot) -> None:
+    shape = ArmShape()
+    expected = [tendon_angle(shape, s, k) for s in range(3) for k in range(3)]
+    np.testing.assert_allclose(directions(arm, 0), expected, atol=1e-3)
+
+
+def test_gauss_seidel_finds_the_same_forces(arm: Robot) -> None:
+    there = arm_in_equilibrium(arm, bent_tensions())
+    assert there.lam_c.sum() > 50.0
+    forces, sweeps, _ = gauss_seidel_step(there, bent_tensions(), there.lam_c)
+    assert sweeps >= 1
+    assert forces.sum() == pytest.approx(there.lam_c.sum(), rel=0.05)
+
+
+def test_speed_is_measured_in_both_postures(arm: Robot) -> None:
+    basis = ContactBasis.load("manipulator_1290")
+    basis.check_robot(arm)
+    straight = measure_speed(arm, basis, np.zeros(9), "straight")
+    assert (straight.in_range, straight.pushing) == (0, 0)
+    assert 0.0 < straight.control_reduced_ms <= straight.control_reduced_p99_ms
+
+
+@pytest.mark.slow
+def test_certified_basis_follows_the_full_arm(
+    arm: Robot, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    """Held-out postures: within the tolerance in millimetres, far from them without certificate."""
+    design = random_postures(arm, count=2, steps=5, seed=3)
+    runs = run_campaign(arm, design, tmp_path_factory.mktemp("held"), show_progress=False)
+    assert runs.converged.all()
+    assert np.isnan(design.runs[0].pull).all()
+    np.testing.assert_allclose(runs.tension[:, 4], design.runs[0].tension[:, -1])
+    assert runs.lam[:, 4].sum() > 10.0
+    basis = ContactBasis.load("manipulator_1290")
+    certified = posture_error(arm, basis, runs, "held-out", True)
+    alone = posture_error(arm, basis, runs, "held-out", False)
+    assert certified.max_mm < 1.0
+    assert certified.unsettled == 0
+    assert alone.max_mm > certified.max_mm
+    assert certified.extra_columns > 0
+
+
+@pytest.mark.slow
+def test_arm_stands_still_when_its_target_does(arm: Robot) -> None:
+    """Ribs in contact: tensions become constant, near the least that hold the tip.
+
+    Bent further they may stay in a cycle, in which contacts open and close while the tip stands still.
+    """
+    tension = 0.8 * bent_tensions()
+    there = arm_in_equilibrium(arm, tension)
+    controller = Controller(arm, ContactBasis.load("manipulator_1290"))
+    none = np.zeros(0, dtype=np.int64)
+    forces = Forces(there.tension, np.zeros(controller.space.k), none, np.zeros(0))
+    controller.start_from(there.state, forces, there.pull)
+    assert controller.pull == pytest.approx(there.pull)
+    goal, tensions = there.effector, []
+    for _ in range(500):
+        tensions.append(controller.step(goal).tension)
+    controller.prepare()
+    assert controller.candidates_in_range > 100
+    assert np.linalg.norm(controller.effector - goal) < 5e-4
+    last = np.array(tensions[-50:])
+    assert np.abs(np.diff(last, axis=0)).max() < 0.05  # N
+    assert last[-1].sum() < 1.5 * tension.sum()
+
+
+def test_tables_and_figure(arm: Robot, tmp_path) -> None:  # type: ignore[no-untyped-def]
+    errors = [
+        PostureError(method, k, certified, name, 1.0, 2.0 / k, 3.0, 4, 0)
+        for method, _, certified in KINDS
+        for k in (5, 23)
+        for name in ("training", "held-out")
+    ]
+    draw_posture_errors(errors, tmp_path / "errors.png")
+    assert (tmp_path / "errors.png").stat().st_size > 10_000
+    speed = Speed(4500, "bent", 2250, 50, 1000.0, 1000, False, 20.0, 5.0, 40.0, 10.0, 15.0)
+    contact = Comparison("manipulator", ([], []), ([], []), [300.0], 50, 400.0, 20.0, (1.0, 1.0))
+    one = Spread(1.0, 2.0, 3.0)
+    stages = StepTimes(
+        "reduced, k = 23", 200, dict.fromkeys(STAGES, one), dict.fromkeys(WHOLE, one), 40.0, 2250.0,
+        one, -0.001, {"OK": 200},
+    )  # fmt: skip
+    result = ArmBench(
+        host_info(), (speed,), stages, contact, "a campaign", 1400, (errors[0],), tuple(errors)
+    )
+    page = tmp_path / "page.md"
+    page.write_text(f"{ARM_BEGIN}{ARM_END}", encoding="utf-8")
+    write_arm_tables(result, page)
+    text = page.read_text(encoding="utf-8")
+    assert "| 4,500, bent | 2,250 | 1 * | 50 | 200 | 200.0 | 4.00 | 25 | 100 |" in text
+    assert "2,250 candidates in range, reduced, k = 23, 40 contact rows" in text
+    assert "Contact moves the tip 300 mm; 50 candidates push with 400 N" in text
+    assert "| held-out | als | 5 | no | 1.00 | 0.40 | 3.00 | 4 | 0 |" in text
+    assert dataclasses.asdict(result)["contact"]["apart_mm"] == [300.0]
+
+
+def test_numbers_of_modes_are_read() -> None:
+    assert parse_ks("5, 23") == (5, 23)
+    for text in ("", "5,x", "23,5", "0,5"):
+        with pytest.raises(ValueError, match="modes are"):
+            parse_ks(text)
