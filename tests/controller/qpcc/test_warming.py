@@ -3,18 +3,20 @@
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
 from tauten.controller.qpcc import warm_solver
 
+ROOT = Path(__file__).resolve().parents[3]
 HARSH = """
 import sys
 import numpy as np
 from numba.core.dispatcher import Dispatcher
 from tauten.controller.qpcc.problem import Start
 from tauten.controller.qpcc.solve import QpccSettings, solve_qpcc
-from tauten.service.bench.qpcc.random_problems import degenerate, known_stationary
+from benchmarks.qpcc.random_problems import degenerate, known_stationary
 from tauten.controller.qpcc.warming import warm_solver
 
 
@@ -52,7 +54,7 @@ print(sorted(statuses), [name for name in after if after[name] != before[name]])
 def test_no_kernel_is_left_to_load(solver: str) -> None:
     ended = subprocess.run(
         [sys.executable, "-c", HARSH, solver], capture_output=True, text=True, timeout=300,
-        env={**os.environ, "OMP_NUM_THREADS": "1"}, check=True,
+        cwd=ROOT, env={**os.environ, "OMP_NUM_THREADS": "1"}, check=True,
     )  # fmt: skip
     statuses, _, late = ended.stdout.strip().partition("] ")
     assert "OK" in statuses and "INFEASIBLE" in statuses  # rare ways were gone

@@ -1,4 +1,4 @@
-"""Record the inverse problems of robots that touch themselves: python tests/reference/qpcc/record.py
+"""Record the inverse problems of robots that touch themselves: python -m tests.reference.qpcc.record
 
 The finger with its one cable and the same finger with three follow paths that close its notches; targets
 circle, jump, leave the reach and come back. A sample of the problems is kept. Takes some minutes.
