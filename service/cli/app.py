@@ -13,9 +13,8 @@ import typer
 from tauten.service.cli.bench import bench
 from tauten.service.cli.check import check, schema
 from tauten.service.cli.compare import compare
-from tauten.service.cli.emergency import command
 from tauten.service.cli.new import new
-from tauten.service.cli.operate import alive, doctor, lock, metrics, record, unlock
+from tauten.service.cli.operate import alive, command, doctor, lock, metrics, record, unlock
 from tauten.service.cli.reduction import inspect, reduce
 from tauten.service.cli.runs import demo, replay
 from tauten.service.cli.solve import solve

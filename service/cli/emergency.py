@@ -1,32 +1,78 @@
-"""`tauten command`, with what it needs and nothing else: a stop does not wait for a model to be imported."""
+"""`tauten command` as it is typed in an emergency: no library for command lines is imported, and no model."""
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
 
-import typer
+from tauten.service.link import (
+    HIGHEST_PORT,
+    LOWEST_PORT,
+    ZENOH_CONFIG_VARIABLE,
+    Network,
+    OperatorCommand,
+    send_command,
+)
 
-from tauten.service.cli.terminal import Port, ZenohConfig, log_options
-from tauten.service.link import Network, OperatorCommand, send_command
-
-ServedName = Annotated[str, typer.Argument(help="Name of the robot that is served.")]
-
-emergency = typer.Typer(pretty_exceptions_enable=False)  # parses as the whole of `tauten` does
+_OPTIONS = ("--port", "--zenoh-config")
 
 
-emergency.callback()(log_options)
+@dataclass(frozen=True, slots=True)
+class Order:
+    """A command to a robot's node.
+
+    Attributes:
+        robot: name.
+        command: what the node is to do.
+        network: of the robot.
+    """
+
+    robot: str
+    command: OperatorCommand
+    network: Network
 
 
-@emergency.command()
-def command(
-    robot: ServedName,
-    word: Annotated[
-        Literal["enable", "hold", "stop", "reset"], typer.Argument(help="The command.")
-    ],
-    port: Port = None,
-    zenoh_config: ZenohConfig = None,
-) -> None:
-    """Command a robot's node to hold, to follow again, to release the cables, or to reset after that."""
-    answer = send_command(robot, Network(port, zenoh_config), OperatorCommand(word))
+def order_in(words: Sequence[str]) -> Order | None:
+    """The order that a command line gives; None for what the whole program is to explain.
+
+    Args:
+        words: what follows `tauten command`.
+    """
+    options: dict[str, str] = {}
+    plain: list[str] = []
+    rest = iter(words)
+    for word in rest:
+        name, sign, value = word.partition("=")
+        if name in _OPTIONS:
+            options[name] = value if sign else next(rest, "")
+        elif word.startswith("-"):
+            return None
+        else:
+            plain.append(word)
+    port, config = (options.get(name) for name in _OPTIONS)
+    if len(plain) != 2 or plain[1] not in [str(one) for one in OperatorCommand] or config == "":
+        return None
+    if port is not None and not (
+        port.isascii() and port.isdecimal() and LOWEST_PORT <= int(port) <= HIGHEST_PORT
+    ):
+        return None
+    config = config or os.environ.get(ZENOH_CONFIG_VARIABLE) or None
+    network = Network(None if port is None else int(port), None if config is None else Path(config))
+    return Order(plain[0], OperatorCommand(plain[1]), network)
+
+
+def carry_out(order: Order) -> str:
+    """Send an order, and what the node says to it.
+
+    Args:
+        order: to carry out.
+
+    Raises:
+        NetworkError: no node, or one that does not answer.
+        OrderError: the node refuses it.
+    """
+    answer = send_command(order.robot, order.network, order.command)
     why = f" ({answer.cause})" if answer.cause else ""
-    typer.echo(f"{robot}: {answer.mode}{why}")
+    return f"{order.robot}: {answer.mode}{why}"

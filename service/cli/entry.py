@@ -14,13 +14,15 @@ def main() -> None:
 
 def _start() -> None:
     if sys.argv[1:2] == ["command"]:
-        from tauten.service.cli.emergency import emergency
+        from tauten.service.cli.emergency import carry_out, order_in
 
-        emergency()
-    else:
-        from tauten.service.cli.app import app
+        order = order_in(sys.argv[2:])
+        if order is not None:
+            print(carry_out(order))
+            sys.exit(0)
+    from tauten.service.cli.app import app
 
-        app()
+    app()
 
 
 def run(program: Callable[[], object]) -> None:
@@ -33,6 +35,8 @@ def run(program: Callable[[], object]) -> None:
         signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
         program()
+    except KeyboardInterrupt:
+        sys.exit(130)  # as all commands do
     except Exception as error:
         sentence = _sentence(error)
         if sentence is None:

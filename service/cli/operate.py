@@ -1,21 +1,36 @@
-"""`tauten lock`, `unlock`, `metrics`, `record`, `alive`, `doctor`: for the operator of a node."""
+"""`tauten command`, `lock`, `unlock`, `metrics`, `record`, `alive`, `doctor`: for the operator of a node."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 from rich.console import Console
 from rich.table import Table
 
-from tauten.service.cli.emergency import ServedName
-from tauten.service.cli.terminal import Port, ZenohConfig
+from tauten.service.cli.terminal import Port, ServedName, ZenohConfig
 
 if TYPE_CHECKING:
     from tauten.service.wire import LockOrder
 
 Actuator = Annotated[str, typer.Argument(help="Name of the actuator.")]
+
+
+def command(
+    robot: ServedName,
+    word: Annotated[
+        Literal["enable", "hold", "stop", "reset"], typer.Argument(help="The command.")
+    ],
+    port: Port = None,
+    zenoh_config: ZenohConfig = None,
+) -> None:
+    """Command a robot's node to hold, to follow again, to release the cables, or to reset after that."""
+    from tauten.service.cli.emergency import Order, carry_out
+    from tauten.service.link import Network, OperatorCommand
+
+    order = Order(robot, OperatorCommand(word), Network(port, zenoh_config))
+    typer.echo(carry_out(order))
 
 
 def lock(

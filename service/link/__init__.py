@@ -15,6 +15,9 @@ from tauten.service.link.commanding import (
 from tauten.service.link.keys import Keys
 from tauten.service.link.modes import Cause, LockOrder, Mode, OperatorCommand, OperatorOrder
 from tauten.service.link.network import (
+    HIGHEST_PORT,
+    LOWEST_PORT,
+    ZENOH_CONFIG_VARIABLE,
     Network,
     NetworkError,
     Role,
@@ -25,6 +28,9 @@ from tauten.service.link.network import (
 )
 
 __all__ = [
+    "LOWEST_PORT",
+    "HIGHEST_PORT",
+    "ZENOH_CONFIG_VARIABLE",
     "Cause",
     "Keys",
     "LockOrder",

@@ -56,12 +56,12 @@ def is_there(robot: str, network: Network, token: str, patience: float = 2.0) ->
 
 @contextmanager
 def node_of(robot: str, network: Network) -> Iterator[zenoh.Session]:
-    """A session, once the robot's node is alive.
+    """A session, as soon as the robot's node is alive.
 
     Raises:
         NetworkError: no node is alive.
     """
-    session, token = open_session(network, Role.OTHER, robot), Keys(robot).token
+    session, token = open_session(network, Role.OTHER, robot, connected=False), Keys(robot).token
     try:
         end = time.monotonic() + _PATIENCE
         while not is_alive(session, token):

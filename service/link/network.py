@@ -17,6 +17,11 @@ from pathlib import Path
 import zenoh
 
 HOST = "127.0.0.1"
+LOWEST_PORT, HIGHEST_PORT = (
+    1024,
+    65534,
+)  # that a user may give to a node; its plant has the next one
+ZENOH_CONFIG_VARIABLE = "TAUTEN_ZENOH_CONFIG"  # names a configuration file
 _FIRST_PORT = 17_447
 _MAX_MESSAGE = 2**20  # bytes; the description of a robot is the largest
 _PORTS = 10_000  # two for each robot
@@ -64,7 +69,7 @@ def node_port(network: Network, robot: str) -> int:
     return default_port(robot) if network.port is None else network.port
 
 
-def open_session(network: Network, role: Role, robot: str) -> zenoh.Session:
+def open_session(network: Network, role: Role, robot: str, connected: bool = True) -> zenoh.Session:
     """Open the session of one process of a robot.
 
     The node's session writes the time of arrival into every sample that has none (`timestamping` of Zenoh),
@@ -75,6 +80,7 @@ def open_session(network: Network, role: Role, robot: str) -> zenoh.Session:
         network: ports or configuration.
         role: of the process.
         robot: its name.
+        connected: wait 0.5 s for connections, as Zenoh does by default.
 
     Raises:
         NetworkError: the name is that of no robot, the port is taken or the configuration cannot be used.
@@ -86,6 +92,8 @@ def open_session(network: Network, role: Role, robot: str) -> zenoh.Session:
     zenoh.init_log_from_env_or("error")
     first = node_port(network, robot)
     config = loopback_config(first, role) if network.config is None else read_config(network.config)
+    if not connected:
+        config.insert_json5("open/return_conditions/connect_scouted", "false")
     if role is Role.NODE:
         config.insert_json5("timestamping/enabled", "true")
         config.insert_json5("transport/unicast/accept_timeout", str(_ACCEPT_TIMEOUT))

@@ -7,6 +7,9 @@ from typing import Annotated, Literal
 
 import typer
 
+from tauten.service.link import HIGHEST_PORT, LOWEST_PORT, ZENOH_CONFIG_VARIABLE
+
+ServedName = Annotated[str, typer.Argument(help="Name of the robot that is served.")]
 RobotName = Annotated[str, typer.Argument(help="A shipped robot's name, or a robot file.")]
 Rate = Annotated[
     float | None, typer.Option(min=0.1, help="Control rate [Hz]; default: the robot file's.")
@@ -27,12 +30,16 @@ AcceptError = Annotated[
 ]
 Port = Annotated[
     int | None,
-    typer.Option(min=1024, max=65534, help="The node's TCP port; default: from the robot's name."),
+    typer.Option(
+        min=LOWEST_PORT,
+        max=HIGHEST_PORT,
+        help="The node's TCP port; default: from the robot's name.",
+    ),
 ]
 ZenohConfig = Annotated[
     Path | None,
     typer.Option(
-        envvar="TAUTEN_ZENOH_CONFIG", help="Zenoh configuration file instead of peers on loopback."
+        envvar=ZENOH_CONFIG_VARIABLE, help="Zenoh configuration file instead of peers on loopback."
     ),
 ]
 ClosedLoop = Annotated[
