@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import signal
 from pathlib import Path
 
 import pytest
@@ -85,9 +86,10 @@ def test_a_log_that_cannot_be_made_is_a_sentence(
 
 
 def test_targets_of_a_served_robot_need_no_robot_file(served: Served, tmp_path: Path) -> None:
-    arguments = ("--robot", "beam", "--port", served.port, "--duration", 2.0)
+    arguments = ("--robot", "beam", "--port", served.port, "--duration", 60.0)
     stream = start(tmp_path / "stream.txt", "stream", "line", "--size", 0.004, *arguments)
     wait_mode(served, Mode.RUN)
+    stream.process.send_signal(signal.SIGINT)
     assert stream.process.wait(30.0) == 0, stream.output.read_text()
     assert "targets sent" in stream.output.read_text()
     assert run_main("stream", "line", "--effector", "toe", *arguments) == 2
