@@ -6,9 +6,10 @@ Implicit Euler with one linearisation, equations (3)-(8) of the paper:
     v_free = v + A⁻¹ b                                                            (10)
 
 and its quasi-static limit, a Newton step for equilibrium: M, C and v vanish, A = h² K, b = h f. The damping
-C = a M + b_K D is proportional to the stiffness D of the material, the semidefinite tangent without what the
+C = a M + b_K D is proportional to the stiffness D of the material, a semidefinite tangent without what the
 actuators' efforts add: so C is positive semidefinite, and does not depend on the length of steps, as K may,
-which is the exact tangent only where A has a Cholesky factor.
+which is the exact tangent only where A has a Cholesky factor. D of corotational elements has their rotations
+held: a viscosity that is proportional to their linear elasticity and turns with them.
 
 Where the step is linearised at q + h v, to where the velocity alone leads, b = h (f − C v), and dv moves the
 robot from there.

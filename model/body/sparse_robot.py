@@ -189,11 +189,15 @@ class SparseRobot(ABC):
         """
         damping = np.zeros(len(self.pattern.indices))
         if scheme.rayleigh_stiffness > 0.0:
-            damping = scheme.rayleigh_stiffness * self.forces(state)[1]
+            damping = scheme.rayleigh_stiffness * self.stiffness(state)
         remembered, viscous = self.viscosity_at(state, scheme.h)
         if viscous is not None:
             damping += viscous
         return remembered, damping
+
+    def stiffness(self, state: State) -> Array:
+        """D, to which damping is proportional: positive semidefinite, without actuators, as CSC (nnz,)."""
+        return self.forces(state)[1]
 
     def viscosity_at(self, state: State, h: float) -> tuple[Array | None, Array | None]:
         """Forces (n,) of viscous materials' memory [N], and matrix C as CSC values (nnz,); None: no such.

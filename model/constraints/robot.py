@@ -13,6 +13,7 @@ import scipy.sparse as sp
 from tauten.model.constraints.coordinates import ProductPattern
 from tauten.model.constraints.drums import Drums, with_unit_rows
 from tauten.model.constraints.placed_robot import PlacedRobot
+from tauten.model.materials import EXACT, HELD
 from tauten.model.numerics import Array, FactorisationError, Ints
 from tauten.model.robot import RobotRows, State
 from tauten.model.rows import ContactRows, Rows
@@ -62,10 +63,15 @@ class ConstrainedRobot(PlacedRobot):
         Returns:
             force (n,) without actuators and contacts, and K = −∂force/∂q as CSC values (nnz,).
         """
-        return self.forces_at(state, *self.placed(state), tension, exact)
+        semidefinite = self.raw.elements.semidefinite
+        return self.forces_at(state, *self.placed(state), tension, EXACT if exact else semidefinite)
+
+    def stiffness(self, state: State) -> Array:
+        """The stiffness of the material, with rotations of elements held, as CSC values (nnz,)."""
+        return self.forces_at(state, *self.placed(state), None, HELD)[1]
 
     def forces_at(
-        self, state: State, raw_state: State, levers: Array, tension: Array | None, exact: bool
+        self, state: State, raw_state: State, levers: Array, tension: Array | None, kind: int
     ) -> tuple[Array, Array]:
         """`forces` where the nodes are known.
 
@@ -74,8 +80,9 @@ class ConstrainedRobot(PlacedRobot):
             raw_state: the nodes there, and
             levers: (k, 3) their levers, from `placed`.
             tension: (n_a,) efforts of the actuators, as in `forces`.
-            exact: as in `forces`.
+            kind: of tangent, see `TetRobot.forces_with`.
         """
+        exact = kind == EXACT
         T = self.coordinates.values(levers)
         efforts, winding, parts = self.efforts(tension), np.zeros(0), list[Array]()
         pulled = np.zeros(self.raw.n)
@@ -85,7 +92,7 @@ class ConstrainedRobot(PlacedRobot):
             efforts[self.drums.cables] = tensions
             pulled, winding = rows.H[self.drums.cables].T @ tensions, -self.drums.efforts(tensions)
             parts = [self.drums.tangent(rows.H, tensions)]
-        force, K = self.raw.forces(raw_state, efforts, exact)
+        force, K = self.raw.forces_with(kind, raw_state, efforts)
         tangent = self.product.tangent.apply(K, T, len(self.pattern.indices))
         moments = np.zeros(0)
         if self.joints is not None:
@@ -167,11 +174,12 @@ class ConstrainedRobot(PlacedRobot):
             inertia = self.inertia_force(levers, T, state.v)
         damping = None if scheme.static else self.damping_at(state, scheme)[1]
         make = partial(make_system, self.pattern, self.factorisation, scheme, damping=damping)
-        force, K = self.forces_at(state, raw_state, levers, tension, True)
+        force, K = self.forces_at(state, raw_state, levers, tension, EXACT)
         try:
             return make(K.copy(), mass, force + inertia, state.v)
         except FactorisationError:
-            semidefinite = self.forces_at(state, raw_state, levers, tension, False)[1]
+            kind = self.raw.elements.semidefinite
+            semidefinite = self.forces_at(state, raw_state, levers, tension, kind)[1]
         # past the largest torque a drive holds the robot against its own tangent: stiffness on the diagonal
         # of a drive that is held changes no step towards equilibrium, the semidefinite tangent does
         drives = self.product.drive_places[self.driven]

@@ -1,7 +1,7 @@
 """Hyperelastic materials: laws, named silicones, and the kernels that evaluate them."""
 
 from tauten.model.materials.densities import COROTATIONAL
-from tauten.model.materials.evaluation import EXACT, NO_TANGENT, PROJECTED, WORK, response
+from tauten.model.materials.evaluation import EXACT, HELD, NO_TANGENT, PROJECTED, WORK, response
 from tauten.model.materials.law import (
     Law,
     MaterialError,
@@ -21,6 +21,7 @@ __all__ = [
     "COROTATIONAL",
     "ELASTIC",
     "EXACT",
+    "HELD",
     "Law",
     "MaterialError",
     "NO_TANGENT",

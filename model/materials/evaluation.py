@@ -16,11 +16,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from tauten.model.materials.densities import density
+from tauten.model.materials.densities import COROTATIONAL, density
 from tauten.model.materials.projection import projected_tangent
 from tauten.model.numerics import Array, kernel
 
 NO_TANGENT, EXACT, PROJECTED = 0, 1, 2
+HELD = 3  # with the rotation held, of corotational laws; of others projected
 WORK = 32  # numbers of scratch that `response` needs
 SINGULAR = 1e-9  # det(tr(S) I − S) below which the rotation of F is not unique
 
@@ -36,7 +37,8 @@ def response(
         c: (5,) its constants [Pa].
         F: (3, 3) deformation gradient.
         R: (3, 3) rotation of its polar decomposition, see `polar_rotations`.
-        tangent: NO_TANGENT, EXACT or PROJECTED (positive semidefinite).
+        tangent: NO_TANGENT, EXACT, PROJECTED (positive semidefinite) or HELD (rotation held, and positive
+            semidefinite too).
         P: (3, 3) output, ∂ψ/∂F [Pa].
         C: (9, 9) output, ∂P_iJ/∂F_kL in row 3 i + J and column 3 k + L [Pa]; left alone without tangent.
         work: (WORK,) overwritten.
@@ -60,9 +62,29 @@ def response(
         Y[:] = 0.0
     if tangent == EXACT:
         exact_tangent(d, F, R, G, Y, C)
-    elif tangent == PROJECTED:
+    elif tangent == HELD and kind == COROTATIONAL:
+        held_tangent(c[0], c[1], R, C)
+    elif tangent != NO_TANGENT:
         projected_tangent(d, F, R, C)
     return float(d[0])
+
+
+@kernel
+def held_tangent(lam: float, mu: float, R: Array, C: Array) -> None:
+    """λ R ⊗ R, and μ (dF + R dFᵀ R) of a change dF: the stiffness of the unstrained solid, turned.
+
+    Args:
+        lam: λ [Pa].
+        mu: μ [Pa].
+        R: (3, 3) rotation.
+        C: (9, 9) output [Pa].
+    """
+    for m in range(9):
+        i, J = m // 3, m % 3
+        for n in range(9):
+            k, L = n // 3, n % 3
+            C[m, n] = lam * R[i, J] * R[k, L] + mu * R[i, L] * R[k, J]
+        C[m, m] += mu
 
 
 @kernel

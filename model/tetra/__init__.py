@@ -1,7 +1,6 @@
 """Robots made of tetrahedra."""
 
 from tauten.model.tetra.body import BodyParts, body_parts, join_bodies
-from tauten.model.tetra.corotational import HELD
 from tauten.model.tetra.domains import Domains, linear_domains
 from tauten.model.tetra.elements import lumped_mass, rest_gradients
 from tauten.model.tetra.quadratic import quadratic_domains, quadratic_lumped_mass, shape_functions
@@ -13,7 +12,6 @@ from tauten.model.tetra.viscoelastic import Viscoelasticity, make_viscoelasticit
 __all__ = [
     "BodyParts",
     "Domains",
-    "HELD",
     "Solid",
     "TetRobot",
     "Viscoelasticity",

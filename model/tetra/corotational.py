@@ -23,10 +23,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from tauten.model.materials import NO_TANGENT, PROJECTED, symmetric_eigen
+from tauten.model.materials import HELD, NO_TANGENT, PROJECTED, symmetric_eigen
 from tauten.model.numerics import LANES, Array, Ints, kernel, polar_lanes
 
-HELD = 3  # tangent with the rotation held, beside those of `tauten.model.materials`
 SINGULAR = 1e-3  # det(tr(S) I − S) up to which, past inversion, the tangent has its rotation held
 
 

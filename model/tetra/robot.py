@@ -11,7 +11,7 @@ from tauten.model.actuators import ActuatorSet
 from tauten.model.body import SteppedRobot
 from tauten.model.contact import contact_rows
 from tauten.model.effectors import NodalEffectors
-from tauten.model.materials import EXACT
+from tauten.model.materials import EXACT, HELD
 from tauten.model.mesh import TetMesh, boundary_triangles
 from tauten.model.numerics import Array, Ints
 from tauten.model.robot import RobotRows, State
@@ -130,10 +130,26 @@ class TetRobot(SteppedRobot):
         Returns:
             force (n,) [N] without actuators and contacts, and K = −∂force/∂q as CSC values (nnz,).
         """
+        return self.forces_with(EXACT if exact else self.elements.semidefinite, state, tension)
+
+    def stiffness(self, state: State) -> Array:
+        """The stiffness of the material, with rotations of corotational elements held: CSC values (nnz,)."""
+        return self.forces_with(HELD, state)[1]
+
+    def forces_with(
+        self, tangent: int, state: State, tension: Array | None = None
+    ) -> tuple[Array, Array]:
+        """`forces` with one of the tangents of `tauten.model.materials.response`.
+
+        Args:
+            tangent: EXACT, PROJECTED or HELD.
+            state: as in `forces`.
+            tension: as in `forces`.
+        """
         x, dof = self.nodes(state), self.pattern.dof
         force, K = np.zeros_like(x), np.zeros(len(self.pattern.indices))
-        self.elements.assemble(x, EXACT if exact else self.elements.semidefinite, force, K)
-        self.actuator_set.add_stiffness(x, tension, exact, K)
+        self.elements.assemble(x, tangent, force, K)
+        self.actuator_set.add_stiffness(x, tension, tangent == EXACT, K)
         total = force[dof >= 0].ravel() + self.load
         preload = self.actuator_set.preload(x, dof, self.n)
         return (total if preload is None else total + preload[0]), K

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tauten.model.materials import COROTATIONAL, NO_TANGENT, PROJECTED, Law, law_arrays
+from tauten.model.materials import COROTATIONAL, HELD, NO_TANGENT, PROJECTED, Law, law_arrays
 from tauten.model.numerics import Array, Ints
 from tauten.model.system import Pattern
 from tauten.model.tetra.blocks import LowerBlocks, lower_blocks
-from tauten.model.tetra.corotational import HELD, assemble_corotational
+from tauten.model.tetra.corotational import assemble_corotational
 from tauten.model.tetra.domains import Domains, assemble_domains
 
 
@@ -40,7 +40,7 @@ class Solid:
 
         Args:
             x: (n_nodes, 3) positions [m].
-            tangent: NO_TANGENT, EXACT or PROJECTED, for corotational laws also HELD.
+            tangent: NO_TANGENT, EXACT, PROJECTED or HELD.
             force: output [N].
             K: output [N/m]; left alone without tangent.
 
@@ -71,7 +71,7 @@ class Solid:
 
     @property
     def semidefinite(self) -> int:
-        """The tangent that is positive semidefinite at any deformation."""
+        """The tangent near the exact one that is positive semidefinite at any deformation."""
         return HELD if self.is_plain else PROJECTED
 
 

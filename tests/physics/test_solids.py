@@ -13,6 +13,7 @@ from support.robots.solids import Body, Kind, element_mesh, face_load, make_body
 
 from tauten.model.materials import (
     EXACT,
+    HELD,
     NO_TANGENT,
     PROJECTED,
     Law,
@@ -109,6 +110,22 @@ def test_projected_tangent_is_positive_semidefinite(kind: Kind, law: Law) -> Non
     largest = abs(body.forces(x, PROJECTED)[2]).max()
     assert smallest[EXACT] < -1e-3 * largest
     assert smallest[PROJECTED] > -1e-10 * largest
+
+
+@pytest.mark.parametrize("kind", ["linear", "quadratic", "edge-node"])
+def test_tangent_of_held_rotations_resists_strain_only(kind: Kind) -> None:
+    """The spin of a stretched body costs energy with the square of the stretch, and of no other order."""
+    body = make_body(box_mesh((0.02, 0.02, 0.02), (2, 2, 2)), kind, LAWS[0])
+    power = []
+    for strain in (0.1, 0.2):
+        x = body.mesh.nodes * [1.0 + strain, 1.0, 1.0]
+        spin = np.cross([0.0, 0.0, 1.0], x).ravel()
+        K = body.forces(x, HELD)[2]
+        assert np.linalg.eigvalsh(K.toarray())[0] > -1e-10 * abs(K).max()
+        power.append(spin @ (K @ spin))
+    assert power[1] / power[0] == pytest.approx(4.0, rel=1e-6)
+    exact = body.forces(body.mesh.nodes, EXACT)[2]
+    assert abs(body.forces(body.mesh.nodes, HELD)[2] - exact).max() < 1e-9 * abs(exact).max()
 
 
 @every_kind

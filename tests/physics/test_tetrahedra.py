@@ -9,10 +9,10 @@ from scipy.spatial.transform import Rotation
 from support.robots.bodies import box_mesh
 
 from tauten.model import make_pattern
-from tauten.model.materials import COROTATIONAL, EXACT, Law
+from tauten.model.materials import COROTATIONAL, EXACT, HELD, Law
 from tauten.model.mesh import TetMesh
 from tauten.model.numerics import Array
-from tauten.model.tetra import HELD, linear_domains, lumped_mass, make_solid
+from tauten.model.tetra import linear_domains, lumped_mass, make_solid
 
 LAME = (3e5, 2e5)  # Pa
 

@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tauten.model.materials import EXACT, PROJECTED, WORK, response
+from tauten.model.materials import EXACT, HELD, WORK, response
 from tauten.model.numerics import LANES, Array, Ints, kernel, polar_lanes
 from tauten.reduction.state.tetra.arrays import Body, Work
 
@@ -29,7 +29,7 @@ def assemble_elements(alpha: Array, exact: bool, body: Body, work: Work) -> int:
 
     Args:
         alpha: (r,) [m].
-        exact: whether the tangent is the derivative, or positive semidefinite.
+        exact: whether the tangent is the derivative, or positive semidefinite, with rotations held.
         body: the elements.
         work: overwritten.
 
@@ -49,7 +49,7 @@ def assemble_elements(alpha: Array, exact: bool, body: Body, work: Work) -> int:
             project(first, G, R, T, body.lame[block], work)
         else:
             laws = (body.kind[block * LANES :], body.constants[block * LANES :])
-            respond(F, R, body.volume[block], laws, EXACT if exact else PROJECTED, P, C)
+            respond(F, R, body.volume[block], laws, EXACT if exact else HELD, P, C)
             project_laws(first, G, P, C, work)
     return int(body.gradient.shape[0] * width)
 
@@ -158,7 +158,7 @@ def respond(
         R: (9 LANES,) their rotations.
         volume: (LANES,) weighted volumes [m³].
         laws: kind (LANES, …) and constants (LANES, 5) of each element's law.
-        tangent: EXACT or PROJECTED.
+        tangent: EXACT or HELD.
         P: (9 LANES,) output [N m].
         C: (81 LANES,) output, ∂P_m/∂F_n from (9 m + n) LANES on [N m].
     """
