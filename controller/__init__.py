@@ -3,13 +3,7 @@
 from tauten.controller.actuation import NO_CERTIFICATE, Actuation
 from tauten.controller.certificates import hold_certificate
 from tauten.controller.controller import Controller
-from tauten.controller.inverse import (
-    closed_compliance,
-    energy_scale,
-    exact_problem,
-    inverse_problem,
-    weighted_rows,
-)
+from tauten.controller.inverse import closed_compliance, energy_scale, inverse_problem
 from tauten.controller.locks import LockError
 from tauten.controller.plan import DecideSettings, Prepared
 from tauten.controller.qpcc.solution import Certificate, Status
@@ -18,15 +12,7 @@ from tauten.controller.settings import (
     controller_settings,
     load_controller_settings,
 )
-from tauten.controller.step import (
-    Decision,
-    Horizon,
-    advance,
-    decide,
-    hold,
-    horizon_of,
-    prepare,
-)
+from tauten.controller.step import Decision, Horizon, advance, decide, hold, prepare
 
 __all__ = [
     "Actuation",
@@ -45,12 +31,9 @@ __all__ = [
     "controller_settings",
     "decide",
     "energy_scale",
-    "exact_problem",
     "hold",
     "hold_certificate",
-    "horizon_of",
     "inverse_problem",
     "load_controller_settings",
     "prepare",
-    "weighted_rows",
 ]

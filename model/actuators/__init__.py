@@ -2,7 +2,7 @@
 
 from tauten.model.actuators.actuator_set import ActuatorParts, ActuatorSet, place_actuators
 from tauten.model.actuators.beam_actuators import BeamActuators
-from tauten.model.actuators.chamber import ChamberSet, ChamberSurface, make_chambers, volumes
+from tauten.model.actuators.chamber import ChamberSurface, volumes
 from tauten.model.actuators.coupling import Coupling, coupling_of
 from tauten.model.actuators.enclosure import (
     ChamberError,
@@ -12,17 +12,15 @@ from tauten.model.actuators.enclosure import (
     enclosed_volume,
     inside_out,
 )
-from tauten.model.actuators.force import ForceSet, PointForce, make_forces
+from tauten.model.actuators.force import PointForce
 
 __all__ = [
     "ActuatorParts",
     "ActuatorSet",
     "BeamActuators",
     "ChamberError",
-    "ChamberSet",
     "ChamberSurface",
     "Coupling",
-    "ForceSet",
     "PointForce",
     "cavity_around",
     "cavity_nearest",
@@ -30,8 +28,6 @@ __all__ = [
     "coupling_of",
     "enclosed_volume",
     "inside_out",
-    "make_chambers",
-    "make_forces",
     "place_actuators",
     "volumes",
 ]

@@ -5,9 +5,7 @@ from tauten.model.beams.elements import (
     BeamArrays,
     assemble_beams,
     element,
-    stretch_change,
     stretch_functions,
-    stretched,
     turn_functions,
 )
 from tauten.model.beams.gaps import gap_arrays
@@ -49,9 +47,7 @@ __all__ = [
     "outline",
     "second_derivatives",
     "section",
-    "stretch_change",
     "stretch_functions",
-    "stretched",
     "tube",
     "turn_functions",
     "unit_vector",

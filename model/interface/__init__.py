@@ -4,7 +4,6 @@ from tauten.model.interface.actuation import (
     ActuatorKind,
     Actuators,
     Quantity,
-    Springs,
     actuators_of,
     cable_actuators,
 )
@@ -32,7 +31,6 @@ __all__ = [
     "Pose",
     "Quantity",
     "ROWS",
-    "Springs",
     "Target",
     "UNIT_LENGTH",
     "VALUES",

@@ -1,11 +1,9 @@
 """Tetrahedral meshes: reading, checks, refinement, surfaces, regions."""
 
-from tauten.model.mesh.groups import CellGroup
 from tauten.model.mesh.quadratic import QuadraticMesh, quadratic_mesh, read_quadratic_mesh
 from tauten.model.mesh.quality import mean_ratios, part_numbers, read_unchecked_mesh, wall_thickness
-from tauten.model.mesh.regions import BodyRange, Selector, inside, make_selector, point_selector
+from tauten.model.mesh.regions import BodyRange, Selector, make_selector, point_selector
 from tauten.model.mesh.surface import (
-    boundary_owners,
     boundary_triangles,
     spread_points,
     triangle_areas,
@@ -26,17 +24,14 @@ from tauten.model.mesh.tet_mesh import (
 
 __all__ = [
     "BodyRange",
-    "CellGroup",
     "EDGES",
     "MeshError",
     "QuadraticMesh",
     "Selector",
     "TetMesh",
     "UNITS",
-    "boundary_owners",
     "boundary_triangles",
     "checked",
-    "inside",
     "join_meshes",
     "make_selector",
     "mean_ratios",

@@ -1,41 +1,16 @@
 """The contents of robot files, validated field by field."""
 
-from tauten.model.schema.actuators import (
-    ChamberSettings,
-    CouplingSettings,
-    ForceSettings,
-    Kind,
-    Range,
-    SpringSettings,
-)
+from tauten.model.schema.actuators import ChamberSettings, CouplingSettings, ForceSettings, Range
 from tauten.model.schema.beam_file import BeamConfig, Structure, Vertebra
-from tauten.model.schema.body import (
-    BeamSettings,
-    BodySettings,
-    ElementName,
-    MeshSettings,
-    RotationSettings,
-)
+from tauten.model.schema.body import BodySettings, ElementName, RotationSettings
 from tauten.model.schema.cable import CableSettings
 from tauten.model.schema.changes import Changes
-from tauten.model.schema.constraints import AttachmentSettings, DriveSettings, RigidSettings
-from tauten.model.schema.contact import (
-    ALARM_DISTANCE,
-    ITSELF,
-    ContactRange,
-    ContactSettings,
-    SurfaceSettings,
-    check_surfaces,
-)
+from tauten.model.schema.constraints import AttachmentSettings
+from tauten.model.schema.contact import ALARM_DISTANCE, ITSELF, ContactSettings, check_surfaces
 from tauten.model.schema.digest import beam_robot_digest, differences, robot_digest
 from tauten.model.schema.effector import COMPONENTS, EffectorKind, EffectorSettings
 from tauten.model.schema.material import MaterialSettings, SolidMaterialSettings
-from tauten.model.schema.profile import (
-    AnyProfile,
-    BarSettings,
-    SectionSettings,
-    TubeSettings,
-)
+from tauten.model.schema.profile import AnyProfile, SectionSettings, TubeSettings
 from tauten.model.schema.region import (
     AnyRegion,
     Box,
@@ -49,7 +24,6 @@ from tauten.model.schema.region import (
     NearStl,
     NumberedNodes,
     Region,
-    Selection,
     Skin,
     Sphere,
     Union,
@@ -80,14 +54,11 @@ from tauten.model.schema.section import (
 __all__ = [
     "ALARM_DISTANCE",
     "ITSELF",
-    "ContactRange",
     "ContactSettings",
     "AnyProfile",
     "AnyRegion",
     "AttachmentSettings",
-    "BarSettings",
     "BeamConfig",
-    "BeamSettings",
     "BodySettings",
     "Box",
     "COMPONENTS",
@@ -98,7 +69,6 @@ __all__ = [
     "CouplingSettings",
     "Cylinder",
     "Difference",
-    "DriveSettings",
     "EffectorKind",
     "EffectorSettings",
     "ElementName",
@@ -107,11 +77,9 @@ __all__ = [
     "ForceSettings",
     "HalfSpace",
     "Intersection",
-    "Kind",
     "NamedGroup",
     "LARGEST_COORDINATE",
     "MaterialSettings",
-    "MeshSettings",
     "NAME",
     "Name",
     "NearStl",
@@ -121,7 +89,6 @@ __all__ = [
     "Range",
     "Rate",
     "Region",
-    "RigidSettings",
     "Extrapolation",
     "RobotConfig",
     "RobotFileError",
@@ -129,14 +96,11 @@ __all__ = [
     "RotationSettings",
     "Section",
     "SectionSettings",
-    "Selection",
     "SingleActuator",
     "SolidMaterialSettings",
     "Skin",
     "Sphere",
-    "SpringSettings",
     "Structure",
-    "SurfaceSettings",
     "TubeSettings",
     "Union",
     "Vertebra",

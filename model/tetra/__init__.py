@@ -2,19 +2,18 @@
 
 from tauten.model.tetra.body import BodyParts, body_parts, join_bodies
 from tauten.model.tetra.domains import Domains, linear_domains
-from tauten.model.tetra.elements import lumped_mass, rest_gradients
+from tauten.model.tetra.elements import lumped_mass
 from tauten.model.tetra.quadratic import quadratic_domains, quadratic_lumped_mass, shape_functions
 from tauten.model.tetra.robot import TetRobot
 from tauten.model.tetra.smoothed import smoothed_domains
 from tauten.model.tetra.solid import Solid, make_solid
-from tauten.model.tetra.viscoelastic import Viscoelasticity, make_viscoelasticity
+from tauten.model.tetra.viscoelastic import make_viscoelasticity
 
 __all__ = [
     "BodyParts",
     "Domains",
     "Solid",
     "TetRobot",
-    "Viscoelasticity",
     "body_parts",
     "join_bodies",
     "linear_domains",
@@ -23,7 +22,6 @@ __all__ = [
     "make_viscoelasticity",
     "quadratic_domains",
     "quadratic_lumped_mass",
-    "rest_gradients",
     "shape_functions",
     "smoothed_domains",
 ]

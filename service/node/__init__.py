@@ -8,7 +8,6 @@ from tauten.service.node.limiter import ActuationLimiter
 from tauten.service.node.loop import Action, ControlLoop
 from tauten.service.node.model_watch import make_fall_back
 from tauten.service.node.node import Node
-from tauten.service.node.outputs import ShapePublisher
 from tauten.service.node.plausibility import MeasurementCheck
 from tauten.service.node.serving import ServeSettings, serve
 from tauten.service.node.state_machine import NodeState, Signals, commanded, judged, transition
@@ -32,7 +31,6 @@ __all__ = [
     "NodeState",
     "QuestionAnswers",
     "ServeSettings",
-    "ShapePublisher",
     "Signals",
     "commanded",
     "judged",

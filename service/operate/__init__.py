@@ -1,12 +1,11 @@
 """Tools of an operator: locks, metrics, recording, diagnosis."""
 
 from tauten.service.operate.doctor import examine
-from tauten.service.operate.locks import check_order, send_lock
+from tauten.service.operate.locks import send_lock
 from tauten.service.operate.metrics import serve_metrics
 from tauten.service.operate.record import record_robot
 
 __all__ = [
-    "check_order",
     "examine",
     "record_robot",
     "send_lock",

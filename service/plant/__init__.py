@@ -9,7 +9,7 @@ from tauten.service.plant.demo import (
     DemoSettings,
     run_demo,
 )
-from tauten.service.plant.drives import DrivenRobot, OwnSteps, own_steps
+from tauten.service.plant.drives import DrivenRobot, own_steps
 from tauten.service.plant.paths import (
     SHAPES,
     PathSettings,
@@ -18,9 +18,9 @@ from tauten.service.plant.paths import (
     directions,
     make_path,
 )
-from tauten.service.plant.plant import PlantSettings, Warm, plant_robot, simulate, warm_plant
+from tauten.service.plant.plant import PlantSettings, plant_robot, simulate, warm_plant
 from tauten.service.plant.processes import Child, DemoError, child, free_ports
-from tauten.service.plant.receiver import Receiver, find_receiver, receiver_path
+from tauten.service.plant.receiver import find_receiver, receiver_path
 from tauten.service.plant.streaming import StreamSettings, stream
 from tauten.service.plant.waypoints import COLUMNS, PathError, TargetPath, save_path
 
@@ -34,18 +34,15 @@ __all__ = [
     "DrivenRobot",
     "FIGURE",
     "LOG",
-    "OwnSteps",
     "PathError",
     "PathSettings",
     "Plane",
     "PlantSettings",
     "REPORT",
-    "Receiver",
     "SHAPES",
     "StreamSettings",
     "TARGETS",
     "TargetPath",
-    "Warm",
     "bending_command",
     "child",
     "directions",

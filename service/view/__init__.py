@@ -1,10 +1,9 @@
 """The viewer: a robot in the browser, simulated, served or recorded."""
 
-from tauten.service.view.export import write_html
-from tauten.service.view.guard import Guard, problem
+from tauten.service.view.guard import Guard
 from tauten.service.view.playback import PlaybackSession
 from tauten.service.view.server import LoopbackServer, ViewError, open_server
-from tauten.service.view.session import ViewSession, ViewUsage
+from tauten.service.view.session import ViewSession
 from tauten.service.view.show import (
     SimulationSettings,
     ViewSettings,
@@ -15,7 +14,7 @@ from tauten.service.view.show import (
     view_served,
     view_simulation,
 )
-from tauten.service.view.usage import ViewCost, view_cost
+from tauten.service.view.usage import ViewCost
 
 __all__ = [
     "Guard",
@@ -26,15 +25,11 @@ __all__ = [
     "ViewError",
     "ViewSession",
     "ViewSettings",
-    "ViewUsage",
     "export_log",
     "export_simulation",
     "open_server",
-    "problem",
     "simulation_cost",
-    "view_cost",
     "view_log",
     "view_served",
     "view_simulation",
-    "write_html",
 ]
