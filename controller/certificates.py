@@ -1,27 +1,11 @@
-"""Certificates of holds, and how far efforts exceed their limits."""
+"""Certificates of holds."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from tauten.controller.qpcc import Certificate
-from tauten.model import Actuators, Command, ForwardStep, Limits
-from tauten.model.numerics import Array, Bools
-
-
-def beyond(effort: Array, limits: Limits, bilateral: Bools) -> Array:
-    """How far efforts (n_a,) exceed their limits, relative to the largest magnitude: (n_a,), negative within.
-
-    The least tension of a cable does not count: one that is held may be slack.
-
-    Args:
-        effort: (n_a,) [N, Pa].
-        limits: of the actuators.
-        bilateral: (n_a,) which actuators pull and push.
-    """
-    below = np.where(bilateral, limits.tension_min - effort, -np.inf)
-    excess: Array = np.maximum(effort - limits.tension_max, below) / limits.largest_tension
-    return excess
+from tauten.model import Actuators, Command, ForwardStep, Limits, sorted_rows
 
 
 def hold_certificate(
@@ -36,23 +20,24 @@ def hold_certificate(
         solved: forces and motion.
         command: position or effort that each actuator keeps.
         limits: of the actuators.
-        actuators: which of them are bilateral; rows in the same unit have one scale.
+        actuators: positions in the same unit have one scale.
     """
-    step, acting = solved.prediction.step, solved.prediction.step.layout.acting
-    lam, W = solved.prediction.lam[acting], step.compliance.W[acting, acting]
-    n_a, by_force = step.layout.n_a, command.by_force
-    delta_free = step.compliance.delta_free[acting].copy()
-    delta_free[:n_a] -= np.where(by_force, 0.0, command.pull)
+    step, layout = solved.prediction.step, solved.prediction.step.layout
+    lam, W = solved.prediction.lam[layout.acting], step.compliance.W[layout.acting, layout.acting]
+    rows = sorted_rows(step, command)
+    delta_free = rows.delta[layout.acting]
     delta, force = delta_free + W @ lam, np.diag(W) * lam  # (m,) m
-    groups = np.concatenate([actuators.position_groups, np.zeros(len(lam) - n_a, np.int64)])
+    groups = np.concatenate([actuators.position_groups, np.zeros(len(rows.contacts), np.int64)])
     size = np.maximum(np.abs(delta_free), np.abs(force))
     scale = np.array([size[groups == groups[i]].max() for i in range(len(size))])  # (m,)
     scale = np.where(scale > 0.0, scale, 1.0)
-    kept = np.concatenate([~by_force, np.ones(len(lam) - n_a, np.bool_)])
-    zero = np.concatenate([actuators.bilateral, np.zeros(len(lam) - n_a, np.bool_)])
-    residual = np.where(zero, delta, np.minimum(force, delta))[kept] / scale[kept]
-    violation = (np.where(zero, np.abs(delta), -delta) / scale)[kept]
-    excess = beyond(lam[:n_a], limits, actuators.bilateral)
+    equal, cables = rows.equal - layout.n_e, rows.unilateral - layout.n_e
+    residual, violation = np.zeros_like(delta), np.full_like(delta, -np.inf)
+    residual[equal], violation[equal] = delta[equal], np.abs(delta[equal])
+    residual[cables] = np.minimum(force, delta)[cables]
+    violation[cables] = -delta[cables]
+    residual, violation = residual / scale, violation / scale
+    excess = step.laws.beyond(solved.prediction.lam[layout.actuators], limits)
     return Certificate(
         primal=max(0.0, float(violation.max(initial=0.0)), float(excess.max(initial=0.0))),
         complementarity=float(np.abs(residual).max(initial=0.0)),

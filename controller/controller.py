@@ -102,7 +102,7 @@ class Controller:
         simulator = Simulator(self.robot, self.space, self.settings.enrichment)
         report = simulator.settle_start()
         # positions that are held are zero as commanded, even where a cable is slack
-        pull = np.where(self.robot.actuators.held_by_force, simulator.pull, 0.0)
+        pull = np.where(self.robot.actuators.laws.held_by_force, simulator.pull, 0.0)
         self._origin, self.settled = (simulator.state, simulator.forces, pull), report.converged
         self.reset()
         return report
@@ -340,7 +340,9 @@ class Controller:
         """A step without a target, in which locked actuators go where `locks` says and others are held."""
         if self._prepared is None:
             return self._repeat()
-        command = with_locks(self.robot.actuators.held(self._left.pull, self._left.tension), locks)
+        command = with_locks(
+            self.robot.actuators.laws.held(self._left.pull, self._left.tension), locks
+        )
         decision = hold(
             self.robot, self._prepared, command, self._left.pull, self.settings.enrichment
         )

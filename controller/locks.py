@@ -27,6 +27,7 @@ from tauten.model import (
     Robot,
     eliminate_rows,
     row_layout,
+    sorted_rows,
 )
 from tauten.model.numerics import Array, Bools
 
@@ -172,18 +173,13 @@ class LockedStep:
             step: system, rows and compliance.
             locks: what each locked actuator keeps in this step.
         """
-        layout, by_force, by_position = step.layout, locks.by_force, locks.by_position
-        self.free = np.flatnonzero(~by_force & ~by_position)
-        self._forced = layout.of_actuators(by_force)
-        self._zero = layout.of_actuators(by_position & step.bilateral)
-        self._cables = layout.of_actuators(by_position & ~step.bilateral)
-        self.layout = row_layout(layout.n_e, len(self.free))
-        W, delta = step.compliance.W, step.compliance.delta_free.copy()
-        self._effort = locks.tension[by_force]
-        delta[layout.actuators] -= np.where(by_position, locks.pull, 0.0)
-        delta += W[:, self._forced] @ self._effort
-        effectors, contacts = np.arange(layout.n_e), layout.of_contacts(len(delta))
-        self._kept = np.concatenate([effectors, layout.n_e + self.free, self._cables, contacts])
+        W, n_e = step.compliance.W, step.layout.n_e
+        rows = sorted_rows(step, locks)
+        self.free, self.layout = rows.decided - n_e, row_layout(n_e, len(rows.decided))
+        self._forced, self._effort = rows.forced, rows.effort
+        self._zero, self._cables = rows.equal, rows.cables
+        delta = rows.under_effort(W)
+        self._kept = np.concatenate([np.arange(n_e), rows.decided, rows.unilateral])
         self._all_W, self._all_delta = W, delta
         self._rest = eliminate_rows(W, delta, self._kept, self._zero)
         self.W, self.delta_free = self._rest.W, self._rest.delta

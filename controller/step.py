@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tauten.controller.certificates import beyond, hold_certificate
+from tauten.controller.certificates import hold_certificate
 from tauten.controller.damping import Damping, adapted, undamped
 from tauten.controller.inverse import energy_scale, weighted_rows
 from tauten.controller.locks import ahead_of_locks
@@ -136,7 +136,7 @@ def prepare(
     if ahead is not None:
         system = ahead.linearise(state, forces.tension, horizon.integration)
         farther = recondensed(robot, step, system)
-    command = robot.actuators.held(pull, forces.tension)
+    command = robot.actuators.laws.held(pull, forces.tension)
     held = forward_step(farther, enrichment, forces, command).prediction
     layout = held.step.layout
     found, scale = held.step.compliance, robot.effector_layout.scale
@@ -271,9 +271,8 @@ def _first_tick(
     """
     actuators, limits = robot.layout.actuators, robot.limits
     effort, position = plan.predicted.lam[actuators], plan.predicted.delta[actuators]
-    reach, law = reach_of(pull, limits, robot.h), robot.actuators
-    slack = ~law.bilateral & (effort <= limits.tension_min + ROUNDING * limits.largest_tension)
-    by_effort = law.held_by_force | slack
+    reach, law = reach_of(pull, limits, robot.h), robot.actuators.laws
+    by_effort = law.held_by_force | law.slack(effort, limits, ROUNDING)
     wanted = Command(
         np.where(by_effort, np.nan, np.clip(position, reach.lower, reach.upper)),
         np.where(by_effort, np.clip(effort, limits.tension_min, limits.tension_max), np.nan),
@@ -297,7 +296,7 @@ def _between(reach: Reach, pull: Array, command: Command) -> Reach:
 def _exceeded(robot: Robot, tick: FirstTick) -> tuple[str, ...]:
     """Names of the efforts that are beyond their limits in a tick, and of what else is not met."""
     lam = tick.solved.prediction.lam[robot.layout.actuators]
-    excess = beyond(lam, robot.limits, robot.actuators.bilateral)
+    excess = robot.actuators.laws.beyond(lam, robot.limits)
     if tick.solved.converged and not (excess > ROUNDING).any():
         return ()
     names = robot.actuators.effort_names

@@ -102,7 +102,7 @@ def take_tick(
         solved = forward_step(step, enrichment, previous, command)
         changed, pull, tension = _corrected(
             command.pull, command.tension, (wanted.pull, wanted.tension), ends, (least, most, short),
-            solved.prediction.lam[actuators], solved.prediction.delta[actuators], step.bilateral,
+            solved.prediction.lam[actuators], solved.prediction.delta[actuators], step.laws.bilateral,
         )  # fmt: skip
         if not changed:
             break

@@ -50,6 +50,7 @@ from tauten.model.skin import (
     contact_forces,
     skin_of,
 )
+from tauten.model.sorted_rows import sorted_rows
 from tauten.model.system import Integration, System, make_pattern
 from tauten.model.tetra.robot import TetRobot
 from tauten.model.threads import one_blas_thread
@@ -116,6 +117,7 @@ __all__ = [
     "row_compliance",
     "row_layout",
     "skin_of",
+    "sorted_rows",
     "travel",
     "worst_rows",
 ]

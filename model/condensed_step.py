@@ -14,6 +14,7 @@ import numpy as np
 
 from tauten.model.compliance import Compliance, extended, row_compliance
 from tauten.model.contact_space import ContactSpace, ReducedContacts
+from tauten.model.interface import Laws
 from tauten.model.layout import Layout
 from tauten.model.numerics import Array, Bools, Ints
 from tauten.model.robot import Robot, RobotRows, State
@@ -76,7 +77,7 @@ class CondensedStep:
         extra: (r,) rows of `rows.contacts` that have a unit column.
         compliance: of effectors (all or none), actuators, reduced contacts, unit columns, in this order.
         layout: where they are in it.
-        bilateral: (n_a,) which actuators pull and push.
+        laws: of the actuators.
     """
 
     state: State
@@ -86,7 +87,7 @@ class CondensedStep:
     extra: Ints
     compliance: Compliance
     layout: Layout
-    bilateral: Bools
+    laws: Laws
 
     @property
     def n_contacts(self) -> int:
@@ -177,7 +178,7 @@ def condensed(
     layout = robot.layout if effectors else robot.layout.without_effectors()
     compliance = _through(robot, system, np.concatenate(H), rows, reduced, extra, layout)
     return CondensedStep(
-        state, system, rows, reduced, extra, compliance, layout, robot.actuators.bilateral
+        state, system, rows, reduced, extra, compliance, layout, robot.actuators.laws
     )
 
 
@@ -207,7 +208,7 @@ def _through(
     if len(extra) > 0:
         delta.append(rows.contacts.rows.delta[extra])
     compliance = row_compliance(system, H, np.concatenate(delta))
-    springs = robot.actuators.springs
+    springs = robot.actuators.laws.springs
     if springs is not None:
         between = compliance.W[layout.actuators, layout.actuators]
         between[np.diag_indices(layout.n_a)] += springs.flexibility

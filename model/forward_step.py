@@ -17,6 +17,7 @@ from tauten.model.condensed_step import CondensedStep, Forces
 from tauten.model.enrichment import Enrichment, EnrichmentLoop, PredictedStep
 from tauten.model.interface import Command
 from tauten.model.numerics import Array, Ints, solve_lcp
+from tauten.model.sorted_rows import sorted_rows
 
 SINGULAR = (
     1e-12  # eigenvalue of the scaled W_EE, relative to the largest, below which it is rounding
@@ -112,16 +113,10 @@ def solve_forces(step: CondensedStep, start: Array, command: Command) -> tuple[A
         start: (m,) forces to start from [N].
         command: position or effort of each actuator.
     """
-    layout = step.layout
-    W, delta, lam = step.compliance.W, step.compliance.delta_free.copy(), np.zeros_like(start)
-    by_force, bilateral = command.by_force, step.bilateral
-    delta[layout.actuators] -= np.where(by_force, 0.0, command.pull)
-    forced, zero = layout.of_actuators(by_force), layout.of_actuators(bilateral & ~by_force)
-    cables = layout.of_actuators(~bilateral & ~by_force)
-    kept = np.concatenate([cables, layout.of_contacts(len(delta))])
-    if len(forced) > 0:
-        lam[forced] = command.tension[by_force]
-        delta += W[:, forced] @ lam[forced]
+    W, lam = step.compliance.W, np.zeros_like(start)
+    rows = sorted_rows(step, command)
+    kept, zero, delta = rows.unilateral, rows.equal, rows.under_effort(W)
+    lam[rows.forced] = rows.effort
     if len(zero) == 0:
         result = solve_lcp(W[np.ix_(kept, kept)], delta[kept], start[kept])
         lam[kept] = result.lam

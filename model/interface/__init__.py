@@ -19,6 +19,7 @@ from tauten.model.interface.effector_layout import (
     effector_layout,
     point_layout,
 )
+from tauten.model.interface.laws import Laws
 from tauten.model.interface.limits import Limits, limits_of
 
 __all__ = [
@@ -27,6 +28,7 @@ __all__ = [
     "Command",
     "EffectorGoal",
     "EffectorLayout",
+    "Laws",
     "Limits",
     "Pose",
     "Quantity",

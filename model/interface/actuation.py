@@ -2,9 +2,6 @@
 
 An actuator has a position δ and a work-conjugate effort λ, each in the unit of its kind. In the names of
 this code the position is `pull` and the effort `tension`, whatever the kind.
-
-A cable obeys 0 ≤ δ − pull ⟂ λ ≥ 0 where its pull is given: it may be slack and never pushes. All others are
-bilateral, δ = pull with λ of either sign, and so is a cable whose tension may be negative, a rod.
 """
 
 from __future__ import annotations
@@ -15,8 +12,8 @@ from functools import cached_property
 
 import numpy as np
 
-from tauten.model.interface.command import Command
-from tauten.model.numerics import Array, Bools, Ints
+from tauten.model.interface.laws import Laws, Springs
+from tauten.model.numerics import Ints
 from tauten.model.schema import CableSettings, CouplingSettings, RobotSettings, SingleActuator
 
 
@@ -90,31 +87,6 @@ _QUANTITIES = {
 }
 
 
-@dataclass(frozen=True, slots=True)
-class Springs:
-    """Springs in series between motors and what they move: δ_motor = δ + flexibility λ + shift.
-
-    Attributes:
-        flexibility: (n_a,) inverse stiffness, zero without a spring [m/N].
-        shift: (n_a,) position of the motor where δ and λ are zero, negative with pretension [m].
-    """
-
-    flexibility: Array
-    shift: Array
-
-    def position(self, delta: Array, lam: Array) -> Array:
-        """Positions of the motors (n_a,) of positions delta and efforts lam of what they move."""
-        position: Array = delta + self.flexibility * lam + self.shift
-        return position
-
-    def effort(self, position: Array, delta: Array) -> Array:
-        """Efforts (n_a,) of the springs between motors at `position` and what they move, at `delta`."""
-        stretch = position - delta - self.shift
-        return np.divide(
-            stretch, self.flexibility, out=np.zeros_like(stretch), where=self.flexibility > 0.0
-        )
-
-
 @dataclass(frozen=True, eq=False)
 class Actuators:
     """The actuators of a robot in the order of λ_a.
@@ -122,16 +94,12 @@ class Actuators:
     Attributes:
         names: in keys, messages and tables.
         kinds: of each.
-        bilateral: (n_a,) whether δ = pull holds where the pull is given, with an effort of either sign.
-        held_by_force: (n_a,) whether a hold keeps λ rather than δ.
-        springs: between motors and what they move; None: there are none.
+        laws: that they obey.
     """
 
     names: tuple[str, ...]
     kinds: tuple[ActuatorKind, ...]
-    bilateral: Bools
-    held_by_force: Bools
-    springs: Springs | None = None
+    laws: Laws
 
     def __len__(self) -> int:
         return len(self.names)
@@ -141,8 +109,7 @@ class Actuators:
         return Actuators(
             tuple(self.names[i] for i in chosen.tolist()),
             tuple(self.kinds[i] for i in chosen.tolist()),
-            self.bilateral[chosen],
-            self.held_by_force[chosen],
+            self.laws.at(chosen),
         )
 
     @cached_property
@@ -183,21 +150,11 @@ class Actuators:
             for kind, label in pairs
         )
 
-    def held(self, pull: Array, tension: Array) -> Command:
-        """What a hold keeps of positions and efforts (n_a,).
-
-        Args:
-            pull: positions that left last.
-            tension: efforts that left last.
-        """
-        by_force = self.held_by_force
-        return Command(np.where(by_force, np.nan, pull), np.where(by_force, tension, np.nan))
-
 
 def cable_actuators(names: tuple[str, ...]) -> Actuators:
     """Actuators that are all cables, held at their pulled lengths."""
     none = np.zeros(len(names), dtype=np.bool_)
-    return Actuators(names, (ActuatorKind.CABLE,) * len(names), none, none)
+    return Actuators(names, (ActuatorKind.CABLE,) * len(names), Laws(none, none))
 
 
 def actuators_of(config: RobotSettings) -> Actuators:
@@ -210,15 +167,17 @@ def actuators_of(config: RobotSettings) -> Actuators:
     return Actuators(
         names=tuple(item.name for item in config.actuators),
         kinds=tuple(motor.kind for motor in motors),
-        bilateral=np.array([motor.bilateral for motor in motors], np.bool_),
-        held_by_force=np.array([item.held == "force" for item in config.actuators], np.bool_),
-        springs=springs if springs.flexibility.any() else None,
+        laws=Laws(
+            bilateral=np.array([motor.bilateral for motor in motors], np.bool_),
+            held_by_force=np.array([item.held == "force" for item in config.actuators], np.bool_),
+            springs=springs if springs.flexibility.any() else None,
+        ),
     )
 
 
 @dataclass(frozen=True, slots=True)
 class _Motor:
-    """Kind and law of one actuator; attributes as in `Actuators` and `Springs`."""
+    """Kind and law of one actuator; attributes as in `Actuators`, `Laws` and `Springs`."""
 
     kind: ActuatorKind
     bilateral: bool

@@ -31,7 +31,7 @@ def checked_command(
         raise ValueError(
             "pull and tension: each actuator needs a number in one of them, found neither"
         )
-    n_a, cables = robot.n_a, ~robot.actuators.bilateral
+    n_a, cables = robot.n_a, ~robot.actuators.laws.bilateral
     mixed = pull is not None and tension is not None
     least, most = np.full(n_a, -LARGEST), np.full(n_a, LARGEST)
     pulls = None if pull is None else _numbers("pull", pull, least, most, mixed)

@@ -189,29 +189,14 @@ class Merit:
     def _constraints(self, state: State) -> float:
         """Work of given efforts, energy of springs and weighted violations [J]."""
         rows = self._robot.rows(state, contacts=self._touching)
-        value = self._actuation(rows.actuators.delta)
+        laws = self._robot.actuators.laws
+        value = laws.penalty(self._command, rows.actuators.delta, self._weights)
         if self._touching:
             gaps = rows.contacts
             value += float(self._slots[gaps.slots] @ np.maximum(-gaps.rows.delta, 0.0))
             reduced = self._space.reduce(gaps)
             value += float(self._modes[reduced.modes] @ np.maximum(-reduced.delta, 0.0))
         return value
-
-    def _actuation(self, delta: Array) -> float:
-        """The part of the actuators at positions delta (n_a,) [J]."""
-        command, law = self._command, self._robot.actuators
-        given = command.by_force
-        value = -float(command.tension[given] @ delta[given])
-        short, stiff = np.where(given, 0.0, command.pull - delta), ~given
-        if law.springs is not None:
-            springs = law.springs
-            effort = springs.effort(np.where(given, 0.0, command.pull), delta)
-            effort = np.where(law.bilateral, effort, np.maximum(effort, 0.0))
-            soft = stiff & (springs.flexibility > 0.0)
-            value += 0.5 * float(springs.flexibility[soft] @ effort[soft] ** 2)
-            stiff &= ~soft
-        short = np.where(law.bilateral, np.abs(short), np.maximum(short, 0.0))
-        return value + float(self._weights[stiff] @ short[stiff])
 
 
 def make_report(

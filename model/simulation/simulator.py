@@ -74,7 +74,7 @@ class Simulator:
         zero = np.zeros(self.robot.n_a)
         self._start = self.robot.rest(), no_forces(self.robot.n_a, self._space.k)
         self.reset()
-        held = self.robot.actuators.held(zero, zero)
+        held = self.robot.actuators.laws.held(zero, zero)
         report = self.settle(held.pull, held.tension, max_iterations=START_ITERATIONS)
         if report.converged:
             self._start = self.state, self.forces
@@ -129,10 +129,7 @@ class Simulator:
     def pull(self) -> Array:
         """Positions of the actuators: (n_a,) [m, m³]."""
         delta = self.robot.rows(self._state, contacts=False).actuators.delta
-        springs = self.robot.actuators.springs
-        if springs is None:
-            return delta.copy()
-        return springs.position(delta, self._forces.tension)
+        return self.robot.actuators.laws.motors(delta, self._forces.tension)
 
     @property
     def tension(self) -> Array:

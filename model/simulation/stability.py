@@ -55,8 +55,8 @@ def unstable_direction(robot: Robot, solved: PredictedStep, held: Bools) -> Arra
     if step.system.exact or factorised is None or robot.n < FEWEST:
         return None
     acting = solved.lam[layout.acting] > 0.0
-    acting[: layout.n_a] = held & (acting[: layout.n_a] | step.bilateral)
-    springs = robot.actuators.springs
+    acting[: layout.n_a] = held & (acting[: layout.n_a] | step.laws.bilateral)
+    springs = step.laws.springs
     flexibility = np.zeros(layout.n_a) if springs is None else springs.flexibility
     sprung = np.flatnonzero(acting[: layout.n_a] & (flexibility > 0.0))
     B = step.compliance.H[layout.n_e + sprung] / np.sqrt(flexibility[sprung])[:, None]  # (s, n)

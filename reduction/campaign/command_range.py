@@ -50,10 +50,10 @@ def command_range(robot: Robot) -> CommandRange:
     Args:
         robot: the robot.
     """
-    limits, actuators = robot.limits, robot.actuators
-    winch = ~actuators.bilateral & (limits.pull_min >= 0.0)
-    by_force = ~winch & ~(actuators.bilateral & ~actuators.held_by_force)
-    least = np.where(actuators.bilateral, limits.pull_min, 0.0)
+    limits, laws = robot.limits, robot.actuators.laws
+    winch = ~laws.bilateral & (limits.pull_min >= 0.0)
+    by_force = ~winch & ~(laws.bilateral & ~laws.held_by_force)
+    least = np.where(laws.bilateral, limits.pull_min, 0.0)
     most = limits.pull_max.copy()
     for i in np.flatnonzero(by_force):
         least[i] = _effort(robot, int(i), float(limits.tension_min[i]), float(limits.pull_min[i]))

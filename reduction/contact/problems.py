@@ -19,7 +19,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tauten.model import EmptySpace, Forces, Robot, State, condense_step, eliminate_rows
+from tauten.model import (
+    Command,
+    EmptySpace,
+    Forces,
+    Robot,
+    State,
+    condense_step,
+    eliminate_rows,
+    sorted_rows,
+)
 from tauten.model.numerics import Array, Bools, Ints, solve_lcp
 from tauten.reduction.campaign import Snapshots
 
@@ -89,7 +98,7 @@ def contact_problems(
         np.linspace(0, len(touching) - 1, min(count, len(touching))).round().astype(int)
     ]
     workspace = robot.fork()
-    by_effort = robot.actuators.held_by_force & as_held
+    by_effort = robot.actuators.laws.held_by_force & as_held
     return tuple(_problem(workspace, snapshots, int(column), by_effort) for column in chosen)
 
 
@@ -108,17 +117,16 @@ def _problem(robot: Robot, snapshots: Snapshots, column: int, by_effort: Bools) 
     every = Forces(tension, np.zeros(0), np.arange(robot.n_c), np.ones(robot.n_c))
     static = replace(robot.integration, static=True)
     step = condense_step(loaded, EmptySpace(robot.n_c), state, every, True, True, static)
-    layout = step.layout
-    W, delta = (
-        step.compliance.W,
-        step.compliance.delta_free.copy(),
-    )  # of effectors, actuators, candidates
-    delta[layout.actuators] -= snapshots.pull[:, column]
-    given = layout.of_actuators(by_effort)
-    delta += W[:, given] @ tension[by_effort]
-    held = layout.of_actuators(~by_effort & (step.bilateral | (tension > 0.0)))
-    kept = np.concatenate([np.arange(layout.n_e), layout.of_contacts(len(delta))])
-    rest = eliminate_rows(W, delta, kept, held)
+    layout, W = step.layout, step.compliance.W  # of effectors, actuators, candidates
+    given = Command(
+        np.where(by_effort, np.nan, snapshots.pull[:, column]),
+        np.where(by_effort, tension, np.nan),
+    )
+    rows = sorted_rows(step, given)
+    taut = rows.cables[tension[rows.cables - layout.n_e] > 0.0]
+    held = np.sort(np.concatenate([rows.equal, taut]))
+    kept = np.concatenate([np.arange(layout.n_e), rows.contacts])
+    rest = eliminate_rows(W, rows.under_effort(W), kept, held)
     c = slice(layout.n_e, None)  # of what is kept
     W_c, delta_c = rest.W[c, c], rest.delta[c]
     lam = solve_lcp(W_c, delta_c).lam

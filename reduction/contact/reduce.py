@@ -143,7 +143,7 @@ def make_basis(
             k = choose_k(curve, settings.tolerance or TOLERANCE * robot.size)
         (fit,) = fit_each(S, problems, (k,), method, seed)
         found, by_effort = quality(fit.Psi, problems), None
-        if robot.actuators.held_by_force.any():
+        if robot.actuators.laws.held_by_force.any():
             by_effort = quality(fit.Psi, contact_problems(robot, snapshots, as_held=True)).tip
         origin = provenance(robot, snapshots, settings, fit, found, curve)
     return ContactBasis(fit.Psi, replace(origin, tip_error_as_held=by_effort)), curve

@@ -58,7 +58,7 @@ def tip_errors(
         simulator.load(snapshots.gravity[:, i], snapshots.effector_force[:, i])
         pull, tension = snapshots.pull[:, i], snapshots.tension[:, i]
         if held == "as held":
-            command = robot.actuators.held(pull, tension)
+            command = robot.actuators.laws.held(pull, tension)
             pull, tension = command.pull, command.tension
         report = simulator.settle(
             None if held == "tension" else pull,

@@ -316,7 +316,7 @@ def check_errors(
     enrichment = default_enrichment(tolerance)
     reduced = reduced_robot(robot, states)
     found = tip_errors(reduced, held_out, basis, enrichment)
-    if not robot.actuators.held_by_force.any():
+    if not robot.actuators.laws.held_by_force.any():
         return found
     other = tip_errors(reduced, held_out, basis, enrichment, held="as held")
     return TipErrors(

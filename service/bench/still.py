@@ -208,7 +208,7 @@ def random_goals(robot: Robot, rng: np.random.Generator, count: int) -> Iterator
 
 def _from_shares(robot: Robot, shares: Array) -> tuple[Array, Array]:
     """Positions and efforts (n_a,), NaN where the other is given, at shares of the largest ones."""
-    held, limits = robot.actuators.held_by_force, robot.limits
+    held, limits = robot.actuators.laws.held_by_force, robot.limits
     pull = np.where(held, np.nan, shares * limits.pull_max)
     return pull, np.where(held, shares * limits.tension_max, np.nan)
 
@@ -230,7 +230,7 @@ def still_run(
     start, plant = controller.effector_values, _plant(robot) if loop == "closed" else None
     feedback = Feedback(layout, setup.service.feedback_gain, LARGEST * robot.size)
     left = list[Actuation]()
-    held = robot.actuators.held_by_force
+    held = robot.actuators.laws.held_by_force
     for _ in range(round(seconds / robot.h)):
         left.append(controller.step(layout.moved(goal, feedback.correction)))
         if plant is not None:
@@ -278,8 +278,8 @@ def best_error(controller: Controller, goal: Array, error: float) -> float:
         goal: (n_v,) target.
         error: of the controller there [m].
     """
-    robot, limits, held = controller.robot, controller.robot.limits, controller.robot.actuators
-    by_force = held.held_by_force
+    robot, limits = controller.robot, controller.robot.limits
+    by_force = robot.actuators.laws.held_by_force
     least = np.where(by_force, limits.tension_min, limits.pull_min)
     most = np.where(by_force, limits.tension_max, limits.pull_max)
     start = np.where(by_force, controller.tension, controller.pull)

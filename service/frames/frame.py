@@ -146,7 +146,7 @@ def look_of(robot: Robot, skin: SkinMesh, rest: State) -> RobotLook:
         rest: where it starts.
     """
     limits, layout = robot.limits, robot.effector_layout
-    springs = robot.actuators.springs
+    springs = robot.actuators.laws.springs
     at_rest = robot.effector_values(rest)
     values = [tuple(at_rest[layout.values_of(i)].tolist()) for i in range(len(layout))]
     weights = [tuple(layout.weights[layout.rows_of(i)].tolist()) for i in range(len(layout))]

@@ -77,7 +77,7 @@ class SimulatedRobot:
         self._loop.prepare()
         step = time.perf_counter() - begin
         simulator = self._simulator
-        led = simulator.robot.actuators.held(action.actuation.pull, action.actuation.tension)
+        led = simulator.robot.actuators.laws.held(action.actuation.pull, action.actuation.tension)
         try:
             self._driven.move(led.pull, led.tension)
         except FactorisationError:

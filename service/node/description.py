@@ -21,7 +21,7 @@ def description(setup: Setup, start: Array) -> dict[str, Any]:
         start: (n_v,) goal values of the effectors where the model starts.
     """
     robot, keys = setup.robot, Keys(setup.robot.name)
-    limits, springs = robot.limits, robot.actuators.springs
+    limits, springs = robot.limits, robot.actuators.laws.springs
     actuators = [
         {
             "name": name,

@@ -98,7 +98,7 @@ def _trial(simulator: Simulator, steps: int) -> tuple[Array, float]:
     """Effectors (ticks, p, 3) [m] while the first actuator moves there and back; real time of it [s]."""
     simulator.reset()
     robot, found = simulator.robot, []
-    law, ticks = robot.actuators, max(round(_TRIAL / robot.h), 2)
+    law, ticks = robot.actuators.laws, max(round(_TRIAL / robot.h), 2)
     by_force = law.held_by_force | ~law.bilateral
     by_force[0] = law.held_by_force[0]
     way = 0.25 * _TRIAL * float(robot.limits.rate[0]) / _SHARE

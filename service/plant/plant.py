@@ -178,7 +178,7 @@ class Plant:
         self._kind = settings.steps
         self._drive = settings.drive
         # what leads each actuator: efforts of those that a hold keeps by their effort
-        self._by_force = robot.actuators.held_by_force | (settings.drive == "tension")
+        self._by_force = robot.actuators.laws.held_by_force | (settings.drive == "tension")
         self._pull: Array = np.where(self._by_force, np.nan, 0.0)
         self._tension: Array = np.where(self._by_force, 0.0, np.nan)
         self._counts = MessageCounts()

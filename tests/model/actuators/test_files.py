@@ -210,6 +210,6 @@ def test_the_order_of_actuators_is_that_of_the_tables() -> None:
         couplings=[drum],
     )
     assert robot.actuators.names == ("first", "drum", "bellows", "push")
-    assert robot.actuators.bilateral.tolist() == [False, True, True, True]
-    assert robot.actuators.held_by_force.tolist() == [False, False, True, True]
+    assert robot.actuators.laws.bilateral.tolist() == [False, True, True, True]
+    assert robot.actuators.laws.held_by_force.tolist() == [False, False, True, True]
     assert robot.actuators.groups.tolist() == [0, 0, 1, 2]

@@ -148,7 +148,7 @@ def check_problems(robot: Robot, found: Snapshots, as_held: bool) -> None:
     light = problems[1]
     simulator = Simulator(robot, contact="none")
     pull, tension = found.pull[:, light.column], found.tension[:, light.column]
-    command = robot.actuators.held(pull, tension)
+    command = robot.actuators.laws.held(pull, tension)
     report = simulator.settle(command.pull, command.tension) if as_held else simulator.settle(pull)
     assert report.converged
     apart = float(np.linalg.norm(simulator.effector.ravel() - found.effector[:, light.column]))
