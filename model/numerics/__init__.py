@@ -4,7 +4,6 @@ from tauten.model.numerics.active_set import active_set_forces
 from tauten.model.numerics.anderson import Anderson
 from tauten.model.numerics.arrays import Array, Bools, Ints, row_keys
 from tauten.model.numerics.dense_cholesky import DenseFactors, cholesky, solve_in_place, solve_rows
-from tauten.model.numerics.early_stopped_nnls import sparse_nnls
 from tauten.model.numerics.elimination import eliminate, solve_transposed, solve_upper
 from tauten.model.numerics.factorisation import (
     BACKENDS,
@@ -16,7 +15,7 @@ from tauten.model.numerics.factorisation import (
 )
 from tauten.model.numerics.jit import kernel
 from tauten.model.numerics.lcp import LcpResult, complementarity, solve_lcp, solve_pgs
-from tauten.model.numerics.nnls import coordinates, distances
+from tauten.model.numerics.nnls import coordinates, distances, sparse_nnls
 from tauten.model.numerics.polar import LANES, mirrored_rotation, polar_lanes, polar_rotations
 from tauten.model.numerics.quaternions import (
     conjugate,

@@ -1,20 +1,23 @@
-"""Nearest points of the cone {Ψ β, β ≥ 0}: many small nonnegative least-squares problems with one matrix.
+"""Non-negative least squares, by the active set of `tauten.model.numerics.active_set`.
 
-The exact solutions of all problems come from one Gram matrix (k, k), with k of tens. The other solver,
-`tauten.model.numerics.early_stopped_nnls`, solves one problem with thousands of columns, whose Gram matrix
-would be too large, and ends before the optimum to keep the solution sparse.
+`coordinates` solves many small problems with one matrix exactly, from one Gram matrix (k, k) with k of tens.
+`sparse_nnls` solves one problem with thousands of columns, whose Gram matrix would be too large, and ends
+before the optimum to keep the solution sparse.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from tauten.model.numerics.arrays import Array, Bools
-from tauten.model.numerics.jit import kernel
+from tauten.model.numerics.active_set import active_set_forces, solve_on_set
+from tauten.model.numerics.arrays import Array
+from tauten.model.numerics.updated_cholesky import append_row
 
-# Added to the unit diagonal of ΨᵀΨ: makes every passive set solvable when columns are linearly
-# dependent, and changes the residual by about its square root, 1e-6 of the column.
-_RIDGE = 1e-12
+# Added to the unit diagonal of ΨᵀΨ: makes every active set solvable when columns are linearly
+# dependent; what it changes is mended at the end.
+_RIDGE = 1e-10
+_FLOOR = 1e-12  # against rounding in the factor of unit columns
+_NOTHING = 1e-10  # a gain this small, relative to d, is rounding
 
 
 def coordinates(Psi: Array, S: Array) -> Array:
@@ -32,12 +35,11 @@ def coordinates(Psi: Array, S: Array) -> Array:
     """
     scale = np.linalg.norm(Psi, axis=0)  # (k,)
     unit = Psi / scale
-    gram = unit.T @ unit + _RIDGE * np.eye(len(scale))  # (k, k)
-    target = np.ascontiguousarray((unit.T @ S).T)  # (s, k)
-    B = np.zeros_like(target)  # (s, k)
-    for j in range(len(B)):
-        _nnls(gram, target[j], B[j])
-    coefficients: Array = np.ascontiguousarray(B.T) / scale[:, None]  # (k, s)
+    gram = unit.T @ unit  # (k, k)
+    moments = np.ascontiguousarray((unit.T @ S).T)  # (s, k)
+    nothing = np.zeros(len(scale))
+    B = [active_set_forces(gram, -one, nothing, _RIDGE, 10 * len(scale))[0] for one in moments]
+    coefficients: Array = np.reshape(B, moments.shape).T / scale[:, None]  # (k, s)
     return coefficients
 
 
@@ -47,37 +49,34 @@ def distances(Psi: Array, S: Array) -> Array:
     return distance
 
 
-@kernel
-def _nnls(gram: Array, target: Array, x: Array) -> None:
-    """Lawson-Hanson on the normal equations; x (k,) is zero on entry and the solution on return."""
-    k = len(target)
-    passive = np.zeros(k, dtype=np.bool_)
-    tolerance = 1e-13 * np.max(np.abs(target))
-    for _ in range(10 * k):  # 3 k is the usual limit; at the limit x is feasible, not optimal
-        slope = target - gram @ x  # (k,)
-        slope[passive] = -np.inf
-        enter = np.argmax(slope)
-        if slope[enter] <= tolerance:
-            return
-        passive[enter] = True
-        _descend(gram, target, x, passive)
+def sparse_nnls(C: Array, d: Array, tolerance: float) -> Array:
+    """Weights w ≥ 0 with ‖C w − d‖ ≤ tolerance ‖d‖, few of them positive: (e,).
 
+    The active set of Lawson and Hanson (1974) adds columns greedily; ended early, it has few of them
+    (Farhat, Avery, Chapman, Cortial, Int. J. Numerical Methods in Engineering 98, 2014). The factor of the
+    active Gram matrix is updated by single rows (as in Chapman, Avery, Collins, Farhat, ibid. 109, 2017).
 
-@kernel
-def _descend(gram: Array, target: Array, x: Array, passive: Bools) -> None:
-    """Minimise over the passive coefficients, removing those that would become negative."""
-    while passive.any():
-        index = np.flatnonzero(passive)
-        z = np.linalg.solve(gram[index][:, index], target[index])
-        if z.min() > 0.0:
-            x[index] = z
-            return
-        step = 1.0
-        leaves = index[np.argmin(z)]
-        for i in range(len(z)):
-            way = max(x[index[i]] - z[i], 1e-300)
-            if z[i] <= 0.0 and x[index[i]] <= step * way:
-                step, leaves = x[index[i]] / way, index[i]
-        x[index] += step * (z - x[index])
-        x[leaves] = 0.0
-        passive[leaves] = False
+    Args:
+        C: (m, e) contributions.
+        d: (m,) their weighted sum, in the unit of C.
+        tolerance: relative residual at which to end; the result's is larger where d is too far from the cone.
+    """
+    norms = np.linalg.norm(C, axis=0)  # (e,)
+    usable = norms > _NOTHING * norms.max(initial=0.0)
+    unit = np.ascontiguousarray((C / np.where(usable, norms, 1.0)).T)  # (e, m), a row a column of C
+    size, limit = float(np.linalg.norm(d)), min(C.shape)
+    slopes, ones = -(unit @ d), np.ones(len(norms))  # (e,)
+    w, active, f = np.zeros(len(norms)), np.zeros(limit, dtype=np.int64), 0
+    inside, excluded = np.zeros(len(norms), dtype=bool), ~usable
+    L, residual = np.zeros((limit, limit)), d.copy()
+    while float(np.linalg.norm(residual)) > tolerance * size and f < limit:
+        gain = np.where(inside | excluded, -np.inf, unit @ residual)  # (e,)
+        best = int(np.argmax(gain))
+        if not gain[best] > _NOTHING * size:
+            break
+        append_row(L, f, unit[active[:f]] @ unit[best], 1.0, _FLOOR)
+        active[f], inside[best] = best, True
+        f = solve_on_set(slopes, ones, L, active, f + 1, w, inside)
+        excluded = ~usable if inside[best] else excluded | (np.arange(len(w)) == best)
+        residual = d - w[active[:f]] @ unit[active[:f]]
+    return np.where(usable, w / np.where(usable, norms, 1.0), 0.0)
