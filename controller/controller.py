@@ -19,6 +19,7 @@ from tauten.controller.step import (
     hold,
     horizon_of,
     prepare,
+    substeps_of,
 )
 from tauten.controller.winches import ROUNDING
 from tauten.model import (
@@ -84,6 +85,7 @@ class Controller:
             epsilon=settings.regularisation,
             enrichment=enrichment or default,
             qpcc=QpccSettings(solver=settings.qp_solver, max_pivots=settings.max_pivots),
+            substeps=substeps_of(self.robot, settings.substeps),
         )
         self.settled, none = False, no_forces(self.robot.n_a, self.space.k)
         self._origin = self.robot.rest(), none, np.zeros(self.robot.n_a)
@@ -321,9 +323,17 @@ class Controller:
         """Move the model by what was decided."""
         if self._decision is None or self._pending is None:
             return
-        predicted = self._decision.predicted
-        self._state, self._linearised = advance(self.robot, predicted), predicted.step.state
-        self._forces = predicted.step.split(predicted.lam, self.space.k)
+        try:
+            moved = advance(
+                self.robot, self.space, self.settings, self._decision, self._left, self._pending
+            )
+        except FactorisationError:
+            self.status = Status.NOT_FINITE
+            self._left, self._pending = self._pending, None
+            self._prepared = self._decision = None
+            return
+        self._state, self._forces = moved.state, moved.forces
+        self._linearised = moved.linearised
         self._stalled = self._decision.stalled
         if self._decision.damping is not None:
             self._damping = self._decision.damping

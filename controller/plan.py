@@ -70,11 +70,13 @@ class DecideSettings:
         epsilon: weight of the actuation energy in (T1), unitless.
         enrichment: when unit columns join the basis.
         qpcc: settings of the solver.
+        substeps: of second order that the model takes in a tick; 0: the decision's own step.
     """
 
     epsilon: float
     enrichment: Enrichment
     qpcc: QpccSettings
+    substeps: int = 1
 
 
 @dataclass(frozen=True, slots=True)

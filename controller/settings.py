@@ -33,6 +33,12 @@ class ControllerSettings(Section):
         description="How far decisions look ahead [s], by default 0.2; what leaves is the first tick on the "
         "way. 0: one tick.",
     )
+    substeps: Annotated[int, Field(ge=0, le=64)] | None = Field(
+        default=None,
+        description="Steps of second order that the model takes in a period of control. 0: the step of "
+        "implicit Euler that a decision predicts, which damps every motion. By default 1, and 0 for robots "
+        "without damping, which would ring.",
+    )
     max_pivots: Annotated[int, Field(ge=1, le=1_000_000)] = Field(
         default=100, description="Pieces of the QPCC solved at most in a decision, by default 100."
     )

@@ -18,13 +18,22 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from tauten.controller.actuation import Actuation
 from tauten.controller.certificates import hold_certificate
 from tauten.controller.damping import Damping, adapted, undamped
 from tauten.controller.inverse import energy_scale, weighted_rows
 from tauten.controller.locks import ahead_of_locks
 from tauten.controller.plan import Aim, DecideSettings, Plan, Prepared, make_plan
 from tauten.controller.qpcc import NO_PIECE, Certificate, Qpcc, Start, Status
-from tauten.controller.winches import ROUNDING, FirstTick, Reach, reach_of, take_tick
+from tauten.controller.winches import (
+    exceeded,
+    first_tick,
+    given_in,
+    reach_held,
+    reach_of,
+    stalled_locks,
+    take_tick,
+)
 from tauten.model import (
     Command,
     ContactSpace,
@@ -38,6 +47,7 @@ from tauten.model import (
     forward_step,
     one_blas_thread,
     recondensed,
+    travel,
 )
 from tauten.model.numerics import Array, Bools
 
@@ -86,6 +96,8 @@ class Decision:
         stalled: (n_a,) which locks have stopped because more would exceed a limit.
         plan: over the horizon; None for a hold.
         damping: of the next decision; None for a hold.
+        command: position or effort that each actuator has at the end of the tick; None where the decision is
+            not usable.
     """
 
     predicted: PredictedStep
@@ -96,6 +108,7 @@ class Decision:
     stalled: Bools
     plan: Plan | None = None
     damping: Damping | None = None
+    command: Command | None = None
 
     @property
     def problem(self) -> Qpcc | None:
@@ -106,6 +119,38 @@ class Decision:
     def start(self) -> Start | None:
         """Where its solver started; None for a hold."""
         return None if self.plan is None else self.plan.start
+
+
+@dataclass(frozen=True, slots=True)
+class Advanced:
+    """The model after a tick.
+
+    Attributes:
+        state: there.
+        forces: constraint forces of its last step.
+        linearised: the state whose contact rows these belong to.
+    """
+
+    state: State
+    forces: Forces
+    linearised: State
+
+
+def substeps_of(robot: Robot, given: int | None) -> int:
+    """How many steps of second order the model takes in a tick; 0: the decision's own step.
+
+    Nothing but the decision's step of implicit Euler damps a robot without damping: it would ring for ever.
+    Where the step of a quasi-static robot leads does not depend on its length.
+
+    Args:
+        robot: the robot.
+        given: in the robot file; None: nothing is.
+    """
+    if robot.integration.static:
+        return 0
+    if given is None:
+        return int(robot.integration.damped)
+    return given
 
 
 @one_blas_thread()
@@ -136,8 +181,8 @@ def prepare(
     if ahead is not None:
         system = ahead.linearise(state, forces.tension, horizon.integration)
         farther = recondensed(robot, step, system)
-    command = robot.actuators.laws.held(pull, forces.tension)
-    held = forward_step(farther, enrichment, forces, command).prediction
+    here = np.where(robot.actuators.laws.held_by_force, step.rows.actuators.delta, pull)
+    held = forward_step(farther, enrichment, forces, Command.of(here, None)).prediction
     layout = held.step.layout
     found, scale = held.step.compliance, robot.effector_layout.scale
     W, _ = weighted_rows(found.W, found.delta_free, scale)
@@ -182,7 +227,11 @@ def decide(
         none = np.zeros(robot.n_a, np.bool_)
         found = plan.predicted, pull, plan.status, plan.certificate, plan.conflict
         return Decision(*found, none, plan, damping)
-    wanted, reach = _first_tick(robot, plan, pull, locks)
+    actuators = robot.layout.actuators
+    effort, position = plan.predicted.lam[actuators], plan.predicted.delta[actuators]
+    wanted, reach = first_tick(
+        robot, Command(position, effort), pull, locks, prepared.forces.tension
+    )
     tick = take_tick(
         prepared.step, settings.enrichment, prepared.forces, wanted, reach, robot.limits
     )
@@ -191,13 +240,15 @@ def decide(
     certificate = replace(
         plan.certificate, deepest_gap=after.deepest_gap, extra_columns=len(after.step.extra)
     )
-    names = _exceeded(robot, tick)
+    names = exceeded(robot, tick)
     status = Status.RELAXED if names else plan.status
     conflict = tuple(dict.fromkeys((*plan.conflict, *names)))
-    stalled = np.zeros(robot.n_a, np.bool_) if locks is None else _stalled(locks, tick, robot)
+    stalled, supplied = np.zeros(robot.n_a, np.bool_), robot.actuators.laws.held_by_force
+    if locks is not None:
+        stalled, supplied = stalled_locks(locks, tick, robot), supplied & ~locks.by_position
     return Decision(
         after, tick.pull, status, certificate, conflict, stalled, plan,
-        adapted(damping, change, robot.size),
+        adapted(damping, change, robot.size), given_in(tick, supplied, robot.limits),
     )  # fmt: skip
 
 
@@ -255,66 +306,43 @@ def _nearest(
     return replace(plan, status=Status.NOT_EXACT, conflict=(*missed, *limits))
 
 
-def _first_tick(
-    robot: Robot, plan: Plan, pull: Array, locks: Command | None
-) -> tuple[Command, Reach]:
-    """What the actuators are to do in the first tick of a plan, and what they reach in it.
+@one_blas_thread()
+def advance(
+    robot: Robot,
+    space: ContactSpace,
+    settings: DecideSettings,
+    decision: Decision,
+    before: Actuation,
+    now: Actuation,
+) -> Advanced:
+    """The model after the tick, in which the actuators move evenly to what left.
 
-    Supplies that keep efforts get the plan's, the others go to its positions. A cable without tension in
-    the plan has none in the tick, and its winch follows the path.
+    The decision predicts the tick with one linearisation; the model follows what left in steps of second
+    order (`tauten.model.simulation.travel`). Without sub-steps it moves as the decision predicts.
 
     Args:
-        robot: limits and laws of the actuators.
-        plan: over the horizon.
-        pull: (n_a,) positions of the actuators commanded last [m].
-        locks: what locked actuators do in this tick; None: all are decided.
+        robot: its factorisation workspace is overwritten.
+        space: basis of the contact forces.
+        settings: enrichment, and the number of steps.
+        decision: of the tick.
+        before: what left in the tick before.
+        now: what leaves in this one.
+
+    Raises:
+        FactorisationError: the state has diverged.
     """
-    actuators, limits = robot.layout.actuators, robot.limits
-    effort, position = plan.predicted.lam[actuators], plan.predicted.delta[actuators]
-    reach, law = reach_of(pull, limits, robot.h), robot.actuators.laws
-    by_effort = law.held_by_force | law.slack(effort, limits, ROUNDING)
-    wanted = Command(
-        np.where(by_effort, np.nan, np.clip(position, reach.lower, reach.upper)),
-        np.where(by_effort, np.clip(effort, limits.tension_min, limits.tension_max), np.nan),
+    given, predicted = decision.command, decision.predicted
+    step, forces = predicted.step, predicted.step.split(predicted.lam, space.k)
+    if settings.substeps == 0:
+        return Advanced(robot.advance(step.state, step.system, predicted.dv), forces, step.state)
+    command = Command.of(now.pull, None)
+    if given is not None:
+        command = Command(np.where(given.by_position, now.pull, np.nan), given.tension)
+    start = Command(before.pull, before.tension)
+    moved = travel(
+        robot, space, settings.enrichment, step.state, forces, start, command, settings.substeps
     )
-    if locks is None:
-        return wanted, reach
-    locked = locks.by_position | locks.by_force
-    wanted = Command(
-        np.where(locked, locks.pull, wanted.pull), np.where(locked, locks.tension, wanted.tension)
-    )
-    return wanted, _between(reach, pull, locks)
-
-
-def _between(reach: Reach, pull: Array, command: Command) -> Reach:
-    """Reach of actuators that do not give way: from where they were, pull (n_a,), to what is commanded."""
-    given = command.by_position
-    lower = np.where(given, np.fmin(pull, command.pull), reach.lower)
-    return Reach(lower, np.where(given, np.fmax(pull, command.pull), reach.upper))
-
-
-def _exceeded(robot: Robot, tick: FirstTick) -> tuple[str, ...]:
-    """Names of the efforts that are beyond their limits in a tick, and of what else is not met."""
-    lam = tick.solved.prediction.lam[robot.layout.actuators]
-    excess = robot.actuators.laws.beyond(lam, robot.limits)
-    if tick.solved.converged and not (excess > ROUNDING).any():
-        return ()
-    names = robot.actuators.effort_names
-    found = tuple(names[i] for i in np.flatnonzero(excess > ROUNDING).tolist())
-    return found if tick.solved.converged else (*found, *NO_PIECE)
-
-
-def _stalled(locks: Command, tick: FirstTick, robot: Robot) -> Bools:
-    """Which locks (n_a,) do not get where they are to be in this tick."""
-    short = ROUNDING * robot.h * robot.limits.rate
-    found: Bools = locks.by_position & (np.abs(tick.pull - locks.pull) > short)
-    return found
-
-
-@one_blas_thread()
-def advance(robot: Robot, predicted: PredictedStep) -> State:
-    """The model's state after the step."""
-    return robot.advance(predicted.step.state, predicted.step.system, predicted.dv)
+    return Advanced(moved.state, moved.forces, moved.last.prediction.step.state)
 
 
 @one_blas_thread()
@@ -336,10 +364,14 @@ def hold(
         pull: (n_a,) positions of the actuators commanded last [m].
         enrichment: when unit columns are added.
     """
-    reach = _between(reach_of(pull, robot.limits, robot.h), pull, command)
+    reach = reach_of(pull, robot.limits, robot.h)
+    reach = reach_held(reach, pull, command, prepared.forces.tension, robot.limits)
     tick = take_tick(prepared.step, enrichment, prepared.forces, command, reach, robot.limits)
-    conflict = _exceeded(robot, tick)
+    conflict = exceeded(robot, tick)
     status = Status.INFEASIBLE if conflict else Status.OK
     certificate = hold_certificate(tick.solved, tick.command, robot.limits, robot.actuators)
-    stalled = _stalled(command, tick, robot)
-    return Decision(tick.solved.prediction, tick.pull, status, certificate, conflict, stalled)
+    stalled = stalled_locks(command, tick, robot)
+    return Decision(
+        tick.solved.prediction, tick.pull, status, certificate, conflict, stalled,
+        command=tick.command,
+    )  # fmt: skip

@@ -21,6 +21,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tauten.controller.qpcc import NO_PIECE
 from tauten.model import (
     Command,
     CondensedStep,
@@ -28,6 +29,7 @@ from tauten.model import (
     Forces,
     ForwardStep,
     Limits,
+    Robot,
     forward_step,
 )
 from tauten.model.numerics import Array, Bools, kernel
@@ -76,6 +78,26 @@ def reach_of(pull: Array, limits: Limits, h: float) -> Reach:
     return Reach(np.maximum(limits.pull_min, pull - step), np.minimum(limits.pull_max, pull + step))
 
 
+def reach_held(reach: Reach, pull: Array, command: Command, effort: Array, limits: Limits) -> Reach:
+    """Reach of actuators that do not give way: from where they were to what is commanded.
+
+    One that is still on its way gives way where its effort is beyond a limit: the motion of the last step may
+    end a little beyond what its linearisation predicted.
+
+    Args:
+        reach: of actuators that give way.
+        pull: (n_a,) positions commanded last [m].
+        command: position or effort of each actuator.
+        effort: (n_a,) of the last step [N, Pa].
+        limits: of the efforts.
+    """
+    given, moving = command.by_position, command.pull != pull
+    kept_above = given & ~(moving & (effort > limits.tension_max))
+    kept_below = given & ~(moving & (effort < limits.tension_min))
+    lower = np.where(kept_above, np.fmin(pull, command.pull), reach.lower)
+    return Reach(lower, np.where(kept_below, np.fmax(pull, command.pull), reach.upper))
+
+
 def take_tick(
     step: CondensedStep,
     enrichment: Enrichment,
@@ -110,6 +132,78 @@ def take_tick(
     delta = solved.prediction.delta[actuators]
     pull = np.where(command.by_force, np.clip(delta, reach.lower, reach.upper), command.pull)
     return FirstTick(solved, command, pull)
+
+
+def given_in(tick: FirstTick, supplied: Bools, limits: Limits) -> Command:
+    """What actuators are given at the end of a tick: what they ended with, or efforts of supplies.
+
+    Args:
+        tick: solved.
+        supplied: (n_a,) which are supplies that keep efforts.
+        limits: of the efforts.
+    """
+    step, command = tick.solved.prediction.step, tick.command
+    lam = tick.solved.prediction.lam[step.layout.actuators]
+    effort = np.clip(lam, limits.tension_min, limits.tension_max)
+    return Command(
+        np.where(supplied, np.nan, command.pull), np.where(supplied, effort, command.tension)
+    )
+
+
+def first_tick(
+    robot: Robot, planned: Command, pull: Array, locks: Command | None, before: Array
+) -> tuple[Command, Reach]:
+    """What the actuators are to do in the first tick of a plan, and what they reach in it.
+
+    All go to the plan's positions; what supplies that keep efforts get is what that takes in the tick, see
+    `given_in`: the plan's own effort takes the whole horizon. A cable without tension in the plan has none in
+    the tick, and its winch follows the path.
+
+    Args:
+        robot: limits and laws of the actuators.
+        planned: positions and efforts of all actuators at the end of the plan.
+        pull: (n_a,) positions of the actuators commanded last [m].
+        locks: what locked actuators do in this tick; None: all are decided.
+        before: (n_a,) efforts of the last step [N, Pa].
+    """
+    limits, effort, position = robot.limits, planned.tension, planned.pull
+    reach = reach_of(pull, limits, robot.h)
+    slack = robot.actuators.laws.slack(effort, limits, ROUNDING)
+    wanted = Command(
+        np.where(slack, np.nan, np.clip(position, reach.lower, reach.upper)),
+        np.where(slack, np.clip(effort, limits.tension_min, limits.tension_max), np.nan),
+    )
+    if locks is None:
+        return wanted, reach
+    locked = locks.by_position | locks.by_force
+    wanted = Command(
+        np.where(locked, locks.pull, wanted.pull), np.where(locked, locks.tension, wanted.tension)
+    )
+    return wanted, reach_held(reach, pull, locks, before, limits)
+
+
+def exceeded(robot: Robot, tick: FirstTick) -> tuple[str, ...]:
+    """Names of the efforts that are beyond their limits in a tick, and of what else is not met."""
+    lam = tick.solved.prediction.lam[robot.layout.actuators]
+    excess = robot.actuators.laws.beyond(lam, robot.limits)
+    if tick.solved.converged and not (excess > ROUNDING).any():
+        return ()
+    names = robot.actuators.effort_names
+    found = tuple(names[i] for i in np.flatnonzero(excess > ROUNDING).tolist())
+    return found if tick.solved.converged else (*found, *NO_PIECE)
+
+
+def stalled_locks(locks: Command, tick: FirstTick, robot: Robot) -> Bools:
+    """Which locks (n_a,) do not get where they are to be in a tick.
+
+    Args:
+        locks: positions and efforts of locked actuators.
+        tick: solved.
+        robot: rates.
+    """
+    short = ROUNDING * robot.h * robot.limits.rate
+    found: Bools = locks.by_position & (np.abs(tick.pull - locks.pull) > short)
+    return found
 
 
 @kernel

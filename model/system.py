@@ -42,6 +42,7 @@ class Integration:
         semidefinite: share of the positive semidefinite tangent that a quasi-static step tries first.
         ahead: whether the state that is linearised is that to which its velocity leads from the start of the
             step; not with a quasi-static step.
+        viscous: whether materials have a viscosity of their own.
     """
 
     rate: float
@@ -50,11 +51,17 @@ class Integration:
     rayleigh_stiffness: float = 0.0
     semidefinite: float = 0.0
     ahead: bool = False
+    viscous: bool = False
 
     @property
     def h(self) -> float:
         """Time step [s]."""
         return 1.0 / self.rate
+
+    @property
+    def damped(self) -> bool:
+        """Whether anything but the scheme itself damps motions."""
+        return self.viscous or self.rayleigh_mass > 0.0 or self.rayleigh_stiffness > 0.0
 
 
 def integration_of(config: RobotSettings) -> Integration:

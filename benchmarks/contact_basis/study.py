@@ -18,7 +18,7 @@ from benchmarks.contact_basis.results import (
     Smoothness,
     TrainingError,
 )
-from tauten.controller import Controller, ControllerSettings, advance, decide, prepare
+from tauten.controller import Controller, ControllerSettings, decide, prepare
 from tauten.model import Enrichment, Robot, default_enrichment, worst_rows
 from tauten.model.numerics import (
     Array,
@@ -219,9 +219,9 @@ def certificate_cost(
         prepared = prepare(controller.horizon, basis, state, forces, pull, settings.enrichment)
         decision = decide(robot, prepared, path.at(time).ravel(), pull, settings)
         predicted, pull = decision.predicted, decision.pull
-        state = advance(robot, predicted)
-        end = perf_counter()
         step = predicted.step
+        state = robot.advance(step.state, step.system, predicted.dv)
+        end = perf_counter()
         if len(step.extra) == 0 and time > 0.2:  # the first ones warm up
             gaps = step.rows.contacts.rows.after(step.system.h, step.system.v + predicted.dv)
             worst_rows(step.rows.contacts, gaps, settings.enrichment, step.extra)

@@ -241,7 +241,7 @@ def build_robot(
         gravity=np.array(config.gravity),
         tolerance=config.contact.tolerance,
         mesh=body.mesh,
-        integration=integration_of(config),
+        integration=replace(integration_of(config), viscous=viscosity is not None),
         pattern=pattern,
         elements=elements,
         viscosity=viscosity,

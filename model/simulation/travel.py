@@ -9,7 +9,7 @@ SIAM Journal on Numerical Analysis 14, 1977). Cables and contacts are constraint
 stage has one linearisation, where the velocity alone leads: linearised at its start, it would stretch what
 turns (docs/time-steps.md). Quasi-static steps have one stage.
 
-Simulated robots move so, each with its own number of steps in a period.
+The controller's model and the simulated robots both move so, each with its own number of steps in a period.
 """
 
 from __future__ import annotations

@@ -146,16 +146,20 @@ def test_the_equilibrium_reached_is_the_simulators(beam: Robot) -> None:
 
 
 def test_predictions_come_true(beam: Robot) -> None:
+    """Within the error of one linearisation in motion, a share of the way; exactly where the robot rests."""
     controller = Controller(beam)
-    target = controller.effector[0] + DOWN
+    target, errors, moves = controller.effector[0] + DOWN, [], []
     for _ in range(20):
+        before = controller.effector
         actuation = controller.decide(target)
         np.testing.assert_array_equal(controller.pull, actuation.pull)
         controller.advance()
-        # the effector is linear in the nodes; the cable's length is not
-        np.testing.assert_allclose(controller.effector, actuation.effector, atol=1e-12)
+        errors.append(np.linalg.norm(controller.effector - actuation.effector))
+        moves.append(np.linalg.norm(controller.effector - before))
         actual = controller.robot.rows(controller.state, contacts=False).actuators.delta
         np.testing.assert_allclose(actual, actuation.pull, atol=5e-5)
+    assert max(errors) < 0.12 * max(moves)
+    assert errors[-1] < 1e-9
 
 
 def test_holding_keeps_the_winches_and_finds_the_equilibrium(beam: Robot) -> None:

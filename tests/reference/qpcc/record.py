@@ -13,7 +13,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from benchmarks.qpcc import Recorded, save_recorded
-from tauten.controller import Controller, advance, decide, hold, prepare
+from tauten.controller import Controller, decide, hold, prepare
 from tauten.model import Command, Robot, Simulator, load_robot
 from tauten.model.numerics import Array
 from tauten.reduction import ContactBasis, Provenance, factorise
@@ -118,7 +118,8 @@ def record(
         if not decision.status.usable:
             held = Command.of(pull, None)
             decision = hold(robot, prepared, held, pull, settings.enrichment)
-        pull, state = decision.pull, advance(robot, decision.predicted)
+        pull, step = decision.pull, decision.predicted.step
+        state = robot.advance(step.state, step.system, decision.predicted.dv)
         forces = decision.predicted.step.split(decision.predicted.lam, contact.k)
     kept = sorted(rng.choice(len(found), size=min(KEPT, len(found)), replace=False))
     save_recorded(HERE / f"{name}.npz", [found[i] for i in kept])

@@ -1,0 +1,84 @@
+"""The controller's model keeps time: its motion does not depend on the length of its steps."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from support.robots.bodies import pneumatic_config, pneumatic_robot
+
+from tauten.controller import Controller, ControllerSettings
+from tauten.controller.step import substeps_of
+from tauten.model import Robot, Simulator
+from tauten.model.numerics import Array
+from tauten.service.setup import load_setup
+
+FINE = 4  # steps of a simulator in a period
+
+
+def swing(robot: Robot, settings: ControllerSettings, far: float) -> tuple[Array, Array]:
+    """Tips (ticks, 3) of controller and simulator while the first actuator goes there and back in 2 s."""
+    controller, simulator = Controller(robot, settings=settings), Simulator(robot, "none")
+    controller.settle_start()
+    simulator.settle_start()
+    found, pull = [], np.zeros(robot.n_a)
+    for share in 0.5 - 0.5 * np.cos(np.pi * robot.h * np.arange(1, round(2.0 / robot.h) + 1)):
+        pull[0] = far * share
+        for name, position in zip(robot.actuators.names, pull, strict=True):
+            controller.lock(name, position=position)
+        controller.step(controller.effector_values)
+        np.testing.assert_allclose(controller.pull, pull, atol=1e-6 * far)
+        simulator.move(pull=pull, steps=FINE)
+        found.append((controller.effector[0], simulator.effector[0]))
+    mine, fine = np.moveaxis(np.array(found), 1, 0)
+    return mine, fine
+
+
+@pytest.mark.parametrize(
+    ("name", "far"),
+    [
+        ("finger", 0.015),
+        pytest.param("pneumatic_finger", 1.0e-6, marks=pytest.mark.slow),
+        pytest.param("trunk", 0.015, marks=pytest.mark.slow),
+    ],
+)
+def test_a_swing_of_two_seconds_does_not_depend_on_the_period_of_control(
+    name: str, far: float
+) -> None:
+    """With one step of implicit Euler a period the finger is off by a third of its way."""
+    setup = load_setup(name)
+    mine, fine = swing(setup.robot, setup.controller, far)
+    way = np.linalg.norm(fine - fine[0], axis=1).max()
+    assert np.linalg.norm(mine - fine, axis=1).max() < 0.03 * way
+
+
+@pytest.mark.parametrize(
+    ("integration", "expected"),
+    [
+        ({}, 0),
+        ({"rayleigh_stiffness": 0.02}, 1),
+        ({"rayleigh_mass": 1.0}, 1),
+        ({"scheme": "quasi-static"}, 0),
+    ],
+)
+def test_robots_without_damping_take_the_steps_of_decisions(
+    integration: dict[str, object], expected: int
+) -> None:
+    """Nothing else stops what rings; the steps of second order do not."""
+    assert substeps_of(pneumatic_robot(integration=integration), None) == expected
+    static = integration.get("scheme") == "quasi-static"
+    assert substeps_of(pneumatic_robot(integration=integration), 2) == (0 if static else 2)
+
+
+def test_a_robot_without_damping_comes_to_rest() -> None:
+    controller = Controller(pneumatic_robot())
+    goal = controller.effector[0] + np.array([0.0, 0.0, -1e-3])
+    fastest = 0.0
+    for _ in range(40):
+        controller.step(goal)
+        fastest = max(fastest, float(np.abs(controller.state.v).max()))
+    assert np.abs(controller.state.v).max() < 1e-3 * fastest
+
+
+def test_viscous_materials_count_as_damping() -> None:
+    viscous = {**pneumatic_config()["material"], "viscosity": {"shear_viscosity": 300.0}}
+    assert substeps_of(pneumatic_robot(material=viscous), None) == 1
