@@ -26,8 +26,8 @@ from support.robots.bodies import box_mesh
 from tauten.service.cli import main, run
 from tauten.service.wire import Keys, is_alive
 
-# a node on a busy machine misses many deadlines in a row, and would hold where it is: the clock is asserted in
-# tests that are marked `realtime` and in those of the state machine
+# late_limit: on a busy machine a node misses many deadlines in a row, and would hold wherever it is then; the
+# clock is asserted in tests that are marked `realtime`, and in those of the state machine
 ROBOT = """\
 name = "beam"
 frame = "beam_base"

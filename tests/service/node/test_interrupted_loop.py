@@ -1,8 +1,6 @@
-"""A closed loop whose streams start apart and that is held on its way rests where one without interruption does."""
+"""A closed loop whose streams start apart, and that is held on its way, comes to rest at its target."""
 
 from __future__ import annotations
-
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -40,7 +38,7 @@ def robots(tmp_path_factory: pytest.TempPathFactory) -> tuple[Robot, Robot]:
 
 
 def at_rest(robots: tuple[Robot, Robot], goal: Array) -> Array:
-    """Values (n_v,) of the stiffer robot, whose winches pull forces, long after streams began and a hold ended.
+    """Values (n_v,) of the stiffer robot, whose winches pull forces, at the end.
 
     Args:
         robots: the controller's and the stiffer one.
