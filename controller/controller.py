@@ -24,6 +24,7 @@ from tauten.controller.step import (
 from tauten.controller.winches import ROUNDING
 from tauten.model import (
     Command,
+    Contacts,
     ContactSpace,
     Enrichment,
     Forces,
@@ -32,7 +33,6 @@ from tauten.model import (
     Simulator,
     State,
     Target,
-    contact_forces,
     contact_model,
     default_enrichment,
     no_forces,
@@ -118,7 +118,7 @@ class Controller:
             pull: (n_a,) positions of the actuators there [m, m³].
         """
         self._state, self._forces, self.status = state.copy(), forces.copy(), Status.OK
-        self._linearised = self._state  # whose contact rows the last step had
+        self._contacts: Contacts | None = None  # of the last step
         self._prepared: Prepared | None = None
         self._decision: Decision | None = None
         self._last_decision: Decision | None = None
@@ -157,7 +157,10 @@ class Controller:
     @property
     def contact_forces(self) -> Array:
         """The same with their directions in that step: (n_c, 3) [N]."""
-        return contact_forces(self.robot, self._linearised, self.lam_c)
+        found = self._contacts
+        if found is None:
+            found = self.robot.rows(self._state).contacts.found
+        return found.forces(self.lam_c)
 
     @property
     def effector(self) -> Array:
@@ -333,7 +336,7 @@ class Controller:
             self._prepared = self._decision = None
             return
         self._state, self._forces = moved.state, moved.forces
-        self._linearised = moved.linearised
+        self._contacts = moved.contacts
         self._stalled = self._decision.stalled
         if self._decision.damping is not None:
             self._damping = self._decision.damping

@@ -36,6 +36,7 @@ from tauten.controller.winches import (
 )
 from tauten.model import (
     Command,
+    Contacts,
     ContactSpace,
     Enrichment,
     Forces,
@@ -128,12 +129,12 @@ class Advanced:
     Attributes:
         state: there.
         forces: constraint forces of its last step.
-        linearised: the state whose contact rows these belong to.
+        contacts: to which these belong.
     """
 
     state: State
     forces: Forces
-    linearised: State
+    contacts: Contacts
 
 
 def substeps_of(robot: Robot, given: int | None) -> int:
@@ -334,7 +335,8 @@ def advance(
     given, predicted = decision.command, decision.predicted
     step, forces = predicted.step, predicted.step.split(predicted.lam, space.k)
     if settings.substeps == 0:
-        return Advanced(robot.advance(step.state, step.system, predicted.dv), forces, step.state)
+        after = robot.advance(step.state, step.system, predicted.dv)
+        return Advanced(after, forces, step.rows.contacts.found)
     command = Command.of(now.pull, None)
     if given is not None:
         command = Command(np.where(given.by_position, now.pull, np.nan), given.tension)
@@ -342,7 +344,8 @@ def advance(
     moved = travel(
         robot, space, settings.enrichment, step.state, forces, start, command, settings.substeps
     )
-    return Advanced(moved.state, moved.forces, moved.last.prediction.step.state)
+    last = moved.last.prediction.step
+    return Advanced(moved.state, moved.forces, last.rows.contacts.found)
 
 
 @one_blas_thread()

@@ -9,6 +9,7 @@ from tauten.model.condensed_step import (
     recondensed,
 )
 from tauten.model.contact_space import ContactSpace, EmptySpace, ReducedContacts
+from tauten.model.contacts import Contacts
 from tauten.model.enrichment import (
     Enrichment,
     EnrichmentLoop,
@@ -43,11 +44,10 @@ from tauten.model.schema.section import RobotFileError
 from tauten.model.simulation import Ending, Report, Simulator, Travel, travel
 from tauten.model.skin import (
     NO_CONTACTS,
-    Contacts,
     Floats,
     Geometry,
+    PushingContacts,
     SkinMesh,
-    contact_forces,
     skin_of,
 )
 from tauten.model.sorted_rows import sorted_rows
@@ -66,6 +66,7 @@ __all__ = [
     "ContactSpace",
     "EffectorGoal",
     "Contacts",
+    "PushingContacts",
     "EffectorLayout",
     "EffectorRows",
     "EmptySpace",
@@ -103,7 +104,6 @@ __all__ = [
     "VALUES",
     "cable_actuators",
     "condense_step",
-    "contact_forces",
     "contact_model",
     "default_enrichment",
     "eliminate_rows",

@@ -203,9 +203,6 @@ class Robot(Protocol):
     def candidates(self, state: State) -> Array:
         """Positions of the contact candidates: (n_c, 3) [m]."""
 
-    def contact_normals(self, state: State) -> Array:
-        """Directions in which contacts push the candidates, NaN out of range: (n_c, 3), for drawing."""
-
     @property
     def segment_owners(self) -> Ints:
         """The actuator of every segment that `actuator_segments` gives: (s,)."""

@@ -9,6 +9,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from tauten.model.contacts import Contacts, no_contacts
 from tauten.model.numerics import Array, Ints, kernel
 
 # Sparse where the unknowns are the mesh's, dense where they are the few of a state basis.
@@ -109,34 +110,31 @@ class EffectorRows(Rows):
 class ContactRows:
     """Rows of the contact candidates within the alarm distance.
 
-    The slot of a candidate in λ_c ∈ R^(n_c) never changes; only candidates in range have a row here.
-
     Attributes:
         rows: H (m, n) and signed gaps delta (m,) [m]; positive = apart.
-        slots: (m,) int, slot in λ_c of each row, ascending.
-        pair: (m,) int, index of the contact pair each row belongs to.
-        n_slots: n_c, number of slots in λ_c.
+        found: the contacts, in the order of the rows.
     """
 
     rows: Rows | ChainedRows
-    slots: Ints
-    pair: Ints
-    n_slots: int
+    found: Contacts
 
     @classmethod
     def out_of_range(cls, H: Jacobian, n_slots: int) -> ContactRows:
         """No candidate in range: no rows, H (0, n)."""
-        none = np.zeros(0, dtype=np.int64)
-        return cls(Rows(H, np.zeros(0)), none, none, n_slots)
+        return cls(Rows(H, np.zeros(0)), no_contacts(n_slots))
+
+    @property
+    def slots(self) -> Ints:
+        """Slot in λ_c of each row, ascending: (m,)."""
+        return self.found.slots
+
+    @property
+    def pair(self) -> Ints:
+        """Contact pair of each row: (m,)."""
+        return self.found.pair
 
     def __len__(self) -> int:
         return len(self.rows)
-
-    def gaps(self) -> Array:
-        """Signed gap of every slot, +inf where out of range: (n_c,) [m]."""
-        gaps = np.full(self.n_slots, np.inf)
-        gaps[self.slots] = self.rows.delta
-        return gaps
 
     def rows_of(self, slots: Ints) -> Ints:
         """Numbers of the rows of some slots, those in range, ascending."""

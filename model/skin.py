@@ -17,7 +17,7 @@ _PUSHING = 1e-3  # of the largest force; smaller ones are not drawn
 
 
 @dataclass(frozen=True, slots=True)
-class Contacts:
+class PushingContacts:
     """Contacts that push.
 
     Attributes:
@@ -29,7 +29,7 @@ class Contacts:
     forces: Floats
 
 
-NO_CONTACTS = Contacts(np.zeros((0, 3), np.float32), np.zeros((0, 3), np.float32))
+NO_CONTACTS = PushingContacts(np.zeros((0, 3), np.float32), np.zeros((0, 3), np.float32))
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +44,7 @@ class Geometry:
 
     vertices: Floats
     segments: Floats
-    contacts: Contacts
+    contacts: PushingContacts
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +65,7 @@ class SkinMesh:
         Args:
             robot: whose skin this is.
             state: of the robot.
-            forces: (n_c, 3) on the candidates [N], see `contact_forces`; None: they are left out, which is
+            forces: (n_c, 3) on the candidates [N]; None: they are left out, which is
                 faster.
         """
         return Geometry(
@@ -81,20 +81,7 @@ def skin_of(robot: Robot) -> SkinMesh:
     return SkinMesh(used, inverse.reshape(-1, 3))
 
 
-def contact_forces(robot: Robot, linearised: State, lam: Array) -> Array:
-    """Contact forces on all candidates, zero where none pushes: (n_c, 3) [N].
-
-    Args:
-        robot: the robot.
-        linearised: the state whose contact rows the step had; its normals are those of the forces.
-        lam: (n_c,) their magnitudes [N].
-    """
-    if not lam.any():
-        return np.zeros((robot.n_c, 3))
-    return np.where(lam[:, None] > 0.0, lam[:, None] * robot.contact_normals(linearised), 0.0)
-
-
-def pushing_contacts(robot: Robot, state: State, forces: Array) -> Contacts:
+def pushing_contacts(robot: Robot, state: State, forces: Array) -> PushingContacts:
     """Contacts that push in a state.
 
     Args:
@@ -108,4 +95,4 @@ def pushing_contacts(robot: Robot, state: State, forces: Array) -> Contacts:
         return NO_CONTACTS
     shown = np.flatnonzero(lam > _PUSHING * largest)
     points = robot.candidates(state)[shown]
-    return Contacts(points.astype(np.float32), forces[shown].astype(np.float32))
+    return PushingContacts(points.astype(np.float32), forces[shown].astype(np.float32))

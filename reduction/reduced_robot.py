@@ -200,10 +200,6 @@ class ReducedRobot(ABC):
         """Goal values of the effectors: (n_v,)."""
 
     @abstractmethod
-    def contact_normals(self, state: State) -> Array:
-        """Directions in which contacts push the candidates, NaN out of range: (n_c, 3)."""
-
-    @abstractmethod
     def candidates(self, state: State) -> Array:
         """Positions of the contact candidates: (n_c, 3) [m]."""
 

@@ -108,11 +108,6 @@ class BeamRobot(SteppedRobot):
         """Positions of the contact candidates: (n_c, 3) [m]."""
         return self.contacts.positions(self.surfaces.contact_points.place(*self.pose(state))[0])
 
-    def contact_normals(self, state: State) -> Array:
-        """Directions in which contacts push the candidates, NaN out of range: (n_c, 3)."""
-        points, _ = self.surfaces.contact_points.place(*self.pose(state))
-        return self.contacts.normals(points)
-
     @property
     def segment_owners(self) -> Ints:
         """The actuator of every segment that `actuator_segments` gives: (s,)."""
@@ -240,7 +235,7 @@ class BeamRobot(SteppedRobot):
         found = self.contacts.detect(points)
         S = gap_arrays(found, self.surfaces.contact_points, arms, self.dof)
         H = sp.csr_array((S[2], S[1], S[0]), shape=(len(found), self.n))
-        return ContactRows(Rows(H, found.gap), found.slots, found.pair, self.n_c)
+        return ContactRows(Rows(H, found.gap), found)
 
     def advance(self, state: State, system: System, dv: Array) -> State:
         """The state one step later: v + dv, nodes moved and turned by h (v + dv).

@@ -110,10 +110,6 @@ class PlacedRobot(SparseRobot):
         """Positions of the contact candidates: (n_c, 3) [m]."""
         return self.raw.candidates(self.placed(state)[0])
 
-    def contact_normals(self, state: State) -> Array:
-        """Directions in which contacts push the candidates, NaN out of range: (n_c, 3)."""
-        return self.raw.contact_normals(self.placed(state)[0])
-
     @property
     def segment_owners(self) -> Ints:
         """The actuator of every segment that `actuator_segments` gives: (s,)."""

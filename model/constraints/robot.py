@@ -266,9 +266,7 @@ class ConstrainedRobot(PlacedRobot):
         return RobotRows(
             effectors=self.through(found.effectors, T),
             actuators=motors,
-            contacts=ContactRows(
-                self.through(touching.rows, T), touching.slots, touching.pair, touching.n_slots
-            ),
+            contacts=ContactRows(self.through(touching.rows, T), touching.found),
         )
 
     def member_rows(self, others: Rows, state: State) -> Rows:

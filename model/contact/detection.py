@@ -43,6 +43,7 @@ from scipy.sparse.csgraph import connected_components
 from tauten.model.contact.broad_phase import BLOCK
 from tauten.model.contact.narrow_phase import no_closest_points, search
 from tauten.model.contact.surface_topology import SurfaceTopology, join_surfaces
+from tauten.model.contacts import Contacts
 from tauten.model.numerics import Array, Ints, kernel
 from tauten.model.rows import ContactRows, PairSlots, Rows
 
@@ -69,27 +70,16 @@ class ContactPair:
 
 
 @dataclass(frozen=True, slots=True)
-class Detection:
-    """Candidates in range.
+class Detection(Contacts):
+    """Candidates in range, with the vertices that move their gaps.
 
-    Attributes:
-        slots: (m,) slot of each, ascending.
-        pair: (m,) its contact pair.
-        gap: (m,) signed gap [m], negative where it penetrates.
-        normal: (m, 3) unit direction in which the gap grows when the candidate moves.
+    Attributes, beside those of all contacts:
         vertices: (m, 6) the candidate's three vertices, then the target triangle's.
         coefficients: (m, 6): dgap = Σ_j coefficients_j normalᵀ dx_j (T2).
     """
 
-    slots: Ints
-    pair: Ints
-    gap: Array
-    normal: Array
     vertices: Ints
     coefficients: Array
-
-    def __len__(self) -> int:
-        return len(self.gap)
 
 
 class ContactSet:
@@ -163,17 +153,6 @@ class ContactSet:
         positions: Array = np.einsum("mj,mji->mi", self._weights, x[self._nodes])
         return positions
 
-    def normals(self, x: Array) -> Array:
-        """Directions in which contact forces push the candidates, NaN out of range: (n_c, 3).
-
-        Args:
-            x: (n_vertices, 3) vertex positions [m].
-        """
-        normals = np.full((self.n_slots, 3), np.nan)
-        found = self.detect(x)
-        normals[found.slots] = found.normal
-        return normals
-
     def detect(self, x: Array) -> Detection:
         """Gaps of the candidates in range at vertex positions x (n_vertices, 3) [m].
 
@@ -181,6 +160,7 @@ class ContactSet:
         """
         x = np.ascontiguousarray(x, dtype=float)
         return Detection(
+            self.n_slots,
             *detect_all(
                 x,
                 self._nodes,
@@ -188,7 +168,7 @@ class ContactSet:
                 self._blocks,
                 self._surfaces,
                 (self.alarm_distance, self.distance),
-            )
+            ),
         )
 
 
@@ -252,8 +232,8 @@ def detect_all(
     blocks: Ints,
     surfaces: SurfaceTopology,
     distances: tuple[float, float],
-) -> tuple[Ints, Ints, Array, Array, Ints, Array]:
-    """The arrays of a `Detection`.
+) -> tuple[Ints, Ints, Array, Array, Array, Array, Ints, Array]:
+    """The arrays of a `Detection`, in their order.
 
     Args:
         x: (n_vertices, 3) positions [m].
@@ -277,20 +257,20 @@ def detect_all(
         pairs[begin:end] = pair
     slots = np.flatnonzero(found.triangle >= 0)
     m = slots.shape[0]
-    gap, normal = np.empty(m), np.empty((m, 3))
+    gap, point, normal = np.empty(m), np.empty((m, 3)), np.empty((m, 3))
     vertices, coefficients = np.empty((m, 6), np.int64), np.empty((m, 6))
     triangle, inside, triangles = found.triangle, found.weights, surfaces.triangles
     for k in range(m):
         s = slots[k]
         gap[k] = found.gap[s] - held
         for j in range(3):  # entry by entry, which is faster than slices of three
-            normal[k, j] = found.normal[s, j]
+            point[k, j], normal[k, j] = points[j, s], found.normal[s, j]
             vertices[k, j], vertices[k, 3 + j] = nodes[s, j], triangles[triangle[s], j]
             coefficients[k, j], coefficients[k, 3 + j] = weights[s, j], -inside[s, j]
-    return slots, pairs[slots], gap, normal, vertices, coefficients
+    return slots, pairs[slots], gap, point, normal, np.zeros(m), vertices, coefficients
 
 
-def contact_rows(detection: Detection, dof: Ints, n: int, n_slots: int) -> ContactRows:
+def contact_rows(detection: Detection, dof: Ints, n: int) -> ContactRows:
     """Contact rows H_c (m, n) with the gaps (T2).
 
     With `dof = 3 arange(n_vertices)` the columns are the coordinates of the vertices.
@@ -299,13 +279,12 @@ def contact_rows(detection: Detection, dof: Ints, n: int, n_slots: int) -> Conta
         detection: candidates in range.
         dof: (n_vertices,) first degree of freedom of each vertex, −1 where it is fixed.
         n: number of degrees of freedom.
-        n_slots: n_c.
     """
     data, columns, starts = row_arrays(
         detection.normal, detection.vertices, detection.coefficients, dof
     )
     H = sp.csr_array((data, columns, starts), shape=(len(detection), n))
-    return ContactRows(Rows(H, detection.gap), detection.slots, detection.pair, n_slots)
+    return ContactRows(Rows(H, detection.gap), detection)
 
 
 @kernel

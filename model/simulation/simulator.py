@@ -11,6 +11,7 @@ import numpy as np
 from tauten.model.compliance import row_compliance
 from tauten.model.condensed_step import Forces, condense_step, no_forces
 from tauten.model.contact_space import ContactSpace
+from tauten.model.contacts import Contacts
 from tauten.model.enrichment import NO_ENRICHMENT, Enrichment, contact_model
 from tauten.model.forward_step import ForwardStep, forward_step
 from tauten.model.interface import Command
@@ -22,7 +23,6 @@ from tauten.model.simulation.equilibrium import Ending, Report, make_report
 from tauten.model.simulation.relaxation import relaxed
 from tauten.model.simulation.search import EquilibriumSearch
 from tauten.model.simulation.travel import travel
-from tauten.model.skin import contact_forces
 from tauten.model.threads import one_blas_thread
 
 SMOOTHING = (
@@ -90,10 +90,7 @@ class Simulator:
         """
         given = no_forces(self.robot.n_a, self._space.k) if forces is None else forces.copy()
         self._state, self._forces = state.copy(), given
-        self._stepped = (
-            self._state,
-            self._state,
-        )  # after the last time step, and where it was linearised
+        self._stepped: tuple[State, Contacts] | None = None  # after a time step, with its contacts
         self._moved: Command | None = None  # command of the last `move`
 
     def load(self, gravity: Array, effector_force: Array) -> None:
@@ -139,7 +136,7 @@ class Simulator:
     @property
     def gaps(self) -> Array:
         """Signed gap of every candidate, +inf where out of range: (n_c,) [m]."""
-        return self.robot.rows(self._state).contacts.gaps()
+        return self.robot.rows(self._state).contacts.found.gaps()
 
     @property
     def lam_c(self) -> Array:
@@ -149,9 +146,9 @@ class Simulator:
     @property
     def contact_forces(self) -> Array:
         """The same with their directions in that step: (n_c, 3) [N]."""
-        after, linearised = self._stepped
-        state = linearised if after is self._state else self._state
-        return contact_forces(self.robot, state, self.lam_c)
+        if self._stepped is not None and self._stepped[0] is self._state:
+            return self._stepped[1].forces(self.lam_c)
+        return self.robot.rows(self._state).contacts.found.forces(self.lam_c)
 
     @one_blas_thread()
     def step(
@@ -213,7 +210,7 @@ class Simulator:
             self._robot, self._space, self._enrichment, self._state, self._forces, before, command, steps
         )  # fmt: skip
         self._state, self._forces, self._moved = done.state, done.forces, command
-        self._stepped = done.state, done.last.prediction.step.state
+        self._stepped = done.state, done.last.prediction.step.rows.contacts.found
         return make_report(self._robot, done.state, done.last, steps, done.movement)
 
     def _converged_step(self, command: Command) -> Report:
@@ -221,7 +218,7 @@ class Simulator:
             self.robot, self._space, self._enrichment, self._state, self._forces, command
         )
         self._state, self._forces = done.state, done.forces
-        self._stepped = done.state, done.last.prediction.step.state
+        self._stepped = done.state, done.last.prediction.step.rows.contacts.found
         return make_report(
             self.robot, done.state, done.last, done.iterations, done.movement, done.ending
         )
@@ -362,5 +359,5 @@ class Simulator:
         movement = self.robot.displacement(self._state, system.h * (system.v + solved.dv))
         self._state = self.robot.advance(self._state, system, solved.dv)
         self._forces = solved.step.split(solved.lam, self._space.k)
-        self._stepped = self._state, step.state
+        self._stepped = self._state, step.rows.contacts.found
         return result, movement

@@ -88,10 +88,6 @@ class TetRobot(SteppedRobot):
         """Positions of the contact candidates: (n_c, 3) [m]."""
         return self.contacts.positions(self.nodes(state))
 
-    def contact_normals(self, state: State) -> Array:
-        """Directions in which contacts push the candidates, NaN out of range: (n_c, 3)."""
-        return self.contacts.normals(self.nodes(state))
-
     @property
     def segment_owners(self) -> Ints:
         """The actuator of every segment that `actuator_segments` gives: (s,)."""
@@ -201,7 +197,7 @@ class TetRobot(SteppedRobot):
 
     def contact_rows(self, x: Array) -> ContactRows:
         """Gaps and H_c of the candidates in range at node positions x (n_nodes, 3)."""
-        return contact_rows(self.contacts.detect(x), self.pattern.dof, self.n, self.n_c)
+        return contact_rows(self.contacts.detect(x), self.pattern.dof, self.n)
 
     def turning_steps(self) -> TurningSteps:
         """What makes long steps towards equilibrium turn elements instead of stretching them."""

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import zenoh
 
-from tauten.model import NO_CONTACTS, Contacts, Floats, Geometry
+from tauten.model import NO_CONTACTS, Floats, Geometry, PushingContacts
 from tauten.model.numerics import Array
 from tauten.service.frames.description import described_look
 from tauten.service.frames.effectors import EffectorLook
@@ -223,11 +223,11 @@ class ServedRobot:
             step=tick.step,
         )
 
-    def _pushing(self, skin: Cloud) -> Contacts:
+    def _pushing(self, skin: Cloud) -> PushingContacts:
         cloud = self._contacts
         if cloud is None or abs(cloud.stamp - skin.stamp) > 1e9 * _CONTACTS_AGE:
             return NO_CONTACTS
-        return Contacts(cloud.values[:, :3], cloud.values[:, 3:])
+        return PushingContacts(cloud.values[:, :3], cloud.values[:, 3:])
 
 
 def _decoded_effector(effector: EffectorLook, payload: bytes) -> EffectorMessage | Rejection:

@@ -9,7 +9,7 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
-from tauten.model import Contacts, Floats
+from tauten.model import Floats, PushingContacts
 from tauten.model.numerics import Array
 from tauten.service.frames import RobotLook, ViewFrame
 from tauten.service.view.actuators import drawings_of
@@ -144,7 +144,7 @@ class RobotScene:
                 point_shape="circle", precision="float32",
             )  # fmt: skip
 
-    def _draw_contacts(self, contacts: Contacts) -> None:
+    def _draw_contacts(self, contacts: PushingContacts) -> None:
         """Arrows whose tips touch the contact points: forces push there."""
         if len(contacts.points) == 0:
             if self._arrows is not None:

@@ -36,7 +36,7 @@ def test_a_controller_without_contact_predicts_no_gap(finger: Robot, bent: Array
     blind = Controller(finger, "none")
     gaps = bend(blind, bent, 60)
     assert np.all(np.isinf(gaps))
-    assert finger.rows(blind.state).contacts.gaps().min() < -5e-4
+    assert finger.rows(blind.state).contacts.found.gaps().min() < -5e-4
 
 
 def test_enrichment_adds_columns_until_the_gaps_are_kept(finger: Robot, bent: Array) -> None:
@@ -50,7 +50,7 @@ def test_enrichment_adds_columns_until_the_gaps_are_kept(finger: Robot, bent: Ar
         assert actuation.status.usable
         assert certificate.deepest_gap >= -CHECKED.tolerance
         # rows are linearised: what is predicted happens, but for what their normals turn in a step
-        actual = finger.rows(controller.state).contacts.gaps().min()
+        actual = finger.rows(controller.state).contacts.found.gaps().min()
         assert actual >= min(certificate.deepest_gap, 0.0) - 1e-4
     assert columns[0] == 0
     assert max(columns) >= 5
@@ -63,7 +63,9 @@ def test_without_rounds_the_certificate_still_reports_the_deepest_gap(
     controller = Controller(finger, "none", unchecked)
     gaps = bend(controller, bent, 45)
     assert min(gaps) < -5e-4
-    assert gaps[-1] == pytest.approx(finger.rows(controller.state).contacts.gaps().min(), abs=2e-4)
+    assert gaps[-1] == pytest.approx(
+        finger.rows(controller.state).contacts.found.gaps().min(), abs=2e-4
+    )
 
 
 def test_reaching_a_target_reproduces_the_equilibrium_with_contact(

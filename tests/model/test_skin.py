@@ -63,14 +63,15 @@ def lengths(robot: Robot, state: State) -> np.ndarray:
 def test_drawn_forces_open_the_contacts(bent: tuple[Robot, State]) -> None:
     """Moved along its arrow, a candidate has a larger gap, by as much: in the rows of the step."""
     robot, state = bent
-    normals, rows = robot.contact_normals(state), robot.rows(state).contacts
-    inside = np.isfinite(normals).all(axis=1)
-    assert np.array_equal(np.flatnonzero(inside), rows.slots)
-    assert np.linalg.norm(normals[inside], axis=1) == pytest.approx(1.0)
+    rows = robot.rows(state).contacts
+    normals = rows.found.normal
+    assert np.linalg.norm(normals, axis=1) == pytest.approx(1.0)
+    expected = robot.candidates(state)[rows.slots]
+    np.testing.assert_allclose(rows.found.point, expected, atol=1e-15)
     # all bodies moved alike, no gap changes; H of a candidate's own nodes sums to its normal
     H = rows.rows.dense().reshape(len(rows), -1, 3)  # (m, nodes, 3)
-    along = np.einsum("mni,mi->mn", H, normals[inside])
-    across = H - along[:, :, None] * normals[inside][:, None]
+    along = np.einsum("mni,mi->mn", H, normals)
+    across = H - along[:, :, None] * normals[:, None]
     assert np.abs(across).max() < 1e-12
     assert np.maximum(along, 0.0).sum(axis=1).max() == pytest.approx(1.0)
 
@@ -93,14 +94,15 @@ def test_forces_have_the_directions_of_the_step_that_gave_them(settled: Simulato
     simulator.start_from(settled.state, settled.forces)
     before = simulator.state
     simulator.step(pull=[0.028])
-    lam, normals = simulator.lam_c, settled.robot.contact_normals(before)
+    lam, drawn = simulator.lam_c, simulator.contact_forces
     pushing = lam > 0.0
     assert pushing.sum() > 3
-    expected = lam[pushing, None] * normals[pushing]
-    np.testing.assert_allclose(simulator.contact_forces[pushing], expected, atol=1e-12)
-    assert not simulator.contact_forces[~pushing].any()
-    after = lam[pushing, None] * simulator.robot.contact_normals(simulator.state)[pushing]
-    assert np.abs(np.nan_to_num(after) - expected).max() > 1e-3 * lam.max()
+    assert not drawn[~pushing].any()
+    expected, after = (
+        settled.robot.rows(state).contacts.found.forces(lam) for state in (before, simulator.state)
+    )
+    np.testing.assert_allclose(drawn, expected, atol=1e-12)
+    assert np.abs(after - drawn).max() > 1e-3 * lam.max()
 
 
 def test_drawn_drives_and_forces_move_by_their_position() -> None:

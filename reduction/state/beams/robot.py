@@ -152,11 +152,6 @@ class ReducedBeamRobot(ReducedRobot):
         full, work = self.full, self.moved(state.q)
         return full.contacts.positions(full.surfaces.contact_points.place(work.x, work.Q)[0])
 
-    def contact_normals(self, state: State) -> Array:
-        """Directions in which contacts push the candidates, NaN out of range: (n_c, 3)."""
-        full, work = self.full, self.moved(state.q)
-        return full.contacts.normals(full.surfaces.contact_points.place(work.x, work.Q)[0])
-
     def displacement(self, state: State, dq: Array) -> float:
         """Largest displacement of a node or a point attached to it in a change dq (r,), about [m]."""
         J = self.moved(state.q).J
@@ -301,7 +296,7 @@ class ReducedBeamRobot(ReducedRobot):
         points, arms = surface.place(work.x, work.Q)
         found = self.full.contacts.detect(points)
         S = gap_arrays(found, surface, arms, self.all_dof)
-        return ContactRows(ChainedRows(*S, work.J, found.gap), found.slots, found.pair, self.n_c)
+        return ContactRows(ChainedRows(*S, work.J, found.gap), found)
 
 
 def rows_of(points: AttachedPoints, arms: Array, entries: Entries, J: Array) -> Array:

@@ -123,10 +123,6 @@ class ReducedDrivenRobot(ReducedRobot):
         """Positions of the contact candidates: (n_c, 3) [m]."""
         return self.body.candidates(self.moved(state))
 
-    def contact_normals(self, state: State) -> Array:
-        """Directions in which contacts push the candidates, NaN out of range: (n_c, 3)."""
-        return self.body.contact_normals(self.moved(state))
-
     def moved(self, state: State) -> State:
         """The state of `body`, at standstill."""
         beta = self.motion.beta(state.q)
@@ -206,10 +202,7 @@ class ReducedDrivenRobot(ReducedRobot):
             effectors=dataclasses.replace(found.effectors, H=found.effectors.dense() @ J),
             actuators=members,
             contacts=ContactRows(
-                Rows(touching.rows.dense() @ J, touching.rows.delta),
-                touching.slots,
-                touching.pair,
-                touching.n_slots,
+                Rows(touching.rows.dense() @ J, touching.rows.delta), touching.found
             ),
         )
 

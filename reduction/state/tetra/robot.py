@@ -103,10 +103,6 @@ class ReducedTetRobot(ReducedRobot):
         """Positions of the contact candidates: (n_c, 3) [m]."""
         return self.contacts.positions(self.surface.at(state.q))
 
-    def contact_normals(self, state: State) -> Array:
-        """Directions in which contacts push the candidates, NaN out of range: (n_c, 3)."""
-        return self.contacts.normals(self.surface.at(state.q))
-
     def displacement(self, state: State, dq: Array) -> float:
         """Largest displacement of an effector or contact vertex in a change dq (r,) [m]."""
         parts = (self.effector_places @ dq, self.surface.map @ dq)
@@ -180,7 +176,7 @@ class ReducedTetRobot(ReducedRobot):
             found.normal, found.slots, found.vertices, found.coefficients,
             self.candidate_motion, self.surface.map,
         )  # fmt: skip
-        return ContactRows(Rows(H, found.gap), found.slots, found.pair, self.n_c)
+        return ContactRows(Rows(H, found.gap), found)
 
     def _no_contact_rows(self) -> ContactRows:
         return ContactRows.out_of_range(np.zeros((0, self.n)), self.n_c)

@@ -47,7 +47,7 @@ def test_contact_forces_balance(closed: Simulator) -> None:
     finger = closed.robot
     x = finger.nodes(closed.state)
     everything_free = 3 * np.arange(len(x))
-    rows = contact_rows(finger.contacts.detect(x), everything_free, x.size, finger.n_c)
+    rows = contact_rows(finger.contacts.detect(x), everything_free, x.size)
     force = (rows.rows.H.T @ closed.lam_c[rows.slots]).reshape(-1, 3)  # (n_nodes, 3)
     assert np.abs(force).max() > 1e-2
     np.testing.assert_allclose(force.sum(axis=0), 0.0, atol=1e-12)

@@ -28,8 +28,8 @@ def gaps_over_sheet(points: Array, alarm: float = ALARM) -> Array:
     pair = ContactPair("points on sheet", nodes, np.tile([1.0, 0, 0], (len(points), 1)), triangles)
     x = np.vstack([x, np.repeat(points, 3, axis=0)])
     contacts = ContactSet([pair], len(x), alarm)
-    rows = contact_rows(contacts.detect(x), np.full(len(x), -1), 1, contacts.n_slots)
-    return rows.gaps()
+    rows = contact_rows(contacts.detect(x), np.full(len(x), -1), 1)
+    return rows.found.gaps()
 
 
 inside = st.floats(1e-6, 0.01 - 1e-6)
@@ -133,10 +133,10 @@ def test_fixed_vertices_get_no_entries() -> None:
     )
     contacts = ContactSet([pair], v + 3, ALARM)
     x = np.vstack([x, np.tile([4e-3, 3e-3, 1e-3], (3, 1))])
-    everything = contact_rows(contacts.detect(x), 3 * np.arange(v + 3), 3 * v + 9, 1).rows.H
+    everything = contact_rows(contacts.detect(x), 3 * np.arange(v + 3), 3 * v + 9).rows.H
     dof = np.full(v + 3, -1)
     dof[[v, v + 2]] = [0, 3]
-    free = contact_rows(contacts.detect(x), dof, 6, 1).rows.H
+    free = contact_rows(contacts.detect(x), dof, 6).rows.H
     np.testing.assert_allclose(free.toarray(), [[0, 0, 0.5, 0, 0, 0.2]], atol=1e-15)
     columns = [3 * v, 3 * v + 1, 3 * v + 2, 3 * v + 6, 3 * v + 7, 3 * v + 8]
     np.testing.assert_array_equal(everything[:, columns].toarray(), free.toarray())
@@ -188,9 +188,9 @@ def test_wrong_pairs_are_refused(changes: dict[str, object], message: str) -> No
 
 def test_no_pairs_no_contacts() -> None:
     contacts = ContactSet([], 5, ALARM)
-    rows = contact_rows(contacts.detect(np.zeros((5, 3))), np.arange(5), 15, contacts.n_slots)
+    rows = contact_rows(contacts.detect(np.zeros((5, 3))), np.arange(5), 15)
     assert rows.rows.H.shape == (0, 15)
-    assert len(rows.gaps()) == 0
+    assert len(rows.found.gaps()) == 0
 
 
 @settings(deadline=None, max_examples=20)

@@ -82,7 +82,7 @@ def test_rows_are_derivatives(arm: BeamRobot, bent: Simulator) -> None:
             found = getattr(rows, name).H @ d
             difference = getattr(ahead, name).delta - getattr(behind, name).delta
             np.testing.assert_allclose(found, difference / (2 * eps), atol=1e-5 * abs(found).max())
-        up, down = (r.contacts.gaps()[rows.contacts.slots] for r in (ahead, behind))
+        up, down = (r.contacts.found.gaps()[rows.contacts.slots] for r in (ahead, behind))
         gaps = (up - down) / (2 * eps)
         found = rows.contacts.rows.H @ d
         # beyond a triangle's edge the gap of a flat face goes on; at the rim candidates come and go

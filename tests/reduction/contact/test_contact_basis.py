@@ -7,7 +7,7 @@ import scipy.sparse as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tauten.model import ContactRows, Rows
+from tauten.model import ContactRows, Contacts, Rows
 from tauten.model.numerics import Array
 from tauten.reduction import CurvePoint, Provenance, package_versions, storage
 from tauten.reduction.contact import BasisError, ContactBasis
@@ -50,7 +50,9 @@ def contact_rows(slots: list[int], n_slots: int = 12, n: int = 20, seed: int = 0
     rng = np.random.default_rng(seed)
     H = sp.random_array((len(slots), n), density=0.3, rng=rng, format="csr")
     index = np.array(slots, dtype=np.int64)
-    return ContactRows(Rows(H, rng.normal(size=len(slots))), index, np.zeros_like(index), n_slots)
+    gap, none = rng.normal(size=len(slots)), np.full((len(slots), 3), np.nan)
+    found = Contacts(n_slots, index, np.zeros_like(index), gap, none, none, np.zeros_like(gap))
+    return ContactRows(Rows(H, gap), found)
 
 
 @settings(deadline=None)  # the first call compiles

@@ -1,0 +1,73 @@
+"""Contacts: the candidates within reach of a surface, as rows, pictures, readouts and logs have them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tauten.model.numerics import Array, Ints
+
+
+@dataclass(frozen=True, slots=True)
+class Contacts:
+    """Contact candidates within the alarm distance at one state.
+
+    The slot of a candidate in λ_c ∈ R^(n_c) never changes; only candidates in range are here.
+
+    Attributes:
+        n_slots: n_c, number of slots in λ_c.
+        slots: (m,) slot of each, ascending.
+        pair: (m,) its contact pair.
+        gap: (m,) signed gap [m], negative where it penetrates.
+        point: (m, 3) where the candidate is [m].
+        normal: (m, 3) unit direction in which the gap grows when the candidate moves.
+        friction: (m,) coefficient of friction, zero for all today.
+    """
+
+    n_slots: int
+    slots: Ints
+    pair: Ints
+    gap: Array
+    point: Array
+    normal: Array
+    friction: Array
+
+    def __len__(self) -> int:
+        return len(self.gap)
+
+    def tangents(self) -> Array:
+        """Two unit directions across each normal and each other, right-handed with it: (m, 2, 3).
+
+        Continuous where the normal is but for the direction −z (Duff et al., Building an orthonormal basis,
+        revisited, 2017).
+        """
+        x, y, z = self.normal.T
+        sign = np.copysign(1.0, z)
+        a = -1.0 / (sign + z)
+        b = x * y * a
+        first = np.stack([1.0 + sign * x * x * a, sign * b, -sign * x], axis=1)
+        second = np.stack([b, sign + y * y * a, -y], axis=1)
+        return np.stack([first, second], axis=1)
+
+    def gaps(self) -> Array:
+        """Signed gap of every slot, +inf where out of range: (n_c,) [m]."""
+        gaps = np.full(self.n_slots, np.inf)
+        gaps[self.slots] = self.gap
+        return gaps
+
+    def forces(self, lam: Array) -> Array:
+        """Forces on all candidates, zero out of range, where a step has no row: (n_c, 3) [N].
+
+        Args:
+            lam: (n_c,) their magnitudes [N].
+        """
+        forces = np.zeros((self.n_slots, 3))
+        forces[self.slots] = lam[self.slots, None] * self.normal
+        return forces
+
+
+def no_contacts(n_slots: int) -> Contacts:
+    """No candidate in range, of n_slots."""
+    none, nothing, nowhere = np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros((0, 3))
+    return Contacts(n_slots, none, none, nothing, nowhere, nowhere, nothing)

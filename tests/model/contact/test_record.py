@@ -1,0 +1,39 @@
+"""The record of contacts: its frames, and forces where a step has rows."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tauten.model import Contacts
+from tauten.model.numerics import Array
+
+
+def record(normal: Array, slots: list[int], n_slots: int) -> Contacts:
+    m = len(normal)
+    none = np.zeros(m)
+    return Contacts(
+        n_slots, np.array(slots), np.zeros(m, np.int64), none, np.zeros((m, 3)), normal, none
+    )
+
+
+def test_normal_and_tangents_are_a_right_handed_frame() -> None:
+    rng = np.random.default_rng(0)
+    normal = rng.normal(size=(50, 3))
+    normal[0], normal[1], normal[2] = (0, 0, 1), (0, 0, -1), (1e-9, 0, -1)
+    normal /= np.linalg.norm(normal, axis=1)[:, None]
+    frames = record(normal, list(range(50)), 50).tangents()
+    frames = np.concatenate([frames, normal[:, None]], axis=1)  # (50, 3, 3)
+    np.testing.assert_allclose(
+        frames @ frames.transpose(0, 2, 1), np.tile(np.eye(3), (50, 1, 1)), atol=1e-12
+    )
+    np.testing.assert_allclose(np.linalg.det(frames), 1.0, atol=1e-12)
+
+
+def test_a_mode_pushes_no_candidate_out_of_range() -> None:
+    """A mode reaches beyond the candidates in range; a step has no row there, and so no force."""
+    found = record(np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]), [1, 3], 5)
+    forces = found.forces(np.array([9.0, 2.0, 9.0, 3.0, 9.0]))
+    expected = np.zeros((5, 3))
+    expected[1, 2], expected[3, 0] = 2.0, 3.0
+    np.testing.assert_array_equal(forces, expected)
+    np.testing.assert_array_equal(found.gaps(), [np.inf, 0.0, np.inf, 0.0, np.inf])
