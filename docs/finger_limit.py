@@ -27,11 +27,10 @@ from tauten.model.robots.make_finger import FingerShape, make_finger
 from tauten.model.schema import RobotConfig, model_tables, read_toml, validated
 from tauten.service.check import Load, LoadedState, MeshCertificate, equilibria, make_loads
 from tauten.service.process import one_blas_thread
-from tauten.service.tables import Numbers
+from tauten.service.tables import Numbers, Page
 
 DOCS = Path(__file__).resolve().parent
 SHARES = (0.4, 0.6, 0.8, 0.85, 0.9, 1.0)
-BEGIN, END = "<!-- finger limit -->", "<!-- end -->"
 
 
 def halved(places: tuple[float, ...]) -> tuple[float, ...]:
@@ -170,10 +169,7 @@ def main() -> None:
         loads, nodes, values = settled(options.results)
     if options.save:
         certificate(load_robot("finger").digest, values).save(robot_path("finger"))
-    head, _, rest = options.page.read_text(encoding="utf-8").partition(BEGIN)
-    _, _, tail = rest.partition(END)
-    body = "\n".join(part.markdown() for part in tables(loads, values, nodes))
-    options.page.write_text(f"{head}{BEGIN}\n{body}{END}{tail}", encoding="utf-8")
+    Page("finger limit", "", tables(loads, values, nodes)).put_into(options.page)
 
 
 if __name__ == "__main__":

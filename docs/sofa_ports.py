@@ -28,12 +28,11 @@ from tauten.model.constraints import ConstrainedRobot
 from tauten.model.numerics import Array
 from tauten.model.tetra import TetRobot
 from tauten.service.process import one_blas_thread
-from tauten.service.tables import Numbers, put_tables
+from tauten.service.tables import Numbers, Page
 
 DOCS = Path(__file__).resolve().parent
 FILES = DOCS / "coming_from" / "sofa"
 SETTLED = 2e-6  # mm; rows of SOFA that moved more in their last step are no equilibria
-BEGIN, END = "<!-- sofa differences -->", "<!-- end -->"
 MM = 1e-3
 PLATE = ((-150.0, 40.0, -40.0), (50.0, 60.0, 60.0))  # corners [mm]
 Robot = TetRobot | ConstrainedRobot
@@ -415,7 +414,7 @@ def main() -> None:
             "tip_error_mm": curve.tip_error, "effort_error": curve.effort_error, **numbers,
         }  # fmt: skip
     about = "Written by `python docs/sofa_ports.py`."
-    put_tables(given.page, BEGIN, END, about, [difference_table(changes, curves)])
+    Page("sofa differences", about, (difference_table(changes, curves),)).put_into(given.page)
     results["differences"] = [asdict(one) for one in changes]
     given.results.write_text(json.dumps(results, indent=1) + "\n", encoding="utf-8")
     draw(curves, given.figure)

@@ -1,6 +1,6 @@
 """Writes the tables of README.md from the JSON files in docs/results.
 
-    python docs/tables.py
+    python -m docs.tables
 
 README.md names beside each table the command that writes its JSON file.
 """
@@ -10,28 +10,31 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
-from tauten.service.tables import Numbers
+from pydantic import TypeAdapter
+
+from benchmarks.steps import ControlBench, GalleryBench
+from benchmarks.tables import control_page, gallery_page
+from tauten.service.bench import Comparison, StepBench
+from tauten.service.tables import Numbers, steps_page
 
 ROOT = Path(__file__).resolve().parents[1]
 RESULTS = ROOT / "docs" / "results"
 
-
-def read(name: str) -> Any:
-    """One result."""
-    return json.loads((RESULTS / f"{name}.json").read_text(encoding="utf-8"))
+R = TypeVar("R")
 
 
-def table(head: list[str], body: list[list[str]]) -> str:
-    """A Markdown table."""
-    return Numbers("", tuple(head), tuple(map(tuple, body))).markdown().strip()
+def text_of(name: str) -> str:
+    """The JSON file of a result."""
+    return (RESULTS / f"{name}.json").read_text(encoding="utf-8")
 
 
-def spread(value: dict[str, float]) -> str:
-    """Median and 99th percentile."""
-    return f"{value['p50']:.2f} / {value['p99']:.2f}"
+def read(name: str, kind: type[R]) -> R:
+    """A result, as the command had it."""
+    return TypeAdapter(kind).validate_json(text_of(name))
 
 
 def machine_line(result: dict[str, Any]) -> str:
@@ -43,50 +46,19 @@ def machine_line(result: dict[str, Any]) -> str:
 
 def finger() -> str:
     """Stages of a control step, and tip errors of the contact basis."""
-    shipped = read("finger")
-    sizes = shipped["sizes"]
-    control = shipped["control"]
-    head = ["median / p99 [ms]", *(f"contact {part['contact']}" for part in control)]
-    stages = [*control[0]["stages_ms"], *control[0]["whole_ms"]]
-    times = [{**part["stages_ms"], **part["whole_ms"]} for part in control]
-    body = [[f"**{s}**" if s == "step" else s, *(spread(t[s]) for t in times)] for s in stages]
-    about = (
-        f"{sizes['nodes']} nodes, {sizes['elements']} tetrahedra, {sizes['candidates']} contact "
-        f"candidates; {shipped['factorisation']}; {machine_line(shipped)}"
-    )
-    return "\n\n".join([about, table(head, body), tip_errors([shipped])])
-
-
-def tip_errors(results: list[dict[str, Any]]) -> str:
-    """Reduced against pointwise contact from rest to the largest pull."""
-    head = ["tip error against pointwise contact, mean / max [mm]", "alone", "with enrichment"]
-    body = []
-    for result in results:
-        errors = {e["enriched"]: e for e in result["tip_error"]}
-        cells = [
-            f"{errors[key]['mean_mm']:.3f} / {errors[key]['max_mm']:.3f}" for key in (False, True)
-        ]
-        body.append([f"k = {result['sizes']['modes']}", *cells])
-    return table(head, body)
+    return control_page(read("finger", ControlBench)).markdown()
 
 
 def steps() -> str:
     """Plain steps on three meshes, fastest factorisation and scipy's."""
-    fast, plain = read("steps"), read("steps_superlu")
-    name = fast["meshes"][0]["factorisation"]
-    head = ["nodes / tetrahedra"]
-    head += [f"{what}, {back}" for back in (name, "superlu") for what in ("forward", "inverse")]
-    body = []
-    for one, two in zip(fast["meshes"], plain["meshes"], strict=True):
-        cells = [f"{one['sizes']['nodes']:,} / {one['sizes']['elements']:,}"]
-        cells += [spread(mesh[key]) for mesh in (one, two) for key in ("forward_ms", "inverse_ms")]
-        body.append(cells)
-    return f"Median / p99 [ms], no contact. {machine_line(fast)}\n\n{table(head, body)}"
+    fast, plain = (steps_page(read(name, StepBench)) for name in ("steps", "steps_superlu"))
+    (table,), (slow,) = fast.tables, plain.tables
+    return replace(fast, parts=(replace(table, rows=(*table.rows, *slow.rows)),)).markdown()
 
 
 def demo() -> str:
     """A minute of following targets."""
-    report = read("demo")
+    report = json.loads(text_of("demo"))
     spreads = [
         ("control step", "step_ms"),
         ("decide", "decide_ms"),
@@ -110,35 +82,26 @@ def demo() -> str:
             ]
         )
     about = f"{report['duration_s']:.0f} s; median / p99 / max. {machine_line(report)}"
-    return f"{about}\n\n{table(['', report['robot']], body)}"
+    table = Numbers("", ("", report["robot"]), tuple(map(tuple, body)))
+    return f"{about}\n\n{table.markdown()}"
 
 
 def contact() -> str:
     """The finger with and without contact."""
-    found = read("compare")
+    found = read("compare", Comparison)
+    (pull, _), (tension, without) = found.pull_mm, found.tension_n
     return (
-        f"At {found['pull_mm'][0][0]:.0f} mm of pull {found['pushing']} candidates push with "
-        f"{found['contact_force_n']:.1f} N together: the tip is {found['apart_mm'][0]:.2f} mm from where "
-        f"it would be without contact, and the cable needs {found['tension_n'][0][0]:.2f} N "
-        f"instead of {found['tension_n'][1][0]:.2f} N."
+        f"At {pull[0]:.0f} mm of pull {found.pushing} candidates push with "
+        f"{found.contact_force_n:.1f} N together: the tip is {found.apart_mm[0]:.2f} mm from where "
+        f"it would be without contact, and the cable needs {tension[0]:.2f} N "
+        f"instead of {without[0]:.2f} N.\n"
     )
 
 
 def gallery() -> str:
     """Robots of the gallery."""
-    found = read("gallery")
-    head = ["robot", "nodes", "actuators", "candidates", "k", "r", "full step [ms]",
-            "reduced step [ms]", "tip, mean / max [mm]", "campaign [min]"]  # fmt: skip
-    body = []
-    for row in found["robots"]:
-        reduced = row["reduced_ms"] is not None
-        tip = f"{row['tip_mean_mm']:.3f} / {row['tip_max_mm']:.3f}" if reduced else "–"
-        body.append([
-            row["robot"], str(row["nodes"]), str(row["actuators"]), str(row["candidates"]),
-            str(row["modes"] or "–"), str(row["state_modes"] or "–"), spread(row["full_ms"]),
-            spread(row["reduced_ms"]) if reduced else "–", tip, f"{row['campaign_s'] / 60.0:.1f}",
-        ])  # fmt: skip
-    return f"Whole inverse steps, median / p99. {machine_line(found)}\n\n{table(head, body)}"
+    page = gallery_page(read("gallery", GalleryBench))
+    return replace(page, parts=page.parts[:1]).markdown()
 
 
 TABLES: dict[str, Callable[[], str]] = {
@@ -154,7 +117,7 @@ def filled(text: str) -> str:
     """The text with every marked block written again."""
 
     def block(match: re.Match[str]) -> str:
-        return f"<!-- {match[1]} -->\n{TABLES[match[1]]()}\n<!-- end -->"
+        return f"<!-- {match[1]} -->\n{TABLES[match[1]]()}<!-- end -->"
 
     return re.sub(r"<!-- (\w+) -->\n.*?<!-- end -->", block, text, flags=re.DOTALL)
 

@@ -22,7 +22,7 @@ def test_tables_come_from_the_results() -> None:
     tables = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(tables)
     assert README.count("<!-- end -->") == len(tables.TABLES)
-    assert tables.filled(README) == README, "run python docs/tables.py"
+    assert tables.filled(README) == README, "run python -m docs.tables"
 
 
 def test_the_python_of_the_readme_imports_what_there_is() -> None:

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
 from tauten.service.cli.terminal import (
     Json,
@@ -14,8 +13,7 @@ from tauten.service.cli.terminal import (
     basis_of,
     progress_bar,
     show_mesh_error,
-    show_tables,
-    write_json,
+    show_result,
 )
 
 
@@ -30,18 +28,15 @@ def finger(
 ) -> None:
     """Stage times of a control step with contact none, full, reduced; tips of reduced against full."""
     from benchmarks.steps import bench_control
-    from benchmarks.tables import control_table, tip_sentences
+    from benchmarks.tables import control_page
     from tauten.service.setup import load_setup
 
     setup = load_setup(robot, basis=basis, model="full")
     modes = basis_of(setup, robot)
     with progress_bar(f"control steps of {robot}") as report:
         result = bench_control(setup.robot, modes, setup.controller, seconds, pulls, report)
-    show_tables([control_table(result)])
-    for sentence in tip_sentences(result):
-        Console().print(sentence)
+    show_result(result, control_page(result), json_file)
     show_mesh_error(setup.path, setup.robot)
-    write_json(result, json_file)
 
 
 def manipulator(
@@ -58,7 +53,7 @@ def manipulator(
     """Steps per second straight and bent, full and reduced; effect of contact; error over modes."""
     from benchmarks.manipulator import ArmBenchSettings, bench_manipulator, parse_ks
     from benchmarks.plots import draw_posture_errors
-    from benchmarks.tables import arm_tables, sentences, write_arm_tables
+    from benchmarks.tables import arm_page
     from tauten.model.load import robot_path
     from tauten.service.plots import Side, draw_comparison
 
@@ -72,15 +67,8 @@ def manipulator(
     picture = figures / "manipulator-contact.png"
     draw_comparison(bent.robot, bent.touching, bent.passing, Side(), picture)
     draw_posture_errors(result.errors, figures / "manipulator-errors.png")
-    console = Console(width=200)
-    for table in arm_tables(result):
-        console.print(table.rich())
-    for sentence in sentences(result):
-        console.print(sentence)
+    show_result(result, arm_page(result), json_file, markdown, 200)
     show_mesh_error(robot_path("manipulator"), bent.robot)
-    write_json(result, json_file)
-    if markdown is not None:
-        write_arm_tables(result, markdown)
 
 
 def contact_basis(
@@ -99,7 +87,7 @@ def contact_basis(
     """Errors of contact bases on and off their training path; certificate, LCP. Ctrl-C keeps results."""
     from benchmarks.contact_basis import ContactBasisInputs, bench_contact_basis
     from benchmarks.plots import draw_contact_basis
-    from benchmarks.tables import certificate, contact_basis_tables, write_contact_basis_tables
+    from benchmarks.tables import contact_basis_page
     from tauten.reduction.campaign import ramp, run_campaign
     from tauten.service.process import stop_on_signals
     from tauten.service.setup import load_setup
@@ -119,11 +107,7 @@ def contact_basis(
     )
     with stop_on_signals() as stop, progress_bar("") as report:
         result = bench_contact_basis(inputs, stop, report)
-    show_tables(contact_basis_tables(result))
-    Console().print(certificate(result))
+    show_result(result, contact_basis_page(result), json_file, markdown)
     show_mesh_error(setup.path, setup.robot)
-    write_json(result, json_file)
-    if markdown is not None:
-        write_contact_basis_tables(result, markdown)
     if figure is not None:
         draw_contact_basis(result, figure)

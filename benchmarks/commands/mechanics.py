@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from tauten.service.cli.terminal import Json, Markdown, progress_bar, show_tables, write_json
+from tauten.service.cli.terminal import Json, Markdown, progress_bar, show_result
 
 if TYPE_CHECKING:
     from benchmarks.physics import EnergyBench
@@ -45,7 +45,7 @@ def elements(
     """
     from benchmarks.elements import ElementBenchSettings, bench_elements, parse_material
     from benchmarks.plots import draw_elements
-    from benchmarks.tables import element_tables, write_element_tables
+    from benchmarks.tables import element_page
 
     try:
         materials = tuple(parse_material(name) for name in material or ("corotational",))
@@ -61,12 +61,9 @@ def elements(
     )
     with progress_bar("elements") as report:
         result = bench_elements(settings, report)
-    show_tables(element_tables(result), 160)
-    write_json(result, json_file)
+    show_result(result, element_page(result), json_file, markdown, 160)
     if figure is not None:
         draw_elements(result, figure)
-    if markdown is not None:
-        write_element_tables(result, markdown)
 
 
 def energy(
@@ -90,20 +87,17 @@ def energy(
     """
     from benchmarks.physics import EnergySettings, bench_energy
     from benchmarks.plots import draw_energy
-    from benchmarks.tables import energy_tables, write_energy_tables
+    from benchmarks.tables import energy_page
     from tauten.service.plots import draw_distances
 
     chosen = EnergySettings(tuple(robot or EnergySettings().robots), seconds, path_seconds)
     with progress_bar("energy") as report:
         result = bench_energy(chosen, report)
-    show_tables(energy_tables(result), 120)
-    write_json(_energy_numbers(result), json_file)
+    show_result(_energy_numbers(result), energy_page(result), json_file, markdown, 120)
     if figure is not None:
         draw_energy(result, figure)
     if distance_figure is not None and result.paths:
         draw_distances(result.paths[0].distances, distance_figure)
-    if markdown is not None:
-        write_energy_tables(result, markdown)
 
 
 def _energy_numbers(result: EnergyBench) -> dict[str, Any]:
@@ -145,7 +139,7 @@ def equilibria(
 ) -> None:
     """How many factorisations robots need to settle, from random starts and to large loads."""
     from benchmarks.physics import EquilibriaSettings, bench_equilibria
-    from benchmarks.tables import equilibria_tables, write_equilibria_tables
+    from benchmarks.tables import equilibria_page
 
     models = None if data is None else data / "sofa_robots"
     if models is not None and not models.is_dir():
@@ -155,7 +149,4 @@ def equilibria(
     )
     with progress_bar("equilibria") as report:
         result = bench_equilibria(chosen, report)
-    show_tables(equilibria_tables(result), 120)
-    write_json(result, json_file)
-    if markdown is not None:
-        write_equilibria_tables(result, markdown)
+    show_result(result, equilibria_page(result), json_file, markdown, 120)

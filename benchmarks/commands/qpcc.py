@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from tauten.service.cli.terminal import Json, Markdown, progress_bar, show_tables, write_json
+from tauten.service.cli.terminal import Json, Markdown, progress_bar, show_result
 
 
 def qpcc(
@@ -20,7 +20,7 @@ def qpcc(
 ) -> None:
     """Times of QPCCs by size, start and QP library; distance of their solutions from the optimum."""
     from benchmarks.qpcc import bench_qpcc
-    from benchmarks.tables import qpcc_tables, write_qpcc_tables
+    from benchmarks.tables import qpcc_page
 
     folder = recorded or Path(__file__).resolve().parents[2] / "tests" / "reference" / "qpcc"
     if not list(folder.glob("*.npz")):
@@ -30,7 +30,4 @@ def qpcc(
         )
     with progress_bar("problems") as report:
         result = bench_qpcc(folder, published, report)
-    show_tables(qpcc_tables(result))
-    write_json(result, json_file)
-    if markdown is not None:
-        write_qpcc_tables(result, markdown)
+    show_result(result, qpcc_page(result), json_file, markdown)

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from tauten.service.cli.terminal import Json, Markdown, progress_bar, show_tables, write_json
+from tauten.service.cli.terminal import Json, Markdown, progress_bar, show_result
 
 
 def sofa_meshes(
@@ -20,18 +20,14 @@ def sofa_meshes(
 ) -> None:
     """Steps on SOFA's meshes of trunk, diamond and finger, beside SOFA's published times."""
     from benchmarks.steps import bench_sofa_meshes
-    from benchmarks.tables import sofa_meshes_note, sofa_meshes_tables, write_sofa_meshes_tables
+    from benchmarks.tables import sofa_meshes_page
 
     for name in ("sofa_robots", "softrobots_finger.vtk"):
         if not (data / name).exists():
             raise typer.BadParameter(f"{data} has no {name}")
     with progress_bar("meshes of SOFA") as report:
         result = bench_sofa_meshes(data, count, report)
-    show_tables(sofa_meshes_tables(result), 180)
-    typer.echo(sofa_meshes_note(result))
-    write_json(result, json_file)
-    if markdown is not None:
-        write_sofa_meshes_tables(result, markdown)
+    show_result(result, sofa_meshes_page(result), json_file, markdown, 180)
 
 
 def gallery(
@@ -47,13 +43,10 @@ def gallery(
     The errors of reduced models are those under loads that took no part in their training, and in motion.
     """
     from benchmarks.steps import bench_gallery
-    from benchmarks.tables import gallery_table, loads_table, write_loads_table
+    from benchmarks.tables import gallery_page
     from tauten.model.robots.gallery import ROBOTS
 
     names = tuple(robots or ROBOTS)
     with progress_bar("gallery") as report:
         result = bench_gallery(names, count, report)
-    show_tables([gallery_table(result), loads_table(result)], 200)
-    write_json(result, json_file)
-    if markdown is not None:
-        write_loads_table(result, markdown)
+    show_result(result, gallery_page(result), json_file, markdown, 200)

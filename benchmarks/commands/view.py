@@ -12,8 +12,7 @@ from tauten.service.cli.terminal import (
     Markdown,
     Model,
     missing_extra,
-    show_tables,
-    write_json,
+    show_result,
 )
 
 
@@ -31,7 +30,7 @@ def view(
     Motion is simulated first and then shown to a client in a process of its own. Ctrl-C keeps
     finished results.
     """
-    from benchmarks.tables import view_table, write_view_table
+    from benchmarks.tables import view_page
     from tauten.service.process import stop_on_signals
 
     try:
@@ -46,9 +45,5 @@ def view(
             found = viewer.simulation_cost(simulation, seconds, stop)
             if found is not None:
                 costs.append(found)
-    if not costs:
-        return
-    write_json(costs, json_file)
-    if markdown is not None:
-        write_view_table(costs, markdown)
-    show_tables([view_table(costs)])
+    if costs:
+        show_result(costs, view_page(costs), json_file, markdown)

@@ -57,14 +57,14 @@ class GalleryRow:
         candidates: of contact.
         modes: k of its contact basis; 0 without.
         state_modes: r of its state basis; None without.
-        sampled: elements in its sample; None without.
         full_ms: whole inverse steps of the full model.
         reduced_ms: of the reduced one; None without.
         tip_mean_mm: mean distance of the reduced model's tip from the full one's, on equilibria held out.
         tip_max_mm: the largest.
-        loads: errors under loads and in motions that took no part in the training.
         campaign_equilibria: number of equilibria of `tauten reduce`.
         campaign_s: their time in one process, estimated from the first ones.
+        sampled: elements in its sample; None without.
+        loads: errors under loads and in motions that took no part in the training.
     """
 
     robot: str
@@ -74,14 +74,14 @@ class GalleryRow:
     candidates: int
     modes: int
     state_modes: int | None
-    sampled: int | None
     full_ms: Spread
     reduced_ms: Spread | None
     tip_mean_mm: float | None
     tip_max_mm: float | None
-    loads: tuple[LoadRow, ...]
     campaign_equilibria: int
     campaign_s: float
+    sampled: int | None = None
+    loads: tuple[LoadRow, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

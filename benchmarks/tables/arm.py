@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 from benchmarks.manipulator import ArmBench, PostureError, Speed
 from tauten.service.bench import STAGES, WHOLE, StepTimes
-from tauten.service.tables import Numbers, measured_on, milliseconds, put_between
-
-ARM_BEGIN, ARM_END = "<!-- python -m benchmarks manipulator -->", "<!-- end -->"
+from tauten.service.tables import Numbers, Page, measured_on, milliseconds
 
 
-def arm_tables(result: ArmBench) -> tuple[Numbers, ...]:
-    """All tables."""
-    return speed_table(result.speed), arm_stages_table(result.stages), arm_errors_table(result)
+def arm_page(result: ArmBench) -> Page:
+    """All tables and sentences."""
+    gauss_seidel, contact = sentences(result)
+    speed, stages = speed_table(result.speed), arm_stages_table(result.stages)
+    parts = (speed, gauss_seidel, stages, contact, arm_errors_table(result))
+    return Page(
+        "python -m benchmarks manipulator", f"Measured on {measured_on(result.machine)}", parts
+    )
 
 
 def speed_table(speed: tuple[Speed, ...]) -> Numbers:
@@ -87,17 +88,3 @@ def sentences(result: ArmBench) -> tuple[str, str]:
         f"{c.contact_force_n:.0f} N together; without contact surfaces overlap by "
         f"{c.deepest_overlap_mm:.1f} mm.",
     )
-
-
-def write_arm_tables(result: ArmBench, path: Path) -> None:
-    """Put the tables into a page.
-
-    Raises:
-        PageError: the page has no marks for them.
-        OSError: it cannot be read or written.
-    """
-    speed, stages, errors = (table.markdown() for table in arm_tables(result))
-    gauss_seidel, contact = sentences(result)
-    about = f"Measured on {measured_on(result.machine)}"
-    parts = (about, speed, gauss_seidel, stages, contact, errors)
-    put_between(path, ARM_BEGIN, ARM_END, "\n".join(part.strip() + "\n" for part in parts))

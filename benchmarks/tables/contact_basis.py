@@ -2,20 +2,13 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 from benchmarks.contact_basis import ContactBasisBench, HeldOutError, TrainingError
-from tauten.service.tables import Numbers, put_between
-
-CONTACT_BASIS_BEGIN, CONTACT_BASIS_END = (
-    "<!-- python -m benchmarks contact-basis -->",
-    "<!-- end -->",
-)
+from tauten.service.tables import Numbers, Page
 
 
-def contact_basis_tables(result: ContactBasisBench) -> tuple[Numbers, ...]:
-    """All tables."""
-    return (
+def contact_basis_page(result: ContactBasisBench) -> Page:
+    """Setting, tables and the certificate's cost."""
+    parts = (
         _against_k(result, "force", "Force error ‖S − ΨB‖ / ‖S‖ against k"),
         _against_k(result, "energy", "√ of the contact energy lost against k"),
         _against_k(
@@ -26,26 +19,9 @@ def contact_basis_tables(result: ContactBasisBench) -> tuple[Numbers, ...]:
         _held_out(result),
         _lcp(result),
         _smoothness(result),
-    )  # fmt: skip
-
-
-def write_contact_basis_tables(result: ContactBasisBench, path: Path) -> None:
-    """Put setting and tables between the marks of a page.
-
-    Raises:
-        OSError: it cannot be read or written.
-    """
-    parts = [
-        setting(result),
-        *(table.markdown() for table in contact_basis_tables(result)),
         certificate(result),
-    ]
-    put_between(
-        path,
-        CONTACT_BASIS_BEGIN,
-        CONTACT_BASIS_END,
-        "\n".join(part.strip() + "\n" for part in parts),
-    )
+    )  # fmt: skip
+    return Page("python -m benchmarks contact-basis", setting(result), parts)
 
 
 def setting(result: ContactBasisBench) -> str:

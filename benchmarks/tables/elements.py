@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 from benchmarks.elements import ElementBench, ElementCase, ElementEquilibrium
-from tauten.service.tables import Numbers, measured_on, millimetres, percent, put_tables
+from tauten.service.tables import Numbers, Page, measured_on, millimetres, percent
 
-ELEMENTS_BEGIN, ELEMENTS_END = "<!-- python -m benchmarks elements -->", "<!-- end -->"
 COLUMNS = (
     "element", "nodes", "nonzeros", "assembly [ms]", "step [ms]", "tension [N]", "tension", "tip [mm]",
     "contact force",
 )  # fmt: skip
 
 
-def element_tables(result: ElementBench) -> tuple[Numbers, ...]:
+def element_page(result: ElementBench) -> Page:
     """A table for each material and pull, the reference in its last row."""
     tables = []
     for reference in result.references:
@@ -24,7 +21,11 @@ def element_tables(result: ElementBench) -> tuple[Numbers, ...]:
             rows.append(element_row(reference, state))
             title = f"{result.robot}, {reference.material}, {100.0 * state.pull:g} % of the largest pull"
             tables.append(Numbers(title, COLUMNS, tuple(rows)))
-    return tuple(tables)
+    about = (
+        f"Errors against the last row of each table. {result.factorisation}, one thread, medians. "
+        f"Measured on {measured_on(result.machine)}"
+    )
+    return Page("python -m benchmarks elements", about, tuple(tables))
 
 
 def element_row(case: ElementCase, state: ElementEquilibrium) -> tuple[str, ...]:
@@ -44,12 +45,3 @@ def element_row(case: ElementCase, state: ElementEquilibrium) -> tuple[str, ...]
         found if state.converged else "not found",
         *errors,
     )
-
-
-def write_element_tables(result: ElementBench, path: Path) -> None:
-    """Put the tables into a page, see `put_tables`."""
-    about = (
-        f"Errors against the last row of each table. {result.factorisation}, one thread, medians. "
-        f"Measured on {measured_on(result.machine)}"
-    )
-    put_tables(path, ELEMENTS_BEGIN, ELEMENTS_END, about, element_tables(result))

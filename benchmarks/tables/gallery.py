@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 from benchmarks.steps import GalleryBench
 from tauten.service.replay import Spread
-from tauten.service.tables import Numbers, put_tables
+from tauten.service.tables import Numbers, Page, measured_on
 
-LOADS_BEGIN, LOADS_END = "<!-- python -m benchmarks gallery -->", "<!-- end -->"
+
+def gallery_page(result: GalleryBench) -> Page:
+    """Both tables."""
+    about = (
+        "Inverse steps, median / 99th percentile; errors of reduced against full model, in equilibria and "
+        f"in steps of a swing. {measured_on(result.machine)}"
+    )
+    return Page("python -m benchmarks gallery", about, (gallery_table(result), loads_table(result)))
 
 
 def gallery_table(result: GalleryBench) -> Numbers:
@@ -56,17 +61,6 @@ def loads_table(result: GalleryBench) -> Numbers:
                 )
             )  # fmt: skip
     return Numbers("", head, tuple(rows), 2)
-
-
-def write_loads_table(result: GalleryBench, path: Path) -> None:
-    """Write the errors under loads into a page, between its marks.
-
-    Args:
-        result: of the benchmark.
-        path: the page.
-    """
-    about = "Equilibria, and steps of a swing, of reduced against full model."
-    put_tables(path, LOADS_BEGIN, LOADS_END, about, [loads_table(result)])
 
 
 def _spread(value: Spread | None) -> str:

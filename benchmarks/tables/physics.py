@@ -2,17 +2,11 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 from benchmarks.physics import EnergyBench, EquilibriaBench
-from tauten.service.tables import Numbers, measured_on, put_tables
-
-ENERGY_BEGIN = "<!-- python -m benchmarks energy -->"
-EQUILIBRIA_BEGIN = "<!-- python -m benchmarks equilibria -->"
-PHYSICS_END = "<!-- end -->"
+from tauten.service.tables import Numbers, Page, measured_on
 
 
-def energy_tables(result: EnergyBench) -> tuple[Numbers, ...]:
+def energy_page(result: EnergyBench) -> Page:
     """Energies, times of steps, and shares of the distance of model and plant."""
     courses = [
         (
@@ -65,10 +59,11 @@ def energy_tables(result: EnergyBench) -> tuple[Numbers, ...]:
             for item in found.step_lengths
         ]  # fmt: skip
         tables.append(Numbers(title, columns, tuple(lengths), 2))
-    return tuple(tables)
+    about = f"One thread. Times: {measured_on(result.machine)}"
+    return Page("python -m benchmarks energy", about, tuple(tables))
 
 
-def equilibria_tables(result: EquilibriaBench) -> tuple[Numbers, ...]:
+def equilibria_page(result: EquilibriaBench) -> Page:
     """Searches, how many converged, and the linearised steps and factorisations they took."""
     rows = [
         (
@@ -88,19 +83,8 @@ def equilibria_tables(result: EquilibriaBench) -> tuple[Numbers, ...]:
         "most",
         "others",
     )
-    return (Numbers("", columns, tuple(rows)),)
-
-
-def write_energy_tables(result: EnergyBench, path: Path) -> None:
-    """Put the tables into a page, see `put_tables`."""
-    about = f"One thread. Times: {measured_on(result.machine)}"
-    put_tables(path, ENERGY_BEGIN, PHYSICS_END, about, energy_tables(result))
-
-
-def write_equilibria_tables(result: EquilibriaBench, path: Path) -> None:
-    """Put the table into a page, see `put_tables`."""
     about = (
         "Median and largest number of linearised steps and of factorisations, those that failed "
         "because a tangent was not definite included."
     )
-    put_tables(path, EQUILIBRIA_BEGIN, PHYSICS_END, about, equilibria_tables(result))
+    return Page("python -m benchmarks equilibria", about, (Numbers("", columns, tuple(rows)),))

@@ -3,23 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from pathlib import Path
 
 from benchmarks.qpcc import QpccBench, Quality, SolveTimes
-from tauten.service.tables import Numbers, measured_on, milliseconds, put_tables
-
-QPCC_BEGIN, QPCC_END = "<!-- python -m benchmarks qpcc -->", "<!-- end -->"
+from tauten.service.tables import Numbers, Page, measured_on, milliseconds
 
 
-def qpcc_tables(result: QpccBench) -> tuple[Numbers, ...]:
+def qpcc_page(result: QpccBench) -> Page:
     """All tables."""
     default = result.times[0].solver
-    return (
+    parts = (
         sizes_table([one for one in result.times if one.solver == default], default),
         libraries_table(result.times),
         gaps_table(result.quality),
         residuals_table(result.quality),
     )
+    return Page("python -m benchmarks qpcc", f"Measured on {measured_on(result.machine)}", parts)
 
 
 def sizes_table(times: Iterable[SolveTimes], solver: str) -> Numbers:
@@ -72,9 +70,3 @@ def residuals_table(quality: Iterable[Quality]) -> Numbers:
         rows.append((one.name, *numbers, stay, str(one.empty), str(one.unproved)))
     columns = ("problems", "own", "judged", "strong", "worse than staying", "empty", "open")
     return Numbers("Largest residuals, and what else was checked", columns, tuple(rows))
-
-
-def write_qpcc_tables(result: QpccBench, path: Path) -> None:
-    """Put the tables into a page, see `put_tables`."""
-    about = f"Measured on {measured_on(result.machine)}"
-    put_tables(path, QPCC_BEGIN, QPCC_END, about, qpcc_tables(result))

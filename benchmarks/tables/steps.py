@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 from benchmarks.steps import ControlBench, SofaMeshBench
-from tauten.service.tables import Numbers, measured_on, milliseconds, put_tables
+from tauten.service.tables import Numbers, Page, measured_on, milliseconds
+
+
+def control_page(result: ControlBench) -> Page:
+    """Stages of a control step, and how far the tip is from where it is with pointwise contact."""
+    parts: tuple[Numbers | str, ...] = (control_table(result), *tip_sentences(result))
+    return Page("python -m benchmarks finger", f"Measured on {measured_on(result.machine)}", parts)
 
 
 def control_table(result: ControlBench) -> Numbers:
@@ -34,10 +38,7 @@ def tip_sentences(result: ControlBench) -> list[str]:
     ]
 
 
-SOFA_MESHES_BEGIN, SOFA_MESHES_END = "<!-- tauten bench sofa-meshes -->", "<!-- end -->"
-
-
-def sofa_meshes_tables(result: SofaMeshBench) -> list[Numbers]:
+def sofa_meshes_page(result: SofaMeshBench) -> Page:
     """Steps on SOFA's meshes beside its published medians, and stages of the inverse step."""
     rows, stages = [], []
     for robot in result.robots:
@@ -53,25 +54,16 @@ def sofa_meshes_tables(result: SofaMeshBench) -> list[Numbers]:
         stages.append((robot.robot, *map(milliseconds, parts.values())))
     columns = ("robot", "nodes", "step", "tauten", "SOFA", "SOFA / tauten")
     inverse = result.robots[0].inverse
-    return [
+    about = (
+        f"Median / p99 in ms, one thread, on {measured_on(result.machine)} SOFA v25.06 was not run here: its "
+        "medians are published ones, from a quiet AMD EPYC at 2.25 GHz with 2 cores."
+    )
+    tables = (
         Numbers("Whole steps", columns, tuple(rows)),
         Numbers(
             "Stages of the inverse step",
             ("robot", *inverse.stages_ms, *inverse.whole_ms),
             tuple(stages),
         ),
-    ]
-
-
-def sofa_meshes_note(result: SofaMeshBench) -> str:
-    """Where the times of both programs come from."""
-    return (
-        f"Median / p99 in ms, one thread, on {measured_on(result.machine)} SOFA v25.06 was not run here: its "
-        "medians are published ones, from a quiet AMD EPYC at 2.25 GHz with 2 cores."
     )
-
-
-def write_sofa_meshes_tables(result: SofaMeshBench, path: Path) -> None:
-    """Put the tables into a page, see `put_tables`."""
-    about, tables = sofa_meshes_note(result), sofa_meshes_tables(result)
-    put_tables(path, SOFA_MESHES_BEGIN, SOFA_MESHES_END, about, tables)
+    return Page("python -m benchmarks sofa-meshes", about, tables)

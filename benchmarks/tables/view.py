@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tauten.service.tables import Numbers, measured_on, milliseconds, put_tables
+from tauten.service.tables import Numbers, Page, measured_on, milliseconds
 
 if TYPE_CHECKING:
     from tauten.service.view import ViewCost
 
-VIEW_BEGIN, VIEW_END = "<!-- python -m benchmarks view -->", "<!-- end -->"
 
-
-def view_table(costs: Sequence[ViewCost]) -> Numbers:
+def view_page(costs: Sequence[ViewCost]) -> Page:
     """What showing each robot costs."""
     columns = (
         "robot", "nodes", "vertices", "triangles", "pictures a second", "processor share",
@@ -32,11 +29,6 @@ def view_table(costs: Sequence[ViewCost]) -> Numbers:
         )
         for cost in costs
     )
-    return Numbers("The viewer, without what moves the robot", columns, rows)
-
-
-def write_view_table(costs: Sequence[ViewCost], path: Path) -> None:
-    """Put the table into a page, see `put_tables`."""
-    first = costs[0]
-    about = f"{first.seconds:.0f} s each. Measured on {measured_on(first.machine)}"
-    put_tables(path, VIEW_BEGIN, VIEW_END, about, [view_table(costs)])
+    table = Numbers("The viewer, without what moves the robot", columns, rows)
+    about = f"{costs[0].seconds:.0f} s each. Measured on {measured_on(costs[0].machine)}"
+    return Page("python -m benchmarks view", about, (table,))

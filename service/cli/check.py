@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from tauten.service.cli.terminal import Json, Markdown, progress_bar, show_tables, write_json
+from tauten.service.cli.terminal import Json, Markdown, progress_bar, show_result
 
 if TYPE_CHECKING:
     from tauten.service.check import MeshErrorEstimate, RobotCheck
@@ -50,20 +50,18 @@ def check(
     from tauten.service.check import CheckSettings, check_robot, selected
     from tauten.service.plots import draw_mesh_error, draw_regions
     from tauten.service.process import stop_on_signals
-    from tauten.service.tables import check_tables, write_check_tables
+    from tauten.service.tables import check_page
 
     shares = tuple(share or (0.25, 0.5)) if compare else ()
     settings = CheckSettings(robot, shares, refinements)
     with stop_on_signals() as stop, progress_bar("check") as report:
         result = check_robot(settings, stop, report)
-    show_tables(check_tables(result), 200)
-    write_json({**asdict(result), "level": result.level}, json_file)
+    numbers = {**asdict(result), "level": result.level}
+    show_result(numbers, check_page(result), json_file, markdown, 200)
     if result.refused:
         raise RobotFileError(result.refused)
     if save:
         _save(result, robot_path(robot))
-    if markdown is not None:
-        write_check_tables(result, markdown)
     if regions is not None:
         draw_regions(*selected(robot), regions)
     if figure is not None:

@@ -10,7 +10,7 @@ from typing import Annotated, Literal
 import typer
 from rich.console import Console
 
-from tauten.service.cli.terminal import progress_bar, show_tables
+from tauten.service.cli.terminal import progress_bar
 
 
 def new(
@@ -73,7 +73,7 @@ def new(
     if made is None:
         console.print("stopped: nothing is written", highlight=False)
         raise typer.Exit(130)
-    show_tables([trial_table(made.trials, made.chosen)], 120)
+    Console(width=120).print(trial_table(made.trials, made.chosen).rich())
     if made.note:
         console.print(f"{mesh}: the surface {made.note}", highlight=False)
     worst = made.trials[made.chosen].error

@@ -1,48 +1,40 @@
 """Numbers as tables, for the terminal and for pages."""
 
 from tauten.service.tables.basis import basis_tables, found_robot, kept_curve, ranges
-from tauten.service.tables.check import check_tables, write_check_tables
-from tauten.service.tables.closed_loop import closed_loop_tables, write_closed_loop_tables
+from tauten.service.tables.check import check_page
+from tauten.service.tables.closed_loop import closed_loop_page
 from tauten.service.tables.new_robot import trial_table
-from tauten.service.tables.node import NODE_BEGIN, NODE_END, node_table, write_node_tables
+from tauten.service.tables.node import node_page
 from tauten.service.tables.numbers import (
     Numbers,
+    Page,
     PageError,
     measured_on,
     millimetres,
     milliseconds,
     percent,
-    put_between,
-    put_tables,
 )
-from tauten.service.tables.reduced import reduced_tables, write_reduced_tables
-from tauten.service.tables.steps import steps_table
-from tauten.service.tables.still import still_tables
+from tauten.service.tables.reduced import reduced_page
+from tauten.service.tables.steps import steps_page
+from tauten.service.tables.still import still_page
 
 __all__ = [
-    "NODE_BEGIN",
-    "NODE_END",
     "Numbers",
+    "Page",
     "PageError",
     "basis_tables",
-    "check_tables",
-    "closed_loop_tables",
+    "check_page",
+    "closed_loop_page",
     "found_robot",
     "kept_curve",
     "measured_on",
     "millimetres",
     "milliseconds",
-    "node_table",
+    "node_page",
     "percent",
-    "put_between",
-    "put_tables",
     "ranges",
-    "reduced_tables",
-    "steps_table",
-    "still_tables",
+    "reduced_page",
+    "steps_page",
+    "still_page",
     "trial_table",
-    "write_check_tables",
-    "write_closed_loop_tables",
-    "write_node_tables",
-    "write_reduced_tables",
 ]

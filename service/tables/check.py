@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 from tauten.service.check import MeshErrorEstimate, RobotCheck, VariantErrors
-from tauten.service.tables.numbers import Numbers, millimetres, percent, put_tables
-
-CHECK_BEGIN, CHECK_END = "<!-- tauten check -->", "<!-- end -->"
+from tauten.service.tables.numbers import Numbers, Page, millimetres, percent
 
 
-def check_tables(result: RobotCheck) -> tuple[Numbers, ...]:
+def check_page(result: RobotCheck) -> Page:
     """The findings, and the errors of every mesh that was compared."""
     rows = tuple((item.subject, item.level, item.found, item.advice) for item in result.findings)
     findings = Numbers(result.robot, ("", "is", "found", "what to change"), rows, text_columns=4)
-    if result.estimate is None:
-        return (findings,)
-    return (findings, error_table(result.estimate))
+    errors = () if result.estimate is None else (error_table(result.estimate),)
+    about = f"Result: {result.level}." + ("" if result.complete else " Stopped early.")
+    return Page("tauten check", about, (findings, *errors))
 
 
 def error_table(estimate: MeshErrorEstimate) -> Numbers:
@@ -40,9 +36,3 @@ def error_row(item: VariantErrors, count: int) -> tuple[str, ...]:
     by_load += ["-"] * (count - len(by_load))
     largest = (percent(item.tension), millimetres(item.tip), percent(item.contact))
     return (item.variant.name, f"{item.nodes:,}", *largest, *by_load)
-
-
-def write_check_tables(result: RobotCheck, path: Path) -> None:
-    """Put the tables into a page, see `put_tables`."""
-    about = f"Result: {result.level}." + ("" if result.complete else " Stopped early.")
-    put_tables(path, CHECK_BEGIN, CHECK_END, about, check_tables(result))

@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 from tauten.service.bench import ClosedLoopBench, Outcome
-from tauten.service.tables.numbers import Numbers, measured_on, put_tables
-
-CLOSED_LOOP_BEGIN, CLOSED_LOOP_END = "<!-- tauten bench closed-loop -->", "<!-- end -->"
+from tauten.service.tables.numbers import Numbers, Page, measured_on
 
 
-def closed_loop_tables(result: ClosedLoopBench) -> tuple[Numbers, Numbers]:
+def closed_loop_page(result: ClosedLoopBench) -> Page:
     """Errors in open and closed loop, and the controllers' tensions and times."""
     pairs: dict[tuple[str, str], list[Outcome]] = {}
     for one in result.outcomes:
         plant = "" if one.young_scale == 1.0 else f" E x {one.young_scale:g}"
         pairs.setdefault((one.case + plant, one.contact), []).append(one)
-    return closed_loop_errors_table(pairs), closed_loop_costs_table(pairs)
+    cases = f"{result.robot}, {result.seconds:g} s a case at {result.rate_hz:g} Hz."
+    about = f"{cases} Times: {measured_on(result.machine)}"
+    parts = (closed_loop_errors_table(pairs), closed_loop_costs_table(pairs))
+    return Page("tauten bench closed-loop", about, parts)
 
 
 def closed_loop_errors_table(pairs: dict[tuple[str, str], list[Outcome]]) -> Numbers:
@@ -56,10 +55,3 @@ def closed_loop_costs_table(pairs: dict[tuple[str, str], list[Outcome]]) -> Numb
         )
     columns = ("case", "contact", "tension [N]", "chatter [mm/s]", "latency [ms]", "missed")
     return Numbers("What it takes, closed loop", columns, tuple(rows))
-
-
-def write_closed_loop_tables(result: ClosedLoopBench, path: Path) -> None:
-    """Put the tables into a page, see `put_tables`."""
-    cases = f"{result.robot}, {result.seconds:g} s a case at {result.rate_hz:g} Hz."
-    about = f"{cases} Times: {measured_on(result.machine)}"
-    put_tables(path, CLOSED_LOOP_BEGIN, CLOSED_LOOP_END, about, closed_loop_tables(result))

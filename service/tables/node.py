@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 
 from tauten.service.bench import Deadlines, NodeBench
-from tauten.service.tables.numbers import Numbers, measured_on, milliseconds, put_tables
-
-NODE_BEGIN, NODE_END = "<!-- tauten bench node -->", "<!-- end -->"
+from tauten.service.tables.numbers import Numbers, Page, measured_on, milliseconds
 
 
-def node_table(results: Sequence[NodeBench]) -> Numbers:
+def node_page(results: Sequence[NodeBench]) -> Page:
     """The node at each rate, and a loop that does nothing as long."""
     first = results[0]
     columns = (
@@ -19,7 +16,12 @@ def node_table(results: Sequence[NodeBench]) -> Numbers:
         "target to actuation", "processor",
     )  # fmt: skip
     title = f"{first.robot}, model {first.model}: median / 99 % in ms"
-    return Numbers(title, columns, tuple(row for result in results for row in rows(result)))
+    table = Numbers(title, columns, tuple(row for result in results for row in rows(result)))
+    about = (
+        f"{first.seconds:g} s at each rate, {first.target_rate_hz:g} targets a second. "
+        f"Measured on {measured_on(first.machine)}"
+    )
+    return Page("tauten bench node", about, (table,))
 
 
 def rows(result: NodeBench) -> list[tuple[str, ...]]:
@@ -50,13 +52,3 @@ def counts(deadlines: Deadlines) -> tuple[str, str, str]:
     """Ticks, missed ones and their share, skipped ones."""
     missed = f"{deadlines.missed:,} ({100.0 * deadlines.share:.2f} %)"
     return f"{deadlines.ticks:,}", missed, f"{deadlines.skipped:,}"
-
-
-def write_node_tables(results: Sequence[NodeBench], path: Path) -> None:
-    """Put the table into a page, see `put_tables`."""
-    first = results[0]
-    about = (
-        f"{first.seconds:g} s at each rate, {first.target_rate_hz:g} targets a second. "
-        f"Measured on {measured_on(first.machine)}"
-    )
-    put_tables(path, NODE_BEGIN, NODE_END, about, [node_table(results)])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -53,6 +52,45 @@ class Numbers:
         return title + "\n".join(f"| {line} |" for line in lines) + "\n"
 
 
+@dataclass(frozen=True, slots=True)
+class Page:
+    """A result as it is shown: on the terminal, and between two marks of a page.
+
+    Attributes:
+        command: that the result is of, as it is typed; the mark in the page names it.
+        about: what was measured, where.
+        parts: tables, and sentences between them.
+    """
+
+    command: str
+    about: str
+    parts: tuple[Numbers | str, ...]
+
+    @property
+    def tables(self) -> tuple[Numbers, ...]:
+        """Those of the parts that are tables."""
+        return tuple(part for part in self.parts if isinstance(part, Numbers))
+
+    def markdown(self) -> str:
+        """The line about the result, and the parts in their order."""
+        parts = [part if isinstance(part, str) else part.markdown() for part in self.parts]
+        return "\n\n".join(part.strip() for part in (self.about, *parts) if part) + "\n"
+
+    def put_into(self, path: Path) -> None:
+        """Write the result between the marks of a page, a Markdown file.
+
+        Raises:
+            PageError: the page has no such marks.
+            OSError: it cannot be read or written.
+        """
+        begin, end = f"<!-- {self.command} -->", "<!-- end -->"
+        head, found, rest = path.read_text(encoding="utf-8").partition(begin)
+        _, closed, tail = rest.partition(end)
+        if not (found and closed):
+            raise PageError(f"{path}: has no marks {begin} and {end} for the tables")
+        write_text(path, f"{head}{begin}\n{self.markdown()}{end}{tail}")
+
+
 def milliseconds(spread: Spread) -> str:
     """Median and 99th percentile; a dash where nothing was measured."""
     if spread.p50 is None:
@@ -73,40 +111,3 @@ def millimetres(length: float | None) -> str:
 def measured_on(machine: HostInfo) -> str:
     """The machine that times were taken on, and how busy it was."""
     return f"{machine.cores} x {machine.processor}, load {machine.load:.1f}."
-
-
-def put_tables(path: Path, begin: str, end: str, about: str, tables: Iterable[Numbers]) -> None:
-    """Write a line and tables between two marks of a page.
-
-    Args:
-        path: the page, a Markdown file.
-        begin: mark before the tables.
-        end: mark after them.
-        about: the line above the tables.
-        tables: in their order.
-
-    Raises:
-        PageError: the page has no such marks.
-        OSError: it cannot be read or written.
-    """
-    put_between(path, begin, end, "\n".join([about, "", *(table.markdown() for table in tables)]))
-
-
-def put_between(path: Path, begin: str, end: str, body: str) -> None:
-    """Replace the text between two marks of a page.
-
-    Args:
-        path: the page.
-        begin: mark before the text.
-        end: mark after it.
-        body: the new text.
-
-    Raises:
-        PageError: the page has no such marks.
-        OSError: it cannot be read or written.
-    """
-    head, found, rest = path.read_text(encoding="utf-8").partition(begin)
-    _, closed, tail = rest.partition(end)
-    if not (found and closed):
-        raise PageError(f"{path}: has no marks {begin} and {end} for the tables")
-    write_text(path, f"{head}{begin}\n{body}{end}{tail}")

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 from tauten.service.bench import STAGES, WHOLE, MeshCase, PathAccuracy, ReducedBench, ReducedCase
 from tauten.service.replay import Spread
-from tauten.service.tables.numbers import Numbers, measured_on, milliseconds, put_tables
-
-REDUCED_BEGIN, REDUCED_END = "<!-- tauten bench reduced -->", "<!-- end -->"
+from tauten.service.tables.numbers import Numbers, Page, measured_on, milliseconds
 
 
-def reduced_tables(result: ReducedBench) -> tuple[Numbers, ...]:
+def reduced_page(result: ReducedBench) -> Page:
     """All tables."""
-    return cases_table(result), meshes_table(result.meshes), mesh_stages_table(result.meshes)
+    parts = cases_table(result), meshes_table(result.meshes), mesh_stages_table(result.meshes)
+    return Page("tauten bench reduced", f"Measured on {measured_on(result.machine)}", parts)
 
 
 def cases_table(result: ReducedBench) -> Numbers:
@@ -89,9 +86,3 @@ def depth(error: PathAccuracy) -> str:
 def step(spread: Spread) -> str:
     """Median and 99th percentile, where there are any."""
     return "-" if spread.p50 is None else milliseconds(spread)
-
-
-def write_reduced_tables(result: ReducedBench, path: Path) -> None:
-    """Put the tables into a page, see `put_tables`."""
-    about = f"Measured on {measured_on(result.machine)}"
-    put_tables(path, REDUCED_BEGIN, REDUCED_END, about, reduced_tables(result))

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from tauten.service.bench import StepBench
-from tauten.service.tables.numbers import Numbers, milliseconds
+from tauten.service.tables.numbers import Numbers, Page, measured_on, milliseconds
 
 
-def steps_table(result: StepBench) -> Numbers:
+def steps_page(result: StepBench) -> Page:
     """Forward and inverse steps without contact, on a mesh and its refinements."""
     rows = tuple(
         (
@@ -19,4 +19,5 @@ def steps_table(result: StepBench) -> Numbers:
         for mesh in result.meshes
     )
     title = f"{result.robot}: one step without contact, median / p99 in ms"
-    return Numbers(title, ("nodes", "elements", "factorisation", "forward", "inverse"), rows, 0)
+    table = Numbers(title, ("nodes", "elements", "factorisation", "forward", "inverse"), rows, 0)
+    return Page("tauten bench steps", f"Measured on {measured_on(result.machine)}", (table,))

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from tauten.service.bench import StillBench
-from tauten.service.tables.numbers import Numbers
+from tauten.service.tables.numbers import Numbers, Page, measured_on
 
 
-def still_tables(result: StillBench) -> tuple[Numbers, ...]:
+def still_page(result: StillBench) -> Page:
     """Share of the runs at rest and at the best place, by robot, and random orders."""
     groups = dict.fromkeys(
         (run.robot, run.model, run.loop, run.contact) for run in result.runs
@@ -49,4 +49,5 @@ def still_tables(result: StillBench) -> tuple[Numbers, ...]:
         title = "random locks, holds, unlocks and targets"
         columns = ("robot", "orders", "unusable", "stuck after", "left beyond", "needed beyond")
         tables.append(Numbers(title, columns, found))
-    return tuple(tables)
+    about = f"Measured on {measured_on(result.machine)}"
+    return Page("tauten bench still", about, tuple(tables))

@@ -11,12 +11,7 @@ from support.robots.thumb import write_thumb
 
 from benchmarks.contact_basis import ContactBasisBench, ContactBasisInputs, bench_contact_basis
 from benchmarks.plots import draw_contact_basis
-from benchmarks.tables import (
-    CONTACT_BASIS_BEGIN,
-    CONTACT_BASIS_END,
-    contact_basis_tables,
-    write_contact_basis_tables,
-)
+from benchmarks.tables import contact_basis_page
 from tauten.model import load_robot
 from tauten.reduction.campaign import ramp
 from tauten.reduction.contact import ReduceSettings, reduce_robot
@@ -78,13 +73,14 @@ def test_full_problems_are_solved(result: ContactBasisBench) -> None:
 def test_it_goes_into_json_a_page_and_a_picture(result: ContactBasisBench, tmp_path: Path) -> None:
     assert json.loads(json.dumps(asdict(result)))["basis"] == "energy, k = 4"
     page = tmp_path / "page.md"
-    page.write_text(f"before\n\n{CONTACT_BASIS_BEGIN}\nold\n{CONTACT_BASIS_END}\n\nafter\n")
-    write_contact_basis_tables(result, page)
+    marks = ("<!-- python -m benchmarks contact-basis -->", "<!-- end -->")
+    page.write_text(f"before\n\n{marks[0]}\nold\n{marks[1]}\n\nafter\n")
+    contact_basis_page(result).put_into(page)
     text = page.read_text()
     assert text.startswith("before\n")
     assert text.endswith("after\n")
     assert "old" not in text
-    for table in contact_basis_tables(result):
+    for table in contact_basis_page(result).tables:
         assert table.title in text
     draw_contact_basis(result, tmp_path / "bench.png")
     assert (tmp_path / "bench.png").read_bytes().startswith(b"\x89PNG")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from benchmarks.steps import GalleryBench, GalleryRow, LoadRow
-from benchmarks.tables import loads_table, write_loads_table
+from benchmarks.tables import gallery_page
 from tauten.service.process import host_info
 from tauten.service.replay import Spread
 
@@ -37,7 +37,7 @@ def result() -> GalleryBench:
 
 
 def test_errors_are_shown_by_kind_and_what_was_lost_has_no_number() -> None:
-    tilt, motion = loads_table(result()).rows
+    tilt, motion = gallery_page(result()).tables[1].rows
     assert tilt[:3] == ("worm", "tilt", "7")
     assert tilt[4:8] == ("16", "1", "0.50 / 2.00", "2.00")  # 2 mm of 100 mm
     assert motion[5:8] == ("400", "–", "–")
@@ -46,7 +46,7 @@ def test_errors_are_shown_by_kind_and_what_was_lost_has_no_number() -> None:
 def test_page_gets_the_table_between_its_marks(tmp_path: Path) -> None:
     page = tmp_path / "page.md"
     page.write_text("before\n<!-- python -m benchmarks gallery -->\nold\n<!-- end -->\nafter\n")
-    write_loads_table(result(), page)
+    gallery_page(result()).put_into(page)
     text = page.read_text()
     assert text.startswith("before\n")
     assert text.endswith("after\n")

@@ -21,7 +21,7 @@ from benchmarks.manipulator import (
     random_postures,
 )
 from benchmarks.plots import draw_posture_errors
-from benchmarks.tables import ARM_BEGIN, ARM_END, write_arm_tables
+from benchmarks.tables import arm_page
 from tauten.controller import Controller
 from tauten.model import Forces, Robot, load_robot
 from tauten.model.robots.arm import ArmShape, bending_tensions, tendon_angle
@@ -138,8 +138,8 @@ def test_tables_and_figure(arm: Robot, tmp_path) -> None:  # type: ignore[no-unt
         host_info(), (speed,), stages, contact, "a campaign", 1400, (errors[0],), tuple(errors)
     )
     page = tmp_path / "page.md"
-    page.write_text(f"{ARM_BEGIN}{ARM_END}", encoding="utf-8")
-    write_arm_tables(result, page)
+    page.write_text("<!-- python -m benchmarks manipulator --><!-- end -->", encoding="utf-8")
+    arm_page(result).put_into(page)
     text = page.read_text(encoding="utf-8")
     assert "| 4,500, bent | 2,250 | 1 * | 50 | 200 | 200.0 | 4.00 | 25 | 100 |" in text
     assert "2,250 candidates in range, reduced, k = 23, 40 contact rows" in text

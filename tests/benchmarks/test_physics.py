@@ -16,7 +16,7 @@ from benchmarks.physics import (
     bench_energy,
     bench_equilibria,
 )
-from benchmarks.tables import energy_tables, write_energy_tables
+from benchmarks.tables import energy_page
 
 
 @pytest.fixture(scope="module")
@@ -53,12 +53,12 @@ def test_shorter_steps_lead_elsewhere(energy: EnergyBench) -> None:
 
 
 def test_tables_have_every_course_and_share(energy: EnergyBench, tmp_path: Path) -> None:
-    courses, costs, shares, lengths = energy_tables(energy)
+    courses, costs, shares, lengths = energy_page(energy).tables
     assert (len(courses.rows), len(costs.rows), len(shares.rows)) == (4, 1, 7)
     assert [row[1] for row in lengths.rows] == ["one linearisation", "converged"]
     page = tmp_path / "page.md"
     page.write_text("before\n<!-- python -m benchmarks energy -->\nold\n<!-- end -->\nafter\n")
-    write_energy_tables(energy, page)
+    energy_page(energy).put_into(page)
     assert "free swing" in page.read_text()
     assert "old" not in page.read_text()
 

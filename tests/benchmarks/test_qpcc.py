@@ -23,7 +23,7 @@ from benchmarks.qpcc import (
     robot_like,
     time_solves,
 )
-from benchmarks.tables import qpcc_tables, write_qpcc_tables
+from benchmarks.tables import qpcc_page
 from tauten.controller.qpcc import available_backends
 from tauten.service.process import host_info
 
@@ -97,12 +97,12 @@ def test_tables_go_between_the_marks_of_a_page(tmp_path: Path) -> None:
     quality = measure("few", [QpccCase(asked[0].problem)], nothing)
     result = QpccBench(host_info(), times, (quality,))
     assert all(
-        len(row) == len(table.columns) for table in qpcc_tables(result) for row in table.rows
+        len(row) == len(table.columns) for table in qpcc_page(result).tables for row in table.rows
     )
     page = tmp_path / "page.md"
     page.write_text("before\n<!-- python -m benchmarks qpcc -->\nyesterday\n<!-- end -->\nafter\n")
     for _ in range(2):  # twice is as good as once
-        write_qpcc_tables(result, page)
+        qpcc_page(result).put_into(page)
     text = page.read_text()
     assert text.startswith("before\n")
     assert text.endswith("<!-- end -->\nafter\n")
@@ -110,7 +110,7 @@ def test_tables_go_between_the_marks_of_a_page(tmp_path: Path) -> None:
     assert text.count("| 1 x 5 |") == 1
     page.write_text("no marks")
     with pytest.raises(ValueError, match=r"page\.md: has no marks"):
-        write_qpcc_tables(result, page)
+        qpcc_page(result).put_into(page)
 
 
 def test_the_command_finds_the_recorded_problems_or_says_that_it_does_not(

@@ -14,7 +14,7 @@ from tauten.service.plant import DemoError
 from tauten.service.process import ORDINARY, StopFlag
 from tauten.service.replay import Spread
 from tauten.service.setup import load_setup
-from tauten.service.tables import NODE_BEGIN, NODE_END, milliseconds
+from tauten.service.tables import milliseconds
 from tauten.service.wire import Cause, Mode, Tick
 
 TICK = Tick(
@@ -73,7 +73,9 @@ def test_a_node_that_ends_is_an_error_with_its_last_words(beam_file: Path) -> No
 @pytest.mark.slow
 def test_a_served_robot_is_measured(beam_file: Path, tmp_path: Path) -> None:
     page, file = tmp_path / "page.md", tmp_path / "node.json"
-    page.write_text(f"before\n{NODE_BEGIN}\nold\n{NODE_END}\nafter\n", encoding="utf-8")
+    page.write_text(
+        "before\n<!-- tauten bench node -->\nold\n<!-- end -->\nafter\n", encoding="utf-8"
+    )
     slow = ["--rate", "10", "--targets", "10", "--seconds", "4"]  # followed on a busy machine too
     found = bench(str(beam_file), [*slow, "--json", str(file), "--markdown", str(page)], file)
     assert (found["model"], found["rate_hz"], found["target_rate_hz"]) == ("full", 10.0, 10.0)

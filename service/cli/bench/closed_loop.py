@@ -14,8 +14,7 @@ from tauten.service.cli.terminal import (
     basis_of,
     progress_bar,
     show_mesh_error,
-    show_tables,
-    write_json,
+    show_result,
 )
 
 
@@ -32,21 +31,18 @@ def closed_loop(
     from tauten.service.plots import draw_case
     from tauten.service.process import stop_on_signals
     from tauten.service.setup import load_setup
-    from tauten.service.tables import closed_loop_tables, write_closed_loop_tables
+    from tauten.service.tables import closed_loop_page
 
     setup = load_setup(robot)
     basis = basis_of(setup, robot)
     settings = ClosedLoopSettings(seconds, seed)
     with stop_on_signals() as stop, progress_bar("targets in reach") as report:
         result, runs = bench_closed_loop(setup.robot, setup.path, basis, settings, stop, report)
-    show_tables(closed_loop_tables(result))
+    show_result(result, closed_loop_page(result), json_file, markdown)
     show_mesh_error(setup.path, setup.robot)
     if not result.complete:
         Console().print("stopped early: the tables have the runs that were done")
-    write_json(result, json_file)
     if figures is not None:
         figures.mkdir(parents=True, exist_ok=True)
         for one in runs:
             draw_case(one, setup.robot.h, figures / f"{one.name}.png")
-    if markdown is not None:
-        write_closed_loop_tables(result, markdown)

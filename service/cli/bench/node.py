@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 from rich.console import Console
 
-from tauten.service.cli.terminal import Json, Markdown, Model, show_tables, write_json
-
-if TYPE_CHECKING:
-    from tauten.service.bench import NodeBench
+from tauten.service.cli.terminal import Json, Markdown, Model, show_result, write_json
 
 
 def node(
@@ -40,7 +36,7 @@ def node(
     from tauten.service.bench import NodeBenchSettings, bench_node
     from tauten.service.process import RealtimeSettings, stop_on_signals
     from tauten.service.setup import load_setup
-    from tauten.service.tables import node_table
+    from tauten.service.tables import node_page
 
     options: list[str] = []
     if model is not None:
@@ -62,15 +58,8 @@ def node(
             ):
                 break
             results.append(found)
-            _keep(results, json_file, markdown)
+            write_json(results, json_file)
+            if markdown is not None:
+                node_page(results).put_into(markdown)
     if results:
-        show_tables([node_table(results)])
-
-
-def _keep(results: list[NodeBench], json_file: Path | None, markdown: Path | None) -> None:
-    """Write the results so far into files."""
-    from tauten.service.tables import write_node_tables
-
-    write_json(results, json_file)
-    if markdown is not None:
-        write_node_tables(results, markdown)
+        show_result(results, node_page(results), json_file, markdown)

@@ -12,8 +12,7 @@ from tauten.service.cli.terminal import (
     Markdown,
     basis_of,
     progress_bar,
-    show_tables,
-    write_json,
+    show_result,
 )
 
 
@@ -37,14 +36,11 @@ def reduced(
     """Number of state modes and sampled elements against errors and step times of reduced models."""
     from tauten.service.bench import bench_reduced
     from tauten.service.setup import load_setup
-    from tauten.service.tables import reduced_tables, write_reduced_tables
+    from tauten.service.tables import reduced_page
 
     setup = load_setup(robot, basis=basis, model="full")
     modes = basis_of(setup, robot)
     folder = snapshots or Path(f"{setup.robot.name}-bench")
     with progress_bar("reduced models") as report:
         result = bench_reduced(robot, modes, folder, refinements, seconds, report)
-    show_tables(reduced_tables(result))
-    write_json(result, json_file)
-    if markdown is not None:
-        write_reduced_tables(result, markdown)
+    show_result(result, reduced_page(result), json_file, markdown)

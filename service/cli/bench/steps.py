@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from tauten.service.cli.terminal import Json, progress_bar, show_mesh_error, show_tables, write_json
+from tauten.service.cli.terminal import Json, progress_bar, show_mesh_error, show_result
 
 
 def steps(
@@ -20,10 +20,9 @@ def steps(
     from tauten.model import load_robot
     from tauten.model.load import robot_path
     from tauten.service.bench import bench_steps
-    from tauten.service.tables import steps_table
+    from tauten.service.tables import steps_page
 
     with progress_bar(f"steps of {robot}") as report:
         result = bench_steps(robot, refinements, factorisation, count, report)
-    show_tables([steps_table(result)])
+    show_result(result, steps_page(result), json_file)
     show_mesh_error(robot_path(robot), load_robot(robot, refinements=refinements))
-    write_json(result, json_file)

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from tauten.service.cli.terminal import Json, progress_bar, show_tables, write_json
+from tauten.service.cli.terminal import Json, progress_bar, show_result
 
 
 def still(
@@ -35,7 +35,7 @@ def still(
     from tauten.service.bench import StillSettings, bench_still
     from tauten.service.plots import draw_still
     from tauten.service.process import stop_on_signals
-    from tauten.service.tables import still_tables
+    from tauten.service.tables import still_page
 
     for name in model or ():
         if name not in ("full", "reduced"):
@@ -51,7 +51,6 @@ def still(
     )
     with stop_on_signals() as stop, progress_bar("still") as report:
         result = bench_still(chosen, stop, report)
-    show_tables(still_tables(result), 140)
-    write_json(result, json_file)
+    show_result(result, still_page(result), json_file, width=140)
     if figure is not None:
         draw_still(result, figure)

@@ -22,7 +22,7 @@ from tauten.service.cli.terminal.options import (
 from tauten.service.cli.terminal.output import (
     progress_bar,
     show_mesh_error,
-    show_tables,
+    show_result,
     write_json,
 )
 
@@ -48,6 +48,6 @@ __all__ = [
     "missing_extra",
     "progress_bar",
     "show_mesh_error",
-    "show_tables",
+    "show_result",
     "write_json",
 ]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 if TYPE_CHECKING:
     from tauten.model import Robot
-    from tauten.service.tables import Numbers
+    from tauten.service.tables import Page
 
 
 class ShowProgress(Protocol):
@@ -43,18 +43,33 @@ def progress_bar(title: str) -> Iterator[ShowProgress]:
         yield report
 
 
-def show_tables(tables: Iterable[Numbers], width: int | None = None) -> None:
-    """Print tables to stdout.
+def show_result(
+    result: Any,
+    page: Page,
+    json_file: Path | None,
+    markdown: Path | None = None,
+    width: int | None = None,
+) -> None:
+    """Print a result to stdout, and write it into the files that were asked for.
 
     Args:
-        tables: to print, in this order.
+        result: for JSON, see `write_json`.
+        page: its tables and sentences.
+        json_file: where the numbers go; None: nowhere.
+        markdown: page that tables and sentences go into; None: none.
         width: of the output in characters; None: that of the terminal.
     """
     from rich.console import Console
 
+    from tauten.service.tables import Numbers
+
     console = Console(width=width)
-    for table in tables:
-        console.print(table.rich())
+    for part in page.parts:
+        console.print(part.rich() if isinstance(part, Numbers) else part, markup=False)
+    console.print(page.about, markup=False)
+    write_json(result, json_file)
+    if markdown is not None:
+        page.put_into(markdown)
 
 
 def show_mesh_error(path: Path, robot: Robot) -> None:

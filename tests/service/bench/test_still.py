@@ -11,7 +11,7 @@ from tauten.model import load_robot
 from tauten.service.bench import StillRun, StillSettings, bench_still
 from tauten.service.bench.still import random_goals
 from tauten.service.process import StopFlag
-from tauten.service.tables import still_tables
+from tauten.service.tables import still_page
 
 RUN = StillRun("arm", "reduced", "open", False, 20.0, 1e-8, 1e-8, 5.0, 5.0, ("OK",))
 
@@ -34,7 +34,7 @@ def test_the_diamond_rests_and_is_never_stuck() -> None:
     assert all(run.rests and run.is_best for run in result.runs if run.loop == "open")
     assert result.orders[0].stuck == 0
     assert result.orders[0].beyond == 0.0
-    assert len(still_tables(result)) == 2
+    assert len(still_page(result).tables) == 2
 
 
 @pytest.mark.slow

@@ -30,7 +30,7 @@ from tauten.service.check import (
     robot_check,
 )
 from tauten.service.process import StopFlag
-from tauten.service.tables import check_tables
+from tauten.service.tables import check_page
 
 SIZE = (0.2, 0.02, 0.02)
 CELLS = (10, 1, 1)
@@ -388,4 +388,4 @@ def test_a_mesh_that_fails_does_not_cost_the_others(
     failed = about(result, "meshes to compare with")
     assert failed.level == "doubtful"
     assert failed.found == "smoothed elements: NotImplementedError: no smoothed elements today"
-    assert "no smoothed elements today" in check_tables(result)[0].markdown()
+    assert "no smoothed elements today" in check_page(result).tables[0].markdown()
