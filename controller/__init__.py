@@ -12,7 +12,7 @@ from tauten.controller.settings import (
     controller_settings,
     load_controller_settings,
 )
-from tauten.controller.step import Decision, Horizon, advance, decide, hold, prepare
+from tauten.controller.step import Decision, Horizon, decide, hold, prepare
 
 __all__ = [
     "Actuation",
@@ -26,7 +26,6 @@ __all__ = [
     "NO_CERTIFICATE",
     "Prepared",
     "Status",
-    "advance",
     "closed_compliance",
     "controller_settings",
     "decide",
