@@ -70,6 +70,22 @@ def energy_error(Psi: Array, problems: Sequence[ContactProblem]) -> float:
     return _lost(Psi, _coefficients(Psi, problems), problems, _weights(problems))
 
 
+def worst_forces(Psi: Array, problems: Sequence[ContactProblem], count: int) -> Array:
+    """Contact forces of the problems in which a basis loses most: (n_c, count), or as many as there are.
+
+    Args:
+        Psi: (n_c, k) modes.
+        problems: equilibria with contact.
+        count: number of problems.
+    """
+    losses = [problem.loss(problem.forces(Psi)) for problem in problems]
+    order = np.argsort(-_weights(problems) * np.array(losses), kind="stable")[:count]
+    forces = np.zeros((len(Psi), len(order)))
+    for column, j in enumerate(order.tolist()):
+        forces[problems[j].slots, column] = problems[j].lam
+    return forces
+
+
 def _weights(problems: Sequence[ContactProblem]) -> Array:
     energy = np.array([problem.energy for problem in problems])  # (p,)
     weights: Array = 1.0 / np.maximum(energy, _FLOOR * energy.max())

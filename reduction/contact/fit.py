@@ -9,7 +9,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from tauten.model.numerics import Array
-from tauten.reduction.contact.energy import MAX_SWEEPS, energy_error, refine
+from tauten.reduction.contact.energy import MAX_SWEEPS, energy_error, refine, worst_forces
 from tauten.reduction.contact.positive_basis import METHODS, Method, factorise_each
 from tauten.reduction.contact.problems import ContactProblem
 
@@ -51,7 +51,8 @@ def fit_each(
         S: (n_c, s) weighted contact forces, see `factorise`.
         problems: equilibria for "energy", see `refine`.
         ks: numbers of modes.
-        method: "energy": HALS, then descent in energy; or a method of `factorise`.
+        method: "energy": HALS, then descent in energy, which ends no higher than with fewer modes; or a
+            method of `factorise`.
         seed: see `factorise`.
         max_sweeps: see `refine`.
 
@@ -63,9 +64,32 @@ def fit_each(
         Fit(found.Psi, found.error, k)
         for k, found in zip(sorted(set(ks)), factorise_each(S, ks, start, seed), strict=True)
     ]
-    if method == "energy":
-        fits = [replace(fit, Psi=refine(fit.Psi, problems, max_sweeps)[0]) for fit in fits]
-    return tuple(fits)
+    return tuple(fits if method != "energy" else _of_least_energy(fits, problems, max_sweeps))
+
+
+def _of_least_energy(
+    fits: Sequence[Fit], problems: Sequence[ContactProblem], max_sweeps: int
+) -> list[Fit]:
+    """Descent in energy from each fit; more modes never lose more energy than fewer did.
+
+    Descent ends at a local minimum. Where that of k modes loses more than the last, smaller basis, it begins
+    again from this basis and the forces of the problems in which it loses most.
+
+    Args:
+        fits: ascending in k, where descent starts.
+        problems: equilibria.
+        max_sweeps: see `refine`.
+    """
+    refined: list[Fit] = []
+    least = np.inf
+    for fit in fits:
+        Psi, history = refine(fit.Psi, problems, max_sweeps)
+        if history[-1] > least:
+            worst = worst_forces(refined[-1].Psi, problems, fit.k - refined[-1].k)
+            Psi, history = refine(np.hstack([refined[-1].Psi, worst]), problems, max_sweeps)
+        least = float(history[-1])
+        refined.append(replace(fit, Psi=Psi))
+    return refined
 
 
 @dataclass(frozen=True, slots=True)

@@ -135,13 +135,14 @@ def make_basis(
     S, method, seed = snapshots.lam * weights, settings.method, settings.seed
     with one_blas_thread():  # the order of sums depends on the number of threads
         problems = contact_problems(robot, snapshots)
-        curve, k = None, settings.k
+        curve, k, fewer = None, settings.k, list[int]()
         if k == "auto" or settings.curve:
             curve = cross_validate(S, folds(snapshots), problems, method=method, seed=seed)
         if k == "auto":
             assert curve is not None
             k = choose_k(curve, settings.tolerance or TOLERANCE * robot.size)
-        (fit,) = fit_each(S, problems, (k,), method, seed)
+            fewer = curve.k[curve.k < k].tolist()  # as good a start as in the curve
+        fit = fit_each(S, problems, (*fewer, k), method, seed)[-1]
         found, by_effort = quality(fit.Psi, problems), None
         if robot.actuators.laws.held_by_force.any():
             by_effort = quality(fit.Psi, contact_problems(robot, snapshots, as_held=True)).tip

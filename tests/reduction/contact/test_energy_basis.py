@@ -83,6 +83,23 @@ def test_forces_themselves_lose_nothing(seed: int) -> None:
         assert max(found.force, found.tip) < 1e-6
 
 
+@settings(deadline=None, max_examples=30)
+@given(seed=st.integers(0, 2**32 - 1))
+@example(seed=0)
+def test_more_modes_never_lose_more_energy(seed: int) -> None:
+    """Descent from the start of 4 modes alone may end above what 3 reached."""
+    rng = np.random.default_rng(seed)
+    problems = [random_problem(rng, 8, column) for column in range(6)]
+    S = np.zeros((8, 6))
+    for problem in problems:
+        S[problem.slots, problem.column] = problem.lam
+    rank = int(np.linalg.matrix_rank(S))
+    fits = fit_each(S, problems, range(1, rank + 1))
+    lost = [energy_error(fit.Psi, problems) for fit in fits]
+    assert (np.diff(lost) <= 1e-7).all()
+    assert [fit.k for fit in fits] == list(range(1, rank + 1))
+
+
 def test_problems_are_the_equilibria(
     thumb: Robot, thumb_ramp: Snapshots, thumb_problems: Problems
 ) -> None:
