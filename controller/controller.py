@@ -8,6 +8,7 @@ import numpy as np
 
 from tauten.controller.actuation import NO_CERTIFICATE, Actuation
 from tauten.controller.damping import undamped
+from tauten.controller.lead import no_lead
 from tauten.controller.locks import locked, no_locks, resting, unlocked, with_locks, within_rate
 from tauten.controller.plan import DecideSettings, Prepared
 from tauten.controller.qpcc import QpccSettings, Status
@@ -86,6 +87,7 @@ class Controller:
             enrichment=enrichment or default,
             qpcc=QpccSettings(solver=settings.qp_solver, max_pivots=settings.max_pivots),
             substeps=substeps_of(self.robot, settings.substeps),
+            ahead=self.horizon.ticks,
         )
         self.settled, none = False, no_forces(self.robot.n_a, self.space.k)
         self._origin = self.robot.rest(), none, np.zeros(self.robot.n_a)
@@ -123,7 +125,8 @@ class Controller:
         self._decision: Decision | None = None
         self._last_decision: Decision | None = None
         self._pending: Actuation | None = None  # decided in this step
-        self._damping, self._stalled = undamped(), np.zeros(self.robot.n_a, np.bool_)
+        self._taken = undamped(), no_lead()  # by the next decision
+        self._stalled = np.zeros(self.robot.n_a, np.bool_)
         self._left = Actuation(  # in the step before: what rates and holds start from
             pull.copy(), forces.tension.copy(), forces.tension.copy(), self.robot.effector(state),
             self.robot.effector_values(state), Status.OK, NO_CERTIFICATE,
@@ -245,7 +248,7 @@ class Controller:
         if locks is not None and (locks.by_position | locks.by_force).all():
             return self._keep(locks, None)
         decision = decide(
-            self.robot, self._prepared, goal, self._left.pull, self.settings, locks, self._damping
+            self.robot, self._prepared, goal, self._left.pull, self.settings, locks, *self._taken
         )
         self._last_decision = decision
         if not decision.status.usable or not np.isfinite(decision.predicted.dv).all():
@@ -259,7 +262,7 @@ class Controller:
         free = not (self._locks.by_position | self._locks.by_force).all()
         if goal is not None and self._prepared is not None and self._decision is None and free:
             locks, left = self._step_locks(), self._left
-            decide(self.robot, self._prepared, goal, left.pull, self.settings, locks, self._damping)
+            decide(self.robot, self._prepared, goal, left.pull, self.settings, locks, *self._taken)
 
     def hold(self) -> Actuation:
         """Keep position or effort of each actuator, as the robot file says; the model moves so.
@@ -338,8 +341,8 @@ class Controller:
         self._state, self._forces = moved.state, moved.forces
         self._contacts = moved.contacts
         self._stalled = self._decision.stalled
-        if self._decision.damping is not None:
-            self._damping = self._decision.damping
+        damping, lead = self._decision.damping, self._decision.lead
+        self._taken = damping or self._taken[0], lead or no_lead()
         self._left, self._pending = self._pending, None
         self._prepared = self._decision = None
 

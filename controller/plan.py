@@ -71,12 +71,14 @@ class DecideSettings:
         enrichment: when unit columns join the basis.
         qpcc: settings of the solver.
         substeps: of second order that the model takes in a tick; 0: the decision's own step.
+        ahead: ticks of the horizon; 0: decisions look one tick ahead.
     """
 
     epsilon: float
     enrichment: Enrichment
     qpcc: QpccSettings
     substeps: int = 1
+    ahead: int = 0
 
 
 @dataclass(frozen=True, slots=True)

@@ -22,6 +22,7 @@ from tauten.controller.actuation import Actuation
 from tauten.controller.certificates import hold_certificate
 from tauten.controller.damping import Damping, adapted, undamped
 from tauten.controller.inverse import energy_scale, weighted_rows
+from tauten.controller.lead import Lead, leading, no_lead, with_tick
 from tauten.controller.locks import ahead_of_locks
 from tauten.controller.plan import Aim, DecideSettings, Plan, Prepared, make_plan
 from tauten.controller.qpcc import NO_PIECE, Certificate, Qpcc, Start, Status
@@ -67,6 +68,11 @@ class Horizon:
     ahead: Robot | None
     integration: Integration
 
+    @property
+    def ticks(self) -> int:
+        """Its length; 0: one tick, for which there is no step of its own."""
+        return 0 if self.ahead is None else round(self.integration.h / self.robot.h)
+
 
 def horizon_of(robot: Robot, seconds: float) -> Horizon:
     """The horizon of a robot's decisions.
@@ -97,6 +103,7 @@ class Decision:
         stalled: (n_a,) which locks have stopped because more would exceed a limit.
         plan: over the horizon; None for a hold.
         damping: of the next decision; None for a hold.
+        lead: of the next decision; None for a hold, and where the decision is not usable.
         command: position or effort that each actuator has at the end of the tick; None where the decision is
             not usable.
     """
@@ -109,6 +116,7 @@ class Decision:
     stalled: Bools
     plan: Plan | None = None
     damping: Damping | None = None
+    lead: Lead | None = None
     command: Command | None = None
 
     @property
@@ -200,6 +208,7 @@ def decide(
     settings: DecideSettings,
     locks: Command | None = None,
     damping: Damping | None = None,
+    lead: Lead | None = None,
 ) -> Decision:
     """Find the tensions that bring the effectors to a goal.
 
@@ -216,9 +225,11 @@ def decide(
         settings: weights and tolerances.
         locks: what locked actuators keep in this step; None: all are decided.
         damping: from the decision before; None: none.
+        lead: likewise.
     """
-    layout, damping = robot.effector_layout, damping or undamped()
+    layout, damping, lead = robot.effector_layout, damping or undamped(), lead or no_lead()
     target = layout.row_targets(prepared.step.rows.effectors.values, goal)  # (n_e,)
+    target = target + leading(lead, layout, goal, settings.ahead)
     aim = Aim(target, layout.scale, layout.exact, damping.gamma)
     kept = None if locks is None else ahead_of_locks(locks, pull)
     plan = make_plan(robot, prepared, aim, pull, settings, kept)
@@ -236,7 +247,8 @@ def decide(
     tick = take_tick(
         prepared.step, settings.enrichment, prepared.forces, wanted, reach, robot.limits
     )
-    after = tick.solved.prediction
+    after, effectors = tick.solved.prediction, robot.layout.effectors
+    remaining = plan.predicted.delta[effectors] - after.delta[effectors]  # (n_e,)
     change = _change(prepared, plan, layout.scale, settings.epsilon * prepared.scale)
     certificate = replace(
         plan.certificate, deepest_gap=after.deepest_gap, extra_columns=len(after.step.extra)
@@ -249,7 +261,8 @@ def decide(
         stalled, supplied = stalled_locks(locks, tick, robot), supplied & ~locks.by_position
     return Decision(
         after, tick.pull, status, certificate, conflict, stalled, plan,
-        adapted(damping, change, robot.size), given_in(tick, supplied, robot.limits),
+        adapted(damping, change, robot.size), with_tick(lead, goal, remaining, settings.ahead),
+        given_in(tick, supplied, robot.limits),
     )  # fmt: skip
 
 
