@@ -125,8 +125,7 @@ class Controller:
         self._decision: Decision | None = None
         self._last_decision: Decision | None = None
         self._pending: Actuation | None = None  # decided in this step
-        self._taken = undamped(), no_lead()  # by the next decision
-        self._stalled = np.zeros(self.robot.n_a, np.bool_)
+        self._taken, self._stalled = (undamped(), no_lead()), np.zeros(self.robot.n_a, np.bool_)
         self._left = Actuation(  # in the step before: what rates and holds start from
             pull.copy(), forces.tension.copy(), forces.tension.copy(), self.robot.effector(state),
             self.robot.effector_values(state), Status.OK, NO_CERTIFICATE,
@@ -334,17 +333,15 @@ class Controller:
                 self.robot, self.space, self.settings, self._decision, self._left, self._pending
             )
         except FactorisationError:
-            self.status = Status.NOT_FINITE
-            self._left, self._pending = self._pending, None
-            self._prepared = self._decision = None
+            self.status, self._left = Status.NOT_FINITE, self._pending
+            self._pending = self._prepared = self._decision = None
             return
         self._state, self._forces = moved.state, moved.forces
-        self._contacts = moved.contacts
-        self._stalled = self._decision.stalled
+        self._contacts, self._stalled = moved.contacts, self._decision.stalled
         damping, lead = self._decision.damping, self._decision.lead
         self._taken = damping or self._taken[0], lead or no_lead()
-        self._left, self._pending = self._pending, None
-        self._prepared = self._decision = None
+        self._left = self._pending
+        self._pending = self._prepared = self._decision = None
 
     def _hold(self, status: Status | None, conflict: tuple[str, ...] = ()) -> Actuation:
         """Hold the actuators, after a decision that failed with this status; None: no decision failed."""
