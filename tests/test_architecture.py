@@ -66,6 +66,7 @@ ORDER = (
     "benchmarks.contact_basis",
     "benchmarks.manipulator",
     "benchmarks.steps",
+    "benchmarks.view",
     "benchmarks.tables",
     "benchmarks.plots",
     "benchmarks.commands",

@@ -34,15 +34,16 @@ def view(
     from tauten.service.process import stop_on_signals
 
     try:
-        from tauten.service import view as viewer
+        from benchmarks.view import simulation_cost
+        from tauten.service.view import SimulationSettings
     except ModuleNotFoundError as error:
         raise missing_extra(error) from error
 
     costs = []
     with stop_on_signals() as stop:
         for robot in robots:
-            simulation = viewer.SimulationSettings(robot, basis, model, 1.0, path)
-            found = viewer.simulation_cost(simulation, seconds, stop)
+            simulation = SimulationSettings(robot, basis, model, 1.0, path)
+            found = simulation_cost(simulation, seconds, stop)
             if found is not None:
                 costs.append(found)
     if costs:

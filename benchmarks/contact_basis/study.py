@@ -10,6 +10,8 @@ from typing import TypeVar
 
 import numpy as np
 
+from benchmarks.contact_basis.gauss_seidel import solve_pgs
+from benchmarks.contact_basis.held_out import held_out_design, sensitivity
 from benchmarks.contact_basis.results import (
     CertificateCost,
     ContactBasisBench,
@@ -26,10 +28,9 @@ from tauten.model.numerics import (
     complementarity,
     distances,
     solve_lcp,
-    solve_pgs,
 )
 from tauten.reduction import ContactBasis
-from tauten.reduction.campaign import Design, Snapshots, held_out_design, run_campaign, sensitivity
+from tauten.reduction.campaign import Design, Snapshots, run_campaign
 from tauten.reduction.contact import (
     BasisMethod,
     ContactProblem,

@@ -10,10 +10,11 @@ from typing import Literal
 
 import numpy as np
 
+from benchmarks.contact_basis import solve_pgs
 from benchmarks.manipulator.postures import arm_in_equilibrium
 from tauten.controller import Controller, load_controller_settings
 from tauten.model import Enrichment, Forces, Robot, Simulator, default_enrichment, row_compliance
-from tauten.model.numerics import Array, solve_pgs
+from tauten.model.numerics import Array
 from tauten.reduction import ContactBasis
 from tauten.service.bench import StepTimes, time_controller
 

@@ -8,11 +8,12 @@ from time import perf_counter
 
 import numpy as np
 
+from benchmarks.steps.load_comparison import LoadKind, load_errors
 from tauten.controller import Controller
-from tauten.model import Robot
+from tauten.model import Robot, Simulator
 from tauten.model.numerics import Array
-from tauten.reduction.campaign import equilibrium_seconds, exploring
-from tauten.reduction.state import LoadKind, ReducedRobot, load_errors
+from tauten.reduction.campaign import TOLERANCE, Design, exploring
+from tauten.reduction.state import ReducedRobot
 from tauten.service.plant import PathSettings, make_path
 from tauten.service.process import HostInfo, host_info, one_blas_thread
 from tauten.service.replay import Spread, spread
@@ -194,3 +195,20 @@ def inverse_times(setup: Setup, targets: Array) -> Spread:
         controller.step(target)
         times.append(1e3 * (perf_counter() - start))
     return spread(times[WARM_UP:])
+
+
+def equilibrium_seconds(robot: Robot, design: Design, count: int) -> float:
+    """Mean time of the first equilibria of a design [s].
+
+    Args:
+        robot: the robot.
+        design: of a campaign.
+        count: number of equilibria.
+    """
+    run = design.runs[0].piece(0, count)
+    simulator = Simulator(robot, contact="full")
+    start = perf_counter()
+    for i in range(len(run)):
+        tension = None if run.tension is None else run.tension[:, i]
+        simulator.settle(run.pull[:, i], tension, TOLERANCE)
+    return (perf_counter() - start) / len(run)

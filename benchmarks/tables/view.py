@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from tauten.service.tables import Numbers, Page, measured_on, milliseconds
 
 if TYPE_CHECKING:
-    from tauten.service.view import ViewCost
+    from benchmarks.view import ViewCost
 
 
 def view_page(costs: Sequence[ViewCost]) -> Page:

@@ -7,7 +7,7 @@ Database of Materials for Soft Robotics, Soft Robotics, 2020, doi 10.1089/soro.2
 
 The constants are the non-negative least-squares fit to engineering strains up to 1, made by
 
-    python -m tauten.model.materials.fit_silicones FOLDER_OF_THE_TENSILE_TESTS
+    python -m benchmarks.elements.fit_silicones FOLDER_OF_THE_TENSILE_TESTS
 
 The tests measured strain between the grips and pulled at 450 mm/min to failure; their stress at a strain of 1
 is 43 to 74 % of the 100 % modulus on the manufacturer's data sheets (10, 12, 22 and 86 psi). Where forces

@@ -14,7 +14,7 @@ from tauten.model.numerics.factorisation import (
     make_factorisation,
 )
 from tauten.model.numerics.jit import kernel
-from tauten.model.numerics.lcp import LcpResult, complementarity, solve_lcp, solve_pgs
+from tauten.model.numerics.lcp import LcpResult, complementarity, solve_lcp
 from tauten.model.numerics.nnls import coordinates, distances, sparse_nnls
 from tauten.model.numerics.polar import LANES, mirrored_rotation, polar_lanes, polar_rotations
 from tauten.model.numerics.quaternions import (
@@ -98,7 +98,6 @@ __all__ = [
     "scale",
     "solve_in_place",
     "solve_lcp",
-    "solve_pgs",
     "solve_rows",
     "solve_transposed",
     "solve_upper",

@@ -6,10 +6,9 @@ with W symmetric positive semidefinite. A cable wound to a length has the same f
 δ = δ_a − pull ≥ 0 ⟂ tension ≥ 0, so contacts and cables may be stacked.
 
 δ is unique. λ is not where W is rank-deficient, which it is when candidates are finer than the mesh.
-`solve_lcp` gives the forces of nearly least norm Σ w_ii λ_i², which do not depend on the start;
-those of `solve_pgs`, the method of the paper (13) and the reference, do.
+`solve_lcp` gives the forces of nearly least norm Σ w_ii λ_i², which do not depend on the start.
 
-The residual of both is max_i |min(w_ii λ_i, δ_i)| [m]. The tolerance of 1e-9 m is far
+The residual is max_i |min(w_ii λ_i, δ_i)| [m]. The tolerance of 1e-9 m is far
 below the resolution of a mesh and far above the rounding of coordinates in metres.
 """
 
@@ -37,7 +36,7 @@ class LcpResult:
         lam: (m,) forces [N], not negative.
         delta: (m,) gaps [m].
         residual: max |min(w_ii λ_i, δ_i)| [m]; +inf when W or delta_free were not finite.
-        iterations: sweeps, or active sets that were tried.
+        iterations: active sets that were tried.
         converged: whether the residual is within the tolerance.
         asymmetry: largest |w_ij − w_ji| relative to the largest entry, measured where it did not converge:
             the active set takes W for symmetric, so that the residual cannot be much smaller.
@@ -91,38 +90,12 @@ def solve_lcp(
     start = usable(start, delta_free)
     limit = 100 + 10 * len(delta_free) if max_iterations is None else max_iterations
     lam, iterations = active_set_forces(W, delta_free, start, max(rho, 1e-13), limit)
-    result = make_result(W, delta_free, lam, iterations, TOLERANCE)
+    result = make_result(W, delta_free, lam, iterations)
     if result.converged or not SHARPEST < rho <= 1e-9 or iterations >= limit:
         return result
     lam, more = active_set_forces(W, delta_free, lam, SHARPEST, limit - iterations)
-    again = make_result(W, delta_free, lam, iterations + more, TOLERANCE)
+    again = make_result(W, delta_free, lam, iterations + more)
     return again if again.residual < result.residual else result
-
-
-def solve_pgs(
-    W: Array,
-    delta_free: Array,
-    start: Array | None = None,
-    tolerance: float = 1e-9,
-    max_sweeps: int = 10_000,
-) -> LcpResult:
-    """Solve 0 ≤ δ ⟂ λ ≥ 0 by projected Gauss-Seidel (13), the reference.
-
-    Converges linearly, and slowly where many candidates act on few nodes.
-
-    Args:
-        W: (m, m) compliance [m/N].
-        delta_free: (m,) gaps without forces [m].
-        start: (m,) forces to start from; with a rank-deficient W the result depends on them.
-        tolerance: residual that counts as solved [m].
-        max_sweeps: sweeps over all rows at most.
-    """
-    W, delta_free = np.ascontiguousarray(W), np.ascontiguousarray(delta_free)
-    if not (all_finite(W) and all_finite(delta_free)):
-        return result_for_bad_data(delta_free)
-    start = usable(start, delta_free)
-    lam, sweeps = gauss_seidel(W, delta_free, start, tolerance, max_sweeps)
-    return make_result(W, delta_free, lam, sweeps, tolerance)
 
 
 def usable(start: Array | None, delta_free: Array) -> Array:
@@ -132,9 +105,7 @@ def usable(start: Array | None, delta_free: Array) -> Array:
     return np.where(np.isfinite(start), np.maximum(start, 0.0), 0.0)
 
 
-def make_result(
-    W: Array, delta_free: Array, lam: Array, iterations: int, tolerance: float
-) -> LcpResult:
+def make_result(W: Array, delta_free: Array, lam: Array, iterations: int) -> LcpResult:
     """The result, with gaps and residual of the original problem.
 
     Args:
@@ -142,15 +113,14 @@ def make_result(
         delta_free: (m,) gaps without forces [m].
         lam: (m,) forces [N].
         iterations: that it took.
-        tolerance: residual of a solution [m].
     """
     delta = delta_free + W @ lam
     residual = complementarity(W, lam, delta)
     asymmetry = 0.0
-    if not residual <= tolerance:
+    if not residual <= TOLERANCE:
         largest = float(np.abs(W).max(initial=0.0))
         asymmetry = float(np.abs(W - W.T).max(initial=0.0)) / largest if largest > 0.0 else 0.0
-    return LcpResult(lam, delta, residual, iterations, residual <= tolerance, asymmetry)
+    return LcpResult(lam, delta, residual, iterations, residual <= TOLERANCE, asymmetry)
 
 
 def result_for_bad_data(delta_free: Array) -> LcpResult:
@@ -167,43 +137,3 @@ def all_finite(a: Array) -> bool:
             abs(value) < np.inf
         )  # a comparison, since the compiler may reorder sums
     return finite
-
-
-@kernel
-def gauss_seidel(
-    W: Array, delta_free: Array, start: Array, tolerance: float, max_sweeps: int
-) -> tuple[Array, int]:
-    """Forces (m,) and the number of sweeps of `solve_pgs`.
-
-    The change w_ii Δλ_i of a row is its residual min(w_ii λ_i, δ_i) at that moment, so that a sweep yields an
-    estimate of the residual; before the loop ends it is checked with newly computed gaps.
-
-    Args:
-        W: (m, m) compliance.
-        delta_free: (m,) gaps without force.
-        start: (m,) forces to start from.
-        tolerance: largest residual of a solution.
-        max_sweeps: sweeps at most.
-    """
-    n = delta_free.shape[0]
-    lam = start.copy()
-    delta = delta_free + W @ lam
-    for sweep in range(max_sweeps):
-        largest = 0.0
-        for i in range(n):
-            if W[i, i] <= 0.0:  # no force moves this row
-                continue
-            change = max(-delta[i] / W[i, i], -lam[i])
-            if change != 0.0:
-                lam[i] += change
-                delta += change * W[i]
-                largest = max(largest, abs(W[i, i] * change))
-        if largest <= tolerance:
-            delta = delta_free + W @ lam
-            residual = 0.0
-            for i in range(n):
-                if W[i, i] > 0.0:
-                    residual = max(residual, abs(min(W[i, i] * lam[i], delta[i])))
-            if residual <= tolerance:
-                return lam, sweep + 1
-    return lam, max_sweeps

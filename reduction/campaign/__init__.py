@@ -8,7 +8,6 @@ from tauten.reduction.campaign.designs import (
     DesignError,
     Ranges,
     Run,
-    equilibrium_seconds,
     exploring,
     latin_hypercube,
     latin_hypercube_levels,
@@ -18,7 +17,6 @@ from tauten.reduction.campaign.designs import (
     ramp,
 )
 from tauten.reduction.campaign.executors import ClusterError, dask_cluster, processes
-from tauten.reduction.campaign.held_out import FORCES, held_out_design, sensitivity
 from tauten.reduction.campaign.moving_mass import moving_mass
 from tauten.reduction.campaign.run import run_campaign
 from tauten.reduction.campaign.snapshots import Origin, SnapshotError, Snapshots, join_snapshots
@@ -29,7 +27,6 @@ __all__ = [
     "command_range",
     "Design",
     "DesignError",
-    "FORCES",
     "MAX_ITERATIONS",
     "Origin",
     "Ranges",
@@ -38,10 +35,8 @@ __all__ = [
     "Snapshots",
     "TOLERANCE",
     "dask_cluster",
-    "equilibrium_seconds",
     "exploring",
     "from_csv",
-    "held_out_design",
     "join_snapshots",
     "latin_hypercube",
     "latin_hypercube_levels",
@@ -52,5 +47,4 @@ __all__ = [
     "processes",
     "ramp",
     "run_campaign",
-    "sensitivity",
 ]

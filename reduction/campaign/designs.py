@@ -9,18 +9,16 @@ from __future__ import annotations
 
 import hashlib
 from dataclasses import dataclass
-from time import perf_counter
 
 import numpy as np
 from scipy.linalg import null_space
 from scipy.spatial.transform import Rotation
 
-from tauten.model import Robot, Simulator
+from tauten.model import Robot
 from tauten.model.numerics import Array
 from tauten.reduction.campaign.command_range import CommandRange, command_range
 from tauten.reduction.campaign.moving_mass import moving_mass
 
-CAMPAIGN_TOLERANCE = 1e-6  # m
 RAMP_STEPS = 200  # of one actuator whose position is commanded; the paper takes 800
 EFFORT_STEPS = 60  # of one actuator whose effort is commanded
 RUN_STEPS = 20  # of a run of several actuators
@@ -202,23 +200,6 @@ def _random_ends(found: CommandRange, count: int, seed: int) -> Array:
 def _risen(steps: int) -> Array:
     """Equal steps (steps,) from just above 0 to 1."""
     return np.arange(1, steps + 1) / steps
-
-
-def equilibrium_seconds(robot: Robot, design: Design, count: int) -> float:
-    """Mean time of the first equilibria of a design [s].
-
-    Args:
-        robot: the robot.
-        design: of a campaign.
-        count: number of equilibria.
-    """
-    run = design.runs[0].piece(0, count)
-    simulator = Simulator(robot, contact="full")
-    start = perf_counter()
-    for i in range(len(run)):
-        tension = None if run.tension is None else run.tension[:, i]
-        simulator.settle(run.pull[:, i], tension, CAMPAIGN_TOLERANCE)
-    return (perf_counter() - start) / len(run)
 
 
 def _to_command(

@@ -3,7 +3,6 @@
 from tauten.reduction.reduced_robot import ElementSample, ReducedRobot, StateBasisError
 from tauten.reduction.state.basis import SUFFIX, StateBasis, StateOrigin
 from tauten.reduction.state.bodies import reducible
-from tauten.reduction.state.load_comparison import ForeignLoadError, LoadKind, load_errors
 from tauten.reduction.state.model_error import TipCheck
 from tauten.reduction.state.modes import enriched, pod, responses
 from tauten.reduction.state.reduce import (
@@ -16,8 +15,6 @@ from tauten.reduction.state.robot import reduced_robot
 
 __all__ = [
     "ElementSample",
-    "ForeignLoadError",
-    "LoadKind",
     "ReducedRobot",
     "SUFFIX",
     "StateBasis",
@@ -27,7 +24,6 @@ __all__ = [
     "TipCheck",
     "enriched",
     "held_out_snapshots",
-    "load_errors",
     "n_elements",
     "pod",
     "reduce_states",

@@ -1,34 +1,42 @@
 """The viewer: a robot in the browser, simulated, served or recorded."""
 
+from tauten.service.view.charts import SPAN
 from tauten.service.view.guard import Guard
+from tauten.service.view.panel import ViewPanel
 from tauten.service.view.playback import PlaybackSession
-from tauten.service.view.server import LoopbackServer, ViewError, open_server
+from tauten.service.view.scene import TRAIL, RobotScene
+from tauten.service.view.server import HOST, LoopbackServer, ViewError, open_server
 from tauten.service.view.session import ViewSession
 from tauten.service.view.show import (
     SimulationSettings,
     ViewSettings,
     export_log,
     export_simulation,
-    simulation_cost,
+    following,
+    simulated,
     view_log,
     view_served,
     view_simulation,
 )
-from tauten.service.view.usage import ViewCost
 
 __all__ = [
     "Guard",
     "LoopbackServer",
     "PlaybackSession",
     "SimulationSettings",
-    "ViewCost",
+    "HOST",
+    "RobotScene",
+    "SPAN",
+    "TRAIL",
     "ViewError",
+    "ViewPanel",
     "ViewSession",
     "ViewSettings",
     "export_log",
     "export_simulation",
     "open_server",
-    "simulation_cost",
+    "following",
+    "simulated",
     "view_log",
     "view_served",
     "view_simulation",

@@ -20,12 +20,9 @@ from tauten.service.view.export import write_html
 from tauten.service.view.playback import PlaybackSession
 from tauten.service.view.server import FIRST_PORT, HOST, open_server
 from tauten.service.view.session import FRAMES, ViewSession, ViewUsage
-from tauten.service.view.usage import ViewCost, view_cost
 from tauten.service.wire import Network
 
 log = logging.getLogger(__name__)
-
-_BENCH_MOTION = 1.0  # s of the robot that are shown again and again
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,7 +76,7 @@ def view_simulation(
     """
     with one_blas_thread():
         with stop.interruptible():
-            source, path, file = _simulated(simulation)
+            source, path, file = simulated(simulation)
         with open_server(settings.port, source.look.name) as (server, guard):
             session = ViewSession(source, server, guard, file)
             session.arm()
@@ -107,41 +104,16 @@ def export_simulation(
     """
     with one_blas_thread():
         with stop.interruptible():
-            source, path, _ = _simulated(simulation)
+            source, path, _ = simulated(simulation)
         if path is None:
             raise PathError(
                 "an export of a simulation needs a path: give --path, for instance reach"
             )
         duration = path.duration if seconds is None else seconds
-        return write_html(source.look, _following(source, path, duration, stop), file)
+        return write_html(source.look, following(source, path, duration, stop), file)
 
 
-def simulation_cost(
-    simulation: SimulationSettings, seconds: float, stop: StopFlag
-) -> ViewCost | None:
-    """What showing a simulated robot costs; None when stopped before there were numbers.
-
-    Args:
-        simulation: what is simulated; its path moves the robot.
-        seconds: of pictures.
-        stop: ends it early.
-
-    Raises:
-        PathError: no such path, or none is given.
-        RobotFileError, MeshError, BasisError, StateBasisError: what cannot be used, and why.
-    """
-    with one_blas_thread():
-        with stop.interruptible():
-            source, path, _ = _simulated(simulation)
-        if path is None:
-            raise PathError("a benchmark of the viewer needs a path: give --path")
-        frames = list(_following(source, path, min(path.duration, _BENCH_MOTION), stop))
-        if not frames:
-            return None
-        return view_cost(source.look, source.nodes, frames, seconds, stop)
-
-
-def _simulated(
+def simulated(
     simulation: SimulationSettings,
 ) -> tuple[SimulatedRobot, TargetPath | None, Path | None]:
     """A simulated robot, the path of its target, and the file that cables can be drawn into."""
@@ -156,7 +128,7 @@ def _simulated(
     return SimulatedRobot(setup, plant, order), path, file if own else None
 
 
-def _following(
+def following(
     source: SimulatedRobot, path: TargetPath, seconds: float, stop: StopFlag
 ) -> Iterator[ViewFrame]:
     """Frames of a simulated robot whose first effector follows a path.

@@ -5,9 +5,10 @@ import dataclasses
 import numpy as np
 import pytest
 
+from benchmarks.contact_basis import solve_pgs
 from tauten.model import Simulator
 from tauten.model.contact import ContactPair, ContactSet, contact_rows
-from tauten.model.numerics import solve_lcp, solve_pgs
+from tauten.model.numerics import solve_lcp
 from tauten.model.tetra import TetRobot
 
 PULL = 0.022  # closes the mouths of all notches

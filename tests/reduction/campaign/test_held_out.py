@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+from benchmarks.contact_basis import FORCES, held_out_design, sensitivity
 from tauten.model import Robot
-from tauten.reduction.campaign import FORCES, Snapshots, held_out_design, sensitivity
+from tauten.reduction.campaign import Snapshots
 
 
 @pytest.mark.parametrize("steps", [5, 20])

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 from support.robots.bodies import beam_robot, box_mesh
 
+from benchmarks.contact_basis import sensitivity
 from tauten.model import ContactSpace, EmptySpace, Robot, Simulator
 from tauten.model.numerics import Array
-from tauten.reduction.campaign import Design, Run, Snapshots, run_campaign, sensitivity
+from tauten.reduction.campaign import Design, Run, Snapshots, run_campaign
 from tauten.reduction.contact import tip_errors
 from tauten.service.bench.reduced import path_accuracy
 

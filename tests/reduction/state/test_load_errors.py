@@ -7,16 +7,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from benchmarks.steps import ForeignLoadError, load_errors
 from tauten.model import Simulator
 from tauten.model.tetra import TetRobot
 from tauten.reduction.campaign import Snapshots, exploring, moving_mass, run_campaign
 from tauten.reduction.contact import ContactBasis, ReduceSettings, make_basis
 from tauten.reduction.state import (
-    ForeignLoadError,
     StateBasis,
     StateBasisError,
     StateSettings,
-    load_errors,
     reduce_states,
     reduced_robot,
 )

@@ -1,6 +1,6 @@
 """Fits the constants of `silicones` to the tensile tests of the Soft Robotics Materials Database.
 
-    python -m tauten.model.materials.fit_silicones FOLDER
+    python -m benchmarks.elements.fit_silicones FOLDER
 
 FOLDER is `Tensile-Tests-Data` of a copy of github.com/LucMarechal/Soft-Robotics-Materials-Database.
 """
@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import nnls
 
-from tauten.model.materials.silicones import SILICONES
+from tauten.model.materials import SILICONES
 from tauten.model.numerics import Array
 
 LARGEST_STRAIN = 1.0

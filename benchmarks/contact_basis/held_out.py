@@ -6,9 +6,7 @@ import numpy as np
 
 from tauten.model import Robot, Simulator
 from tauten.model.numerics import Array
-from tauten.reduction.campaign.chunk import MAX_ITERATIONS, TOLERANCE
-from tauten.reduction.campaign.designs import Design, Run
-from tauten.reduction.campaign.snapshots import Snapshots
+from tauten.reduction.campaign import MAX_ITERATIONS, TOLERANCE, Design, Run, Snapshots
 
 FORCES = (0.1, 0.5)  # on the effectors, from six sides [N]
 _PERTURBATION = 1e-6  # relative, and of the forces [N]

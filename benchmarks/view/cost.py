@@ -16,16 +16,25 @@ from websockets.typing import Origin, Subprotocol
 
 from tauten.service.frames import FrameHistory, RobotLook, ViewFrame
 from tauten.service.node import Clock
-from tauten.service.process import HostInfo, StopFlag, host_info
+from tauten.service.plant import PathError
+from tauten.service.process import HostInfo, StopFlag, host_info, one_blas_thread
 from tauten.service.replay import Spread, spread
-from tauten.service.view.charts import SPAN
-from tauten.service.view.panel import ViewPanel
-from tauten.service.view.scene import TRAIL, RobotScene
-from tauten.service.view.server import HOST, open_server
+from tauten.service.view import (
+    HOST,
+    SPAN,
+    TRAIL,
+    RobotScene,
+    SimulationSettings,
+    ViewPanel,
+    following,
+    open_server,
+    simulated,
+)
 
 _RATE = 30.0  # pictures a second
 _PLOTS = 6  # pictures between two updates of the plots
 _CONNECT = 60.0  # s
+_MOTION = 1.0  # s of the robot that are shown again and again
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,6 +62,31 @@ class ViewCost:
     pictures_hz: float
     processor_share: float
     picture_ms: Spread
+
+
+def simulation_cost(
+    simulation: SimulationSettings, seconds: float, stop: StopFlag
+) -> ViewCost | None:
+    """What showing a simulated robot costs; None when stopped before there were numbers.
+
+    Args:
+        simulation: what is simulated; its path moves the robot.
+        seconds: of pictures.
+        stop: ends it early.
+
+    Raises:
+        PathError: no such path, or none is given.
+        RobotFileError, MeshError, BasisError, StateBasisError: what cannot be used, and why.
+    """
+    with one_blas_thread():
+        with stop.interruptible():
+            source, path, _ = simulated(simulation)
+        if path is None:
+            raise PathError("a benchmark of the viewer needs a path: give --path")
+        frames = list(following(source, path, min(path.duration, _MOTION), stop))
+        if not frames:
+            return None
+        return view_cost(source.look, source.nodes, frames, seconds, stop)
 
 
 def view_cost(

@@ -28,7 +28,7 @@ from tauten.reduction.campaign import (
     latin_hypercube_levels,
     payload,
 )
-from tauten.reduction.reduced_robot import ReducedRobot
+from tauten.reduction.state import ReducedRobot
 
 TILT = np.radians(20.0)  # of gravity
 POSTURES = 3  # beside rest

@@ -1,0 +1,5 @@
+"""What the viewer costs."""
+
+from benchmarks.view.cost import ViewCost, simulation_cost
+
+__all__ = ["ViewCost", "simulation_cost"]
