@@ -26,6 +26,7 @@ def solve_pgs(
         max_sweeps: sweeps over all rows at most.
     """
     begin = np.zeros_like(delta_free) if start is None else start
+    W = np.ascontiguousarray(W)
     lam, sweeps = gauss_seidel(W, delta_free, begin, tolerance, max_sweeps)
     delta = delta_free + W @ lam
     residual = complementarity(W, lam, delta)

@@ -35,8 +35,8 @@ def errors(
     thumb: TetRobot, states: StateBasis, basis: ContactBasis, swing: float
 ) -> dict[str, ForeignLoadError]:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("tauten.reduction.state.load_comparison.POSTURES", 1)
-        patch.setattr("tauten.reduction.state.load_comparison.SWING", swing)
+        patch.setattr("benchmarks.steps.load_comparison.POSTURES", 1)
+        patch.setattr("benchmarks.steps.load_comparison.SWING", swing)
         found = load_errors(thumb, reduced_robot(thumb, states), basis)
     return {error.kind: error for error in found}
 
