@@ -159,7 +159,7 @@ class ActuatorSet:
             return
         c, n_cables = self.cables, self.cables.n_a
         tension = lam[:n_cables] if exact else np.maximum(lam[:n_cables], 0.0)
-        add_cable_stiffness(x, c.owner, c.nodes, c.weights, c.offset, tension, self.cable_slot, K)
+        add_cable_stiffness(x, c.segment_arrays, tension, self.cable_slot, K)
         if exact and len(self.chambers) > 0:
             pressure = lam[n_cables : n_cables + len(self.chambers)]
             surface = (self.chambers.nodes, self.chambers.weights)

@@ -105,7 +105,7 @@ class LengthMeasure:
     def at(self, y: Array) -> Measurement:
         """The effector for positions y (P, 3) of its points."""
         c = self.cable
-        length, by_segment = cable_gradients(y, c.owner, c.nodes, c.weights, c.offset, 1)
+        length, by_segment = cable_gradients(y, c.segment_arrays, 1)
         gradient = np.zeros((1, self.count, 3))
         np.add.at(gradient[0], c.nodes, by_segment)
         return Measurement(length, length, y.mean(axis=0), gradient)

@@ -5,13 +5,15 @@ Since H_a turns with the body, a tension adds λ_a ∂²L/∂q² to the tangent:
 convex, and negative semidefinite in a rod that pushes.
 
 An equilibrium in which the ends of a segment have met is common: a trunk curls until its discs meet. There
-|d| has a kink, which Newton's method does not pass, so that lengths are rounded below `SHORTEST`.
+|d| has a kink, which Newton's method does not pass, so that lengths are rounded below `SHORTEST`, or below
+half of the segment's length at rest where that is less: segments of small robots are straight too.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import TypeAlias
 
 import numpy as np
 import scipy.sparse as sp
@@ -20,7 +22,9 @@ from tauten.model.numerics import Array, Ints, kernel
 from tauten.model.points.material_points import MaterialPoints
 from tauten.model.rows import Rows
 
-SHORTEST = 5e-4  # m, distance of a segment's ends below which its length is rounded
+SHORTEST = 5e-4  # m, largest distance of a segment's ends below which its length is rounded
+_LEAST = 1e-5  # m, the least one, of segments whose ends meet at rest
+Segments: TypeAlias = tuple[Ints, Ints, Array, Array, Array]
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,6 +54,7 @@ class CableSet:
         nodes: (s, 8) nodes of both stations.
         weights: (s, 8) their weights, the first station's negated: difference = Σ w x + offset.
         offset: (s, 3) fixed part of the difference [m].
+        shortest: (s,) distance of the ends below which the length is rounded [m].
         rest_length: (n_a,) L(q₀) [m].
     """
 
@@ -57,12 +62,18 @@ class CableSet:
     nodes: Ints
     weights: Array
     offset: Array
+    shortest: Array
     rest_length: Array
 
     @property
     def n_a(self) -> int:
         """Number of cables."""
         return len(self.rest_length)
+
+    @property
+    def segment_arrays(self) -> Segments:
+        """Owner, nodes, weights, offset and shortest of all segments, for the kernels."""
+        return self.owner, self.nodes, self.weights, self.offset, self.shortest
 
     def segments(self, x: Array) -> Array:
         """Both ends of every segment at node positions x (n_nodes, 3): (s, 2, 3) [m], for drawing."""
@@ -79,9 +90,7 @@ class CableSet:
             dof: (n_nodes,) first degree of freedom of a node, −1 where it is fixed.
             n: number of degrees of freedom.
         """
-        length, gradient = cable_gradients(
-            x, self.owner, self.nodes, self.weights, self.offset, self.n_a
-        )
+        length, gradient = cable_gradients(x, self.segment_arrays, self.n_a)
         columns = dof[self.nodes][:, :, None] + np.arange(3)  # (s, 8, 3)
         free = columns[:, :, 0] >= 0
         row = np.broadcast_to(self.owner[:, None, None], columns.shape)
@@ -112,41 +121,43 @@ def make_cables(cables: list[Cable], x0: Array) -> CableSet:
         np.array(weights).reshape(-1, 8),
         np.array(offset).reshape(-1, 3),
     )
-    rest_length, _ = cable_gradients(x0, *arrays, len(cables))
-    return CableSet(*arrays, rest_length)
+    alone = (np.arange(len(owner)), *arrays[1:], np.zeros(len(owner)))  # each segment a cable
+    own_length, _ = cable_gradients(x0, alone, len(owner))
+    shortest = np.clip(0.5 * own_length, _LEAST, SHORTEST)
+    rest_length, _ = cable_gradients(x0, (*arrays, shortest), len(cables))
+    return CableSet(*arrays, shortest, rest_length)
 
 
 @kernel
-def blunted(length: float) -> tuple[float, float, float]:
+def blunted(length: float, shortest: float) -> tuple[float, float, float]:
     """Length f of a segment as the cable has it [m], f'(length) / length and f''(length) [1/m].
 
-    |d| itself from `SHORTEST` on; below, the even polynomial of fourth degree that continues it with two
+    |d| itself from the shortest on; below, the even polynomial of fourth degree that continues it with two
     derivatives.
 
     Args:
         length: distance of the segment's ends [m].
+        shortest: below which it is rounded [m].
     """
-    if length >= SHORTEST:
+    if length > 0.0 and length >= shortest:
         return length, 1.0 / length, 0.0
-    t = length / SHORTEST
-    value = SHORTEST * (0.375 + 0.75 * t * t - 0.125 * t**4)
-    return value, (1.5 - 0.5 * t * t) / SHORTEST, 1.5 * (1.0 - t * t) / SHORTEST
+    if shortest == 0.0:
+        return 0.0, 0.0, 0.0
+    t = length / shortest
+    value = shortest * (0.375 + 0.75 * t * t - 0.125 * t**4)
+    return value, (1.5 - 0.5 * t * t) / shortest, 1.5 * (1.0 - t * t) / shortest
 
 
 @kernel
-def cable_gradients(
-    x: Array, owner: Ints, nodes: Ints, weights: Array, offset: Array, n_a: int
-) -> tuple[Array, Array]:
+def cable_gradients(x: Array, segments: Segments, n_a: int) -> tuple[Array, Array]:
     """Lengths (n_a,) [m] and the gradient of each segment's length (s, 8, 3).
 
     Args:
         x: (n_nodes, 3) node positions [m].
-        owner: (s,) cable of every segment.
-        nodes: (s, 8) nodes of its two ends.
-        weights: (s, 8) of the nodes, negative for the first end.
-        offset: (s, 3) constant part of the vector from the first end to the second [m].
+        segments: see `CableSet.segment_arrays`.
         n_a: number of cables.
     """
+    owner, nodes, weights, offset, shortest = segments
     length = np.zeros(n_a)
     gradient = np.zeros((owner.shape[0], 8, 3))
     d = np.empty(3)
@@ -156,7 +167,7 @@ def cable_gradients(
             for i in range(3):
                 d[i] += weights[s, a] * x[nodes[s, a], i]
         ell = np.sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2])
-        value, slope, _ = blunted(ell)
+        value, slope, _ = blunted(ell, shortest[s])
         length[owner[s]] += value
         for a in range(8):
             for i in range(3):
@@ -166,27 +177,18 @@ def cable_gradients(
 
 @kernel
 def add_cable_stiffness(  # noqa: C901  one flat loop nest is what numba compiles best
-    x: Array,
-    owner: Ints,
-    nodes: Ints,
-    weights: Array,
-    offset: Array,
-    tension: Array,
-    blocks: tuple[Ints, Ints],
-    K: Array,
+    x: Array, segments: Segments, tension: Array, blocks: tuple[Ints, Ints], K: Array
 ) -> None:
     """Add λ_a ∂²L/∂q² of every segment to a tangent.
 
     Args:
         x: (n_nodes, 3) node positions [m].
-        owner: (s,) cable of every segment.
-        nodes: (s, 8) nodes of its two ends.
-        weights: (s, 8) of the nodes, negative for the first end.
-        offset: (s, 3) constant part of the vector from the first end to the second [m].
+        segments: see `CableSet.segment_arrays`.
         tension: (n_a,) [N].
         blocks: slot (s, 8, 8) and column_length (s, 8), see `Pattern.blocks`.
         K: (nnz,) CSC values of −∂force, added to.
     """
+    owner, nodes, weights, offset, shortest = segments
     slot, column_length = blocks
     d = np.empty(3)
     for s in range(owner.shape[0]):
@@ -198,7 +200,7 @@ def add_cable_stiffness(  # noqa: C901  one flat loop nest is what numba compile
         ell = np.sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2])
         if force == 0.0:
             continue
-        _, slope, curvature = blunted(ell)
+        _, slope, curvature = blunted(ell, shortest[s])
         along = (curvature - slope) / (ell * ell) if ell > 0.0 else 0.0
         for a in range(8):
             for b in range(8):

@@ -78,6 +78,7 @@ def reduced_tendons(robot: TetRobot, Phi: Array) -> Tendons:
         np.searchsorted(cables.owner, np.arange(cables.n_a + 1)),
         np.ascontiguousarray(D.reshape(Phi.shape[1], -1)),
         rest.T.ravel(),
+        cables.shortest,
         cables.rest_length,
     )
 

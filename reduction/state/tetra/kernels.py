@@ -65,7 +65,7 @@ def add_curvature(alpha: Array, tension: Array, tendons: Tendons, first: int, Y:
     for a in range(tension.shape[0]):
         for s in range(tendons.starts[a], tendons.starts[a + 1]):
             square = x[s] * x[s] + y[s] * y[s] + z[s] * z[s]
-            _, slope, curvature = blunted(np.sqrt(square))
+            _, slope, curvature = blunted(np.sqrt(square), tendons.shortest[s])
             scale[s] = tension[a] * slope
             if square > 0.0:
                 along[s] = tension[a] * (slope - curvature) / square
@@ -89,7 +89,7 @@ def pulled_lengths(alpha: Array, tendons: Tendons) -> tuple[Array, Array]:
         first, end = tendons.starts[a], tendons.starts[a + 1]
         for s in range(first, end):
             square = d[s] * d[s] + d[g + s] * d[g + s] + d[2 * g + s] * d[2 * g + s]
-            length, slope, _ = blunted(np.sqrt(square))
+            length, slope, _ = blunted(np.sqrt(square), tendons.shortest[s])
             delta[a] -= length
             d[s], d[g + s], d[2 * g + s] = d[s] * slope, d[g + s] * slope, d[2 * g + s] * slope
         for j in range(r):

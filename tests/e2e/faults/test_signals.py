@@ -14,7 +14,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.nodes import PERIOD, check_limits, follow, recorded, wait_mode
+from support.nodes import (
+    PERIOD,
+    check_limits,
+    follow,
+    recorded,
+    send_until_followed,
+    wait_mode,
+)
 from support.processes import (
     ROBOT,
     Process,
@@ -102,7 +109,7 @@ def test_a_set_up_ends_at_once() -> None:
 def test_a_node_releases_the_cables_and_finishes_its_log(
     served: Served, beam: Robot, number: signal.Signals
 ) -> None:
-    follow(served, beam, 1.0)
+    send_until_followed(served, beam, 0.005)
     assert served.process.end(number) == 0
     check_released(served.log, beam)
 
@@ -136,7 +143,7 @@ def slow(tmp_path: Path, run: Start) -> Iterator[tuple[Served, Robot]]:
 
 def test_a_second_ctrl_c_releases_as_fast_as_the_rates_permit(slow: tuple[Served, Robot]) -> None:
     served, beam = slow
-    follow(served, beam, 1.0)
+    send_until_followed(served, beam, 0.005)
     served.process.process.send_signal(signal.SIGINT)
     wait_mode(served, Mode.STOP)
     time.sleep(1.0)
@@ -182,14 +189,14 @@ def test_sigterm_while_kernels_compile_ends_promptly(
 
 def test_after_a_pause_no_tick_follows_an_old_target(served: Served, beam: Robot) -> None:
     """SIGSTOP and SIGCONT: what has waited for the node meanwhile is old."""
-    follow(served, beam, 1.0)
+    send_until_followed(served, beam, 0.005)
     paused = served.process.process
     paused.send_signal(signal.SIGSTOP)
     stopped = time.time_ns()
     follow(served, beam, 3.0)
     resumed = time.time_ns()
     paused.send_signal(signal.SIGCONT)
-    follow(served, beam, 1.0)
+    send_until_followed(served, beam, 0.005)
     assert served.process.end() == 0
     ticks, joints, _ = recorded(served.log, beam)
     check_limits(joints, beam)
