@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from sofa_ports import port
+from sofa_robots import port
 from support.robots.sofa_robots import pneumatic_finger, robots_folder
 from support.sofa_elements import MM, cable_forces, corotational_forces, pressure_forces
 

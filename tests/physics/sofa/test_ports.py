@@ -10,7 +10,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from sofa_ports import CURVES, FILES, SOURCES, Curve, computed, draw, port
+from sofa_ports import CURVES, Curve, computed, draw
+from sofa_robots import FILES, SOURCES, port
 from support.robots.sofa_robots import robots_folder
 from support.sofa_elements import assemble_with, large_frames
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from sofa_ports import port
+from sofa_robots import port
 from support.robots.sofa_robots import MM, robots_folder
 
 from tauten.controller import Controller, ControllerSettings

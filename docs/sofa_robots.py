@@ -1,0 +1,105 @@
+"""The robot files in `coming_from/sofa` with the meshes of the reference data."""
+
+from __future__ import annotations
+
+import shutil
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import meshio
+import numpy as np
+
+from tauten.model import Simulator, load_robot
+from tauten.model.constraints import ConstrainedRobot
+from tauten.model.numerics import Array
+from tauten.model.tetra import TetRobot
+
+FILES = Path(__file__).resolve().parent / "coming_from" / "sofa"
+MM = 1e-3
+PLATE = ((-150.0, 40.0, -40.0), (50.0, 60.0, 60.0))  # corners [mm]
+Robot = TetRobot | ConstrainedRobot
+
+
+@dataclass(frozen=True, slots=True)
+class Source:
+    """Where the mesh of a robot is in the data.
+
+    Attributes:
+        file: the file of the mesh, or the model that has its nodes.
+        mesh: name that the robot file has for it.
+        surface: name that the robot file has for the surface of its chamber; "": it has no chamber.
+        moved: (3,) what the scene moves the mesh by, after a turn by 90° about x [mm]; None: it does not.
+    """
+
+    file: str
+    mesh: str
+    surface: str = ""
+    moved: tuple[float, float, float] | None = None
+
+
+SOURCES = {
+    "accordion": Source("accordion_model.npz", "Springy.vtk", "Springy_Cavity.stl"),
+    "diamond": Source("diamond.vtu", "diamond.vtu"),
+    "finger": Source("../softrobots_finger.vtk", "finger.vtk"),
+    "gripper_finger": Source("gripperfinger_model.npz", "pneunetCutCoarse.vtk", "pneunetCavityCut.stl"),
+    "pneunets": Source("pneunets_model.npz", "PneuNets.vtk", "PneuNets_Cavity.stl"),
+    "tripod": Source("tripod_low_model.npz", "tripod_low.vtu", moved=(0.0, 30.0, 0.0)),
+    "trunk": Source("trunk.vtk", "trunk.vtk"),
+}  # fmt: skip
+
+
+def port(data: Path, folder: Path, name: str) -> Robot:
+    """The robot of a file of `coming_from/sofa`.
+
+    Args:
+        data: with the meshes.
+        folder: where the file is copied to, beside its mesh.
+        name: of the robot.
+    """
+    source = SOURCES[name]
+    path = shutil.copy(FILES / f"{name}.toml", folder)
+    if source.file.endswith(".npz"):
+        write_meshes(np.load(data / source.file), folder, source)
+    else:
+        shutil.copy(data / source.file, folder / source.mesh)
+    if name == "finger":
+        write_plate(folder / "plate.vtu")
+    robot = load_robot(path)
+    assert isinstance(robot, Robot)
+    return robot
+
+
+def write_meshes(model: Any, folder: Path, source: Source) -> None:
+    """Write the mesh of a model as SOFA loads it, and the surface of its chamber."""
+    nodes: Array = model["nodes"]
+    if source.moved is not None:
+        x, y, z = (nodes - source.moved).T
+        nodes = np.stack([x, z, -y], axis=1)  # turned back about x
+    cells = [("tetra", model["tets"].astype(np.int64))]
+    meshio.write_points_cells(folder / source.mesh, nodes, cells)
+    if source.surface:
+        triangles = [("triangle", model["cavity_triangles"].astype(np.int64))]
+        meshio.write_points_cells(folder / source.surface, model["cavity_nodes"], triangles)
+
+
+def write_plate(path: Path) -> None:
+    """Write a box of six tetrahedra, the plate that the finger presses onto."""
+    corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)])
+    tets = [[0, 1, 3, 7], [0, 3, 2, 7], [0, 2, 6, 7], [0, 6, 4, 7], [0, 4, 5, 7], [0, 5, 1, 7]]
+    meshio.write_points_cells(
+        path, np.choose(corners, np.array(PLATE)), [("tetra", np.array(tets))]
+    )
+
+
+def settled(
+    robot: Robot, commands: list[tuple[Array, Array]], contact: str = "none"
+) -> tuple[Array, Array, Array]:
+    """Tips (s, 3) [mm], efforts (s, n_a) and positions (s, n_a) under pairs of positions and efforts."""
+    simulator, found = Simulator(robot, contact=contact), []
+    for pull, tension in commands:
+        if not simulator.settle(pull, tension, tolerance=1e-9).converged:
+            raise RuntimeError(f"{robot.name}: no equilibrium at {pull}, {tension}")
+        found.append((simulator.effector[0] / MM, simulator.tension, simulator.pull))
+    tip, effort, position = (np.array(part) for part in zip(*found, strict=True))
+    return tip, effort, position
