@@ -54,7 +54,7 @@ def _axes(down: Array) -> list[tuple[str, Array]]:
 def _run(robot: Robot, share: Array, gravity: Array, force: Array) -> Run:
     s = len(share)
     return Run(
-        pull=np.outer(robot.limits.pull_max, share),
+        pull=np.outer(robot.limits.farthest_pull, share),
         gravity=np.tile(gravity[:, None], s),
         effector_force=np.tile(np.tile(force, len(robot.effector_names))[:, None], s),
     )

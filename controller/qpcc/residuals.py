@@ -3,7 +3,8 @@
 A residual is relative to the terms that it is the sum of, so that neither units nor the size of the
 problem matter. Two things bound those terms from below, because a sum of nothing but round-off has no
 relative accuracy: a constraint row counts at least FLOOR of the largest variable times the row's largest
-coefficient, an entry of the gradient at least FLOOR of its largest entry. The terms of the gradient are
+coefficient, and FLOOR of the distance of its limits (an actuator that rests at a limit of zero has no other
+term); an entry of the gradient counts at least FLOOR of its largest entry. The terms of the gradient are
 those of the objective alone: large multipliers, which cancel each other, must not hide a slope.
 """
 
@@ -14,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tauten.controller.qpcc.problem import Qpcc
+from tauten.controller.qpcc.qp import UNBOUNDED
 from tauten.controller.qpcc.scaling import USABLE, Scaled, largest_magnitude, scale
 from tauten.controller.qpcc.solution import Certificate
 from tauten.model.numerics import Array, Bools, Ints, active_set_forces, kernel
@@ -69,7 +71,8 @@ def row_values(problem: Scaled, z: Array) -> tuple[Array, Array]:
                 values[i] += term
                 sizes[i] += abs(term)
                 largest = max(largest, abs(R[i, j]))
-        sizes[i] = max(sizes[i], floor * largest)
+        span = problem.hi[i] - problem.lo[i]
+        sizes[i] = max(sizes[i], floor * largest, FLOOR * span if span < UNBOUNDED else 0.0)
     return values, sizes
 
 

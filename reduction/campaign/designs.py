@@ -240,12 +240,13 @@ def ramp(robot: Robot, step: float = 5e-5) -> Design:
     Raises:
         DesignError: the step is not positive or beyond the largest pull.
     """
-    limit = robot.limits.pull_max  # (n_a,)
-    if not 0.0 < step <= limit.min():
-        raise DesignError(f"ramp step is {step} m: allowed are 0 to {limit.min()} m, above 0")
+    limit = robot.limits.farthest_pull  # (n_a,)
+    least = np.abs(limit).min()
+    if not 0.0 < step <= least:
+        raise DesignError(f"ramp step is {step} m: allowed are 0 to {least} m, above 0")
     runs = []
     for cable in range(robot.n_a):
-        steps = round(float(limit[cable]) / step)
+        steps = round(abs(float(limit[cable])) / step)
         final = np.zeros(robot.n_a)
         final[cable] = limit[cable]
         runs.append(
@@ -338,7 +339,7 @@ def _factor_count(robot: Robot, ranges: Ranges) -> int:
 def _spread(robot: Robot, ranges: Ranges, levels: Array, steps: int, name: str) -> Design:
     """Runs from levels (runs, factors) of cables, tilts, forces, in this order."""
     low, high = ranges.tension or ranges.pull
-    limit = robot.limits.tension_max if ranges.tension else robot.limits.pull_max  # (n_a,)
+    limit = robot.limits.tension_max if ranges.tension else robot.limits.farthest_pull  # (n_a,)
     tilts = robot.n_a + 2 * (ranges.tilt > 0.0)  # where the columns of the tilts end
     gravity = robot.gravity
     axes = null_space(gravity[None])[:, :2]  # (3, 2) across gravity

@@ -199,7 +199,7 @@ def ramp_snapshots(robot: Robot, folder: Path, steps: int) -> Snapshots:
         folder: of the campaign; results in it are used again.
         steps: of the ramp.
     """
-    design = ramp(robot, float(robot.limits.pull_max.min()) / steps)
+    design = ramp(robot, float(np.abs(robot.limits.farthest_pull).min()) / steps)
     found = run_campaign(robot, design, folder, show_progress=False)
     return found.select(found.converged)
 

@@ -209,7 +209,7 @@ def random_goals(robot: Robot, rng: np.random.Generator, count: int) -> Iterator
 def _from_shares(robot: Robot, shares: Array) -> tuple[Array, Array]:
     """Positions and efforts (n_a,), NaN where the other is given, at shares of the largest ones."""
     held, limits = robot.actuators.laws.held_by_force, robot.limits
-    pull = np.where(held, np.nan, shares * limits.pull_max)
+    pull = np.where(held, np.nan, shares * limits.farthest_pull)
     return pull, np.where(held, shares * limits.tension_max, np.nan)
 
 

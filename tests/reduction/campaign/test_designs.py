@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from support.robots.small_bodies import MIDDLE, TURN, constrained
 
 from tauten.model import Robot
 from tauten.model.tetra import TetRobot
@@ -173,3 +174,19 @@ def test_csv_errors_name_the_place(finger: Robot, tmp_path: Path, text: str, mes
 def test_csv_that_is_not_there(finger: Robot, tmp_path: Path) -> None:
     with pytest.raises(DesignError, match=r"none\.csv: cannot be read"):
         from_csv(finger, tmp_path / "none.csv")
+
+
+def test_designs_go_to_the_far_side_of_actuators_that_move_to_one_side_only() -> None:
+    """A drive that turns from 0 to −0.4: its largest position is 0."""
+    robot = constrained(drives=[{**TURN, "region": MIDDLE, "min_angle": -0.4, "max_angle": 0.0}])
+    (servo,) = (i for i, name in enumerate(robot.actuators.names) if name == "servo")
+    ranges = Ranges(pull=(0.5, 1.0))
+    for design in (
+        ramp(robot, 1e-2),
+        plackett_burman(robot, ranges, 2),
+        latin_hypercube(robot, ranges, 2, seed=1, steps=3),
+    ):
+        ends = np.array([run.pull[servo, -1] for run in design.runs])
+        assert (ends >= -0.4).all()
+        assert ends.min() < -0.2 + 1e-12
+        assert ends.max() <= 0.0
