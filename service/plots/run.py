@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -119,25 +120,30 @@ def draw_values(run: RecordedRun, axes: Axes) -> None:
     """Target, model and plant over time: of a distance, length or volume, or of a single coordinate."""
     factor, unit = (1e6, "ml") if run.kind == "volume" else (_MM, "mm")
     component = int(np.flatnonzero(run.weighted)[0])
-    name_of_value = "xyz"[component] if run.goal.shape[1] >= 3 else run.kind
-    following = run.following
-    lines = (
-        (run.time[following], run.goal[following], "target", _TARGET, 3.5, 0.35),
-        (run.plant.time, run.plant.value, "plant", _PLANT, 1.8, 0.9),
-        (run.model.time, run.model.value, "model", _MODEL, 1.2, 1.0),
-    )
-    for time, values, name, color, width, alpha in lines:
-        if len(time):
-            shown = factor * values[:, component]
-            axes.plot(time, shown, color=color, lw=width, alpha=alpha, label=name)
-    axes.set_xlabel("time [s]")
-    axes.set_ylabel(f"{name_of_value} [{unit}]")
-    axes.grid(alpha=0.3)
-    axes.legend(loc="best")
+    name = "xyz"[component] if run.goal.shape[1] >= 3 else run.kind
+    draw_courses(run, lambda values: factor * values[:, component], axes)
+    axes.set_ylabel(f"{name} [{unit}]")
 
 
 def draw_turns(run: RecordedRun, axes: Axes) -> None:
     """How far target, model and plant have turned since rest, for a frame whose position is free."""
+
+    def turned(values: Array) -> Array:
+        _, angle = apart(np.broadcast_to(_REST, values.shape), values, run.weighted)
+        return 1e3 * angle
+
+    draw_courses(run, turned, axes)
+    axes.set_ylabel("turned since rest [mrad]")
+
+
+def draw_courses(run: RecordedRun, shown: Callable[[Array], Array], axes: Axes) -> None:
+    """Draw target, plant and model over time.
+
+    Args:
+        run: the run.
+        shown: what is drawn of goal values (m, v): (m,).
+        axes: to draw into.
+    """
     following = run.following
     lines = (
         (run.time[following], run.goal[following], "target", _TARGET, 3.5, 0.35),
@@ -146,10 +152,8 @@ def draw_turns(run: RecordedRun, axes: Axes) -> None:
     )
     for time, values, name, color, width, alpha in lines:
         if len(time):
-            _, angle = apart(np.broadcast_to(_REST, values.shape), values, run.weighted)
-            axes.plot(time, 1e3 * angle, color=color, lw=width, alpha=alpha, label=name)
+            axes.plot(time, shown(values), color=color, lw=width, alpha=alpha, label=name)
     axes.set_xlabel("time [s]")
-    axes.set_ylabel("turned since rest [mrad]")
     axes.grid(alpha=0.3)
     axes.legend(loc="best")
 

@@ -8,15 +8,22 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TypeVar
 
 from tauten.model import ActuatorKind
 from tauten.model.schema import COMPONENTS, EffectorKind
 from tauten.service.log import LogError
 from tauten.service.setup import Order, Setup, Start, load_setup
 
+T = TypeVar("T")
+
 KINDS: dict[str, EffectorKind] = {kind: kind for kind in COMPONENTS}
+ORDERS: dict[str, Order] = {"full": "full", "reduced": "reduced"}
+STARTS: dict[str, Start] = {"settled": "settled", "rest": "rest"}
+ACTUATORS = {one.value: one for one in ActuatorKind}
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")  # of robots, as robot files allow it
 _MAX_RATE = 10_000.0  # Hz, as robot files allow it
 
@@ -132,37 +139,40 @@ def recorded_setup(log: Path, metadata: dict[str, str]) -> RecordedSetup:
 
     robot, rate, basis = entry("robot"), _rate(log, entry("rate")), entry("basis")
     if not _NAME.fullmatch(robot):
-        raise LogError(f"{log}: its metadata: robot is {robot[:80]!r}, not the name of a robot")
-    order = metadata.get("model", "full")
-    if order not in ("full", "reduced"):
-        raise LogError(
-            f"{log}: its metadata: model is {order[:80]!r}, allowed are full and reduced"
-        )
-    kind = metadata.get("effector_kinds", "point").split(" ")[0]
-    if kind not in KINDS:
-        raise LogError(
-            f"{log}: its metadata: effector_kinds is {kind[:80]!r}, allowed are {', '.join(KINDS)}"
-        )
-    weights = _weights(log, metadata.get("effector_weights", ""), KINDS[kind])
-    allowed = {one.value: one for one in ActuatorKind}
-    actuators = metadata.get("actuator_kinds", "").split()
-    for name in actuators:
-        if name not in allowed:
-            raise LogError(
-                f"{log}: its metadata: actuator_kinds has {name[:80]!r}, allowed are {', '.join(allowed)}"
-            )
+        raise _wrong(log, f"robot is {robot[:80]!r}, not the name of a robot")
+    order = _known(log, "model is", metadata.get("model", "full"), ORDERS)
+    first = metadata.get("effector_kinds", "point").split(" ")[0]
+    kind = _known(log, "effector_kinds is", first, KINDS)
+    weights = _weights(log, metadata.get("effector_weights", ""), kind)
+    kinds = tuple(
+        _known(log, "actuator_kinds has", name, ACTUATORS)
+        for name in metadata.get("actuator_kinds", "").split()
+    )
     file = metadata.get("robot_path", "")
     if "\0" in file + basis:
-        raise LogError(f"{log}: its metadata: a path has a zero byte")
-    known: Order = "full" if order == "full" else "reduced"
-    begun = metadata.get("start", "rest")
-    if begun not in ("settled", "rest"):
-        raise LogError(
-            f"{log}: its metadata: start is {begun[:80]!r}, allowed are settled and rest"
-        )
-    start: Start = "settled" if begun == "settled" else "rest"
-    kinds = tuple(allowed[name] for name in actuators)
-    return RecordedSetup(log, robot, file, rate, basis, known, KINDS[kind], weights, kinds, start)
+        raise _wrong(log, "a path has a zero byte")
+    start = _known(log, "start is", metadata.get("start", "rest"), STARTS)
+    return RecordedSetup(log, robot, file, rate, basis, order, kind, weights, kinds, start)
+
+
+def _wrong(log: Path, what: str) -> LogError:
+    return LogError(f"{log}: its metadata: {what}")
+
+
+def _known(log: Path, what: str, found: str, allowed: Mapping[str, T]) -> T:
+    """What a word of the metadata stands for.
+
+    Args:
+        log: the file, for the message.
+        what: the entry, for the message.
+        found: the word.
+        allowed: words, and what they stand for.
+    """
+    if found not in allowed:
+        names = list(allowed)
+        listed = " and ".join(names) if len(names) == 2 else ", ".join(names)
+        raise _wrong(log, f"{what} {found[:80]!r}, allowed are {listed}")
+    return allowed[found]
 
 
 def _weights(log: Path, text: str, kind: EffectorKind) -> tuple[float, ...]:
@@ -175,10 +185,8 @@ def _weights(log: Path, text: str, kind: EffectorKind) -> tuple[float, ...]:
     except ValueError:
         weights = ()
     if len(weights) != count or not all(0.0 <= weight < math.inf for weight in weights):
-        raise LogError(
-            f"{log}: its metadata: effector_weights is {first[:80]!r}, allowed are {count} numbers that are "
-            "not negative"
-        )
+        allowed = f"{count} numbers that are not negative"
+        raise _wrong(log, f"effector_weights is {first[:80]!r}, allowed are {allowed}")
     return weights
 
 
@@ -188,9 +196,7 @@ def _rate(log: Path, text: str) -> float:
     except ValueError:
         rate = math.nan
     if not 0.0 < rate <= _MAX_RATE:
-        raise LogError(
-            f"{log}: its metadata: rate is {text[:80]!r}, allowed are numbers up to {_MAX_RATE:g} Hz"
-        )
+        raise _wrong(log, f"rate is {text[:80]!r}, allowed are numbers up to {_MAX_RATE:g} Hz")
     return rate
 
 
