@@ -1,6 +1,6 @@
 """Writes the errors of the shipped finger's mesh against its limit, extrapolated in each direction.
 
-    python docs/finger_limit.py [--results FILE] [--page FILE] [--save]
+    python -m docs.finger_limit [--results FILE] [--page FILE] [--save]
 
 Refining the whole mesh twice is beyond a small computer: 150,000 nodes. The finger is a mapped grid, so the
 cells of one direction at a time can be halved. With an error of order two in each of them, and small errors
@@ -19,11 +19,11 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.robots.make_finger import FingerShape, make_finger
 from tauten.model import load_robot
 from tauten.model.load import build_robot, robot_path
 from tauten.model.mesh import TetMesh
 from tauten.model.numerics import Array
-from tauten.model.robots.make_finger import FingerShape, make_finger
 from tauten.model.schema import RobotConfig, model_tables, read_toml, validated
 from tauten.service.check import Load, LoadedState, MeshCertificate, equilibria, make_loads
 from tauten.service.process import one_blas_thread

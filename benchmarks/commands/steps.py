@@ -42,9 +42,9 @@ def gallery(
 
     The errors of reduced models are those under loads that took no part in their training, and in motion.
     """
+    from benchmarks.robots.gallery import ROBOTS
     from benchmarks.steps import bench_gallery
     from benchmarks.tables import gallery_page
-    from tauten.model.robots.gallery import ROBOTS
 
     names = tuple(robots or ROBOTS)
     with progress_bar("gallery") as report:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from benchmarks.robots import ArmShape, bending_tensions
 from tauten.model import Robot, Simulator
 from tauten.model.numerics import Array
-from tauten.model.robots import ArmShape, bending_tensions
 from tauten.reduction.campaign import Design, Run
 
 BENT = 50.0  # pull of every section on the inner side [N]; ribs touch from about 30 N on

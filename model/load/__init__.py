@@ -9,6 +9,7 @@ from tauten.model.load.robot import (
     load_robot,
     make_robot,
     robot_path,
+    shipped_folder,
 )
 
 __all__ = [
@@ -21,4 +22,5 @@ __all__ = [
     "make_robot",
     "read_bodies",
     "robot_path",
+    "shipped_folder",
 ]

@@ -21,10 +21,10 @@ from benchmarks.manipulator import (
     random_postures,
 )
 from benchmarks.plots import draw_posture_errors
+from benchmarks.robots.arm import ArmShape, bending_tensions, tendon_angle
 from benchmarks.tables import arm_page
 from tauten.controller import Controller
 from tauten.model import Forces, Robot, load_robot
-from tauten.model.robots.arm import ArmShape, bending_tensions, tendon_angle
 from tauten.reduction import ContactBasis
 from tauten.reduction.campaign import run_campaign
 from tauten.service.bench import STAGES, WHOLE, Comparison, StepTimes

@@ -17,10 +17,10 @@ import numpy as np
 import pytest
 from support.robots.bodies import box_mesh
 
+from benchmarks.robots.arm import ArmShape
+from benchmarks.robots.make_manipulator import make_file, make_structure
 from tauten.model import MeshError, RobotFileError, load_robot
 from tauten.model.numerics import FactorisationError
-from tauten.model.robots.arm import ArmShape
-from tauten.model.robots.make_manipulator import make_file, make_structure
 
 SIZE = (0.1, 0.02, 0.02)
 ARM = ArmShape(length=0.16, sections=1, joints=3)

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from support.robots.solids import Kind, make_body
 
+from benchmarks.robots.make_finger import split_cells
 from tauten.model.materials import corotational
 from tauten.model.mesh import TetMesh, boundary_triangles, oriented
 from tauten.model.numerics import Array, Ints
-from tauten.model.robots.make_finger import split_cells
 
 INNER, OUTER, LENGTH = 0.01, 0.02, 0.005  # m
 E = 1e6  # Pa

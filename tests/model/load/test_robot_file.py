@@ -201,7 +201,7 @@ def test_our_finger_is_the_papers(shipped_finger) -> None:  # type: ignore[no-un
 
 
 def test_our_finger_is_made_by_its_script(tmp_path: Path, shipped_finger) -> None:  # type: ignore[no-untyped-def]
-    from tauten.model.robots.make_finger import FingerShape, make_finger
+    from benchmarks.robots.make_finger import FingerShape, make_finger
 
     nodes, tets = make_finger(FingerShape())
     mesh = shipped_finger.mesh

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from benchmarks.robots.gallery import ROBOTS
 from tauten.model import Simulator, TetRobot, load_robot
 from tauten.model.mesh import mean_ratios, part_numbers, read_mesh
-from tauten.model.robots.gallery import ROBOTS
 from tauten.service.setup import load_setup
 
 SHIPPED = Path(__file__).resolve().parents[3] / "model" / "robots"

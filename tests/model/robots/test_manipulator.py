@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
+from benchmarks.robots.arm import ArmShape, make_structure
+from benchmarks.robots.make_manipulator import make_file
 from tauten.model import Simulator, State, load_robot
 from tauten.model.beams import BeamRobot
 from tauten.model.numerics import Array
-from tauten.model.robots.arm import ArmShape, make_structure
-from tauten.model.robots.make_manipulator import make_file
 from tauten.model.schema import RobotFileError
 
 INNER = [0, 3, 6]  # one tendon of each section, 40° apart

@@ -13,11 +13,11 @@ from support.processes import run_main
 from support.robots.bodies import box_mesh
 from support.robots.thumb import coarse_finger_mesh
 
+from benchmarks.robots.arm import ArmShape, make_structure
+from benchmarks.robots.make_manipulator import make_file
 from tauten.model import Simulator, load_robot
 from tauten.model.load import robot_path
 from tauten.model.mesh import TetMesh
-from tauten.model.robots.arm import ArmShape, make_structure
-from tauten.model.robots.make_manipulator import make_file
 from tauten.model.schema import RobotConfig
 from tauten.service.check import (
     CheckSettings,

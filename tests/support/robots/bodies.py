@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from benchmarks.robots.make_finger import split_cells
 from tauten.model.load import build_robot
 from tauten.model.mesh import TetMesh, oriented
 from tauten.model.numerics import Array, Ints
-from tauten.model.robots.make_finger import split_cells
 from tauten.model.schema import RobotConfig
 from tauten.model.tetra import TetRobot
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+from benchmarks.robots.arm import ArmShape, make_structure
+from benchmarks.robots.make_manipulator import make_file
 from tauten.model import load_robot
 from tauten.model.beams import BeamRobot
-from tauten.model.robots.arm import ArmShape, make_structure
-from tauten.model.robots.make_manipulator import make_file
 
 SHAPE = ArmShape(length=0.16, sections=1, joints=3)
 CANDIDATES = 90

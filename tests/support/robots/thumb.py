@@ -8,9 +8,9 @@ from typing import Any
 
 import meshio
 
+from benchmarks.robots.make_finger import COARSE, FingerShape, make_finger
 from tauten.model.load import build_robot, robot_path
 from tauten.model.mesh import TetMesh
-from tauten.model.robots.make_finger import COARSE, FingerShape, make_finger
 from tauten.model.schema import RobotConfig, model_tables, read_toml, validated
 from tauten.model.tetra import TetRobot
 

@@ -7,12 +7,12 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.robots.gallery.blocks import grid_cells, joined, write_mesh
 from tauten.model.numerics import Array, Ints
-from tauten.model.robots.gallery.blocks import grid_cells, joined, write_mesh
 
 HEAD = """\
 # A plate of cast silicone on three arms; a servo turns the end of each about an axis across the arm.
-# Made by python -m tauten.model.robots.gallery, as is tripod.vtu.
+# Made by python -m benchmarks.robots.gallery, as is tripod.vtu.
 name = "tripod"
 frame = "tripod_base"        # origin in the middle of the plate's lower face, z up
 gravity = [0.0, 0.0, -9.81]

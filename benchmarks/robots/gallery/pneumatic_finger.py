@@ -7,12 +7,12 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.robots.gallery.blocks import grid_cells, used_cells, write_mesh
 from tauten.model.numerics import Array, Bools, Ints
-from tauten.model.robots.gallery.blocks import grid_cells, used_cells, write_mesh
 
 HEAD = """\
 # Bellows of cast silicone on a stiff layer; air bends the finger towards the layer, and folds close.
-# Made by python -m tauten.model.robots.gallery, as is pneumatic_finger.vtu.
+# Made by python -m benchmarks.robots.gallery, as is pneumatic_finger.vtu.
 name = "pneumatic_finger"
 frame = "finger_base"        # origin on the lower edge of the fixed face, x along the finger, z up
 gravity = [0.0, 0.0, -9.81]
@@ -64,6 +64,7 @@ rayleigh_stiffness = 0.02
 [controller]
 rate = 50.0
 basis = "pneumatic_finger"
+horizon = 0.1      # s; the tip follows its volume slowly: a longer one leads targets less evenly
 
 [model]
 order = "reduced"

@@ -7,13 +7,13 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.robots.gallery.blocks import grid_cells, joined, write_mesh
+from benchmarks.robots.gallery.text import REDUCED_TABLES
 from tauten.model.numerics import Array, Ints
-from tauten.model.robots.gallery.blocks import grid_cells, joined, write_mesh
-from tauten.model.robots.gallery.text import REDUCED_TABLES
 
 HEAD = """\
 # Four bent legs of cast silicone that carry a block; a cable pulls the knee of each towards the base.
-# Made by python -m tauten.model.robots.gallery, as is diamond.vtu.
+# Made by python -m benchmarks.robots.gallery, as is diamond.vtu.
 name = "diamond"
 frame = "diamond_base"       # origin in the middle of the base, z up
 gravity = [0.0, 0.0, -9.81]

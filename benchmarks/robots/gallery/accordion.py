@@ -7,13 +7,13 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.robots.gallery.blocks import disc, grid_cells, joined, write_mesh
+from benchmarks.robots.gallery.text import REDUCED_TABLES, point_list
 from tauten.model.numerics import Array, Ints
-from tauten.model.robots.gallery.blocks import disc, grid_cells, joined, write_mesh
-from tauten.model.robots.gallery.text import REDUCED_TABLES, point_list
 
 HEAD = """\
 # Round bellows of cast silicone that stand on their closed lower end: air lengthens, cables bend them.
-# Made by python -m tauten.model.robots.gallery, as is accordion.vtu.
+# Made by python -m benchmarks.robots.gallery, as is accordion.vtu.
 name = "accordion"
 frame = "accordion_base"     # origin in the middle of the lower end, z up
 gravity = [0.0, 0.0, -9.81]

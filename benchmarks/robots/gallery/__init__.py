@@ -3,12 +3,12 @@
 from collections.abc import Callable
 from pathlib import Path
 
-from tauten.model.robots.gallery.accordion import make_accordion
-from tauten.model.robots.gallery.diamond import make_diamond
-from tauten.model.robots.gallery.gripper import make_gripper
-from tauten.model.robots.gallery.pneumatic_finger import make_pneumatic_finger
-from tauten.model.robots.gallery.tripod import make_tripod
-from tauten.model.robots.gallery.trunk import make_trunk
+from benchmarks.robots.gallery.accordion import make_accordion
+from benchmarks.robots.gallery.diamond import make_diamond
+from benchmarks.robots.gallery.gripper import make_gripper
+from benchmarks.robots.gallery.pneumatic_finger import make_pneumatic_finger
+from benchmarks.robots.gallery.tripod import make_tripod
+from benchmarks.robots.gallery.trunk import make_trunk
 
 # Each writes the files of a robot into a folder and returns lines about them.
 ROBOTS: dict[str, Callable[[Path], list[str]]] = {

@@ -7,13 +7,13 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.robots.gallery.blocks import grid_cells, write_mesh
+from benchmarks.robots.gallery.text import REDUCED_TABLES, point_list
 from tauten.model.numerics import Array, Ints
-from tauten.model.robots.gallery.blocks import grid_cells, write_mesh
-from tauten.model.robots.gallery.text import REDUCED_TABLES, point_list
 
 HEAD = """\
 # Three fingers of cast silicone that hang round a palm; a cable bends each inward.
-# Made by python -m tauten.model.robots.gallery, as is gripper_finger.vtu.
+# Made by python -m benchmarks.robots.gallery, as is gripper_finger.vtu.
 name = "gripper"
 frame = "palm"               # origin in the middle of the palm, z up
 gravity = [0.0, 0.0, -9.81]

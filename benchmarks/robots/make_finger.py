@@ -1,6 +1,6 @@
 """Makes finger.vtu: a hanging finger of blocks joined by elastic hinges.
 
-    python -m tauten.model.robots.make_finger [FOLDER] [--across N] [--coarse]
+    python -m benchmarks.robots.make_finger [FOLDER] [--across N] [--coarse]
 
 The finger hangs along −z from its fixed face at z = 0, is 15 mm wide in y and bends towards +x, the
 side on which the notches open. It is a mapped grid, graded towards the hinges, the fixed face and the ends of
@@ -19,6 +19,7 @@ from pathlib import Path
 import meshio
 import numpy as np
 
+from tauten.model.load import shipped_folder
 from tauten.model.mesh import oriented
 from tauten.model.numerics import Array, Ints
 
@@ -146,7 +147,7 @@ def split_cells(numbers: Ints, mirror_from: int) -> Ints:
 def main() -> None:
     """Write finger.vtu into a folder."""
     parser = argparse.ArgumentParser(description="Write finger.vtu into a folder.")
-    parser.add_argument("folder", type=Path, nargs="?", default=Path(__file__).parent)
+    parser.add_argument("folder", type=Path, nargs="?", default=shipped_folder())
     parser.add_argument("--across", type=int, help="cells over the width")
     parser.add_argument("--coarse", action="store_true", help="few, large cells")
     settings = parser.parse_args()

@@ -7,13 +7,13 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.robots.gallery.blocks import disc, grid_cells, write_mesh
+from benchmarks.robots.gallery.text import REDUCED_TABLES, point_list
 from tauten.model.numerics import Array, Ints
-from tauten.model.robots.gallery.blocks import disc, grid_cells, write_mesh
-from tauten.model.robots.gallery.text import REDUCED_TABLES, point_list
 
 HEAD = """\
 # A trunk of cast silicone that hangs from its base: four cables to the tip, four to the middle.
-# Made by python -m tauten.model.robots.gallery, as is trunk.vtu.
+# Made by python -m benchmarks.robots.gallery, as is trunk.vtu.
 name = "trunk"
 frame = "trunk_base"         # origin in the middle of the fixed face, z up
 gravity = [0.0, 0.0, -9.81]

@@ -1,8 +1,8 @@
 """Makes the manipulator: manipulator.toml, manipulator_1290.toml and manipulator.json.
 
-    python -m tauten.model.robots.make_manipulator [FOLDER]
+    python -m benchmarks.robots.make_manipulator [FOLDER]
 
-Its geometry is described in `tauten.model.robots.arm`.
+Its geometry is described in `benchmarks.robots.arm`.
 """
 
 from __future__ import annotations
@@ -13,12 +13,13 @@ from pathlib import Path
 
 import numpy as np
 
-from tauten.model.robots.arm import ArmShape, direction, make_structure, tendon_angle
+from benchmarks.robots.arm import ArmShape, direction, make_structure, tendon_angle
+from tauten.model.load import shipped_folder
 
 HEAD = """\
 # An arm that hangs from its base: a spine of {length:g} m with {count} vertebrae, ribs that land on the next
 # vertebra when it bends, {tendons} tendons in {sections} sections. {candidates:,} contact candidates.
-# Made by python -m tauten.model.robots.make_manipulator, as is manipulator.json.
+# Made by python -m benchmarks.robots.make_manipulator, as is manipulator.json.
 name = "{name}"
 frame = "manipulator_base"   # origin where the spine leaves the base, z up
 gravity = [0.0, 0.0, -9.81]
@@ -129,7 +130,7 @@ def make_file(shape: ArmShape, name: str, candidates: int) -> str:
 
 def main() -> None:
     """Write the files into the folder given, by default beside this script."""
-    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).parent
+    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else shipped_folder()
     shape = ArmShape()
     structure = make_structure(shape)
     (folder / "manipulator.json").write_text(json.dumps(structure) + "\n", encoding="utf-8")
