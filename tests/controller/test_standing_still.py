@@ -21,7 +21,7 @@ def finger() -> Robot:
     return load_setup("finger").robot
 
 
-def at_rest(robot: Robot, offset: Array, ticks: int = 400) -> tuple[Controller, Array, Array]:
+def at_rest(robot: Robot, offset: Array, ticks: int = 150) -> tuple[Controller, Array, Array]:
     """A controller after a constant target, and the positions and efforts of its last 40 ticks."""
     controller = Controller(robot)
     assert controller.settle_start().converged
@@ -61,7 +61,7 @@ def test_a_target_out_of_reach_does_not_make_the_finger_tremble(finger: Robot) -
 def test_robots_stand_still_far_out_of_reach(name: str, offset: float) -> None:
     robot = load_setup(name).robot
     far = offset * np.array([1.0, 0.0, 0.0])
-    _, pulls, tensions = at_rest(robot, far, 400)
+    _, pulls, tensions = at_rest(robot, far, 250)
     limits = robot.limits
     assert (np.ptp(pulls, axis=0) < 1e-6 * (limits.pull_max - limits.pull_min)).all()
     assert (np.ptp(tensions, axis=0) < 1e-6 * limits.largest_tension).all()
