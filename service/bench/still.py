@@ -1,21 +1,25 @@
 """`tauten bench still`: whether robots come to rest at constant targets, where, and whether they get stuck.
 
 Random targets within twice the workspace: effectors at random equilibria, and up to twice as far away.
-In closed loop the robot is the same model under a tenth more gravity, which the controller does not know.
+In closed loop the robot is the same model under a tenth more gravity, which the controller does not know, and
+a run is as much longer as the correction takes to become constant.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from itertools import tee
+from time import monotonic
 from typing import Literal
 
 import numpy as np
-from scipy.optimize import minimize
+from scipy.optimize import least_squares
 
 from tauten.controller import Actuation, Controller
 from tauten.model import Robot, Simulator
 from tauten.model.numerics import Array, FactorisationError
+from tauten.service.bench.orders import OrderRun, order_run
 from tauten.service.node import LARGEST, Feedback
 from tauten.service.process import HostInfo, StopFlag, host_info, one_blas_thread
 from tauten.service.setup import Order, Setup, load_setup
@@ -27,11 +31,14 @@ SHIPPED = (
     "finger", "trunk", "diamond", "pneumatic_finger", "gripper", "tripod", "accordion", "manipulator",
 )  # fmt: skip
 RESTING = 1e-6  # of the range of a position or an effort
-NEAR = 0.01  # of the best error, and
-CLOSE = 1e-3  # of the way to the target, within which an error is as good as the best
-LAST = 0.2  # part of a run that is to be at rest
+STANDING = 0.1  # of that, in the last part of a run that need not go on
+LAST = 1.0  # s, part of a run that is to be at rest
+NEAR = 0.01  # of the best error, within which an error is as good as it, and
+CLOSE = 1e-3  # of the way to the target, by which the energy of the actuators may hold a robot back
+LEAST = 1e-6  # of the robot's size, what counts as no error
+DESCENT = 6  # linearisations at most, from where the robot rests
+STIFF = 30.0  # weight of efforts beyond their limits in it, relative to the error
 HEAVIER = 1.1  # gravity of the robot in closed loop
-AFTER = 1.0  # s, from the last unlock and the time that slack takes until decisions go on
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,10 +48,11 @@ class StillSettings:
     Attributes:
         robots: names or files.
         models: "full" and "reduced".
-        targets: of each robot, model, loop and contact.
+        targets: of each robot, model, loop and contact, where the time is enough.
         orders: random locks, holds, unlocks and targets of each robot; 0: none.
-        seconds: of each run.
+        seconds: of each run in open loop, at most.
         seed: of targets and orders.
+        minutes: for the targets of each robot and model, shared equally among loops and contact.
     """
 
     robots: tuple[str, ...] = SHIPPED
@@ -53,6 +61,7 @@ class StillSettings:
     orders: int = 400
     seconds: float = 8.0
     seed: int = 0
+    minutes: float = 10.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,6 +79,8 @@ class StillRun:
         error_mm: distance of the robot from the target at the end.
         best_mm: least distance that a descent over equilibria finds from there; None in closed loop.
         statuses: of the last part.
+        rest_s: time from the last tick at a rate limit until all stays within `RESTING`; None: never.
+        size_mm: of the robot.
     """
 
     robot: str
@@ -82,6 +93,8 @@ class StillRun:
     error_mm: float
     best_mm: float | None
     statuses: tuple[str, ...]
+    rest_s: float | None
+    size_mm: float
 
     @property
     def rests(self) -> bool:
@@ -91,30 +104,16 @@ class StillRun:
     @property
     def is_best(self) -> bool:
         """Whether no equilibrium nearby is nearer by more than 1 %."""
-        if self.best_mm is None:
-            return True
-        return self.error_mm <= (1.0 + NEAR) * self.best_mm + CLOSE * self.offset_mm
+        return self._within(LEAST * self.size_mm)
 
+    @property
+    def is_near(self) -> bool:
+        """The same, or as near as the energy of the actuators in (T1) permits."""
+        return self._within(LEAST * self.size_mm + CLOSE * self.offset_mm)
 
-@dataclass(frozen=True, slots=True)
-class OrderRun:
-    """Random orders.
-
-    Attributes:
-        robot: name.
-        orders: how many.
-        unusable: decisions among them that could not be used.
-        stuck: unusable decisions after the last unlock and the time to wind in what is slack.
-        beyond: largest share by which what left exceeded a limit.
-        needed: largest share by which the model's efforts exceed a limit at the end.
-    """
-
-    robot: str
-    orders: int
-    unusable: int
-    stuck: int
-    beyond: float
-    needed: float
+    def _within(self, least: float) -> bool:
+        """Whether the error is that of the best place but for 1 % and a length [mm]."""
+        return self.best_mm is None or self.error_mm <= (1.0 + NEAR) * self.best_mm + least
 
 
 @dataclass(frozen=True, slots=True)
@@ -159,7 +158,7 @@ def bench_still(settings: StillSettings, stop: StopFlag, progress: Progress) -> 
                     runs.append(run)
                     progress(0.8 * share / (3 * settings.targets), f"{name}, {model}")
                 if settings.orders and not stop.requested:
-                    orders.append(_order_run(setup, settings))
+                    orders.append(order_run(setup, settings.orders, settings.seed))
                 progress(0.2 * share, f"{name}, {model}")
     return StillBench(host_info(), settings, tuple(runs), tuple(orders), not stop.requested)
 
@@ -170,16 +169,20 @@ def _robot_runs(setup: Setup, settings: StillSettings, stop: StopFlag) -> Iterat
     cases: list[tuple[Loop, bool]] = [("open", False), ("closed", False)]
     if setup.contact != "none":
         cases.append(("open", True))
-    goals = list(random_goals(setup.robot, rng, settings.targets))
-    for loop, contact in cases:
+    share = 60.0 * settings.minutes / len(cases)  # s
+    all_goals = tee(random_goals(setup.robot, rng, settings.targets), len(cases))
+    for (loop, contact), goals in zip(cases, all_goals, strict=True):
         controller = Controller(
             setup.robot, setup.contact if contact else "none", settings=setup.controller
         )
         controller.settle_start()
+        end = monotonic() + share
         for goal in goals:
             if stop.requested:
                 return
             yield still_run(setup, controller, goal, loop, settings.seconds)
+            if monotonic() > end:
+                break
 
 
 def random_goals(robot: Robot, rng: np.random.Generator, count: int) -> Iterator[Array]:
@@ -195,7 +198,9 @@ def random_goals(robot: Robot, rng: np.random.Generator, count: int) -> Iterator
     start = simulator.effector_values
     while found < count:
         simulator.reset()
-        load = _from_shares(robot, rng.uniform(0.0, 1.0, robot.n_a) * rng.integers(0, 2, robot.n_a))
+        chosen = rng.integers(0, 2, robot.n_a)
+        chosen[rng.integers(robot.n_a)] = 1  # one at least
+        load = _from_shares(robot, rng.uniform(0.0, 1.0, robot.n_a) * chosen)
         try:
             converged = simulator.settle(*load).converged
         except FactorisationError:
@@ -230,33 +235,62 @@ def still_run(
     start, plant = controller.effector_values, _plant(robot) if loop == "closed" else None
     feedback = Feedback(layout, setup.service.feedback_gain, LARGEST * robot.size)
     left = list[Actuation]()
-    held = robot.actuators.laws.held_by_force
-    for _ in range(round(seconds / robot.h)):
+    held, last = robot.actuators.laws.held_by_force, round(LAST / robot.h)
+    more = 0.0 if plant is None else -np.log(STANDING * RESTING) / feedback.gain  # s
+    for tick in range(round((seconds + more) / robot.h)):
         left.append(controller.step(layout.moved(goal, feedback.correction)))
         if plant is not None:
             pull = np.where(held, np.nan, left[-1].pull)
             plant.step(pull, np.where(held, left[-1].tension, np.nan))
             feedback.observe(controller.effector_values, plant.effector_values, robot.h)
-    last, limits = left[-max(round(LAST * len(left)), 2) :], robot.limits
+        if tick % last == last - 1 and max(_changes(left[-last:], robot)) < STANDING * RESTING:
+            break
     where = controller.effector_values if plant is None else plant.effector_values
     error = layout.error(where, goal)
+    position, effort = _changes(left[-last:], robot)
     return StillRun(
         robot=robot.name,
         model=setup.order,
         loop=loop,
         contact=controller.space.k > 0 or controller.settings.enrichment.rounds > 0,
         offset_mm=1e3 * layout.error(goal, start),
-        position=_change([one.pull for one in last], limits.pull_max - limits.pull_min),
-        effort=_change([one.tension for one in last], limits.tension_max - limits.tension_min),
+        position=position,
+        effort=effort,
         error_mm=1e3 * error,
         best_mm=1e3 * best_error(controller, goal, error) if plant is None else None,
-        statuses=tuple(sorted({one.status.name for one in last})),
+        statuses=tuple(sorted({one.status.name for one in left[-last:]})),
+        rest_s=_time_to_rest(left, robot),
+        size_mm=1e3 * robot.size,
     )
 
 
-def _change(values: list[Array], range_: Array) -> float:
-    """Largest change among values (n_a,), relative to a range (n_a,)."""
-    return float((np.ptp(np.array(values), axis=0) / range_).max())
+def _shares(left: list[Actuation], robot: Robot) -> Array:
+    """Positions and efforts (ticks, 2, n_a), relative to their ranges."""
+    limits = robot.limits
+    pull = np.array([one.pull for one in left]) / (limits.pull_max - limits.pull_min)
+    effort = np.array([one.tension for one in left]) / (limits.tension_max - limits.tension_min)
+    return np.stack([pull, effort], axis=1)
+
+
+def _changes(left: list[Actuation], robot: Robot) -> tuple[float, float]:
+    """Largest change of a position and of an effort, relative to their ranges."""
+    position, effort = np.ptp(_shares(left, robot), axis=0).max(axis=1).tolist()
+    return position, effort
+
+
+def _time_to_rest(left: list[Actuation], robot: Robot) -> float | None:
+    """Time from the last tick at a rate limit until all stays within `RESTING` [s]; None: it never does."""
+    shares = _shares(left, robot).reshape(len(left), -1)
+    rate = robot.h * robot.limits.rate / (robot.limits.pull_max - robot.limits.pull_min)
+    moved = np.abs(np.diff(shares[:, : robot.n_a], axis=0))
+    at_rate = np.flatnonzero((moved > 0.99 * rate).any(axis=1))
+    after = shares[::-1]  # (ticks, 2 n_a), the last first
+    spread = np.maximum.accumulate(after) - np.minimum.accumulate(after)
+    resting = np.flatnonzero((spread > RESTING).any(axis=1))
+    rest = len(left) - int(resting[0]) if len(resting) else 0  # first tick of what rests
+    if rest >= len(left) - 1:
+        return None
+    return robot.h * max(rest - (int(at_rate[-1]) + 1 if len(at_rate) else 0), 0)
 
 
 def _plant(robot: Robot) -> Simulator:
@@ -287,93 +321,30 @@ def best_error(controller: Controller, goal: Array, error: float) -> float:
     state, forces, best = controller.state, controller.forces, error
     layout, slack = robot.effector_layout, 1e-3 * limits.largest_tension
 
-    def squared(shares: Array) -> float:
+    def residual(shares: Array) -> Array:
+        """Distances of the effector rows [m], and efforts beyond their limits times the error."""
         nonlocal best
-        value = least + np.clip(shares, 0.0, 1.0) * (most - least)
+        value = least + shares * (most - least)
         simulator.start_from(state, forces)
         command = np.where(by_force, np.nan, value), np.where(by_force, value, np.nan)
         try:
-            if not simulator.settle(*command).converged:
-                return error**2
+            converged = simulator.settle(*command).converged
         except FactorisationError:
-            return error**2
+            converged = False
+        if not converged:
+            return np.full(layout.n_rows + robot.n_a, error)
         rows = layout.scale * layout.difference(simulator.effector_values, goal)
-        found = layout.error(simulator.effector_values, goal)
         lam, pull = simulator.tension, simulator.pull
         excess = np.maximum(lam - limits.tension_max, limits.tension_min - lam) - slack
         outside = np.maximum(limits.pull_min - pull, 0.0) * by_force
         if (excess <= 0.0).all() and not outside.any():
-            best = min(best, found)
-        penalty = np.maximum(excess / limits.largest_tension, 0.0)
-        return float(rows @ rows) + error**2 * float(penalty @ penalty + penalty.sum())
+            best = min(best, layout.error(simulator.effector_values, goal))
+        return np.concatenate(
+            [rows, STIFF * error * np.maximum(excess / limits.largest_tension, 0.0)]
+        )
 
-    first = (start - least) / (most - least)
-    minimize(
-        squared, first, method="L-BFGS-B", bounds=[(0.0, 1.0)] * len(first),
-        options={"maxiter": 8, "eps": 1e-4},
-    )  # fmt: skip
+    if error <= LEAST * robot.size:
+        return best
+    first = np.clip((start - least) / (most - least), 0.0, 1.0)
+    least_squares(residual, first, bounds=(0.0, 1.0), diff_step=1e-4, max_nfev=DESCENT)
     return best
-
-
-def _order_run(setup: Setup, settings: StillSettings) -> OrderRun:
-    """Random orders, then targets at the start until decisions go on.
-
-    Args:
-        setup: of the robot.
-        settings: number of orders, seed.
-    """
-    rng, robot = np.random.default_rng(settings.seed), setup.robot
-    controller = Controller(robot, setup.contact, settings=setup.controller)
-    controller.settle_start()
-    start, layout, limits = controller.effector_values, robot.effector_layout, robot.limits
-    unusable, stuck, beyond = 0, 0, 0.0
-    names, goal = robot.actuators.names, start
-    for _ in range(settings.orders):
-        i, choice = int(rng.integers(len(names))), int(rng.integers(5))
-        if choice == 0:
-            controller.lock(names[i], position=_within(rng, limits.pull_min, limits.pull_max, i))
-        elif choice == 1:
-            controller.lock(names[i], force=_within(rng, limits.tension_min, limits.tension_max, i))
-        elif choice == 2:
-            _unlock(controller, i)
-        elif choice == 3:
-            change = rng.normal(size=layout.n_rows) * 0.1 * robot.size / layout.units
-            goal = layout.moved(start, change)
-        for _ in range(int(rng.integers(1, 5))):
-            actuation = controller.hold() if choice == 4 else controller.decide(goal)
-            controller.advance()
-            unusable += choice != 4 and not actuation.status.usable
-            beyond = max(beyond, _excess(robot, actuation.tension, actuation.pull))
-    for i in range(len(names)):
-        _unlock(controller, i)
-    slack = (limits.pull_max - limits.pull_min) / limits.rate  # (n_a,) s, at most
-    wait = round((float(slack.max()) + AFTER) / robot.h)
-    for tick in range(wait + round(AFTER / robot.h)):
-        actuation = controller.step(start)
-        stuck += tick >= wait and not actuation.status.usable
-        beyond = max(beyond, _excess(robot, actuation.tension, actuation.pull))
-    needed = _excess(robot, actuation.needed, actuation.pull)
-    return OrderRun(robot.name, settings.orders, unusable, stuck, beyond, needed)
-
-
-def _within(rng: np.random.Generator, least: Array, most: Array, i: int) -> float:
-    """A random value between limits (n_a,) of actuator i."""
-    return float(rng.uniform(least[i], most[i]))
-
-
-def _unlock(controller: Controller, i: int) -> None:
-    """Decide actuator i again, where it is locked."""
-    locks = controller.locks
-    if locks.by_position[i] or locks.by_force[i]:
-        controller.unlock(controller.robot.actuators.names[i])
-
-
-def _excess(robot: Robot, effort: Array, pull: Array) -> float:
-    """Largest share by which efforts and positions (n_a,) are beyond their limits."""
-    limits = robot.limits
-    above = np.maximum(effort - limits.tension_max, limits.tension_min - effort)
-    outside = np.maximum(pull - limits.pull_max, limits.pull_min - pull)
-    share = np.maximum(
-        above / limits.largest_tension, outside / (limits.pull_max - limits.pull_min)
-    )
-    return max(float(share.max()), 0.0)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from tauten.service.bench import StillBench
 from tauten.service.tables.numbers import Numbers, Page, measured_on
 
@@ -23,7 +25,9 @@ def still_page(result: StillBench) -> Page:
             (
                 robot, model, loop, "yes" if contact else "no", str(len(runs)),
                 str(sum(run.rests for run in runs)),
+                _median([run.rest_s for run in runs if run.rest_s is not None]),
                 str(sum(run.is_best for run in best)) if best else "–",
+                str(sum(run.is_near for run in best)) if best else "–",
                 f"{max(run.position for run in runs):.1e}", f"{max(run.effort for run in runs):.1e}",
             )
         )  # fmt: skip
@@ -31,7 +35,16 @@ def still_page(result: StillBench) -> Page:
         Numbers(
             "constant targets within twice the workspace",
             (
-                *("robot", "model", "loop", "contact", "targets", "at rest", "at the best place"),
+                *(
+                    "robot",
+                    "model",
+                    "loop",
+                    "contact",
+                    "targets",
+                    "at rest",
+                    "median time to rest [s]",
+                ),
+                *("within 1 % of the best place", "and 0.1 % of the way"),
                 *("largest change of a position", "of an effort"),
             ),
             tuple(rows),
@@ -49,5 +62,13 @@ def still_page(result: StillBench) -> Page:
         title = "random locks, holds, unlocks and targets"
         columns = ("robot", "orders", "unusable", "stuck after", "left beyond", "needed beyond")
         tables.append(Numbers(title, columns, found))
-    about = f"Measured on {measured_on(result.machine)}"
+    minutes, asked = result.settings.minutes, result.settings.targets
+    about = (
+        f"Measured on {measured_on(result.machine)}; {asked} targets of each group, fewer where {minutes:g} "
+        "minutes for a robot and its model were not enough"
+    )
     return Page("tauten bench still", about, tuple(tables))
+
+
+def _median(values: list[float]) -> str:
+    return f"{float(np.median(values)):.2f}" if values else "–"

@@ -294,14 +294,19 @@ def test_the_manipulator_reaches_a_position_and_points() -> None:
     assert np.linalg.norm(found[3:5]) < 2e-3
 
 
-def test_an_exact_target_is_reached_against_what_the_others_want() -> None:
-    """Another effector that weighs more does not hold the exact one where a step does not get there."""
+@pytest.mark.parametrize("scheme", [{"scheme": "quasi-static"}, {"rayleigh_stiffness": 0.02}])
+def test_an_exact_target_is_reached_against_what_the_others_want(scheme: dict[str, Any]) -> None:
+    """Another effector that weighs more does not hold the exact one where a step does not get there.
+
+    A controller that decides one tick ahead never got there with inertia: NOT_EXACT for ever, 23 mm away.
+    """
     tip = {"name": "tip", "point": [0.2, 0.01, 0.01], "exact": True}
-    robot = trunk(tip, {"name": "middle", "point": [0.1, 0.01, 0.01], "weight": 10.0})
+    middle = {"name": "middle", "point": [0.1, 0.01, 0.01], "weight": 10.0}
+    robot = trunk(tip, middle, integration=scheme)
     goal, rest = values_under(robot, tensions(robot, 5)), robot.effector_values(robot.rest())
     goal[3:] = rest[3:]
     controller = Controller(robot, settings=PRECISE)
-    for _ in range(60):
+    for _ in range(100):
         actuation = controller.step(goal)
         assert actuation.status.usable
     assert actuation.status is Status.OK

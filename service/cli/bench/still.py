@@ -22,7 +22,11 @@ def still(
     orders: Annotated[
         int, typer.Option(min=0, help="Random locks, holds, unlocks and targets of each robot.")
     ] = 400,
-    seconds: Annotated[float, typer.Option(min=1.0, help="Duration of each run.")] = 8.0,
+    seconds: Annotated[float, typer.Option(min=1.0, help="Longest run in open loop.")] = 8.0,
+    minutes: Annotated[
+        float,
+        typer.Option(min=0.0, help="For the targets of each robot and model; fewer after it."),
+    ] = 10.0,
     seed: Annotated[int, typer.Option(help="Of targets and orders.")] = 0,
     figure: Annotated[
         Path | None, typer.Option(help="Figure of the resting errors over the workspace.")
@@ -48,6 +52,7 @@ def still(
         orders=orders,
         seconds=seconds,
         seed=seed,
+        minutes=minutes,
     )
     with stop_on_signals() as stop, progress_bar("still") as report:
         result = bench_still(chosen, stop, report)

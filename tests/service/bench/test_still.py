@@ -13,7 +13,7 @@ from tauten.service.bench.still import random_goals
 from tauten.service.process import StopFlag
 from tauten.service.tables import still_page
 
-RUN = StillRun("arm", "reduced", "open", False, 20.0, 1e-8, 1e-8, 5.0, 5.0, ("OK",))
+RUN = StillRun("arm", "reduced", "open", False, 20.0, 1e-8, 1e-8, 5.0, 5.0, ("OK",), 0.3, 100.0)
 
 
 def test_rest_and_the_best_place_have_limits() -> None:
@@ -21,7 +21,8 @@ def test_rest_and_the_best_place_have_limits() -> None:
     assert not replace(RUN, position=1e-5).rests
     assert not replace(RUN, effort=1e-5).rests
     assert not replace(RUN, error_mm=5.2).is_best
-    assert replace(RUN, error_mm=0.01, best_mm=0.0).is_best  # a thousandth of the way
+    held_back = replace(RUN, error_mm=0.01, best_mm=0.0)  # by a thousandth of the way
+    assert held_back.is_near and not held_back.is_best
     assert replace(RUN, error_mm=9.0, best_mm=None).is_best
 
 
@@ -31,7 +32,8 @@ def test_the_diamond_rests_and_is_never_stuck() -> None:
     result = bench_still(settings, StopFlag(), lambda share, what: None)
     assert result.complete
     assert [run.loop for run in result.runs] == ["open"] * 2 + ["closed"] * 2
-    assert all(run.rests and run.is_best for run in result.runs if run.loop == "open")
+    assert all(run.rests and run.is_near for run in result.runs)
+    assert all(run.rest_s is not None and run.rest_s < 2.0 for run in result.runs[:2])
     assert result.orders[0].stuck == 0
     assert result.orders[0].beyond == 0.0
     assert len(still_page(result).tables) == 2
