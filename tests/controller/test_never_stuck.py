@@ -7,7 +7,7 @@ import pytest
 from support.robots.bodies import beam_robot, box_mesh
 
 from tauten.controller import Actuation, Controller, Status
-from tauten.model import Robot
+from tauten.model import Robot, Simulator
 from tauten.model.numerics import Array
 
 SIZE = (0.1, 0.02, 0.02)
@@ -116,3 +116,16 @@ def test_after_random_locks_holds_and_targets_decisions_go_on() -> None:
     limits = controller.robot.limits
     assert (found[-1].needed <= limits.tension_max * (1.0 + 1e-6)).all()
     assert np.linalg.norm(controller.effector - tip) < 1e-4
+
+
+def test_a_hold_reports_what_leaves_and_what_is_needed_apart() -> None:
+    simulator = Simulator(beam(), "none")
+    assert simulator.settle(pull=[0.01, 0.0]).converged
+    needed = float(simulator.tension[0])
+    controller = Controller(beam(max_tension=0.8 * needed))
+    controller.start_from(simulator.state, simulator.forces, simulator.pull)
+    held = controller.hold()
+    assert held.status is Status.INFEASIBLE
+    assert held.clamped
+    assert held.tension[0] == pytest.approx(0.8 * needed)
+    assert held.needed[0] == pytest.approx(needed, rel=1e-3)
