@@ -45,7 +45,7 @@ from tauten.reduction.contact import (
     tip_errors,
 )
 from tauten.service.plant import PathSettings, make_path
-from tauten.service.process import StopFlag, host_info, one_blas_thread
+from tauten.service.process import Progress, StopFlag, host_info, one_blas_thread
 from tauten.service.replay import spread
 
 KS = (2, 5, 10, 15, 20, 25, 30, 40, 60)
@@ -58,7 +58,6 @@ _SWEEPS = 200  # of Gauss-Seidel, what a step may take
 STABLE = 1e-3  # of the robot's size: farther apart, and the full-order run is no measure
 
 R = TypeVar("R")
-Progress = Callable[[float, str], None]
 
 
 @dataclass(frozen=True, slots=True)

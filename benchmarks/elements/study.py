@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from time import perf_counter
 
@@ -21,10 +20,9 @@ from tauten.model.schema import (
     validated,
 )
 from tauten.service.check import Variant, variant_robot
-from tauten.service.process import HostInfo, host_info, one_blas_thread
+from tauten.service.process import HostInfo, Progress, host_info, one_blas_thread
 from tauten.service.replay import Spread, spread
 
-Progress = Callable[[float, str], None]
 ELEMENTS: tuple[ElementName, ...] = ("linear", "smoothed", "quadratic")
 LAWS = (
     "corotational",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -16,14 +16,12 @@ from tauten.model import Robot, load_robot
 from tauten.reduction import ContactBasis
 from tauten.reduction.campaign import Ranges, Snapshots, plackett_burman, run_campaign
 from tauten.service.bench import Comparison, Equilibrium, StepTimes, compare_equilibria, equilibrium
-from tauten.service.process import HostInfo, host_info, one_blas_thread
+from tauten.service.process import HostInfo, Progress, host_info, one_blas_thread
 
 ROBOTS = ("manipulator_1290", "manipulator")
 STEPS = 120  # of a run of the campaign
 _ON_THE_WAY = 6  # equilibria on the way to a posture that errors are measured at
 _HELD_OUT, _SEED = 20, 1
-
-ShareDone = Callable[[float], None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,7 +71,7 @@ class ArmBenchSettings:
     ks: tuple[int, ...]
 
 
-def bench_manipulator(settings: ArmBenchSettings, progress: ShareDone) -> tuple[ArmBench, BentArm]:
+def bench_manipulator(settings: ArmBenchSettings, progress: Progress) -> tuple[ArmBench, BentArm]:
     """Measure everything; campaigns come first and take longest.
 
     Args:

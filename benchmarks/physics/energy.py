@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from time import perf_counter
 
@@ -19,11 +18,9 @@ from tauten.model import Robot, Simulator, State, TetRobot, load_robot
 from tauten.model.beams import BeamRobot
 from tauten.model.numerics import Array
 from tauten.service.plant import PathSettings, make_path
-from tauten.service.process import HostInfo, host_info, one_blas_thread
+from tauten.service.process import HostInfo, Progress, host_info, one_blas_thread
 from tauten.service.replay import Distances, Series, Spread, spread
 from tauten.service.setup import load_setup, warm_controller
-
-Progress = Callable[[float, str], None]
 
 PULL, TENSION = 0.5, 0.4  # of the largest: one cable is pulled to a length, several get tensions
 GRAVITY = 9.81  # m/s²

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import combinations
 from pathlib import Path
@@ -16,9 +16,8 @@ from benchmarks.physics.sofa_robots import TRUNK_CABLES, diamond, trunk
 from tauten.model import Integration, Robot, Simulator, State, load_robot
 from tauten.model.body import SparseRobot
 from tauten.model.numerics import Array, Factorisation
-from tauten.service.process import HostInfo, host_info, one_blas_thread
+from tauten.service.process import HostInfo, Progress, host_info, one_blas_thread
 
-Progress = Callable[[float, str], None]
 LoadedStart: TypeAlias = tuple[State | None, CableLoad]  # None: at rest
 
 GRAVITIES = ((0.0, 0.0, 0.0), (0.0, -9.81, 0.0))  # m/s², none and across the trunk

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -19,9 +18,8 @@ from benchmarks.qpcc.times import (
     time_solves,
 )
 from tauten.controller.qpcc import available_backends
-from tauten.service.process import HostInfo, host_info, one_blas_thread
+from tauten.service.process import HostInfo, Progress, host_info, one_blas_thread
 
-Progress = Callable[[float, str], None]
 COMPARED = ((1, 5), (3, 10), (9, 23), (9, 40))  # cables and modes at which libraries are compared
 ONE_START: tuple[Kind, ...] = ("descent", "warm")  # the homotopy is daqp's, whatever the library
 KINDS: tuple[Kind, ...] = ("descent", "cold", "warm")

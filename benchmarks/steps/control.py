@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,9 +12,7 @@ from tauten.model.numerics import Array, Bools
 from tauten.reduction import ContactBasis
 from tauten.service.bench import Sizes, StepTimes, sizes_of, time_steps
 from tauten.service.plant import PathSettings, make_path
-from tauten.service.process import HostInfo, host_info, one_blas_thread
-
-ShareDone = Callable[[float], None]
+from tauten.service.process import HostInfo, Progress, host_info, one_blas_thread
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +57,7 @@ def bench_control(
     settings: ControllerSettings,
     seconds: float,
     pulls: int,
-    progress: ShareDone,
+    progress: Progress,
 ) -> ControlBench:
     """Time control steps with contact none, full and reduced; compare reduced with pointwise tips.
 

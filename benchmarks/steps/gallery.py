@@ -15,11 +15,9 @@ from tauten.model.numerics import Array
 from tauten.reduction.campaign import TOLERANCE, Design, exploring
 from tauten.reduction.state import ReducedRobot
 from tauten.service.plant import PathSettings, make_path
-from tauten.service.process import HostInfo, host_info, one_blas_thread
+from tauten.service.process import HostInfo, Progress, host_info, one_blas_thread
 from tauten.service.replay import Spread, spread
 from tauten.service.setup import Setup, load_setup
-
-Progress = Callable[[float, str], None]
 
 WARM_UP = 10  # steps that are not measured
 SAMPLED = 5  # equilibria from whose time that of the whole campaign is estimated

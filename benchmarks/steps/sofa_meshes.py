@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -19,11 +18,8 @@ from tauten.service.bench import (
     time_forward,
     time_steps,
 )
-from tauten.service.process import HostInfo, host_info, one_blas_thread
+from tauten.service.process import HostInfo, Progress, host_info, one_blas_thread
 from tauten.service.replay import Spread
-
-ShareDone = Callable[[float], None]
-
 
 # Median of SOFA v25.06 with SoftRobots.Inverse on a quiet AMD EPYC at 2.25 GHz with 2 cores, one thread, as
 # published with the reference data and, of the finger, with the request for these times [ms]
@@ -57,7 +53,7 @@ class SofaMeshBench:
     robots: tuple[SofaMeshTimes, ...]
 
 
-def bench_sofa_meshes(data: Path, steps: int, progress: ShareDone) -> SofaMeshBench:
+def bench_sofa_meshes(data: Path, steps: int, progress: Progress) -> SofaMeshBench:
     """Time forward and inverse steps of trunk, diamond and finger on the meshes that SOFA computed with.
 
     SOFA is not run: its medians are published ones, from another computer. The trunk moves forward with its

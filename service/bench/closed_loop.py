@@ -7,7 +7,7 @@ commanded: with pulled lengths the shape hardly depends on the stiffness.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -18,14 +18,13 @@ from tauten.model.schema import read_toml
 from tauten.service.bench.closed_loop_cases import Case, equilibria, make_cases
 from tauten.service.bench.closed_loop_run import Drive, Outcome, Trace, case_outcome, follow
 from tauten.service.plant import DrivenRobot, own_steps
-from tauten.service.process import HostInfo, StopFlag, host_info, one_blas_thread
+from tauten.service.process import HostInfo, Progress, StopFlag, host_info, one_blas_thread
 from tauten.service.settings import service_settings
 
 CONTACTS = ("reduced", "full", "none")
 MISMATCHES = (0.8, 1.2)
 
 Contact = Literal["none", "full"] | ContactSpace
-Progress = Callable[[float, str], None]
 _CASES_SHARE = 0.05  # of the whole work
 _WARM_UP = 12  # ticks
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -24,9 +23,7 @@ from tauten.reduction.state import StateSettings, held_out_snapshots, reduce_sta
 from tauten.service.bench.stages import StepTimes, time_steps
 from tauten.service.bench.steps import Sizes, sizes_of
 from tauten.service.plant import PathSettings, make_path
-from tauten.service.process import HostInfo, host_info, one_blas_thread
-
-Progress = Callable[[float, str], None]
+from tauten.service.process import HostInfo, Progress, host_info, one_blas_thread
 
 RAMP_STEPS = 200  # equilibria of the training campaign
 FINE_STEPS = 100  # on refined meshes

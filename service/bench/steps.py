@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from time import perf_counter
 
@@ -11,10 +10,8 @@ import numpy as np
 from tauten.model import Robot, Simulator, load_robot
 from tauten.model.numerics import Array
 from tauten.service.bench.stages import time_steps
-from tauten.service.process import HostInfo, host_info, one_blas_thread
+from tauten.service.process import HostInfo, Progress, host_info, one_blas_thread
 from tauten.service.replay import Spread, spread
-
-ShareDone = Callable[[float], None]
 
 WARM_UP = 5  # steps that are not measured
 
@@ -63,7 +60,7 @@ def sizes_of(robot: Robot, modes: int = 0) -> Sizes:
 
 
 def bench_steps(
-    robot_file: str, refinements: int, factorisation: str, steps: int, progress: ShareDone
+    robot_file: str, refinements: int, factorisation: str, steps: int, progress: Progress
 ) -> StepBench:
     """Time forward and inverse steps without contact on a mesh and its uniform refinements.
 

@@ -7,7 +7,7 @@ a run is as much longer as the correction takes to become constant.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import tee
 from time import monotonic
@@ -21,10 +21,9 @@ from tauten.model import Robot, Simulator
 from tauten.model.numerics import Array, FactorisationError
 from tauten.service.bench.orders import OrderRun, order_run
 from tauten.service.node import LARGEST, Feedback
-from tauten.service.process import HostInfo, StopFlag, host_info, one_blas_thread
+from tauten.service.process import HostInfo, Progress, StopFlag, host_info, one_blas_thread
 from tauten.service.setup import Order, Setup, load_setup
 
-Progress = Callable[[float, str], None]
 Loop = Literal["open", "closed"]
 
 SHIPPED = (

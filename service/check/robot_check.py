@@ -30,9 +30,7 @@ from tauten.service.check.mesh_variants import (
     variant_robot,
 )
 from tauten.service.check.region_findings import RegionParts, region_parts
-from tauten.service.process import Interrupted, StopFlag, one_blas_thread
-
-Progress = Callable[[float, str], None]
+from tauten.service.process import Interrupted, Progress, StopFlag, one_blas_thread
 
 
 @dataclass(frozen=True, slots=True)

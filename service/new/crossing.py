@@ -8,16 +8,15 @@ memory is bounded for any surface.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from tauten.model.numerics import Array, Bools, Ints
+from tauten.service.process import Progress
 
 BLOCK = 1 << 13  # pairs of nodes that are divided at once
 BITS = 20  # of each coordinate along the curve
-Progress = Callable[[float, str], None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +34,7 @@ class _Tree:
 
 
 def first_crossing(
-    vertices: Array, triangles: Ints, progress: Progress = lambda share, what: None
+    vertices: Array, triangles: Ints, progress: Progress = lambda share, what="": None
 ) -> tuple[int, int] | None:
     """Two triangles of a surface that cross each other and share no vertex; None where there are none.
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import re
 import tempfile
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -22,7 +21,7 @@ from tauten.service.new.guesses import Guess, guess_fields
 from tauten.service.new.meshing import LARGE, Part, mesh_part
 from tauten.service.new.part import PartError
 from tauten.service.new.template import Values, robot_text
-from tauten.service.process import Interrupted, StopFlag
+from tauten.service.process import Interrupted, Progress, StopFlag
 
 NODES = (300, 700, 1500, 3000)  # of the meshes that are compared
 PULL_SHARE = 0.5  # of the largest pull, where meshes are compared
@@ -31,7 +30,6 @@ LEAST_SHARE = (
 )  # of the guessed pull; a robot that cannot be pulled so far needs a look first
 RATE = 50.0  # Hz
 MOST = 0.8  # of the progress: the equilibria; the rest is meshing
-Progress = Callable[[float, str], None]
 
 
 @dataclass(frozen=True, slots=True)

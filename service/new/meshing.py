@@ -19,7 +19,6 @@ import meshio
 import numpy as np
 
 from tauten.model.mesh import UNITS, TetMesh, checked, mean_ratios, oriented, read_mesh
-from tauten.service.new.crossing import Progress
 from tauten.service.new.part import (
     Kind,
     PartError,
@@ -28,6 +27,7 @@ from tauten.service.new.part import (
     read_outside,
     read_surface,
 )
+from tauten.service.process import Progress
 
 TIME_LIMIT = 600.0  # s
 LEAST_QUALITY = 0.1  # mean ratio of the worst element that is accepted
@@ -67,7 +67,7 @@ class Part:
 
 
 def read_part(
-    path: Path, unit: str, repair: bool, progress: Progress = lambda share, what: None
+    path: Path, unit: str, repair: bool, progress: Progress = lambda share, what="": None
 ) -> Part:
     """Read a part and refuse what cannot be meshed.
 

@@ -16,7 +16,8 @@ from tauten.model.mesh import (
     uncancelled_triangles,
 )
 from tauten.model.numerics import Array, Ints
-from tauten.service.new.crossing import Progress, first_crossing
+from tauten.service.new.crossing import first_crossing
+from tauten.service.process import Progress
 
 SURFACES = (".stl", ".obj", ".ply")
 SOLIDS = (".step", ".stp", ".brep")

@@ -3,6 +3,7 @@
 from tauten.model import one_blas_thread
 from tauten.reduction import write_text
 from tauten.service.process.host import HostInfo, host_info
+from tauten.service.process.progress import Progress
 from tauten.service.process.realtime import (
     ORDINARY,
     RealtimeError,
@@ -19,6 +20,7 @@ from tauten.service.process.runtime import (
 from tauten.service.process.stopping import Interrupted, StopFlag, stop_on_signals
 
 __all__ = [
+    "Progress",
     "HostInfo",
     "ORDINARY",
     "RealtimeError",

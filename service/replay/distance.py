@@ -15,7 +15,6 @@ reduction and linearisation may cancel in part, so model to B is given too: all 
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -24,13 +23,11 @@ import numpy as np
 from tauten.model import Simulator, default_enrichment, load_robot
 from tauten.model.load import robot_path
 from tauten.service.log import LogError, LogReader
-from tauten.service.process import one_blas_thread
+from tauten.service.process import Progress, one_blas_thread
 from tauten.service.replay.recorded_setup import recorded_setup
 from tauten.service.replay.report import TrackingError, error, held
 from tauten.service.replay.run import RecordedRun, Series, read_run
 from tauten.service.setup import load_contact
-
-Progress = Callable[[float, str], None]
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,22 +7,16 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from tauten.model import Robot
+    from tauten.service.process import Progress
     from tauten.service.tables import Page
 
 
-class ShowProgress(Protocol):
-    """What a computation calls when a share of it is done."""
-
-    def __call__(self, share: float, what: str = "") -> None:
-        """Show that `share` more of the whole (1) is done, and what comes next."""
-
-
 @contextmanager
-def progress_bar(title: str) -> Iterator[ShowProgress]:
+def progress_bar(title: str) -> Iterator[Progress]:
     """A bar on stderr while a command works.
 
     Args:
