@@ -53,6 +53,8 @@ from tauten.model import (
 )
 from tauten.model.numerics import Array, Bools
 
+FARTHEST = 0.25  # of the robot's size, in a tick; a model that is faster has diverged
+
 
 @dataclass(frozen=True, slots=True)
 class Horizon:
@@ -332,7 +334,8 @@ def advance(
     """The model after the tick, in which the actuators move evenly to what left.
 
     The decision predicts the tick with one linearisation; the model follows what left in steps of second
-    order (`tauten.model.simulation.travel`). Without sub-steps it moves as the decision predicts.
+    order (`tauten.model.simulation.travel`). Without sub-steps it moves as the decision predicts, and so it
+    does where these steps diverge: their linearisation is where the velocity leads, which may be far beyond.
 
     Args:
         robot: its factorisation workspace is overwritten.
@@ -357,6 +360,10 @@ def advance(
     moved = travel(
         robot, space, settings.enrichment, step.state, forces, start, command, settings.substeps
     )
+    way = robot.displacement(moved.state, step.system.h * moved.state.v)  # of the next tick [m]
+    if not way < FARTHEST * robot.size:  # also NaN
+        after = robot.advance(step.state, step.system, predicted.dv)
+        return Advanced(after, forces, step.rows.contacts.found)
     last = moved.last.prediction.step
     return Advanced(moved.state, moved.forces, last.rows.contacts.found)
 

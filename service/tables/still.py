@@ -42,7 +42,7 @@ def still_page(result: StillBench) -> Page:
                     "contact",
                     "targets",
                     "at rest",
-                    "median time to rest [s]",
+                    "seconds to rest, median",
                 ),
                 *("within 1 % of the best place", "and 0.1 % of the way"),
                 *("largest change of a position", "of an effort"),
