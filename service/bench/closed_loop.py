@@ -1,8 +1,10 @@
 """The closed-loop benchmark: its runs and its results.
 
-Five cases with three models of contact, each in open and closed loop, against a full-order robot as
-modelled; then the step again with a robot a fifth softer and stiffer, whose winches pull the tensions
-commanded: with pulled lengths the shape hardly depends on the stiffness.
+First a path in reach at some periods, with the distance of model and plant divided into its shares
+(`tauten.service.bench.following`). Then, where they are asked for, five cases with three models of contact,
+each in open and closed loop, against a full-order robot as modelled; then the step again with a robot a fifth
+softer and stiffer, whose winches pull the tensions commanded: with pulled lengths the shape hardly depends on
+the stiffness.
 """
 
 from __future__ import annotations
@@ -12,11 +14,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
+import numpy as np
+
 from tauten.controller import Controller, controller_settings
 from tauten.model import ContactSpace, Robot, Simulator, load_robot
 from tauten.model.schema import read_toml
 from tauten.service.bench.closed_loop_cases import Case, equilibria, make_cases
 from tauten.service.bench.closed_loop_run import Drive, Outcome, Trace, case_outcome, follow
+from tauten.service.bench.following import Following, follow_path
+from tauten.service.check import mesh_error_text
 from tauten.service.plant import DrivenRobot, own_steps
 from tauten.service.process import HostInfo, Progress, StopFlag, host_info, one_blas_thread
 from tauten.service.settings import service_settings
@@ -25,16 +31,27 @@ CONTACTS = ("reduced", "full", "none")
 MISMATCHES = (0.8, 1.2)
 
 Contact = Literal["none", "full"] | ContactSpace
-_CASES_SHARE = 0.05  # of the whole work
+_CASES_SHARE = 0.05  # of the work of all cases, for their targets
+_PATHS_SHARE = 0.1  # of the whole work, where there are cases too
 _WARM_UP = 12  # ticks
+_NEARBY = 0.01  # of the robot's size
 
 
 @dataclass(frozen=True, slots=True)
 class ClosedLoopSettings:
-    """What to run: seconds of each case, seed of the random walk."""
+    """What to run.
+
+    Attributes:
+        seconds: of each case.
+        seed: of the random walk.
+        periods: of the path in reach [s].
+        cases: whether the cases run.
+    """
 
     seconds: float
     seed: int
+    periods: tuple[float, ...] = ()
+    cases: bool = True
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,7 +68,11 @@ class ClosedLoopBench:
         plant_steps: its steps in a period.
         plant_error_percent: how far twice as many move it in a trial motion, of its way.
         plant_speed: its simulated time over real time there.
-        outcomes: one a run.
+        plant_unknowns: degrees of freedom of the plant.
+        model_unknowns: of the controller's model.
+        mesh_error: of the mesh that both are made of, in a sentence.
+        following: one a period.
+        outcomes: one a run of a case.
         complete: whether all runs were done.
     """
 
@@ -64,6 +85,10 @@ class ClosedLoopBench:
     plant_steps: int
     plant_error_percent: float
     plant_speed: float
+    plant_unknowns: int
+    model_unknowns: int
+    mesh_error: str
+    following: tuple[Following, ...]
     outcomes: tuple[Outcome, ...]
     complete: bool
 
@@ -107,7 +132,7 @@ def planned(cases: list[Case]) -> Iterator[Group]:
 def bench_closed_loop(
     robot: Robot,
     path: Path,
-    basis: ContactSpace,
+    basis: Contact,
     settings: ClosedLoopSettings,
     stop: StopFlag,
     progress: Progress,
@@ -117,7 +142,7 @@ def bench_closed_loop(
     Args:
         robot: the model.
         path: its file.
-        basis: its contact basis.
+        basis: its contact basis, or its model of contact where it has none.
         settings: what to run.
         stop: raised to end early.
         progress: called with the share of the work that has just been done, and what comes next.
@@ -126,27 +151,24 @@ def bench_closed_loop(
         The numbers, and the runs they come from.
 
     Raises:
-        PathError: the robot finds no equilibrium to take targets from.
+        PathError: the robot finds no equilibrium to take targets from, or has several effectors and periods
+            are given.
     """
     done: list[CaseRuns] = []
+    followed: list[Following] = []
     with one_blas_thread():
-        share = _CASES_SHARE / equilibria(robot.n_a)
-        cases = make_cases(
-            robot, settings.seconds, settings.seed, lambda: progress(share, "targets in reach")
-        )
+        progress(0.0, "plant")
         bench = ClosedLoopRunner(robot, path, basis)
-        groups = list(planned(cases))
-        share = (1.0 - _CASES_SHARE) / sum(len(group.controllers) for group in groups)
-        for group in groups:
-            found = []
-            for contact, closed in group.controllers:
-                if stop.requested:
-                    break
-                progress(0.0, f"{group.name}, {contact} contact")
-                found.append(bench.run(group, contact, closed))
-                progress(share, group.name)
-            if found:
-                done.append(CaseRuns(group.name, group.case, tuple(found)))
+        ahead = _PATHS_SHARE if settings.cases else 1.0
+        for period in settings.periods:
+            if stop.requested:
+                break
+            progress(0.0, f"path in reach, {period:g} s")
+            followed.append(bench.follow(period))
+            progress(ahead * period / sum(settings.periods), f"path in reach, {period:g} s")
+        if settings.cases:
+            rest = 1.0 - ahead if settings.periods else 1.0
+            done = _cases(bench, robot, settings, stop, lambda x, what: progress(rest * x, what))
     result = ClosedLoopBench(
         machine=host_info(),
         robot=robot.name,
@@ -157,10 +179,42 @@ def bench_closed_loop(
         plant_steps=bench.own.count,
         plant_error_percent=100.0 * bench.own.error,
         plant_speed=bench.own.speed,
+        plant_unknowns=bench.unknowns,
+        model_unknowns=robot.n,
+        mesh_error=mesh_error_text(path, robot.digest),
+        following=tuple(followed),
         outcomes=tuple(outcome for one in done for outcome, _ in one.runs),
         complete=not stop.requested,
     )
     return result, tuple(done)
+
+
+def _cases(
+    bench: ClosedLoopRunner,
+    robot: Robot,
+    settings: ClosedLoopSettings,
+    stop: StopFlag,
+    progress: Progress,
+) -> list[CaseRuns]:
+    """All cases, or as many as are done when `stop` is raised; arguments as of `bench_closed_loop`."""
+    done: list[CaseRuns] = []
+    share = _CASES_SHARE / equilibria(robot.n_a)
+    cases = make_cases(
+        robot, settings.seconds, settings.seed, lambda: progress(share, "targets in reach")
+    )
+    groups = list(planned(cases))
+    share = (1.0 - _CASES_SHARE) / sum(len(group.controllers) for group in groups)
+    for group in groups:
+        found = []
+        for contact, closed in group.controllers:
+            if stop.requested:
+                break
+            progress(0.0, f"{group.name}, {contact} contact")
+            found.append(bench.run(group, contact, closed))
+            progress(share, group.name)
+        if found:
+            done.append(CaseRuns(group.name, group.case, tuple(found)))
+    return done
 
 
 class ClosedLoopRunner:
@@ -168,15 +222,16 @@ class ClosedLoopRunner:
 
     Attributes:
         own: steps of the plants.
+        unknowns: of the plants.
     """
 
-    def __init__(self, robot: Robot, path: Path, basis: ContactSpace) -> None:
+    def __init__(self, robot: Robot, path: Path, basis: Contact) -> None:
         """Make the controllers.
 
         Args:
             robot: the model.
             path: its file, for plants.
-            basis: its contact basis.
+            basis: its contact basis, or its model of contact where it has none.
         """
         contents = read_toml(path)
         settings = controller_settings(contents, path)
@@ -191,8 +246,20 @@ class ClosedLoopRunner:
         self._plants: dict[float, DrivenRobot] = {}
         plant = Simulator(load_robot(path, rate=self._rate), "full")
         plant.settle_start()
-        self.own = own_steps(plant)
+        self.own, self.unknowns = own_steps(plant), plant.robot.n
+        self._plants[1.0] = DrivenRobot(plant, self.own.count)
         self._warm: set[str] = set()
+
+    def follow(self, period: float) -> Following:
+        """Follow the path in reach once, with the reduced model of contact.
+
+        Args:
+            period: of the path [s].
+
+        Raises:
+            PathError: the robot has several effectors, or no equilibria.
+        """
+        return follow_path(self._warmed("reduced"), self._plant(1.0), period, self._service)
 
     def run(self, group: Group, contact: str, closed: bool) -> tuple[Outcome, Trace]:
         """One run, from the equilibrium under the loads with the actuators at rest.
@@ -202,15 +269,21 @@ class ClosedLoopRunner:
             contact: model of contact in the controller, "reduced", "full" or "none".
             closed: whether measurements correct the targets.
         """
-        controller, plant = self._controllers[contact], self._plant(group.young_scale)
+        controller, plant = self._warmed(contact), self._plant(group.young_scale)
         case = group.case
-        if contact not in self._warm:
-            short = Case(case.name, case.targets[-_WARM_UP:], 0)
-            follow(controller, plant, short, closed, group.drive, self._service)
-            self._warm.add(contact)
         trace = follow(controller, plant, case, closed, group.drive, self._service)
         h, scale = controller.robot.h, group.young_scale
         return case_outcome(case, trace, h, contact, closed, scale, group.drive), trace
+
+    def _warmed(self, contact: str) -> Controller:
+        """The controller with a model of contact, after a few ticks towards a target nearby."""
+        controller = self._controllers[contact]
+        if contact not in self._warm:
+            goal = controller.shifted(_NEARBY * controller.robot.size)
+            short = Case("warm-up", np.tile(goal, (_WARM_UP, 1)), 0)
+            follow(controller, self._plant(1.0), short, False, "pull", self._service)
+            self._warm.add(contact)
+        return controller
 
     def _plant(self, young_scale: float) -> DrivenRobot:
         if young_scale not in self._plants:

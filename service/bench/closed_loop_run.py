@@ -40,6 +40,8 @@ class Trace:
         step: (s,) time of the whole control step [s].
         touching: (s,) bool, the plant pushes against itself.
         unusable: decisions that could not be used.
+        model: (s, 3) the controller's own first effector [m].
+        own: (s,) distance of the controller's effectors from their targets, as `error` [m].
     """
 
     effector: Array
@@ -50,6 +52,8 @@ class Trace:
     step: Array
     touching: Bools
     unusable: int
+    model: Array
+    own: Array
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,7 +114,8 @@ def follow(
         plant: moves.
         case: targets, one a period.
         closed: whether measurements correct the targets.
-        drive: what the plant's winches obey, pulled lengths or tensions.
+        drive: what the plant obeys: "tension", efforts; "pull", positions, and efforts of actuators that a
+            hold keeps by these, as of pressure.
         settings: of the closed loop and of `ControlLoop`; default: as `ControlLoop`.
     """
     controller.reset()
@@ -130,7 +135,7 @@ def follow(
         action = loop.tick(layout.moved(target, feedback.correction), Signals(target=True))
         decide = perf_counter() - begin
         sent = action.actuation
-        _step(plant, sent.pull if drive == "pull" else sent.tension, drive)
+        moved(plant, sent.pull, sent.tension, drive)
         begin = perf_counter()
         loop.prepare()
         step = decide + perf_counter() - begin
@@ -138,13 +143,13 @@ def follow(
         error = layout.error(where, target)
         usable = action.decided and sent.status.usable
         touching = bool((body.lam_c > 0.0).any())
-        times = (decide, step)
-        rows.append(
-            (body.effector[0], error, sent.pull, sent.tension, *times, touching, not usable)
-        )
+        own = controller.effector[0], layout.error(controller.effector_values, target)
+        measured = body.effector[0], error, sent.pull, sent.tension
+        rows.append((*measured, decide, step, touching, not usable, *own))
         if closed:
             feedback.observe(controller.effector_values, where, robot.h)
-    effector, errors, pull, tension, decided, stepped, touched, unusable = zip(*rows, strict=True)
+    found = zip(*rows, strict=True)
+    effector, errors, pull, tension, decided, stepped, touched, unusable, model, own_errors = found
     return Trace(
         effector=np.array(effector),
         error=np.array(errors),
@@ -154,16 +159,23 @@ def follow(
         step=np.array(stepped),
         touching=np.array(touched),
         unusable=sum(unusable),
+        model=np.array(model),
+        own=np.array(own_errors),
     )
 
 
-def _step(plant: DrivenRobot, command: Array, drive: Drive) -> None:
-    none = np.full_like(command, np.nan)
+def moved(plant: DrivenRobot, pull: Array, tension: Array, drive: Drive) -> None:
+    """Move a plant by what left, as `tauten plant` does; back to its start where it diverges.
+
+    Args:
+        plant: the plant.
+        pull: (n_a,) positions.
+        tension: (n_a,) efforts.
+        drive: which it obeys, see `follow`.
+    """
+    by_force = plant.simulator.robot.actuators.laws.held_by_force | (drive == "tension")
     try:
-        if drive == "pull":
-            plant.move(command, none)
-        else:
-            plant.move(none, command)
+        plant.move(np.where(by_force, np.nan, pull), np.where(by_force, tension, np.nan))
     except FactorisationError:
         plant.reset()
 

@@ -12,10 +12,38 @@ def closed_loop_page(result: ClosedLoopBench) -> Page:
     for one in result.outcomes:
         plant = "" if one.young_scale == 1.0 else f" E x {one.young_scale:g}"
         pairs.setdefault((one.case + plant, one.contact), []).append(one)
-    cases = f"{result.robot}, {result.seconds:g} s a case at {result.rate_hz:g} Hz."
+    cases = (
+        f"{result.robot} at {result.rate_hz:g} Hz. Plant: {result.plant} order with {result.plant_unknowns} "
+        f"unknowns, model with {result.model_unknowns}. The plant takes {result.plant_steps} steps a period, "
+        f"twice as many move it by {result.plant_error_percent:.2g} % of its way; it runs at "
+        f"{result.plant_speed:.2g} times real time. Error of the mesh: {result.mesh_error}."
+    )
+    if result.outcomes:
+        cases += f" {result.seconds:g} s a case."
     about = f"{cases} Times: {measured_on(result.machine)}"
-    parts = (closed_loop_errors_table(pairs), closed_loop_costs_table(pairs))
+    tables: list[Numbers] = []
+    if result.following:
+        tables.append(following_table(result))
+    if pairs:
+        tables += [closed_loop_errors_table(pairs), closed_loop_costs_table(pairs)]
+    parts = tuple(tables)
     return Page("tauten bench closed-loop", about, parts)
+
+
+def following_table(result: ClosedLoopBench) -> Numbers:
+    """How far model and plant are from a target that moves, and from each other."""
+    rows = []
+    for one in result.following:
+        sizes = (one.target, one.own, one.apart, one.time, one.reduction)
+        shown = (f"{size.rms_mm:.3f} / {size.max_mm:.3f}" for size in sizes)
+        times = f"{one.step_ms.p50:.2f} / {one.step_ms.p99:.2f}"
+        rows.append((f"{one.period_s:g}", *shown, f"{one.roughness:.3g}", times))
+    columns = (
+        "period [s]", "plant from target", "model from target", "plant from model", "share of time",
+        "share of reduction", "roughness [N, Pa]", "step [ms]",
+    )  # fmt: skip
+    title = "A path in reach once in a period, open loop: RMS / largest [mm]; step median / p99"
+    return Numbers(title, columns, tuple(rows))
 
 
 def closed_loop_errors_table(pairs: dict[tuple[str, str], list[Outcome]]) -> Numbers:

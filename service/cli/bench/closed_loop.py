@@ -1,4 +1,4 @@
-"""`tauten bench closed-loop`: controllers against the full-order robot, case by case."""
+"""`tauten bench closed-loop`: controllers against the full-order robot, along a path and case by case."""
 
 from __future__ import annotations
 
@@ -17,16 +17,31 @@ from tauten.service.cli.terminal import (
     show_result,
 )
 
+PERIODS = (10.0, 6.0)  # s
+
 
 def closed_loop(
     robot: Annotated[str, typer.Argument(help="A shipped robot's name, or a robot file.")],
     json_file: Json = None,
     figures: Annotated[Path | None, typer.Option(help="Folder for a figure of each case.")] = None,
     markdown: Markdown = None,
+    periods: Annotated[
+        list[float] | None,
+        typer.Option(
+            "--period",
+            min=1.0,
+            help="Of a path in reach [s]; by default 10 and 6.",
+        ),
+    ] = None,
+    cases: Annotated[bool, typer.Option("--cases", help="Run the five cases too.")] = False,
     seconds: Annotated[float, typer.Option(min=1.0, help="Duration of each case.")] = 4.0,
     seed: Annotated[int, typer.Option(help="Seed of the random walk.")] = 0,
 ) -> None:
-    """Controllers with reduced, full and no contact on the full-order robot; Ctrl-C keeps finished runs."""
+    """A controller against the full-order robot, which has time steps of its own; Ctrl-C keeps finished runs.
+
+    It follows a path in reach, where it has one effector, and the distance of model and plant is divided into
+    its shares. With --cases, controllers with reduced, full and no contact go through five cases too.
+    """
     from tauten.service.bench import ClosedLoopSettings, bench_closed_loop
     from tauten.service.plots import draw_case
     from tauten.service.process import stop_on_signals
@@ -34,10 +49,12 @@ def closed_loop(
     from tauten.service.tables import closed_loop_page
 
     setup = load_setup(robot)
-    basis = basis_of(setup, robot)
-    settings = ClosedLoopSettings(seconds, seed)
+    usual = PERIODS if len(setup.robot.effector_names) == 1 else ()
+    times = usual if periods is None else tuple(periods)
+    settings = ClosedLoopSettings(seconds, seed, times, cases or not times)
+    contact = basis_of(setup, robot) if settings.cases else setup.contact
     with stop_on_signals() as stop, progress_bar("targets in reach") as report:
-        result, runs = bench_closed_loop(setup.robot, setup.path, basis, settings, stop, report)
+        result, runs = bench_closed_loop(setup.robot, setup.path, contact, settings, stop, report)
     show_result(result, closed_loop_page(result), json_file, markdown)
     show_mesh_error(setup.path, setup.robot)
     if not result.complete:

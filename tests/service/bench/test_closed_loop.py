@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.processes import ROBOT, write_robot
 
 from tauten.controller import Controller
 from tauten.model import EmptySpace, Robot, Simulator, load_robot
@@ -29,6 +30,7 @@ from tauten.service.bench import (
 from tauten.service.plant import DrivenRobot
 from tauten.service.plots import draw_case
 from tauten.service.process import StopFlag
+from tauten.service.tables import closed_loop_page
 
 LENGTH = 0.1
 STIFFER = 1.2
@@ -79,7 +81,8 @@ def made_up(error: list[float]) -> Trace:
     zero = np.zeros((len(error), 1))
     times = np.zeros(len(error))
     touching = np.zeros(len(error), dtype=bool)
-    return Trace(np.zeros((len(error), 3)), np.array(error), zero, zero, times, times, touching, 0)
+    tips, errors = np.zeros((len(error), 3)), np.array(error)
+    return Trace(tips, errors, zero, zero, times, times, touching, 0, tips, errors)
 
 
 def test_settling_counts_from_the_step_to_the_last_time_outside() -> None:
@@ -136,3 +139,33 @@ def test_a_stopped_benchmark_keeps_what_is_done(beam: Robot, beam_file: Path) ->
     ]
     assert [one.name for one in runs] == ["step"]
     assert runs[0].runs[0][0] == result.outcomes[0]
+
+
+def test_a_path_in_reach_is_followed_and_the_distance_of_model_and_plant_divided(
+    tmp_path: Path,
+) -> None:
+    """Of a full model without contact nothing but time is apart, and that share is the whole distance."""
+    one = ROBOT[: ROBOT.rindex("[[effectors]]")]  # the path is for one effector
+    file = write_robot(tmp_path, one)
+    beam = load_robot(file)
+    settings, shares = ClosedLoopSettings(1.0, 0, periods=(2.0,), cases=False), []
+    result, runs = bench_closed_loop(
+        beam,
+        file,
+        "none",
+        settings,
+        StopFlag(),
+        lambda x, what: shares.append(x),
+    )
+    assert result.complete
+    assert runs == result.outcomes == ()
+    assert sum(shares) == pytest.approx(1.0)
+    (found,) = result.following
+    assert found.unusable == 0
+    assert found.reduction.max_mm < 1e-6
+    assert found.apart.max_mm == pytest.approx(found.time.max_mm, abs=1e-6)
+    assert 0.0 < found.time.rms_mm < found.time.max_mm < 0.05 * 1e3 * LENGTH
+    assert abs(found.target.rms_mm - found.own.rms_mm) <= found.apart.rms_mm
+    page = closed_loop_page(result)
+    assert [len(table.rows) for table in page.parts] == [1]
+    assert "unknown, run tauten check" in page.about
