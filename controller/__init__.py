@@ -12,7 +12,7 @@ from tauten.controller.settings import (
     controller_settings,
     load_controller_settings,
 )
-from tauten.controller.step import Decision, Horizon, decide, hold, prepare
+from tauten.controller.step import Decision, Horizon, decide, hold, prepare, substeps_of
 
 __all__ = [
     "Actuation",
@@ -35,4 +35,5 @@ __all__ = [
     "inverse_problem",
     "load_controller_settings",
     "prepare",
+    "substeps_of",
 ]

@@ -10,14 +10,14 @@ import numpy as np
 from benchmarks.physics.loads import CableLoad
 from benchmarks.physics.step_length import (
     StepLengthError,
-    driven,
+    moved_by,
     settled_simulator,
     step_length_errors,
 )
 from tauten.model import Robot, Simulator, State, TetRobot, load_robot
 from tauten.model.beams import BeamRobot
 from tauten.model.numerics import Array
-from tauten.service.plant import PathSettings, make_path
+from tauten.service.plant import PathSettings, make_path, own_steps
 from tauten.service.process import HostInfo, Progress, host_info, one_blas_thread
 from tauten.service.replay import Distances, Series, Spread, spread
 from tauten.service.setup import load_setup, warm_controller
@@ -269,11 +269,13 @@ def path_distance(name: str, seconds: float) -> PathDistance:
         goal = np.vstack([target, controller.effector[1:]])
         actuation = controller.step(goal)
         pulls.append(actuation.pull)
-        model.append(actuation.effector[0])
+        model.append(controller.effector[0])
     own = Simulator(robot, controller.space, controller.settings.enrichment)
     own.settle_start()  # as the controller
-    single, exact = driven(own, pulls, False), driven(own, pulls, True)
-    full = driven(settled_simulator(robot), pulls, False)
+    plant = settled_simulator(robot)
+    steps = own_steps(plant).count
+    as_model = moved_by(own, pulls, max(controller.settings.substeps, 1))
+    timed, full = moved_by(own, pulls, steps), moved_by(plant, pulls, steps)
 
     def apart(one: Array, other: Array) -> Series:
         return Series(time, np.linalg.norm(one - other, axis=1).astype(float))
@@ -282,11 +284,11 @@ def path_distance(name: str, seconds: float) -> PathDistance:
     late = np.vstack([full[:1], full[:-1]])
     found = Distances(
         robot=robot.name,
-        steps="single",
-        linearisation=apart(single, exact),
-        reduction=apart(tips, single),
-        model=apart(tips, exact),
-        contact_basis=apart(single, full),
+        steps="own",
+        reduction=apart(tips, as_model),
+        time=apart(as_model, timed),
+        model=apart(tips, timed),
+        contact_basis=apart(timed, full),
         delay=apart(late, full),
         total=apart(late, tips),
         tick=apart(tips, np.vstack([tips[:1], tips[:-1]])),

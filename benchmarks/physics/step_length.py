@@ -68,6 +68,22 @@ def settled_simulator(robot: Robot) -> Simulator:
     return simulator
 
 
+def moved_by(simulator: Simulator, pulls: list[Array], steps: int) -> Array:
+    """First effector (m, 3) [m] after each of some pulled lengths, from its start, in steps of second order.
+
+    Args:
+        simulator: the robot.
+        pulls: (n_a,) pulled lengths [m].
+        steps: from one pulled length to the next.
+    """
+    simulator.reset()
+    positions = []
+    for pull in pulls:
+        simulator.move(pull=pull, steps=steps)
+        positions.append(simulator.effector[0])
+    return np.array(positions)
+
+
 def driven(simulator: Simulator, pulls: list[Array], converged: bool, parts: int = 1) -> Array:
     """First effector (m, 3) [m] after each of some pulled lengths, from its start.
 

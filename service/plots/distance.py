@@ -25,8 +25,8 @@ def draw_distances(found: Distances, path: Path) -> None:
         (above, found.total, "plant against model", "#222222"),
         (above, found.delay, "delay", "#d55e00"),
         (above, found.tick, "motion of the model in a tick", "#999999"),
-        (below, found.model, "model against converged steps", "#222222"),
-        (below, found.linearisation, "linearisation", "#0072b2"),
+        (below, found.model, "model without contact", "#222222"),
+        (below, found.time, "time", "#0072b2"),
         (below, found.contact_basis, "contact basis", "#009e73"),
         (below, found.reduction, "state reduction", "#cc79a7"),
     )

@@ -2,24 +2,27 @@
 
 The recorded actuation drives simulators of the robot, tick by tick and without delay:
 
-    model   the recorded one: its decisions, one linearisation a step, its state and contact bases
-    A       full order, contact basis of the model, one linearisation a step
-    B       as A, but every step iterated to convergence
+    model   the recorded one: its decisions, its time steps, its state and contact bases
+    A       full order, contact basis and time steps of the model
+    B       as A, but with the time steps of the plant
     C       as the plant: pointwise contact, its time steps
     plant   the recorded one, which uses an actuation up to a tick after the model
 
-so that model to A is the share of state reduction, A to B that of linearisation, A (or B, where the plant's
-steps are converged) to C that of the contact basis, and C to plant that of the delay. Shares of state
-reduction and linearisation may cancel in part, so model to B is given too: all errors of the model in time.
+so that model to A is the share of state reduction, A to B that of time, B to C that of the contact basis,
+and C to plant that of the delay. Shares of state reduction and time may cancel, so model to B is given
+too: all errors of the model but those of contact. What the model records is the end of a tick as it was
+decided, with one linearisation; how far the model itself ends from it is in the share of state reduction.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
+from tauten.controller import load_controller_settings, substeps_of
 from tauten.model import Simulator, default_enrichment, load_robot
 from tauten.model.load import robot_path
 from tauten.service.log import LogError, LogReader
@@ -29,6 +32,8 @@ from tauten.service.replay.report import TrackingError, error, held
 from tauten.service.replay.run import RecordedRun, Series, read_run
 from tauten.service.setup import load_contact
 
+TimeSteps = int | Literal["single", "converged"]
+
 
 @dataclass(frozen=True, slots=True)
 class Distances:
@@ -36,10 +41,10 @@ class Distances:
 
     Attributes:
         robot: its name.
-        steps: the plant's time steps, "single" or "converged".
-        linearisation: model without state reduction against converged steps [m].
+        steps: the plant's time steps, "own", "single" or "converged".
         reduction: recorded model against the same with all degrees of freedom [m].
-        model: recorded model against converged steps with all degrees of freedom [m].
+        time: this with the model's time steps against it with the plant's [m].
+        model: recorded model against the plant's time steps with all degrees of freedom [m].
         contact_basis: with the model's contact basis against pointwise contact [m].
         delay: the plant against the simulation of it without delay [m]; empty without plant.
         total: the plant against the model [m]; empty without plant.
@@ -48,8 +53,8 @@ class Distances:
 
     robot: str
     steps: str
-    linearisation: Series
     reduction: Series
+    time: Series
     model: Series
     contact_basis: Series
     delay: Series
@@ -59,9 +64,9 @@ class Distances:
     def shares(self) -> dict[str, TrackingError]:
         """RMS and largest value of each share, by name."""
         named = {
-            "linearisation": self.linearisation,
             "state reduction": self.reduction,
-            "model against converged steps": self.model,
+            "time": self.time,
+            "model without contact": self.model,
             "contact basis": self.contact_basis,
             "delay": self.delay,
             "plant against model": self.total,
@@ -95,65 +100,78 @@ def measure_distances(path: Path, recorded_paths: bool, progress: Progress) -> D
     own = Simulator(robot, contact, default_enrichment(robot.tolerance))
     if isinstance(contact, str):
         own = Simulator(robot, contact)
-    converged = run.plant_value("steps", "single") == "converged"
+    steps = substeps_of(robot, load_controller_settings(name).substeps)
+    model_steps: TimeSteps = steps if steps > 0 else "single"
     tension = run.tension if run.plant_value("drive", "pull") == "tension" else None
     plant = Simulator(robot, "full")
     with one_blas_thread():
         if recorded.start == "settled":
             for simulator in (own, plant):
                 simulator.settle_start()
-        progress(0.15, "one linearisation a step")
-        single = simulated(own, run.pull, False, None)
-        progress(0.5, "converged steps")
+        progress(0.3, "time steps of the model")
+        as_model = simulated(own, run, model_steps, None)
+        progress(0.3, "time steps of the plant")
         own.reset()
-        exact = simulated(own, run.pull, True, None)
-        progress(0.35, "as the plant")
-        as_plant = simulated(plant, run.pull, converged, tension)
-    return distances(run, single, exact, as_plant)
+        timed = simulated(own, run, plant_steps(run), None)
+        progress(0.4, "as the plant")
+        as_plant = simulated(plant, run, plant_steps(run), tension)
+    return distances(run, as_model, timed, as_plant)
+
+
+def plant_steps(run: RecordedRun) -> TimeSteps:
+    """Time steps of a run's plant: the number of its own in a period, or what they are."""
+    kind = run.plant_value("steps", "single")
+    if kind == "own":
+        return int(run.plant_value("steps_per_period", "1"))
+    return "converged" if kind == "converged" else "single"
 
 
 def simulated(
-    simulator: Simulator, pull: Series, converged: bool, tension: Series | None
+    simulator: Simulator, run: RecordedRun, steps: TimeSteps, tension: Series | None
 ) -> Series:
     """First effector after each actuation (m, 3) [m].
 
+    Actuators that a hold keeps by their effort, as of pressure, get their effort, the others their position.
+
     Args:
         simulator: at the start of the run.
-        pull: pulled lengths.
-        converged: whether its steps are iterated.
-        tension: tensions that drive it in place of the pulled lengths.
+        run: with its actuation.
+        steps: so many of second order a period, along which actuators move evenly, or one of first order.
+        tension: efforts that drive all actuators in place of that; None: they do not.
     """
+    by_force = simulator.robot.actuators.laws.held_by_force | (tension is not None)
+    efforts = run.tension if tension is None else tension
     positions = []
-    for values in pull.value if tension is None else tension.value:
-        if tension is None:
-            simulator.step(pull=values, converged=converged)
+    for pull, effort in zip(run.pull.value, efforts.value, strict=True):
+        effort = np.where(simulator.robot.actuators.laws.bilateral, effort, np.maximum(effort, 0.0))
+        given = np.where(by_force, np.nan, pull), np.where(by_force, effort, np.nan)
+        if isinstance(steps, int):
+            simulator.move(*given, steps)
         else:
-            simulator.step(tension=np.maximum(values, 0.0), converged=converged)
+            simulator.step(*given, converged=steps == "converged")
         positions.append(simulator.effector[0])
-    return Series(pull.time, np.array(positions))
+    return Series(run.pull.time, np.array(positions))
 
 
-def distances(run: RecordedRun, single: Series, exact: Series, as_plant: Series) -> Distances:
+def distances(run: RecordedRun, as_model: Series, timed: Series, as_plant: Series) -> Distances:
     """Distances of a run and its simulations.
 
     Args:
         run: the run.
-        single: simulated with one linearisation a step and the model's contact basis.
-        exact: with converged steps.
-        as_plant: with pointwise contact and the plant's steps.
+        as_model: simulated with the model's time steps and contact basis.
+        timed: with the plant's time steps.
+        as_plant: with pointwise contact too.
     """
-    steps = run.plant_value("steps", "single")
-    nearest = exact if steps == "converged" else single
     model = run.model
     before = Series(model.time[1:], model.value[:-1])
     after = Series(model.time[1:], model.value[1:])
     return Distances(
         robot=run.robot,
-        steps=steps,
-        linearisation=apart(run, single, exact),
-        reduction=apart(run, model, single),
-        model=apart(run, model, exact),
-        contact_basis=apart(run, nearest, as_plant),
+        steps=run.plant_value("steps", "single"),
+        reduction=apart(run, model, as_model),
+        time=apart(run, as_model, timed),
+        model=apart(run, model, timed),
+        contact_basis=apart(run, timed, as_plant),
         delay=apart(run, run.plant, as_plant),
         total=apart(run, run.plant, model),
         tick=apart(run, after, before),

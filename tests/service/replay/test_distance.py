@@ -37,7 +37,7 @@ from tauten.service.wire import (
 TICKS, PERIOD = 40, 20_000_000  # ns
 
 
-def write_run(file: Path, log: Path, converged: bool) -> None:
+def write_run(file: Path, log: Path, kind: str) -> None:
     """A run whose plant uses each actuation a tick later, without a clock and a network."""
     setup = load_setup(file)
     robot, keys = setup.robot, Keys(setup.robot.name)
@@ -46,13 +46,16 @@ def write_run(file: Path, log: Path, converged: bool) -> None:
     loop = ControlLoop(controller)
     plant, command = Simulator(robot), np.zeros(robot.n_a)
     rest = robot.effector(robot.rest())
-    steps = {"steps": "converged" if converged else "single", "drive": "pull"}
+    steps = {"steps": kind, "steps_per_period": "2", "drive": "pull"}
     for index in range(TICKS):
         stamp = 10**18 + index * PERIOD
         goal = rest + 1e-4 * min(index, 20) * np.array([[0.0, 0.0, 1.0]])
         action = loop.tick(goal, Signals(target=True))
         loop.prepare()
-        plant.step(pull=command, converged=converged)
+        if kind == "own":
+            plant.move(pull=command, steps=2)
+        else:
+            plant.step(pull=command, converged=kind == "converged")
         command = action.actuation.pull
         names = robot.actuators.names
         pull, tension = tuple(command.tolist()), tuple(action.actuation.tension.tolist())
@@ -83,10 +86,10 @@ def write_run(file: Path, log: Path, converged: bool) -> None:
     recorder.close()
 
 
-@pytest.fixture(scope="module", params=[False, True])
+@pytest.fixture(scope="module", params=["single", "converged", "own"])
 def log(
     request: pytest.FixtureRequest, beam_file: Path, tmp_path_factory: pytest.TempPathFactory
-) -> tuple[Path, bool]:
+) -> tuple[Path, str]:
     folder = tmp_path_factory.mktemp("run")
     for name in ("beam.toml", "beam.vtu"):  # a replay opens files beside the log
         shutil.copy(beam_file.parent / name, folder)
@@ -95,34 +98,32 @@ def log(
 
 
 @pytest.fixture(scope="module")
-def found(log: tuple[Path, bool]) -> Distances:
+def found(log: tuple[Path, str]) -> Distances:
     return measure_distances(log[0], False, lambda share, what: None)
 
 
 def test_steps_of_the_plant_are_read_from_its_health(
-    log: tuple[Path, bool], found: Distances
+    log: tuple[Path, str], found: Distances
 ) -> None:
-    assert found.steps == ("converged" if log[1] else "single")
+    assert found.steps == log[1]
 
 
-def test_the_delay_is_the_motion_in_a_tick(log: tuple[Path, bool], found: Distances) -> None:
+def test_the_delay_is_the_motion_in_a_tick(log: tuple[Path, str], found: Distances) -> None:
     """The plant is a tick late, and nothing else differs between it and its simulation."""
     shares = found.shares()
-    # the model takes steps of second order, its simulation such of first order
+    # of what was decided with one linearisation from the model itself, which is a full one
     assert shares["state reduction"].max_mm == pytest.approx(0.0, abs=1e-2)
     assert shares["contact basis"].max_mm == pytest.approx(0.0, abs=1e-9)
     delay, tick = shares["delay"].max_mm, shares["motion of the model in a tick"].max_mm
-    assert delay is not None
+    time, whole = shares["time"].max_mm, shares["model without contact"].max_mm
+    assert delay is not None and time is not None
     assert delay == pytest.approx(tick, rel=0.1)
-    linearisation = shares["linearisation"].max_mm
-    assert linearisation is not None
-    assert 0.0 < linearisation < delay
-    # The model is a full one, so that its distance from converged steps is that of the linearisation.
-    assert shares["model against converged steps"].max_mm == pytest.approx(linearisation, abs=1e-2)
+    assert 0.0 < time < (0.05 if log[1] == "own" else 0.5) * delay
+    assert whole == pytest.approx(time, abs=1e-2)
 
 
 def test_the_command_shows_and_writes_the_shares(
-    log: tuple[Path, bool], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    log: tuple[Path, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     command = ["tauten", "replay", str(log[0]), "--distance", "--report", str(tmp_path / "out")]
     monkeypatch.setattr(sys, "argv", command)
