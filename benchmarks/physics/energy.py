@@ -273,7 +273,7 @@ def path_distance(name: str, seconds: float) -> PathDistance:
     own = Simulator(robot, controller.space, controller.settings.enrichment)
     own.settle_start()  # as the controller
     plant = settled_simulator(robot)
-    steps = own_steps(plant).count
+    steps = 2 * own_steps(plant).count  # the model takes as many as the plant where one is enough
     as_model = moved_by(own, pulls, max(controller.settings.substeps, 1))
     timed, full = moved_by(own, pulls, steps), moved_by(plant, pulls, steps)
 
