@@ -26,7 +26,7 @@ _FINE = 1e-3  # s, steps of the reduced model that the controller's is compared 
 
 
 @dataclass(frozen=True, slots=True)
-class Size:
+class DistanceSize:
     """Of a distance over a run: RMS and largest [mm]."""
 
     rms_mm: float
@@ -50,11 +50,11 @@ class Following:
     """
 
     period_s: float
-    target: Size
-    own: Size
-    apart: Size
-    time: Size
-    reduction: Size
+    target: DistanceSize
+    own: DistanceSize
+    apart: DistanceSize
+    time: DistanceSize
+    reduction: DistanceSize
     roughness: float
     step_ms: Spread
     unusable: int
@@ -131,11 +131,11 @@ def fine_tips(controller: Controller, plant: DrivenRobot, trace: Trace) -> Array
     return np.array(found)
 
 
-def size(metres: Array) -> Size:
+def size(metres: Array) -> DistanceSize:
     """RMS and largest of distances (s,) [m]."""
-    return Size(1e3 * rms(metres), 1e3 * float(metres.max()))
+    return DistanceSize(1e3 * rms(metres), 1e3 * float(metres.max()))
 
 
-def distance(one: Array, other: Array) -> Size:
+def distance(one: Array, other: Array) -> DistanceSize:
     """Of positions (s, 3) from others [m]."""
     return size(np.linalg.norm(one - other, axis=1))
