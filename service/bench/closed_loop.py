@@ -168,7 +168,7 @@ def bench_closed_loop(
             progress(ahead * period / sum(settings.periods), f"path in reach, {period:g} s")
         if settings.cases:
             rest = 1.0 - ahead if settings.periods else 1.0
-            done = _cases(bench, robot, settings, stop, lambda x, what: progress(rest * x, what))
+            done = _cases(bench, robot, settings, stop, progress, rest)
     result = ClosedLoopBench(
         machine=host_info(),
         robot=robot.name,
@@ -195,15 +195,25 @@ def _cases(
     settings: ClosedLoopSettings,
     stop: StopFlag,
     progress: Progress,
+    whole: float,
 ) -> list[CaseRuns]:
-    """All cases, or as many as are done when `stop` is raised; arguments as of `bench_closed_loop`."""
+    """All cases, or as many as are done when `stop` is raised.
+
+    Args:
+        bench: controllers and plants.
+        robot: the model.
+        settings: what to run.
+        stop: raised to end early.
+        progress: as of `bench_closed_loop`.
+        whole: share of the whole work that the cases are.
+    """
     done: list[CaseRuns] = []
-    share = _CASES_SHARE / equilibria(robot.n_a)
+    share = whole * _CASES_SHARE / equilibria(robot.n_a)
     cases = make_cases(
         robot, settings.seconds, settings.seed, lambda: progress(share, "targets in reach")
     )
     groups = list(planned(cases))
-    share = (1.0 - _CASES_SHARE) / sum(len(group.controllers) for group in groups)
+    share = whole * (1.0 - _CASES_SHARE) / sum(len(group.controllers) for group in groups)
     for group in groups:
         found = []
         for contact, closed in group.controllers:
