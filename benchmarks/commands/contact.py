@@ -10,6 +10,7 @@ import typer
 from tauten.service.cli.terminal import (
     Json,
     Markdown,
+    RobotName,
     basis_of,
     progress_bar,
     show_mesh_error,
@@ -72,7 +73,7 @@ def manipulator(
 
 
 def contact_basis(
-    robot: Annotated[str, typer.Argument(help="A shipped robot's name, or a robot file.")],
+    robot: RobotName,
     json_file: Json = None,
     markdown: Markdown = None,
     figure: Annotated[Path | None, typer.Option(help="Picture to draw.")] = None,

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from tauten.service.cli.terminal import Json, Markdown, progress_bar, show_result
+from tauten.service.cli.terminal import Json, Markdown, Robots, progress_bar, show_result
 
 if TYPE_CHECKING:
     from benchmarks.physics import EnergyBench
@@ -73,9 +73,7 @@ def energy(
     distance_figure: Annotated[
         Path | None, typer.Option(help="Figure of the first robot's distance of model and plant.")
     ] = None,
-    robot: Annotated[
-        list[str] | None, typer.Option(help="A robot's name or file; may be repeated.")
-    ] = None,
+    robot: Robots = None,
     seconds: Annotated[float, typer.Option(min=0.1, help="Duration of each motion.")] = 10.0,
     path_seconds: Annotated[
         float, typer.Option(min=0.0, help="Duration of the demo's path; 0 leaves it out.")
@@ -122,9 +120,7 @@ def _energy_numbers(result: EnergyBench) -> dict[str, Any]:
 def equilibria(
     json_file: Json = None,
     markdown: Markdown = None,
-    robot: Annotated[
-        list[str] | None, typer.Option(help="A robot's name or file; may be repeated.")
-    ] = None,
+    robot: Robots = None,
     starts: Annotated[int, typer.Option(min=1, help="Random starts of each robot.")] = 200,
     data: Annotated[
         Path | None,

@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from tauten.service.cli.terminal import Json, Markdown, progress_bar, show_result
+from tauten.service.cli.terminal import Json, Markdown, RobotName, progress_bar, show_result
 
 if TYPE_CHECKING:
     from tauten.service.check import MeshErrorEstimate, RobotCheck
 
 
 def check(
-    robot: Annotated[str, typer.Argument(help="A shipped robot's name, or a robot file.")],
+    robot: RobotName,
     json_file: Json = None,
     figure: Annotated[
         Path | None, typer.Option(help="Picture of errors over nodes to draw.")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.console import Console
 
-from tauten.service.cli.terminal import Json, show_mesh_error, write_json
+from tauten.service.cli.terminal import Json, RobotName, show_mesh_error, write_json
 
 if TYPE_CHECKING:
     from tauten.model import Robot
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def compare(
-    robot: Annotated[str, typer.Argument(help="A shipped robot's name, or a robot file.")],
+    robot: RobotName,
     pull: Annotated[
         list[float] | None,
         typer.Option(

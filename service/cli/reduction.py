@@ -22,6 +22,7 @@ from tauten.service.cli.states import (
     show_states,
     state_settings,
 )
+from tauten.service.cli.terminal import RobotName
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
@@ -32,7 +33,7 @@ if TYPE_CHECKING:
 
 
 def reduce(
-    robot: Annotated[str, typer.Argument(help="A shipped robot's name, or a robot file.")],
+    robot: RobotName,
     out: Annotated[
         Path | None,
         typer.Option(help="Default: ROBOT.basis beside the robot file, of a shipped robot here."),

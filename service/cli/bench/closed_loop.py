@@ -11,6 +11,7 @@ from rich.console import Console
 from tauten.service.cli.terminal import (
     Json,
     Markdown,
+    RobotName,
     basis_of,
     progress_bar,
     show_mesh_error,
@@ -21,7 +22,7 @@ PERIODS = (10.0, 6.0)  # s
 
 
 def closed_loop(
-    robot: Annotated[str, typer.Argument(help="A shipped robot's name, or a robot file.")],
+    robot: RobotName,
     json_file: Json = None,
     figures: Annotated[Path | None, typer.Option(help="Folder for a figure of each case.")] = None,
     markdown: Markdown = None,

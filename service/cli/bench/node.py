@@ -7,11 +7,11 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from tauten.service.cli.terminal import Json, Markdown, Model, show_result, write_json
+from tauten.service.cli.terminal import Json, Markdown, Model, RobotName, show_result, write_json
 
 
 def node(
-    robot: Annotated[str, typer.Argument(help="A shipped robot's name, or a robot file.")],
+    robot: RobotName,
     model: Model = None,
     rate: Annotated[
         list[float] | None,

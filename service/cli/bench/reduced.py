@@ -10,6 +10,7 @@ import typer
 from tauten.service.cli.terminal import (
     Json,
     Markdown,
+    RobotName,
     basis_of,
     progress_bar,
     show_result,
@@ -17,7 +18,7 @@ from tauten.service.cli.terminal import (
 
 
 def reduced(
-    robot: Annotated[str, typer.Argument(help="A shipped robot's name, or a robot file.")],
+    robot: RobotName,
     json_file: Json = None,
     markdown: Markdown = None,
     basis: Annotated[

@@ -7,14 +7,12 @@ from typing import Annotated
 
 import typer
 
-from tauten.service.cli.terminal import Json, progress_bar, show_result
+from tauten.service.cli.terminal import Json, Robots, progress_bar, show_result
 
 
 def still(
     json_file: Json = None,
-    robot: Annotated[
-        list[str] | None, typer.Option(help="A robot's name or file; may be repeated.")
-    ] = None,
+    robot: Robots = None,
     model: Annotated[
         list[str] | None, typer.Option(help="full or reduced (default); may be repeated.")
     ] = None,

@@ -11,6 +11,7 @@ from tauten.service.link import HIGHEST_PORT, LOWEST_PORT, ZENOH_CONFIG_VARIABLE
 
 ServedName = Annotated[str, typer.Argument(help="Name of the robot that is served.")]
 RobotName = Annotated[str, typer.Argument(help="A shipped robot's name, or a robot file.")]
+Robots = Annotated[list[str] | None, typer.Option(help="A robot's name or file; may be repeated.")]
 Rate = Annotated[
     float | None, typer.Option(min=0.1, help="Control rate [Hz]; default: the robot file's.")
 ]
