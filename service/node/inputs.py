@@ -140,14 +140,17 @@ class NodeInputs:
         """The goal to follow; None when no target is young enough.
 
         Args:
-            effectors: (n_v,) values of the model; goal of an effector whose target is not young enough.
+            effectors: (n_v,) values of the model; goal of an effector whose target is not young enough,
+                without correction: it would push the effector away from where it is.
         """
-        values = self._targets.latest(time.monotonic(), effectors)
+        now = time.monotonic()
+        values = self._targets.latest(now, effectors)
         if values is None:
             return None
         if self._loop is None:
             return Goal(values, None, values, self._targets.stamp)
-        correction = self._loop.feedback.correction
+        followed = self._targets.followed(now)
+        correction = np.where(followed, self._loop.feedback.correction, 0.0)
         return Goal(values, correction, self._layout.moved(values, correction), self._targets.stamp)
 
     def read_commands(self, tick: int) -> list[OperatorOrder]:

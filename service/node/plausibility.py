@@ -9,9 +9,10 @@
 
 The first three concern one measurement; the next one may be plausible again. Progress is the part of the
 model's displacement Δx_e that the measurement has made too, ⟨Δx_m, Δx_e⟩ / ⟨Δx_e, Δx_e⟩, over all effectors
-together in metres, computed whenever the model has moved by a part of the robot's size. It is 1 for a
-robot like its model, 0 for a frozen measurement or one turned by 90°, −1 for a mirrored one. A node that
-holds measures no motion and cannot find out that the fault is gone, so this fault is kept until `reset`.
+together in metres, computed whenever the model has moved by a part of the robot's size, over at least a
+tenth of a second: a robot that has just begun to move is behind its model. It is 1 for a robot like its
+model, 0 for a frozen measurement or one turned by 90°, −1 for a mirrored one. A node that holds measures no
+motion and cannot find out that the fault is gone, so this fault is kept until `reset`.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from tauten.model import EffectorLayout
 from tauten.model.numerics import Array
 
 _MOVED = 0.04  # of the robot's size, motion of the model after which progress is looked at
+_LASTING = 0.1  # s, time over which progress is looked at, at least
 _PROGRESS = 0.1  # least part of the model's motion that a measurement must have made
 _IN_A_ROW = 2  # times without progress
 _RATE = 2.0  # robot sizes a second by which the difference of robot and model may change
@@ -58,6 +60,7 @@ class MeasurementCheck:
         self.fault = ""
         self._difference: Array | None = None  # (n_e,) of the last plausible measurement and model
         self._start: tuple[Array, Array] | None = None  # model and measurement where motion began
+        self._lasted = 0.0  # time since then [s]
         self._still = 0  # times without progress in a row
 
     def reason(self, model: Array, measured: Array, seconds: float) -> str:
@@ -92,12 +95,15 @@ class MeasurementCheck:
                     f"allowed are {1e3 * allowed:.3g} mm"
                 )
         self._difference = difference
+        self._lasted += seconds
         self._look_at_progress(model, measured)
         return self.fault
 
     def _look_at_progress(self, model: Array, measured: Array) -> None:
         if self._start is None:
-            self._start = (model, measured)
+            self._start, self._lasted = (model, measured), 0.0
+            return
+        if self._lasted < _LASTING:
             return
         layout = self._layout
         moved, seen = (
@@ -108,7 +114,7 @@ class MeasurementCheck:
         if squared < (_MOVED * self._size) ** 2:
             return
         progress = float(np.vdot(seen, moved)) / squared
-        self._start = (model, measured)
+        self._start, self._lasted = (model, measured), 0.0
         self._still = self._still + 1 if progress < _PROGRESS else 0
         if self._still >= _IN_A_ROW:
             self.fault = (

@@ -16,7 +16,7 @@ from typing import Protocol
 import numpy as np
 
 from tauten.model import EffectorLayout
-from tauten.model.numerics import Array
+from tauten.model.numerics import Array, Bools
 from tauten.service.wire.effector_messages import EffectorMessage, decode_effector
 from tauten.service.wire.health import MessageCounts
 from tauten.service.wire.messages import MAX_PAYLOAD
@@ -177,6 +177,17 @@ class EffectorSubscriber:
                 part = self._layout.values_of(effector)
                 values[part] = self._values[part]
         return values
+
+    def followed(self, now: float) -> Bools:
+        """Which rows (n_e,) belong to effectors whose latest message is young enough.
+
+        Args:
+            now: monotonic time [s].
+        """
+        rows = np.zeros(self._layout.n_rows, np.bool_)
+        for effector, made in enumerate(self._made):
+            rows[self._layout.rows_of(effector)] = now - made <= self._timeout
+        return rows
 
     def outdated(self, now: float) -> tuple[str, ...]:
         """Names of the effectors whose last message is too old.

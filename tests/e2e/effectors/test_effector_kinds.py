@@ -122,6 +122,18 @@ def wait_pose(served: Served, goal: Array) -> None:
     wait_for(served, TOOL, near, "the tool at its pose")
 
 
+def wait_span(served: Served, goal: Array) -> None:
+    """Wait until spans are streamed, and the plant's is within 0.1 mm of its target."""
+    wait_for(served, "tauten/beam/target/span", lambda payload: True, "a stream of spans")
+
+    def near(payload: bytes) -> bool:
+        found = decode_effector("distance", "span", payload, CDR)
+        assert isinstance(found, EffectorMessage)
+        return abs(found.values[0] - goal[7]) < 1e-4
+
+    wait_for(served, f"{TOOL}/span", near, "the span at its length")
+
+
 def refused_messages(robot: Robot, goal: Array) -> list[tuple[str, bytes, str]]:
     """Key, payload and encoding of targets that no effector may follow."""
     tool, span = Keys("beam").targets(robot.effector_names)
@@ -153,6 +165,7 @@ def test_poses_and_distances_are_followed_refused_recorded_and_replayed(
         options = ("--robot", robot_file, "--effector", name, "--repeat", "--port", served.port)
         streams.append(run("stream", file, *options, *(["--json"] if name == "tool" else [])))
     wait_pose(served, goal)
+    wait_span(served, goal)
     for key, payload, encoding in refused_messages(robot, goal):
         served.session.put(key, payload, encoding=encoding)
     counts = wait_health(

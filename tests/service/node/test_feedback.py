@@ -133,6 +133,17 @@ def test_a_robot_that_is_unlike_its_model_is_plausible() -> None:
         assert set(reasons) == {""}
 
 
+def test_a_robot_that_starts_three_ticks_after_its_model_is_plausible() -> None:
+    """The model goes a twentieth of the robot's size and more in each of four ticks, as after a target that jumps."""
+    found, fault = MeasurementCheck(BOTH, SIZE, 0.5 * SIZE), []
+    ways = np.concatenate([np.zeros(10), 0.006 * np.arange(1, 5), np.full(20, 0.024)])
+    for tick in range(3, len(ways)):
+        model, measured = (REST + ways[at] * np.array([0.0, 0.0, 1.0]) for at in (tick, tick - 3))
+        found.reason(model.ravel(), measured.ravel(), H)
+        fault.append(found.fault)
+    assert set(fault) == {""}
+
+
 @pytest.mark.parametrize(
     ("measure", "text"),
     [

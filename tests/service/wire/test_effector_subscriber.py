@@ -116,6 +116,8 @@ def test_no_effector_keeps_the_target_of_another_alive(
         assert found is not None
         np.testing.assert_array_equal(found[[0, 4]], [first, 0.12])
         assert targets.outdated(now) == (() if now <= 1.5 else ("tip",))
+        # and its rows are not corrected in a closed loop
+        assert targets.followed(now).tolist() == 3 * [now <= 1.5] + 3 * [True]
     assert targets.latest(now + 0.6, HERE) is None
     queues[0].put((0.06, 0.0, -0.1))
     targets.read(now, WALL)
