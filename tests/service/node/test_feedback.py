@@ -134,7 +134,7 @@ def test_a_robot_that_is_unlike_its_model_is_plausible() -> None:
 
 
 def test_a_robot_that_starts_three_ticks_after_its_model_is_plausible() -> None:
-    """The model goes a twentieth of the robot's size and more in each of four ticks, as after a target that jumps."""
+    """The model goes 6 % of the robot's size in each of four ticks, as after a target that jumps."""
     found, fault = MeasurementCheck(BOTH, SIZE, 0.5 * SIZE), []
     ways = np.concatenate([np.zeros(10), 0.006 * np.arange(1, 5), np.full(20, 0.024)])
     for tick in range(3, len(ways)):
