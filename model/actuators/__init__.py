@@ -3,7 +3,7 @@
 from tauten.model.actuators.actuator_set import ActuatorParts, ActuatorSet, place_actuators
 from tauten.model.actuators.beam_actuators import BeamActuators
 from tauten.model.actuators.chamber import ChamberSurface, volumes
-from tauten.model.actuators.coupling import Coupling, coupling_of
+from tauten.model.actuators.coupling import Coupling, coupling_of, motor_rows
 from tauten.model.actuators.enclosure import (
     ChamberError,
     cavity_around,
@@ -26,6 +26,7 @@ __all__ = [
     "cavity_nearest",
     "chamber_surface",
     "coupling_of",
+    "motor_rows",
     "enclosed_volume",
     "inside_out",
     "place_actuators",

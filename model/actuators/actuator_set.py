@@ -12,7 +12,7 @@ from tauten.model.actuators.chamber import (
     add_chamber_stiffness,
     make_chambers,
 )
-from tauten.model.actuators.coupling import Coupling
+from tauten.model.actuators.coupling import Coupling, motor_rows
 from tauten.model.actuators.force import ForceSet, PointForce, make_forces
 from tauten.model.numerics import Array, Ints
 from tauten.model.points import CableSet, add_cable_stiffness
@@ -40,7 +40,7 @@ class ActuatorParts:
     def groups(self) -> list[Ints]:
         """Groups of nodes (g, s) that the actuators couple."""
         surfaces = [chamber.corners(chamber.corner_nodes)[0] for chamber in self.chambers]
-        return [self.cables.nodes, *surfaces]
+        return [self.cables.segment_nodes, *surfaces]
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,7 +77,7 @@ class ActuatorSet:
     def segment_members(self) -> Ints:
         """The single actuator of every segment that `segments` gives: (s,)."""
         first = self.cables.n_a + len(self.chambers)
-        return np.concatenate([self.cables.owner, first + np.arange(len(self.forces))])
+        return np.concatenate([self.cables.paths.owner, first + np.arange(len(self.forces))])
 
     def segments(self, x: Array) -> Array:
         """Segments by which cables and forces are drawn: (s, 2, 3) [m].
@@ -85,7 +85,8 @@ class ActuatorSet:
         Args:
             x: (n_nodes, 3) node positions [m].
         """
-        return np.concatenate([self.cables.segments(x), self.forces.segments(x)])
+        cables = self.cables.paths.segments(self.cables.stations(x))
+        return np.concatenate([cables, self.forces.segments(x)])
 
     def chamber_members(self, triangles: Ints) -> Ints:
         """The single actuator whose chamber each of some triangles (t, 3) encloses; −1 where none: (t,)."""
@@ -109,8 +110,7 @@ class ActuatorSet:
             dof: (n_nodes,) first degree of freedom of a node, −1 where it is fixed.
             n: number of degrees of freedom.
         """
-        members = self.member_rows(x, dof, n)
-        return members if self.coupling is None else self.coupling.rows(members)
+        return motor_rows(self.coupling, self.member_rows(x, dof, n))
 
     def member_rows(self, x: Array, dof: Ints, n: int) -> Rows:
         """Rows of the single actuators; arguments as for `rows`.
@@ -120,7 +120,7 @@ class ActuatorSet:
             dof: (n_nodes,) first degree of freedom of a node, −1 where it is fixed.
             n: number of degrees of freedom.
         """
-        cables = self.cables.rows(x, dof, n)
+        cables = self.cables.paths.rows(self.cables.placed(x, dof, n))
         if self.n_members == len(cables):
             return cables
         parts = [cables]
@@ -159,7 +159,8 @@ class ActuatorSet:
             return
         c, n_cables = self.cables, self.cables.n_a
         tension = lam[:n_cables] if exact else np.maximum(lam[:n_cables], 0.0)
-        add_cable_stiffness(x, c.segment_arrays, tension, self.cable_slot, K)
+        segments, weights = c.paths.segment_arrays, c.segment_weights
+        add_cable_stiffness(c.stations(x), segments, weights, tension, self.cable_slot, K)
         if exact and len(self.chambers) > 0:
             pressure = lam[n_cables : n_cables + len(self.chambers)]
             surface = (self.chambers.nodes, self.chambers.weights)
@@ -180,6 +181,6 @@ def place_actuators(parts: ActuatorParts, x0: Array, pattern: Pattern) -> Actuat
         chambers=chambers,
         forces=make_forces(parts.forces, x0, pattern.dof, pattern.n),
         coupling=parts.coupling,
-        cable_slot=pattern.blocks(parts.cables.nodes),
+        cable_slot=pattern.blocks(parts.cables.segment_nodes),
         chamber_slot=pattern.blocks(chambers.nodes),
     )

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tauten.model.actuators.coupling import Coupling
+from tauten.model.actuators.coupling import Coupling, motor_rows
 from tauten.model.numerics import Array, Ints
 from tauten.model.points import BeamCables, add_beam_cable_stiffness
 from tauten.model.rows import Rows
@@ -29,7 +29,7 @@ class BeamActuators:
     @property
     def segment_owners(self) -> Ints:
         """The actuator of every segment of a cable: (s,)."""
-        owners = self.cables.owner
+        owners = self.cables.paths.owner
         return owners if self.coupling is None else self.coupling.motors_of(owners)
 
     def rows(self, x: Array, Q: Array, dof: Ints, n: int) -> Rows:
@@ -41,8 +41,11 @@ class BeamActuators:
             dof: (n_nodes,) first degree of freedom of a node, −1 where it is fixed.
             n: number of degrees of freedom.
         """
-        members = self.cables.rows(x, Q, dof, n)
-        return members if self.coupling is None else self.coupling.rows(members)
+        return motor_rows(self.coupling, self.member_rows(x, Q, dof, n))
+
+    def member_rows(self, x: Array, Q: Array, dof: Ints, n: int) -> Rows:
+        """Rows of the single cables; arguments as for `rows`."""
+        return self.cables.paths.rows(self.cables.stations.placed(x, Q, dof, n))
 
     def preload(self, x: Array, Q: Array, dof: Ints, n: int) -> tuple[Array, float] | None:
         """Force (n,) [N, N m] of the offsets of couplings, and its work since rest [J]; None without any.
@@ -55,7 +58,7 @@ class BeamActuators:
         """
         if self.coupling is None or not self.coupling.is_preloaded:
             return None
-        members = self.cables.rows(x, Q, dof, n)
+        members = self.member_rows(x, Q, dof, n)
         return members.H.T @ self.coupling.offsets, float(self.coupling.offsets @ members.delta)
 
     def add_stiffness(self, x: Array, Q: Array, lam: Array | None, exact: bool, K: Array) -> None:
@@ -76,5 +79,5 @@ class BeamActuators:
             return
         points, arms = cables.stations.place(x, Q)
         add_beam_cable_stiffness(
-            points, arms, cables.first, cables.owner, lam, exact, self.cable_slot, K
+            points, arms, cables.paths.segment_arrays, lam, exact, self.cable_slot, K
         )

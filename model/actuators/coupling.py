@@ -57,12 +57,22 @@ class Coupling:
 
     def rows(self, members: Rows) -> Rows:
         """Rows of the motors (n_a, n) from those of the members."""
-        return Rows(sp.csr_array(self.gains @ members.H), self.gains @ members.delta)
+        return Rows(self.gains @ members.H, self.gains @ members.delta)
 
     def efforts(self, lam: Array) -> Array:
         """Efforts on the members (members,) under efforts of the motors lam (n_a,)."""
         efforts: Array = self.offsets + self.gains.T @ lam
         return efforts
+
+
+def motor_rows(coupling: Coupling | None, members: Rows) -> Rows:
+    """Rows of the motors (n_a, n) from those of the single actuators.
+
+    Args:
+        coupling: of these; None: each is driven alone.
+        members: rows of the single actuators.
+    """
+    return members if coupling is None else coupling.rows(members)
 
 
 def coupling_of(config: RobotSettings) -> Coupling | None:

@@ -120,7 +120,8 @@ class BeamRobot(SteppedRobot):
 
     def actuator_segments(self, state: State) -> Array:
         """Both ends of every straight piece of the cables: (s, 2, 3) [m]."""
-        return self.actuator_set.cables.segments(*self.pose(state))
+        cables = self.actuator_set.cables
+        return cables.paths.segments(cables.stations.place(*self.pose(state))[0])
 
     def displacement(self, state: State, dq: Array) -> float:
         """Largest displacement of a node or of a point attached to it in a change dq (n,) [m]."""
@@ -151,7 +152,8 @@ class BeamRobot(SteppedRobot):
         if preload is not None:
             total += preload[0]
         if self.effector_force.any():
-            places = self.effectors.force_rows(x, Q, self.dof, self.n)
+            held = self.effectors.points.placed(x, Q, self.dof, self.n)
+            places = self.effectors.kinds.places(held)
             total += places.H.T @ self.effector_force
         return total, K
 

@@ -127,7 +127,7 @@ def supports_of(cables: CableSet, chosen: list[int], number: Ints) -> tuple[Ints
     """
     found = []
     for cable in chosen:
-        nodes = np.unique(number[cables.nodes[cables.owner == cable]])
+        nodes = np.unique(number[cables.segment_nodes[cables.paths.owner == cable]])
         found.append((3 * nodes[nodes >= 0][:, None] + np.arange(3)).ravel())
     return tuple(found)
 

@@ -10,6 +10,7 @@ from typing import TypeVar
 import numpy as np
 import scipy.sparse as sp
 
+from tauten.model.actuators import motor_rows
 from tauten.model.constraints.coordinates import ProductPattern
 from tauten.model.constraints.drums import Drums, with_unit_rows
 from tauten.model.constraints.placed_robot import PlacedRobot
@@ -257,7 +258,7 @@ class ConstrainedRobot(PlacedRobot):
             self.member_rows(self.through(found.actuators, T), state),
         )
         assert isinstance(touching.rows, Rows)  # of a mesh
-        motors = members if self.coupling is None else self.coupling.rows(members)
+        motors = motor_rows(self.coupling, members)
         if self.drums is not None:
             theta = self.drive_angles(state)[self.drums.regions]
             motors = self.drums.motor_rows(
@@ -288,7 +289,8 @@ class ConstrainedRobot(PlacedRobot):
         """Rows of all cables over the nodes, and tensions [N] of those on drums."""
         assert self.drums is not None
         cables, pattern = self.raw.actuator_set.cables, self.raw.pattern
-        rows = cables.rows(self.raw.nodes(raw_state), pattern.dof, pattern.n)
+        x = self.raw.nodes(raw_state)
+        rows = cables.paths.rows(cables.placed(x, pattern.dof, pattern.n))
         theta = self.drive_angles(state)[self.drums.regions]
         return rows, self.drums.tensions(rows.delta, theta)
 

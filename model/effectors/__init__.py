@@ -1,7 +1,7 @@
 """Effectors of all kinds: their values and rows as functions of points that move with the body."""
 
 from tauten.model.effectors.beam_effectors import BeamEffectors
-from tauten.model.effectors.effector_set import EffectorSet
+from tauten.model.effectors.effector_set import EffectorSet, make_effector_set
 from tauten.model.effectors.frame import FrameMeasure, frame_coefficients
 from tauten.model.effectors.measure import (
     DistanceMeasure,
@@ -23,5 +23,6 @@ __all__ = [
     "PositionMeasure",
     "VolumeMeasure",
     "frame_coefficients",
+    "make_effector_set",
     "nodal_effectors",
 ]

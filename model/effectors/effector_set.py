@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.sparse as sp
 
 from tauten.model.effectors.measure import Measure, Measurement
 from tauten.model.interface import EffectorLayout
 from tauten.model.numerics import Array, Ints
-from tauten.model.rows import EffectorRows, Jacobian
+from tauten.model.points import Entries, Placed
+from tauten.model.rows import EffectorRows, Rows
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,11 +21,13 @@ class EffectorSet:
         layout: kinds, weights, places of rows and values.
         measures: the functions.
         starts: (p + 1,) first point of each effector.
+        entries: which points each row depends on, without the vectors that `measured` gives.
     """
 
     layout: EffectorLayout
     measures: tuple[Measure, ...]
     starts: Ints
+    entries: Entries
 
     def __len__(self) -> int:
         return len(self.measures)
@@ -55,47 +57,59 @@ class EffectorSet:
             return y
         return np.array([found.position for found in self.measured(y)])
 
-    def rows(self, y: Array, C: Jacobian) -> EffectorRows:
-        """Rows over the degrees of freedom.
+    def rows(self, placed: Placed) -> EffectorRows:
+        """Rows over the unknowns.
 
         Args:
-            y: (P, 3) positions of all points [m].
-            C: (3 P, n) their derivative.
+            placed: all points.
         """
+        y = placed.y
         if self.one_point_each:
-            return EffectorRows(C, y.ravel(), y.ravel(), y)
+            return EffectorRows(placed.motion(), y.ravel(), y.ravel(), y)
         found = self.measured(y)
-        return joined_rows(found, self.by_configuration(found, C))
+        vectors = np.concatenate([item.gradient.reshape(-1, 3) for item in found])
+        return EffectorRows(
+            placed.rows(Entries(self.entries.starts, self.entries.points, vectors)),
+            np.concatenate([item.delta for item in found]),
+            np.concatenate([item.values for item in found]),
+            np.array([item.position for item in found]),
+        )
 
-    def by_configuration(self, found: list[Measurement], C: Jacobian) -> Jacobian:
-        """H (n_e, n) of measured effectors; arguments as of `rows`."""
-        if isinstance(C, np.ndarray):
-            starts = 3 * self.starts
-            parts = [
-                item.gradient.reshape(len(item.delta), -1) @ C[starts[i] : starts[i + 1]]
-                for i, item in enumerate(found)
-            ]
-            return np.concatenate(parts)
-        blocks = [sp.coo_array(item.gradient.reshape(len(item.delta), -1)) for item in found]
-        return sp.csr_array(sp.block_diag(blocks, format="csr") @ C)
-
-    def force_map(self, C: Jacobian) -> Jacobian:
-        """Derivative (3 p, n) of the places where outer forces act on the effectors.
+    def places(self, placed: Placed) -> Rows:
+        """Positions (3 p,) of the places where outer forces act on the effectors.
 
         Args:
-            C: (3 P, n) derivative of the points.
+            placed: all points.
         """
-        carriers = [sp.coo_array(measure.carrier[None]) for measure in self.measures]
-        weights = sp.block_diag(carriers)  # (p, P)
-        combined = sp.csr_array(sp.kron(weights, sp.eye_array(3)))
-        return combined @ C
+        blocks = [measure.carrier[None, :, None] * np.eye(3)[:, None] for measure in self.measures]
+        vectors = np.concatenate([block.reshape(-1, 3) for block in blocks])
+        counts = [3] * len(self)
+        where = row_points(counts, self.starts)
+        starts = self.starts.tolist()
+        at = [
+            measure.carrier @ placed.y[first:end]
+            for measure, first, end in zip(self.measures, starts[:-1], starts[1:], strict=True)
+        ]
+        return Rows(placed.rows(Entries(where.starts, where.points, vectors)), np.concatenate(at))
 
 
-def joined_rows(found: list[Measurement], H: Jacobian) -> EffectorRows:
-    """Rows of measured effectors with the Jacobian H (n_e, n)."""
-    return EffectorRows(
-        H,
-        np.concatenate([item.delta for item in found]),
-        np.concatenate([item.values for item in found]),
-        np.array([item.position for item in found]),
-    )
+def make_effector_set(
+    layout: EffectorLayout, measures: tuple[Measure, ...], starts: Ints
+) -> EffectorSet:
+    """Effectors over points; arguments as the attributes of `EffectorSet`."""
+    counts = np.diff(layout.row_starts).tolist()
+    return EffectorSet(layout, measures, starts, row_points(counts, starts))
+
+
+def row_points(rows: list[int], starts: Ints) -> Entries:
+    """Which points the rows of each effector depend on: entries with vectors of zero.
+
+    Args:
+        rows: of each effector.
+        starts: (p + 1,) first point of each effector.
+    """
+    ends = zip(rows, starts[:-1].tolist(), starts[1:].tolist(), strict=True)
+    points = [np.tile(np.arange(first, end), count) for count, first, end in ends]
+    sizes = np.repeat(np.diff(starts), rows)
+    every = np.concatenate(points)
+    return Entries(np.concatenate([[0], np.cumsum(sizes)]), every, np.zeros((len(every), 3)))

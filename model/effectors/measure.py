@@ -14,7 +14,7 @@ import numpy as np
 
 from tauten.model.actuators import volumes
 from tauten.model.numerics import Array, Ints
-from tauten.model.points import CableSet, cable_gradients
+from tauten.model.points import Paths, path_lengths
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,11 +90,13 @@ class LengthMeasure:
     """The length of a passive cable through its points.
 
     Attributes:
-        cable: its segments between the points, as of a `CableSet` of one cable over them.
+        path: through all stations.
+        fixed: (f, 3) the first station where it lies outside of the body, none or one [m].
         count: number of points, P.
     """
 
-    cable: CableSet
+    path: Paths
+    fixed: Array
     count: int
 
     @property
@@ -104,11 +106,9 @@ class LengthMeasure:
 
     def at(self, y: Array) -> Measurement:
         """The effector for positions y (P, 3) of its points."""
-        c = self.cable
-        length, by_segment = cable_gradients(y, c.segment_arrays, 1)
-        gradient = np.zeros((1, self.count, 3))
-        np.add.at(gradient[0], c.nodes, by_segment)
-        return Measurement(length, length, y.mean(axis=0), gradient)
+        stations = np.concatenate([self.fixed, y])
+        length, shorter = path_lengths(stations, self.path.starts, self.path.shortest)
+        return Measurement(length, length, y.mean(axis=0), -shorter[None, len(self.fixed) :])
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,6 +9,7 @@ import scipy.sparse as sp
 
 from tauten.model.effectors.effector_set import EffectorSet
 from tauten.model.numerics import Array, Ints
+from tauten.model.points import PlacedByMap
 from tauten.model.rows import EffectorRows
 
 
@@ -30,6 +31,10 @@ class NodalEffectors:
         """Positions (P, 3) of the points for node positions x (n_nodes, 3) [m]."""
         return np.asarray(self.coefficients @ x)
 
+    def placed(self, x: Array) -> PlacedByMap:
+        """The points at node positions x (n_nodes, 3) [m]."""
+        return PlacedByMap(self.points(x), self.C)
+
     def positions(self, x: Array) -> Array:
         """Positions (p, 3) of the effectors for node positions x (n_nodes, 3) [m]."""
         return self.kinds.positions(self.points(x))
@@ -40,7 +45,7 @@ class NodalEffectors:
 
     def rows(self, x: Array) -> EffectorRows:
         """Rows at node positions x (n_nodes, 3) [m]."""
-        return self.kinds.rows(self.points(x), self.C)
+        return self.kinds.rows(self.placed(x))
 
 
 def nodal_effectors(

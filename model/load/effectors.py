@@ -19,6 +19,7 @@ from tauten.model.effectors import (
     PositionMeasure,
     VolumeMeasure,
     frame_coefficients,
+    make_effector_set,
     nodal_effectors,
 )
 from tauten.model.interface import effector_layout
@@ -26,11 +27,10 @@ from tauten.model.mesh import Selector
 from tauten.model.numerics import Array, Ints
 from tauten.model.points import (
     AttachedPoints,
-    Cable,
     MaterialPoints,
     attach_to_nodes,
     join_attached_points,
-    make_cables,
+    make_paths,
 )
 from tauten.model.schema import EffectorSettings, RobotFileError
 
@@ -134,13 +134,10 @@ def _cavity(item: EffectorSettings, selector: Selector, what: str) -> tuple[Volu
 def length_measure(
     points: Positions, pull_point: tuple[float, float, float] | None
 ) -> LengthMeasure:
-    """The length of a cable over its own points, which are no combinations of others."""
-    count = len(points)
-    own = MaterialPoints(
-        np.repeat(np.arange(count)[:, None], 4, axis=1), np.tile([1.0, 0.0, 0.0, 0.0], (count, 1))
-    )
-    start = None if pull_point is None else np.array(pull_point)
-    return LengthMeasure(make_cables([Cable("", own, start)], np.array(points, dtype=float)), count)
+    """The length of a cable through points, from a fixed one where there is one."""
+    fixed = np.array([] if pull_point is None else [pull_point], dtype=float).reshape(-1, 3)
+    path = make_paths([len(fixed) + len(points)], np.concatenate([fixed, np.array(points)]))
+    return LengthMeasure(path, fixed, len(points))
 
 
 def build_beam_effectors(
@@ -224,4 +221,5 @@ def _effector_set(
             raise RobotFileError(f"{source}: effectors.{index}.other: coincides with point")
         if item.kind == "volume":
             volumes[item.name] = float(values[0])
-    return EffectorSet(effector_layout(effectors, size, volumes), tuple(measures), starts)
+    layout = effector_layout(effectors, size, volumes)
+    return make_effector_set(layout, tuple(measures), starts)

@@ -2,21 +2,16 @@
 
 from tauten.model.points.attached_points import (
     AttachedPoints,
-    Entries,
+    PlacedOnBeams,
     attach_between,
     attach_to_nodes,
     join_attached_points,
 )
 from tauten.model.points.beam_cables import BeamCables, add_beam_cable_stiffness, make_beam_cables
-from tauten.model.points.cable import (
-    Cable,
-    CableSet,
-    add_cable_stiffness,
-    blunted,
-    cable_gradients,
-    make_cables,
-)
+from tauten.model.points.cable import Cable, CableSet, add_cable_stiffness, make_cables
+from tauten.model.points.entries import Entries, Placed, PlacedByMap, PlacedOnNodes, coordinates
 from tauten.model.points.material_points import MaterialPoints, attach
+from tauten.model.points.paths import Paths, Segments, blunted, make_paths, path_lengths
 
 __all__ = [
     "AttachedPoints",
@@ -25,14 +20,22 @@ __all__ = [
     "CableSet",
     "Entries",
     "MaterialPoints",
+    "Paths",
+    "Placed",
+    "PlacedByMap",
+    "PlacedOnBeams",
+    "PlacedOnNodes",
+    "Segments",
     "add_beam_cable_stiffness",
     "add_cable_stiffness",
     "attach",
     "attach_between",
     "attach_to_nodes",
+    "coordinates",
     "blunted",
-    "cable_gradients",
     "join_attached_points",
     "make_beam_cables",
     "make_cables",
+    "make_paths",
+    "path_lengths",
 ]

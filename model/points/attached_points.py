@@ -19,6 +19,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from tauten.model.numerics import Array, Ints, cross, kernel, quaternion, rotate, row, scale
+from tauten.model.points.entries import Entries, coordinates
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,52 +48,47 @@ class AttachedPoints:
         """
         return place(x, Q, self.nodes, self.weights, self.offsets)
 
-    def rows(self, arms: Array, dof: Ints, n: int, entries: Entries) -> sp.csr_array:
-        """Rows over the robot's degrees of freedom of rows over points: (m, n).
+    def placed(self, x: Array, Q: Array, dof: Ints, n: int) -> PlacedOnBeams:
+        """The points at one state.
 
         Args:
-            arms: (p, 2, 3) from `place`.
-            dof: (n_nodes,) first degree of freedom of a node, −1 where it is fixed.
-            n: number of degrees of freedom.
-            entries: the rows over points.
-        """
-        data, columns, starts = pull_back(
-            entries.starts, entries.points, entries.vectors, self.nodes, self.weights, arms, dof
-        )
-        return sp.csr_array((data, columns, starts), shape=(len(entries.starts) - 1, n))
-
-    def velocity_map(self, arms: Array, dof: Ints, n: int) -> sp.csr_array:
-        """J (3 p, n) of (B3).
-
-        Args:
-            arms: (p, 2, 3) from `place`.
+            x: (n_nodes, 3) node positions [m].
+            Q: (n_nodes, 4) node rotations.
             dof: (n_nodes,) first degree of freedom of a node, −1 where it is fixed.
             n: number of degrees of freedom.
         """
-        return self.rows(arms, dof, n, self.coordinates)
-
-    @property
-    def coordinates(self) -> Entries:
-        """The coordinates of the points as rows over points, 3 rows a point."""
-        count = 3 * len(self)
-        return Entries(
-            np.arange(count + 1), np.arange(count) // 3, np.tile(np.eye(3), (len(self), 1))
-        )
+        return PlacedOnBeams(*self.place(x, Q), self, dof, n)
 
 
 @dataclass(frozen=True, slots=True)
-class Entries:
-    """Rows over points, as sums of vectorᵀ δx_point.
+class PlacedOnBeams:
+    """Attached points at one state of nodes whose positions and rotations are the unknowns.
 
     Attributes:
-        starts: (m + 1,) where each row's entries start.
-        points: (e,) point of each entry.
-        vectors: (e, 3).
+        y: (p, 3) positions [m].
+        arms: (p, 2, 3) weighted lever arms [m].
+        points: the points.
+        dof: (n_nodes,) first degree of freedom of a node, −1 where it is fixed.
+        n: number of degrees of freedom.
     """
 
-    starts: Ints
-    points: Ints
-    vectors: Array
+    y: Array
+    arms: Array
+    points: AttachedPoints
+    dof: Ints
+    n: int
+
+    def rows(self, entries: Entries) -> sp.csr_array:
+        """Rows (m, n) over the unknowns, of rows over these points."""
+        data, columns, starts = pull_back(
+            entries.starts, entries.points, entries.vectors,
+            self.points.nodes, self.points.weights, self.arms, self.dof,
+        )  # fmt: skip
+        return sp.csr_array((data, columns, starts), shape=(len(entries.starts) - 1, self.n))
+
+    def motion(self) -> sp.csr_array:
+        """Derivative of the positions by the unknowns: (3 p, n)."""
+        return self.rows(coordinates(len(self.y)))
 
 
 def attach_to_nodes(nodes: Array, ids: Ints, points: Array) -> AttachedPoints:
@@ -161,7 +157,7 @@ def place(x: Array, Q: Array, nodes: Ints, weights: Array, offsets: Array) -> tu
 def pull_back(
     starts: Ints, points: Ints, vectors: Array, nodes: Ints, weights: Array, arms: Array, dof: Ints
 ) -> tuple[Array, NDArray[np.int32], NDArray[np.int32]]:
-    """CSR data, columns and row starts of `AttachedPoints.rows`; every node occurs once in a row.
+    """CSR data, columns and row starts of `PlacedOnBeams.rows`; every node occurs once in a row.
 
     Args:
         starts: (m + 1,) as in `Entries`.

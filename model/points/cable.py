@@ -1,30 +1,20 @@
-"""Cables that slide through points of the body: pulled length, its gradient, its curvature.
+"""Cables that slide through points of a body of tetrahedra, and their curvature.
 
-δ_a = L(q₀) − L(q) is the length pulled in, H_a = −∂L/∂q, the force on the body is H_aᵀ λ_a.
-Since H_a turns with the body, a tension adds λ_a ∂²L/∂q² to the tangent: positive semidefinite, as L is
-convex, and negative semidefinite in a rod that pushes.
-
-An equilibrium in which the ends of a segment have met is common: a trunk curls until its discs meet. There
-|d| has a kink, which Newton's method does not pass, so that lengths are rounded below `SHORTEST`, or below
-half of the segment's length at rest where that is less: segments of small robots are straight too.
+Lengths and rows are those of `tauten.model.points.paths`. Since H_a turns with the body, a tension adds
+λ_a ∂²L/∂q² to the tangent: positive semidefinite, as L is convex, and negative semidefinite in a rod that
+pushes.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import pairwise
-from typing import TypeAlias
 
 import numpy as np
-import scipy.sparse as sp
 
 from tauten.model.numerics import Array, Ints, kernel
+from tauten.model.points.entries import PlacedOnNodes
 from tauten.model.points.material_points import MaterialPoints
-from tauten.model.rows import Rows
-
-SHORTEST = 5e-4  # m, largest distance of a segment's ends below which its length is rounded
-_LEAST = 1e-5  # m, the least one, of segments whose ends meet at rest
-Segments: TypeAlias = tuple[Ints, Ints, Array, Array, Array]
+from tauten.model.points.paths import Paths, Segments, blunted, make_paths
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,159 +34,113 @@ class Cable:
 
 @dataclass(frozen=True, slots=True)
 class CableSet:
-    """All cables of a robot as arrays for the kernels.
-
-    Each segment joins two stations; a station is four nodes and weights plus a fixed offset (the
-    pull point has zero weights).
+    """All cables of a robot made of tetrahedra.
 
     Attributes:
-        owner: (s,) cable of each segment.
-        nodes: (s, 8) nodes of both stations.
-        weights: (s, 8) their weights, the first station's negated: difference = Σ w x + offset.
-        offset: (s, 3) fixed part of the difference [m].
-        shortest: (s,) distance of the ends below which the length is rounded [m].
-        rest_length: (n_a,) L(q₀) [m].
+        paths: through the stations.
+        nodes: (p, 4) nodes of the stations.
+        weights: (p, 4) their weights; zero where a station does not move.
+        fixed: (p, 3) position of what does not move in a station [m].
+        segment_nodes: (s, 8) nodes of both ends of every segment.
+        segment_weights: (s, 8) their weights, those of the first end negated.
     """
 
-    owner: Ints
+    paths: Paths
     nodes: Ints
     weights: Array
-    offset: Array
-    shortest: Array
-    rest_length: Array
+    fixed: Array
+    segment_nodes: Ints
+    segment_weights: Array
 
     @property
     def n_a(self) -> int:
         """Number of cables."""
-        return len(self.rest_length)
+        return self.paths.n_a
 
-    @property
-    def segment_arrays(self) -> Segments:
-        """Owner, nodes, weights, offset and shortest of all segments, for the kernels."""
-        return self.owner, self.nodes, self.weights, self.offset, self.shortest
+    def stations(self, x: Array) -> Array:
+        """Positions of the stations (p, 3) at node positions x (n_nodes, 3) [m]."""
+        return combined(x, self.nodes, self.weights, self.fixed)
 
-    def segments(self, x: Array) -> Array:
-        """Both ends of every segment at node positions x (n_nodes, 3): (s, 2, 3) [m], for drawing."""
-        parts = self.weights[:, :, None] * x[self.nodes]  # (s, 8, 3)
-        second = parts[:, 4:].sum(axis=1)  # only a first end may be fixed outside the body
-        first = second - self.offset - parts.sum(axis=1)
-        return np.stack([first, second], axis=1)
-
-    def rows(self, x: Array, dof: Ints, n: int) -> Rows:
-        """Pulled lengths and H_a = −∂L/∂q: Rows of (n_a, n) [m].
+    def placed(self, x: Array, dof: Ints, n: int) -> PlacedOnNodes:
+        """The stations at one state.
 
         Args:
             x: (n_nodes, 3) node positions [m].
             dof: (n_nodes,) first degree of freedom of a node, −1 where it is fixed.
             n: number of degrees of freedom.
         """
-        length, gradient = cable_gradients(x, self.segment_arrays, self.n_a)
-        columns = dof[self.nodes][:, :, None] + np.arange(3)  # (s, 8, 3)
-        free = columns[:, :, 0] >= 0
-        row = np.broadcast_to(self.owner[:, None, None], columns.shape)
-        H = sp.csr_array(
-            (-gradient[free].ravel(), (row[free].ravel(), columns[free].ravel())),
-            shape=(self.n_a, n),
-        )
-        return Rows(H, self.rest_length - length)
+        return PlacedOnNodes(self.stations(x), self.nodes, self.weights, dof, n)
 
 
 def make_cables(cables: list[Cable], x0: Array) -> CableSet:
     """Arrays of the cables, rest lengths measured at node positions x0 (n_nodes, 3)."""
-    owner, nodes, weights, offset = [], [], [], []
-    for index, cable in enumerate(cables):
-        points = zip(cable.points.nodes, cable.points.weights, strict=True)
-        stations = [(n, w, np.zeros(3)) for n, w in points]
+    none = np.zeros((0, 4), dtype=np.int64)
+    nodes, weights, fixed, counts = [none], [np.zeros((0, 4))], [np.zeros((0, 3))], []
+    for cable in cables:
+        own = cable.points
         if cable.pull_point is not None:
-            first = cable.points.nodes[0]
-            stations.insert(0, (first, np.zeros(4), np.asarray(cable.pull_point, dtype=float)))
-        for (n0, w0, o0), (n1, w1, o1) in pairwise(stations):
-            owner.append(index)
-            nodes.append(np.concatenate([n0, n1]))
-            weights.append(np.concatenate([-w0, w1]))
-            offset.append(o1 - o0)
-    arrays = (
-        np.array(owner, dtype=np.int64),
-        np.array(nodes, dtype=np.int64).reshape(-1, 8),
-        np.array(weights).reshape(-1, 8),
-        np.array(offset).reshape(-1, 3),
+            nodes.append(own.nodes[:1])
+            weights.append(np.zeros((1, 4)))
+            fixed.append(np.asarray(cable.pull_point, dtype=float)[None])
+        nodes.append(own.nodes)
+        weights.append(own.weights)
+        fixed.append(np.zeros((len(own), 3)))
+        counts.append(len(own) + (cable.pull_point is not None))
+    joined = np.concatenate(nodes), np.concatenate(weights), np.concatenate(fixed)
+    paths = make_paths(counts, combined(x0, *joined))
+    first, second = paths.first, paths.first + 1
+    return CableSet(
+        paths,
+        *joined,
+        segment_nodes=np.concatenate([joined[0][first], joined[0][second]], axis=1),
+        segment_weights=np.concatenate([-joined[1][first], joined[1][second]], axis=1),
     )
-    alone = (np.arange(len(owner)), *arrays[1:], np.zeros(len(owner)))  # each segment a cable
-    own_length, _ = cable_gradients(x0, alone, len(owner))
-    shortest = np.clip(0.5 * own_length, _LEAST, SHORTEST)
-    rest_length, _ = cable_gradients(x0, (*arrays, shortest), len(cables))
-    return CableSet(*arrays, shortest, rest_length)
 
 
 @kernel
-def blunted(length: float, shortest: float) -> tuple[float, float, float]:
-    """Length f of a segment as the cable has it [m], f'(length) / length and f''(length) [1/m].
-
-    |d| itself from the shortest on; below, the even polynomial of fourth degree that continues it with two
-    derivatives.
-
-    Args:
-        length: distance of the segment's ends [m].
-        shortest: below which it is rounded [m].
-    """
-    if length > 0.0 and length >= shortest:
-        return length, 1.0 / length, 0.0
-    if shortest == 0.0:
-        return 0.0, 0.0, 0.0
-    t = length / shortest
-    value = shortest * (0.375 + 0.75 * t * t - 0.125 * t**4)
-    return value, (1.5 - 0.5 * t * t) / shortest, 1.5 * (1.0 - t * t) / shortest
-
-
-@kernel
-def cable_gradients(x: Array, segments: Segments, n_a: int) -> tuple[Array, Array]:
-    """Lengths (n_a,) [m] and the gradient of each segment's length (s, 8, 3).
+def combined(x: Array, nodes: Ints, weights: Array, fixed: Array) -> Array:
+    """Positions (p, 3) of combinations of nodes [m].
 
     Args:
         x: (n_nodes, 3) node positions [m].
-        segments: see `CableSet.segment_arrays`.
-        n_a: number of cables.
+        nodes: (p, k) nodes of the points.
+        weights: (p, k) their weights.
+        fixed: (p, 3) what is added to them [m].
     """
-    owner, nodes, weights, offset, shortest = segments
-    length = np.zeros(n_a)
-    gradient = np.zeros((owner.shape[0], 8, 3))
-    d = np.empty(3)
-    for s in range(owner.shape[0]):
-        d[:] = offset[s]
-        for a in range(8):
+    y = fixed.copy()
+    for p in range(nodes.shape[0]):
+        for a in range(nodes.shape[1]):
             for i in range(3):
-                d[i] += weights[s, a] * x[nodes[s, a], i]
-        ell = np.sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2])
-        value, slope, _ = blunted(ell, shortest[s])
-        length[owner[s]] += value
-        for a in range(8):
-            for i in range(3):
-                gradient[s, a, i] = weights[s, a] * d[i] * slope
-    return length, gradient
+                y[p, i] += weights[p, a] * x[nodes[p, a], i]
+    return y
 
 
 @kernel
-def add_cable_stiffness(  # noqa: C901  one flat loop nest is what numba compiles best
-    x: Array, segments: Segments, tension: Array, blocks: tuple[Ints, Ints], K: Array
+def add_cable_stiffness(
+    y: Array,
+    segments: Segments,
+    weights: Array,
+    tension: Array,
+    blocks: tuple[Ints, Ints],
+    K: Array,
 ) -> None:
     """Add λ_a ∂²L/∂q² of every segment to a tangent.
 
     Args:
-        x: (n_nodes, 3) node positions [m].
-        segments: see `CableSet.segment_arrays`.
+        y: (p, 3) stations [m].
+        segments: see `Paths.segment_arrays`; the second station is the next.
+        weights: (s, 8) of the nodes of both ends, negative for the first end.
         tension: (n_a,) [N].
         blocks: slot (s, 8, 8) and column_length (s, 8), see `Pattern.blocks`.
         K: (nnz,) CSC values of −∂force, added to.
     """
-    owner, nodes, weights, offset, shortest = segments
+    first, owner, shortest = segments
     slot, column_length = blocks
     d = np.empty(3)
     for s in range(owner.shape[0]):
         force = tension[owner[s]]
-        d[:] = offset[s]
-        for a in range(8):
-            for i in range(3):
-                d[i] += weights[s, a] * x[nodes[s, a], i]
+        for i in range(3):
+            d[i] = y[first[s] + 1, i] - y[first[s], i]
         ell = np.sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2])
         if force == 0.0:
             continue

@@ -105,7 +105,8 @@ class TetRobot(SteppedRobot):
     def loaded(self, gravity: Array, effector_force: Array) -> TetRobot:
         """The robot under another gravity (3,) [m/s²] and forces on its effectors (3 p,) [N]."""
         body = self.mass * np.tile(gravity, self.n // 3)  # (n,)
-        pushed = self.effectors.kinds.force_map(self.effectors.C).T @ effector_force
+        places = self.effectors.kinds.places(self.effectors.placed(self.mesh.nodes))
+        pushed = places.H.T @ effector_force
         return dataclasses.replace(self, gravity=np.asarray(gravity), load=body + pushed)
 
     def displacement(self, state: State, dq: Array) -> float:

@@ -42,6 +42,7 @@ from tauten.model.numerics import (
     scale,
     subtract,
 )
+from tauten.model.points import Segments, blunted
 
 
 @kernel
@@ -262,25 +263,26 @@ def load_rows(
 
 @kernel
 def tension_rows(
-    points: Array, first: Ints, owner: Ints, tension: Array, stations: Array, Z: Array, Y: Array
+    points: Array, segments: Segments, tension: Array, stations: Array, Z: Array, Y: Array
 ) -> None:
     """Rows Z of the differences of stations and Y with Zᵀ Y the curvature of cables under tension.
 
     Args:
         points: (p, 3) stations [m].
-        first: (g,) first station of each segment, the second is the next.
-        owner: (g,) cable of each segment.
+        segments: of g segments, see `Paths.segment_arrays`; the second station is the next.
         tension: (n_a,) [N].
         stations: (3 p, r) motion of the stations.
         Z: (3 g, r) output.
         Y: (3 g, r) output.
     """
+    first, owner, shortest = segments
     for s in range(first.shape[0]):
         p, z = first[s], 3 * s
         d = subtract(row(points, p + 1), row(points, p))
         ell = dot(d, d) ** 0.5
-        k = tension[owner[s]] / ell if ell > 0.0 else 0.0
-        c = k / (ell * ell) if ell > 0.0 else 0.0
+        _, slope, curvature = blunted(ell, shortest[s])
+        k = tension[owner[s]] * slope
+        c = tension[owner[s]] * (slope - curvature) / (ell * ell) if ell > 0.0 else 0.0
         for j in range(Z.shape[1]):
             D0 = stations[3 * p + 3, j] - stations[3 * p, j]
             D1 = stations[3 * p + 4, j] - stations[3 * p + 1, j]

@@ -28,9 +28,10 @@ from tauten.model import (
     State,
     System,
 )
+from tauten.model.actuators import motor_rows
 from tauten.model.beams import BeamRobot, BeamTree, follow, gap_arrays
 from tauten.model.numerics import Array, Ints
-from tauten.model.points import AttachedPoints, Entries
+from tauten.model.points import AttachedPoints, Entries, coordinates, path_lengths
 from tauten.reduction.dense_step import implicit_system, scheme_of
 from tauten.reduction.reduced_robot import ReducedRobot
 from tauten.reduction.state.beams.loads import (
@@ -179,8 +180,7 @@ class ReducedBeamRobot(ReducedRobot):
         force = self.mass_rows(full.gravity) @ work.J - self.stiffness @ state.q
         if self.outer.any():
             points = full.effectors.points
-            _, arms = points.place(work.x, work.Q)
-            force += self.outer.ravel() @ rows_of(points, arms, points.coordinates, work.J)
+            force += self.outer.ravel() @ placed_on_tree(points, work).motion()
         coupling = full.actuator_set.coupling
         if coupling is None:
             return force, self.tangent(work, tension, exact)
@@ -211,10 +211,10 @@ class ReducedBeamRobot(ReducedRobot):
             points, arms = stations.place(work.x, work.Q)
             motion = point_motion(stations.nodes, stations.weights, arms, work.J)
             used = tension if exact else np.maximum(tension, 0.0)  # rods that push soften
-            tension_rows(points, cables.first, cables.owner, used, motion, work.Z, work.Y)
+            tension_rows(points, cables.paths.segment_arrays, used, motion, work.Z, work.Y)
             K += work.Z.T @ work.Y
-            _, pulls = cables.pulled(points)
-            along = tension[self.cable][:, None] * pulls.vectors
+            _, pulls = path_lengths(points, cables.paths.starts, cables.paths.shortest)
+            along = tension[self.cable][:, None] * pulls
             add_point_loads(along, stations.nodes, stations.weights, arms, force, moment)
         if not exact:
             return K
@@ -266,29 +266,22 @@ class ReducedBeamRobot(ReducedRobot):
     def rows(self, state: State, contacts: bool = True) -> RobotRows:
         """Rows of effectors, actuators and, where `contacts` is true, contacts at this state."""
         work, coupling = self.moved(state.q), self.full.actuator_set.coupling
-        members = self.cable_rows(work)
-        if coupling is not None:
-            members = Rows(coupling.gains @ members.dense(), coupling.gains @ members.delta)
         nothing = ContactRows.out_of_range(np.zeros((0, self.n)), self.n_c)
         return RobotRows(
             effectors=self.effector_rows(work),
-            actuators=members,
+            actuators=motor_rows(coupling, self.cable_rows(work)),
             contacts=self.contact_rows(work) if contacts else nothing,
         )
 
     def cable_rows(self, work: BeamWork) -> Rows:
         """Pulled lengths of the single cables."""
         cables = self.full.actuator_set.cables
-        points, arms = cables.stations.place(work.x, work.Q)
-        pulled, entries = cables.pulled(points)
-        return Rows(rows_of(cables.stations, arms, entries, work.J), pulled)
+        return cables.paths.rows(placed_on_tree(cables.stations, work))
 
     def effector_rows(self, work: BeamWork) -> EffectorRows:
         """Rows of the effectors."""
         effectors = self.full.effectors
-        y, arms = effectors.points.place(work.x, work.Q)
-        C = rows_of(effectors.points, arms, effectors.points.coordinates, work.J)
-        return effectors.kinds.rows(y, C)
+        return effectors.kinds.rows(placed_on_tree(effectors.points, work))
 
     def contact_rows(self, work: BeamWork) -> ContactRows:
         """Gaps of the candidates in range."""
@@ -299,18 +292,38 @@ class ReducedBeamRobot(ReducedRobot):
         return ContactRows(ChainedRows(*S, work.J, found.gap), found)
 
 
-def rows_of(points: AttachedPoints, arms: Array, entries: Entries, J: Array) -> Array:
-    """Rows over points in reduced coordinates: (m, r).
+@dataclass(frozen=True, slots=True)
+class PlacedOnTree:
+    """Attached points at one state of beams whose natural strains are the unknowns.
 
-    Args:
+    Attributes:
+        y: (p, 3) positions [m].
+        arms: (p, 2, 3) weighted lever arms [m].
         points: the points.
-        arms: (p, 2, 3) their lever arms, from `place`.
-        entries: the rows.
         J: (6 n_nodes, r) motion of the nodes.
     """
-    return point_rows(
-        entries.starts, entries.points, entries.vectors, points.nodes, points.weights, arms, J
-    )
+
+    y: Array
+    arms: Array
+    points: AttachedPoints
+    J: Array
+
+    def rows(self, entries: Entries) -> Array:
+        """Rows (m, r) over the unknowns, of rows over these points."""
+        found: Array = point_rows(
+            entries.starts, entries.points, entries.vectors,
+            self.points.nodes, self.points.weights, self.arms, self.J,
+        )  # fmt: skip
+        return found
+
+    def motion(self) -> Array:
+        """Derivative of the positions by the unknowns: (3 p, n)."""
+        return self.rows(coordinates(len(self.y)))
+
+
+def placed_on_tree(points: AttachedPoints, work: BeamWork) -> PlacedOnTree:
+    """Attached points at the state of a motion."""
+    return PlacedOnTree(*points.place(work.x, work.Q), points, work.J)
 
 
 def outer_forces(robot: BeamRobot) -> Array:
@@ -331,7 +344,7 @@ def make_beam_work(robot: BeamRobot, Phi: Array, n_elements: int) -> BeamWork:
         Phi: (6 e, r) strain modes.
         n_elements: elements in the sample.
     """
-    r, segments = Phi.shape[1], len(robot.actuator_set.cables.first)
+    r, segments = Phi.shape[1], len(robot.actuator_set.cables.paths.first)
     x, Q = robot.pose(robot.rest())
     return BeamWork(
         alpha=np.full(r, np.nan),
@@ -369,7 +382,7 @@ def make_reduced(robot: BeamRobot, tree: BeamTree, Phi: Array, elements: Ints) -
         mass=mass.ravel(),
         root_mass=np.sqrt(mass.ravel()),
         outer=outer_forces(robot),
-        cable=np.repeat(np.arange(cables.n_a), np.diff(cables.starts)),
+        cable=np.repeat(np.arange(cables.n_a), np.diff(cables.paths.starts)),
         all_dof=6 * np.arange(robot.n_nodes),
         work=make_beam_work(robot, Phi, len(elements)),
     )

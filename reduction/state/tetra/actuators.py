@@ -14,12 +14,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from tauten.model import Rows
-from tauten.model.actuators import Coupling
+from tauten.model.actuators import Coupling, motor_rows
 from tauten.model.numerics import Array
+from tauten.model.points import Paths
 from tauten.model.tetra import TetRobot
 from tauten.reduction.state.tetra.arrays import Tendons
-from tauten.reduction.state.tetra.body import reduced_tendons
-from tauten.reduction.state.tetra.kernels import pulled_lengths
+from tauten.reduction.state.tetra.body import ReducedPoints, reduced_stations, reduced_tendons
 from tauten.reduction.state.tetra.points import node_rows
 
 TRIANGLES = 128  # summed at a time
@@ -30,12 +30,16 @@ class ReducedActuators:
     """The actuators of a reduced robot.
 
     Attributes:
-        tendons: cable segments.
+        paths: of the cables.
+        stations: points that they pass.
+        tendons: their segments, for the curvature.
         volumes: (c, r + 1, r + 1, r + 1) T of each chamber [m³].
         forces: (f, r) constant rows of the forces.
         coupling: of all of these; None: each is driven alone.
     """
 
+    paths: Paths
+    stations: ReducedPoints
     tendons: Tendons
     volumes: Array
     forces: Array
@@ -46,15 +50,11 @@ class ReducedActuators:
         """Number of motors, the length of λ_a."""
         if self.coupling is not None:
             return self.coupling.n_a
-        return len(self.tendons.rest_length) + len(self.volumes) + len(self.forces)
+        return self.paths.n_a + len(self.volumes) + len(self.forces)
 
     def rows(self, alpha: Array) -> Rows:
         """Positions δ_a and H_a at a state α (r,): Rows of (n_a, r)."""
-        members = self._member_rows(alpha)
-        if self.coupling is None:
-            return members
-        gains = self.coupling.gains
-        return Rows(gains @ members.H, gains @ members.delta)
+        return motor_rows(self.coupling, self._member_rows(alpha))
 
     def efforts(self, lam: Array) -> Array:
         """Efforts on the single actuators under efforts of the motors lam (n_a,)."""
@@ -62,7 +62,7 @@ class ReducedActuators:
 
     def tensions(self, efforts: Array) -> Array:
         """Those of the cables among the efforts of the single actuators."""
-        return efforts[: len(self.tendons.rest_length)]
+        return efforts[: self.paths.n_a]
 
     def preload(self, alpha: Array) -> Array | None:
         """Force (r,) [N] of the offsets of couplings at a state α (r,); None without any."""
@@ -79,7 +79,7 @@ class ReducedActuators:
             efforts: of the single actuators.
             curvature: (r, r) to be overwritten; left alone without chambers.
         """
-        first = len(self.tendons.rest_length)
+        first = self.paths.n_a
         for chamber, T in enumerate(self.volumes):
             part = contracted(T, alpha)[1:, 1:]
             if chamber == 0:
@@ -88,10 +88,10 @@ class ReducedActuators:
                 curvature -= efforts[first + chamber] * part
 
     def _member_rows(self, alpha: Array) -> Rows:
-        H, delta = pulled_lengths(alpha, self.tendons)
+        cables = self.paths.rows(self.stations.placed(alpha))
         if len(self.volumes) + len(self.forces) == 0:
-            return Rows(H, delta)
-        slopes, values = [H], [delta]
+            return cables
+        slopes, values = [cables.dense()], [cables.delta]
         beta = np.append(1.0, alpha)
         for T in self.volumes:
             slope = 0.5 * (contracted(T, alpha) @ beta)  # (r + 1,)
@@ -114,6 +114,8 @@ def reduced_actuators(robot: TetRobot, Phi: Array) -> ReducedActuators:
     full, r = robot.actuator_set, Phi.shape[1]
     volumes = [volume_tensor(robot, Phi, chamber) for chamber in range(len(full.chambers))]
     return ReducedActuators(
+        paths=full.cables.paths,
+        stations=reduced_stations(robot, Phi),
         tendons=reduced_tendons(robot, Phi),
         volumes=np.array(volumes).reshape(-1, r + 1, r + 1, r + 1),
         forces=np.asarray(full.forces.H @ Phi),

@@ -52,15 +52,13 @@ class Tendons(NamedTuple):
         starts: (n_a + 1,) first segment of each cable.
         map: (r, 3 g) Dᵀ, change of the differences of their stations.
         rest: (3 g,) d₀ [m].
-        shortest: (g,) distance of the stations below which the length is rounded [m].
-        rest_length: (n_a,) [m].
+        shortest: (g,) distance of the ends below which the length is rounded [m].
     """
 
     starts: Ints
     map: Array
     rest: Array
     shortest: Array
-    rest_length: Array
 
 
 class Work(NamedTuple):

@@ -9,6 +9,7 @@ import numpy as np
 from tauten.model.contact import ContactPair, ContactSet
 from tauten.model.materials import COROTATIONAL
 from tauten.model.numerics import LANES, Array, Ints
+from tauten.model.points import PlacedByMap
 from tauten.model.tetra import TetRobot
 from tauten.reduction.state.tetra.arrays import Body, Tendons, in_lanes
 from tauten.reduction.state.tetra.points import gradients_of, integration_points, node_rows
@@ -30,6 +31,10 @@ class ReducedPoints:
         """Positions (p, 3) [m]."""
         positions: Array = (self.rest + self.map @ alpha).reshape(-1, 3)
         return positions
+
+    def placed(self, alpha: Array) -> PlacedByMap:
+        """The points at a state (r,)."""
+        return PlacedByMap(self.at(alpha), self.map)
 
 
 def sampled_body(robot: TetRobot, Phi: Array, elements: Ints, weights: Array) -> Body:
@@ -72,15 +77,23 @@ def sampled_body(robot: TetRobot, Phi: Array, elements: Ints, weights: Array) ->
 def reduced_tendons(robot: TetRobot, Phi: Array) -> Tendons:
     """The cables in reduced coordinates."""
     cables = robot.actuator_set.cables
-    D = np.einsum("sa,sair->ris", cables.weights, node_rows(robot, Phi, cables.nodes))
-    rest = cables.offset + np.einsum("sa,sai->si", cables.weights, robot.mesh.nodes[cables.nodes])
+    first, y = cables.paths.first, cables.stations(robot.mesh.nodes)
+    rows = node_rows(robot, Phi, cables.segment_nodes)
+    D = np.einsum("sa,sair->ris", cables.segment_weights, rows)
     return Tendons(
-        np.searchsorted(cables.owner, np.arange(cables.n_a + 1)),
+        np.searchsorted(cables.paths.owner, np.arange(cables.n_a + 1)),
         np.ascontiguousarray(D.reshape(Phi.shape[1], -1)),
-        rest.T.ravel(),
-        cables.shortest,
-        cables.rest_length,
+        (y[first + 1] - y[first]).T.ravel(),
+        cables.paths.shortest,
     )
+
+
+def reduced_stations(robot: TetRobot, Phi: Array) -> ReducedPoints:
+    """The stations of the cables in reduced coordinates."""
+    cables = robot.actuator_set.cables
+    motion = np.einsum("pa,pair->pir", cables.weights, node_rows(robot, Phi, cables.nodes))
+    rest = cables.stations(robot.mesh.nodes)
+    return ReducedPoints(rest.ravel(), np.ascontiguousarray(motion.reshape(-1, Phi.shape[1])))
 
 
 def contact_surface(robot: TetRobot, Phi: Array) -> tuple[ReducedPoints, ContactSet]:

@@ -18,6 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tauten.model import ContactRows, Integration, RobotRows, Rows, State, System
+from tauten.model.actuators import motor_rows
 from tauten.model.constraints import ConstrainedRobot
 from tauten.model.numerics import Array, Ints
 from tauten.reduction.dense_step import implicit_system, scheme_of
@@ -195,12 +196,9 @@ class ReducedDrivenRobot(ReducedRobot):
         J = self.motion.jacobian(state.q)
         found = self.body.rows(self.moved(state), contacts)
         touching, members = found.contacts, self.member_rows(state, J, found.actuators)
-        coupling = self.full.coupling
-        if coupling is not None:
-            members = Rows(coupling.gains @ members.dense(), coupling.gains @ members.delta)
         return RobotRows(
             effectors=dataclasses.replace(found.effectors, H=found.effectors.dense() @ J),
-            actuators=members,
+            actuators=motor_rows(self.full.coupling, members),
             contacts=ContactRows(
                 Rows(touching.rows.dense() @ J, touching.rows.delta), touching.found
             ),

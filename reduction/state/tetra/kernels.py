@@ -79,28 +79,6 @@ def add_curvature(alpha: Array, tension: Array, tendons: Tendons, first: int, Y:
 
 
 @kernel
-def pulled_lengths(alpha: Array, tendons: Tendons) -> tuple[Array, Array]:
-    """Pulled lengths L(q₀) − L(q) (n_a,) [m] and their rows −∂L/∂α (n_a, r)."""
-    r, n_a = alpha.shape[0], tendons.rest_length.shape[0]
-    H, delta = np.zeros((n_a, r)), tendons.rest_length.copy()
-    d = tendons.rest + np.dot(alpha, tendons.map)
-    g = d.shape[0] // 3
-    for a in range(n_a):
-        first, end = tendons.starts[a], tendons.starts[a + 1]
-        for s in range(first, end):
-            square = d[s] * d[s] + d[g + s] * d[g + s] + d[2 * g + s] * d[2 * g + s]
-            length, slope, _ = blunted(np.sqrt(square), tendons.shortest[s])
-            delta[a] -= length
-            d[s], d[g + s], d[2 * g + s] = d[s] * slope, d[g + s] * slope, d[2 * g + s] * slope
-        for j in range(r):
-            for i in range(3):
-                D, u = tendons.map[j, i * g + first : i * g + end], d[i * g + first : i * g + end]
-                for s in range(end - first):
-                    H[a, j] -= u[s] * D[s]
-    return H, delta
-
-
-@kernel
 def linearise(
     alpha: Array, v: Array, tension: Array, load: Array, dynamics: tuple[Array, Scheme],
     body: Body, tendons: Tendons, work: Work,

@@ -154,9 +154,7 @@ class ReducedTetRobot(ReducedRobot):
     def rows(self, state: State, contacts: bool = True) -> RobotRows:
         """Rows of effectors, actuators and, where `contacts` is true, contacts at this state."""
         return RobotRows(
-            effectors=self.full.effectors.kinds.rows(
-                self.effector_points.at(state.q), self.effector_points.map
-            ),
+            effectors=self.full.effectors.kinds.rows(self.effector_points.placed(state.q)),
             actuators=self.actuator_set.rows(state.q),
             contacts=self._contact_rows(state.q) if contacts else self._no_contact_rows(),
         )
@@ -273,7 +271,8 @@ class ReducibleTetRobot:
         actuators = reduced_actuators(robot, Phi)
         surface, contacts = contact_surface(robot, Phi)
         by_mode = [contacts.positions(mode.reshape(-1, 3)) for mode in surface.map.T]
-        points = robot.effectors.points(robot.mesh.nodes).ravel()
+        effectors = robot.effectors.placed(robot.mesh.nodes)
+        points, places = effectors.y.ravel(), robot.effectors.kinds.places(effectors)
         return ReducedTetRobot(
             full=robot,
             Phi=Phi,
@@ -283,7 +282,7 @@ class ReducibleTetRobot:
             mass=Phi.T @ (robot.mass[:, None] * Phi),
             load=Phi.T @ robot.load,
             effector_points=ReducedPoints(points, np.asarray(robot.effectors.C @ Phi)),
-            effector_places=np.asarray(robot.effectors.kinds.force_map(robot.effectors.C) @ Phi),
+            effector_places=np.asarray(places.H @ Phi),
             surface=surface,
             contacts=contacts,
             candidate_motion=np.stack(by_mode, axis=2),

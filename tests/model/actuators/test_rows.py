@@ -107,6 +107,7 @@ def test_a_robot_of_cables_alone_has_their_rows() -> None:
     robot = beam_robot(box_mesh(size, (5, 2, 2)), size)
     x, dof = robot.nodes(deformed(robot)), robot.pattern.dof
     rows = robot.actuator_set.rows(x, dof, robot.n)
-    cables = robot.actuator_set.cables.rows(x, dof, robot.n)
+    cables = robot.actuator_set.cables
+    cables = cables.paths.rows(cables.placed(x, dof, robot.n))
     np.testing.assert_array_equal(rows.dense(), cables.dense())
     assert CHAMBER["name"] not in robot.actuators.names

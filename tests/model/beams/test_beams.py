@@ -128,8 +128,8 @@ def test_attached_points_move_as_their_velocity_map() -> None:
     np.testing.assert_allclose(points.place(frame.x, frame.Q)[0], rest)
     frame.move(rng.standard_normal(12))
     dof = frame.pattern.dof[::2]
-    _, arms = points.place(frame.x, frame.Q)
-    J = points.velocity_map(arms, dof, 12)
+    placed = points.placed(frame.x, frame.Q, dof, 12)
+    J = placed.motion()
     x, Q, v, eps = frame.x, frame.Q, rng.standard_normal(12), 1e-6
     moved = []
     for sign in (1.0, -1.0):
@@ -139,7 +139,7 @@ def test_attached_points_move_as_their_velocity_map() -> None:
     velocity = (moved[0] - moved[1]) / (2.0 * eps)
     np.testing.assert_allclose(J @ v, velocity.ravel(), atol=1e-8)
     f = rng.standard_normal((6, 3))
-    one_row = points.rows(arms, dof, 12, Entries(np.array([0, 6]), np.arange(6), f))
+    one_row = placed.rows(Entries(np.array([0, 6]), np.arange(6), f))
     assert one_row.nnz == 12, "every node once"
     assert (one_row @ v)[0] == pytest.approx((f * velocity).sum(), abs=1e-7)
 

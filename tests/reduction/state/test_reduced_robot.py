@@ -123,10 +123,10 @@ def test_short_segments_of_cables_are_rounded_as_in_the_full_robot(
     """Two stations of a cable at a distance of 0.3 of that from which lengths are rounded, and at none."""
     cables, dof = thumb.actuator_set.cables, thumb.pattern.dof
     x, tension = thumb.mesh.nodes, np.array([2.0])
-    ends = cables.segments(x)[0]  # (2, 3)
+    ends = cables.paths.segments(cables.stations(x))[0]  # (2, 3)
     across = ends[1] - ends[0]
     along = across / np.linalg.norm(across)
-    second = cables.nodes[0, 4:]
+    second = cables.segment_nodes[0, 4:]
     second = second[dof[second] >= 0]
     q = thumb.rest().q.copy()
     q[dof[second][:, None] + np.arange(3)] += apart * SHORTEST * along - across
