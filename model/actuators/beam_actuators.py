@@ -44,7 +44,14 @@ class BeamActuators:
         return motor_rows(self.coupling, self.member_rows(x, Q, dof, n))
 
     def member_rows(self, x: Array, Q: Array, dof: Ints, n: int) -> Rows:
-        """Rows of the single cables; arguments as for `rows`."""
+        """Rows of the single cables: (members, n).
+
+        Args:
+            x: (n_nodes, 3) node positions [m].
+            Q: (n_nodes, 4) node rotations.
+            dof: (n_nodes,) first degree of freedom of a node, −1 where it is fixed.
+            n: number of degrees of freedom.
+        """
         return self.cables.paths.rows(self.cables.stations.placed(x, Q, dof, n))
 
     def preload(self, x: Array, Q: Array, dof: Ints, n: int) -> tuple[Array, float] | None:

@@ -8,7 +8,6 @@ from tauten.model.beams.elements import (
     stretch_functions,
     turn_functions,
 )
-from tauten.model.beams.gaps import gap_arrays
 from tauten.model.beams.helix import (
     along_helix,
     chord_change,
@@ -39,7 +38,6 @@ __all__ = [
     "element",
     "first_derivatives",
     "follow",
-    "gap_arrays",
     "helix_functions",
     "make_body",
     "make_tree",

@@ -6,20 +6,19 @@ import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.sparse as sp
 
 from tauten.model.actuators import BeamActuators
 from tauten.model.beams.arcs import forces_at_end, moved_along_arcs, step_along_arcs
 from tauten.model.beams.body import BeamBody
 from tauten.model.beams.elements import assemble_beams
-from tauten.model.beams.gaps import gap_arrays
 from tauten.model.beams.surfaces import BeamSurfaces
 from tauten.model.beams.tree import BeamTree
 from tauten.model.body import SteppedRobot
+from tauten.model.contact import contact_rows
 from tauten.model.effectors import BeamEffectors
 from tauten.model.numerics import Array, Ints, rotations_between, turned
 from tauten.model.robot import RobotRows, State, StepStart
-from tauten.model.rows import ContactRows, Rows
+from tauten.model.rows import ContactRows
 from tauten.model.system import System
 
 
@@ -233,11 +232,8 @@ class BeamRobot(SteppedRobot):
 
     def contact_rows(self, x: Array, Q: Array) -> ContactRows:
         """Gaps and H_c of the candidates in range at node positions and rotations."""
-        points, arms = self.surfaces.contact_points.place(x, Q)
-        found = self.contacts.detect(points)
-        S = gap_arrays(found, self.surfaces.contact_points, arms, self.dof)
-        H = sp.csr_array((S[2], S[1], S[0]), shape=(len(found), self.n))
-        return ContactRows(Rows(H, found.gap), found)
+        placed = self.surfaces.contact_points.placed(x, Q, self.dof, self.n)
+        return contact_rows(self.contacts.detect(placed.y), placed)
 
     def advance(self, state: State, system: System, dv: Array) -> State:
         """The state one step later: v + dv, nodes moved and turned by h (v + dv).

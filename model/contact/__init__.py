@@ -7,6 +7,7 @@ from tauten.model.contact.detection import (
     Detection,
     blocks_of,
     contact_rows,
+    gap_entries,
 )
 from tauten.model.contact.self_contact import (
     ALARM_EDGES,
@@ -26,6 +27,7 @@ __all__ = [
     "WALL_ALARMS",
     "blocks_of",
     "contact_rows",
+    "gap_entries",
     "mean_edge",
     "neighbours_at_rest",
 ]

@@ -45,6 +45,7 @@ from tauten.model.contact.narrow_phase import no_closest_points, search
 from tauten.model.contact.surface_topology import SurfaceTopology, join_surfaces
 from tauten.model.contacts import Contacts
 from tauten.model.numerics import Array, Ints, kernel
+from tauten.model.points import Entries, Placed
 from tauten.model.rows import ContactRows, PairSlots, Rows
 
 SHORT = 16  # candidates; blocks of connected parts have at least as many
@@ -270,48 +271,34 @@ def detect_all(
     return slots, pairs[slots], gap, point, normal, np.zeros(m), vertices, coefficients
 
 
-def contact_rows(detection: Detection, dof: Ints, n: int) -> ContactRows:
+def contact_rows(detection: Detection, placed: Placed) -> ContactRows:
     """Contact rows H_c (m, n) with the gaps (T2).
-
-    With `dof = 3 arange(n_vertices)` the columns are the coordinates of the vertices.
 
     Args:
         detection: candidates in range.
-        dof: (n_vertices,) first degree of freedom of each vertex, −1 where it is fixed.
-        n: number of degrees of freedom.
+        placed: the vertices at this state.
     """
-    data, columns, starts = row_arrays(
-        detection.normal, detection.vertices, detection.coefficients, dof
-    )
-    H = sp.csr_array((data, columns, starts), shape=(len(detection), n))
-    return ContactRows(Rows(H, detection.gap), detection)
+    return ContactRows(Rows(placed.rows(gap_entries(detection)), detection.gap), detection)
+
+
+def gap_entries(detection: Detection) -> Entries:
+    """The gaps of candidates in range as rows over the vertices (T2)."""
+    vectors = gap_vectors(detection.coefficients, detection.normal)
+    return Entries(np.arange(0, len(vectors) + 1, 6), detection.vertices.ravel(), vectors)
 
 
 @kernel
-def row_arrays(
-    normal: Array, vertices: Ints, coefficients: Array, dof: Ints
-) -> tuple[Array, Ints, Ints]:
-    """CSR data, columns and row starts of the contact rows, without fixed vertices and zero weights.
-
-    Columns are int32, to which scipy would otherwise convert them.
+def gap_vectors(coefficients: Array, normal: Array) -> Array:
+    """Derivatives (6 m, 3) of the gaps by their vertices (T2).
 
     Args:
+        coefficients: (m, 6) of the vertices.
         normal: (m, 3) unit normals.
-        vertices: (m, 6) vertices of each row.
-        coefficients: (m, 6) of the vertices (T2).
-        dof: (n_vertices,) first degree of freedom of each vertex, −1 where it is fixed.
     """
     m = normal.shape[0]
-    data, columns = np.empty(18 * m), np.empty(18 * m, np.int32)
-    starts = np.zeros(m + 1, np.int32)
-    place = 0
+    vectors = np.empty((6 * m, 3))
     for k in range(m):
         for j in range(6):
-            first = dof[vertices[k, j]]
-            if first >= 0 and coefficients[k, j] != 0.0:
-                for i in range(3):
-                    data[place] = coefficients[k, j] * normal[k, i]
-                    columns[place] = first + i
-                    place += 1
-        starts[k + 1] = place
-    return data[:place], columns[:place], starts
+            for i in range(3):
+                vectors[6 * k + j, i] = coefficients[k, j] * normal[k, i]
+    return vectors

@@ -96,7 +96,13 @@ class EffectorSet:
 def make_effector_set(
     layout: EffectorLayout, measures: tuple[Measure, ...], starts: Ints
 ) -> EffectorSet:
-    """Effectors over points; arguments as the attributes of `EffectorSet`."""
+    """Effectors over points.
+
+    Args:
+        layout: kinds, weights, places of rows and values.
+        measures: the functions.
+        starts: (p + 1,) first point of each effector.
+    """
     counts = np.diff(layout.row_starts).tolist()
     return EffectorSet(layout, measures, starts, row_points(counts, starts))
 

@@ -9,7 +9,14 @@ from tauten.model.points.attached_points import (
 )
 from tauten.model.points.beam_cables import BeamCables, add_beam_cable_stiffness, make_beam_cables
 from tauten.model.points.cable import Cable, CableSet, add_cable_stiffness, make_cables
-from tauten.model.points.entries import Entries, Placed, PlacedByMap, PlacedOnNodes, coordinates
+from tauten.model.points.entries import (
+    Entries,
+    Placed,
+    PlacedByMap,
+    PlacedOnNodes,
+    coordinates,
+    placed_nodes,
+)
 from tauten.model.points.material_points import MaterialPoints, attach
 from tauten.model.points.paths import Paths, Segments, blunted, make_paths, path_lengths
 
@@ -38,4 +45,5 @@ __all__ = [
     "make_cables",
     "make_paths",
     "path_lengths",
+    "placed_nodes",
 ]

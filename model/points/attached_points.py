@@ -169,15 +169,16 @@ def pull_back(
         dof: (n_nodes,) first degree of freedom of a node, −1 where it is fixed.
     """
     m = starts.shape[0] - 1
-    most = 2 * points.shape[0]
-    data, columns = np.zeros(6 * most), np.empty(6 * most, np.int32)
+    sides = 2 if (weights[:, 1] != 0.0).any() else 1
+    most = sides * points.shape[0]
+    data, columns = np.empty(6 * most), np.empty(6 * most, np.int32)
     indptr = np.zeros(m + 1, np.int32)
     end = 0
     for r in range(m):
         begin = end
         for e in range(starts[r], starts[r + 1]):
             p = points[e]
-            for a in range(2):
+            for a in range(sides):
                 w, first = weights[p, a], dof[nodes[p, a]]
                 if w == 0.0 or first < 0:
                     continue

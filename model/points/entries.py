@@ -84,6 +84,17 @@ class PlacedOnNodes:
         return self.rows(coordinates(len(self.y)))
 
 
+def placed_nodes(x: Array, dof: Ints, n: int) -> PlacedOnNodes:
+    """The nodes themselves.
+
+    Args:
+        x: (n_nodes, 3) their positions [m].
+        dof: (n_nodes,) first degree of freedom of a node, −1 where it is fixed.
+        n: number of degrees of freedom.
+    """
+    return PlacedOnNodes(x, np.arange(len(x))[:, None], np.ones((len(x), 1)), dof, n)
+
+
 @dataclass(frozen=True, slots=True)
 class PlacedByMap:
     """Points whose derivative by the unknowns is known, sparse or dense.
@@ -152,7 +163,14 @@ def node_rows(
 
 @kernel
 def mapped_rows(starts: Ints, points: Ints, vectors: Array, map: Array) -> Array:
-    """`PlacedByMap.rows`; arguments as in `Entries` and in the attributes."""
+    """`PlacedByMap.rows` of a dense map.
+
+    Args:
+        starts: (m + 1,) as in `Entries`.
+        points: (e,) as in `Entries`.
+        vectors: (e, 3) as in `Entries`.
+        map: (3 p, n) derivative of the points.
+    """
     m, n = starts.shape[0] - 1, map.shape[1]
     H = np.zeros((m, n))
     for r in range(m):

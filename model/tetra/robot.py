@@ -14,6 +14,7 @@ from tauten.model.effectors import NodalEffectors
 from tauten.model.materials import EXACT, HELD
 from tauten.model.mesh import TetMesh, boundary_triangles
 from tauten.model.numerics import Array, Ints
+from tauten.model.points import placed_nodes
 from tauten.model.robot import RobotRows, State
 from tauten.model.rows import ContactRows
 from tauten.model.system import System
@@ -198,7 +199,8 @@ class TetRobot(SteppedRobot):
 
     def contact_rows(self, x: Array) -> ContactRows:
         """Gaps and H_c of the candidates in range at node positions x (n_nodes, 3)."""
-        return contact_rows(self.contacts.detect(x), self.pattern.dof, self.n)
+        placed = placed_nodes(x, self.pattern.dof, self.n)
+        return contact_rows(self.contacts.detect(x), placed)
 
     def turning_steps(self) -> TurningSteps:
         """What makes long steps towards equilibrium turn elements instead of stretching them."""

@@ -10,7 +10,7 @@ import pytest
 
 from benchmarks.physics import TRUNK_CABLES, diamond, trunk
 from tauten.model import Ending, Robot, Simulator, State
-from tauten.model.points.cable import SHORTEST
+from tauten.model.points.paths import SHORTEST
 
 HANGING = (0.0, -9.81, 0.0)
 FEW_DOZEN = 80  # linearised steps from rest to the end of the range, at most

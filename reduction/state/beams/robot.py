@@ -29,7 +29,8 @@ from tauten.model import (
     System,
 )
 from tauten.model.actuators import motor_rows
-from tauten.model.beams import BeamRobot, BeamTree, follow, gap_arrays
+from tauten.model.beams import BeamRobot, BeamTree, follow
+from tauten.model.contact import gap_entries
 from tauten.model.numerics import Array, Ints
 from tauten.model.points import AttachedPoints, Entries, coordinates, path_lengths
 from tauten.reduction.dense_step import implicit_system, scheme_of
@@ -285,11 +286,12 @@ class ReducedBeamRobot(ReducedRobot):
 
     def contact_rows(self, work: BeamWork) -> ContactRows:
         """Gaps of the candidates in range."""
-        surface = self.full.surfaces.contact_points
-        points, arms = surface.place(work.x, work.Q)
-        found = self.full.contacts.detect(points)
-        S = gap_arrays(found, surface, arms, self.all_dof)
-        return ContactRows(ChainedRows(*S, work.J, found.gap), found)
+        surface, nodes = self.full.surfaces.contact_points, self.full.n_nodes
+        placed = surface.placed(work.x, work.Q, self.all_dof, 6 * nodes)
+        found = self.full.contacts.detect(placed.y)
+        S = placed.rows(gap_entries(found))
+        rows = ChainedRows(S.indptr, S.indices, S.data, work.J, found.gap)
+        return ContactRows(rows, found)
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from tauten.model.contact import ContactPair, ContactSet, contact_rows
 from tauten.model.mesh import boundary_triangles
 from tauten.model.numerics import Array, Ints
+from tauten.model.points import placed_nodes
 
 ALARM = 0.4
 
@@ -98,7 +99,7 @@ def test_rows_are_the_gradient_of_the_gap(seed: int) -> None:
     x, triangles = bumpy_block(rng, 0.05)
     x, contacts = with_points(x, triangles, rng.uniform(-0.2, 1.2, (80, 3)))
     detection = contacts.detect(x)
-    H = contact_rows(detection, 3 * np.arange(len(x)), x.size).rows.H
+    H = contact_rows(detection, placed_nodes(x, 3 * np.arange(len(x)), x.size)).rows.H
     step = 1e-6 * rng.standard_normal(x.shape)
     ahead, behind = contacts.detect(x + step), contacts.detect(x - step)
     common = [set(d.slots[d.gap < ALARM - 1e-4].tolist()) for d in (detection, ahead, behind)]
@@ -128,7 +129,7 @@ def test_rigid_rotation_changes_no_gap() -> None:
     x, triangles = bumpy_block(rng, 0.05)
     x, contacts = with_points(x, triangles, rng.uniform(-0.2, 1.2, (80, 3)))
     detection = contacts.detect(x)
-    H = contact_rows(detection, 3 * np.arange(len(x)), x.size).rows.H
+    H = contact_rows(detection, placed_nodes(x, 3 * np.arange(len(x)), x.size)).rows.H
     spin = np.cross(np.array([0.3, -0.5, 0.8]), x)  # (v, 3)
     np.testing.assert_allclose(H @ spin.ravel(), 0.0, atol=1e-12)
     Q, _ = np.linalg.qr(rng.standard_normal((3, 3)))

@@ -9,6 +9,7 @@ from benchmarks.contact_basis import solve_pgs
 from tauten.model import Simulator
 from tauten.model.contact import ContactPair, ContactSet, contact_rows
 from tauten.model.numerics import solve_lcp
+from tauten.model.points import placed_nodes
 from tauten.model.tetra import TetRobot
 
 PULL = 0.022  # closes the mouths of all notches
@@ -48,7 +49,7 @@ def test_contact_forces_balance(closed: Simulator) -> None:
     finger = closed.robot
     x = finger.nodes(closed.state)
     everything_free = 3 * np.arange(len(x))
-    rows = contact_rows(finger.contacts.detect(x), everything_free, x.size)
+    rows = contact_rows(finger.contacts.detect(x), placed_nodes(x, everything_free, x.size))
     force = (rows.rows.H.T @ closed.lam_c[rows.slots]).reshape(-1, 3)  # (n_nodes, 3)
     assert np.abs(force).max() > 1e-2
     np.testing.assert_allclose(force.sum(axis=0), 0.0, atol=1e-12)

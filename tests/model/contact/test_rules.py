@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from tauten.model.contact import BLOCK, ContactPair, ContactSet, contact_rows
 from tauten.model.numerics import Array, Ints
+from tauten.model.points import placed_nodes
 
 ALARM = 2e-3
 
@@ -28,8 +29,7 @@ def gaps_over_sheet(points: Array, alarm: float = ALARM) -> Array:
     pair = ContactPair("points on sheet", nodes, np.tile([1.0, 0, 0], (len(points), 1)), triangles)
     x = np.vstack([x, np.repeat(points, 3, axis=0)])
     contacts = ContactSet([pair], len(x), alarm)
-    rows = contact_rows(contacts.detect(x), np.full(len(x), -1), 1)
-    return rows.found.gaps()
+    return contacts.detect(x).gaps()
 
 
 inside = st.floats(1e-6, 0.01 - 1e-6)
@@ -133,10 +133,12 @@ def test_fixed_vertices_get_no_entries() -> None:
     )
     contacts = ContactSet([pair], v + 3, ALARM)
     x = np.vstack([x, np.tile([4e-3, 3e-3, 1e-3], (3, 1))])
-    everything = contact_rows(contacts.detect(x), 3 * np.arange(v + 3), 3 * v + 9).rows.H
+    everything = contact_rows(
+        contacts.detect(x), placed_nodes(x, 3 * np.arange(v + 3), 3 * v + 9)
+    ).rows.H
     dof = np.full(v + 3, -1)
     dof[[v, v + 2]] = [0, 3]
-    free = contact_rows(contacts.detect(x), dof, 6).rows.H
+    free = contact_rows(contacts.detect(x), placed_nodes(x, dof, 6)).rows.H
     np.testing.assert_allclose(free.toarray(), [[0, 0, 0.5, 0, 0, 0.2]], atol=1e-15)
     columns = [3 * v, 3 * v + 1, 3 * v + 2, 3 * v + 6, 3 * v + 7, 3 * v + 8]
     np.testing.assert_array_equal(everything[:, columns].toarray(), free.toarray())
@@ -187,8 +189,8 @@ def test_wrong_pairs_are_refused(changes: dict[str, object], message: str) -> No
 
 
 def test_no_pairs_no_contacts() -> None:
-    contacts = ContactSet([], 5, ALARM)
-    rows = contact_rows(contacts.detect(np.zeros((5, 3))), np.arange(5), 15)
+    contacts, nowhere = ContactSet([], 5, ALARM), np.zeros((5, 3))
+    rows = contact_rows(contacts.detect(nowhere), placed_nodes(nowhere, np.arange(5), 15))
     assert rows.rows.H.shape == (0, 15)
     assert len(rows.found.gaps()) == 0
 

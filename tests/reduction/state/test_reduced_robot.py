@@ -10,7 +10,7 @@ from support.state_bases import basis_of, turned_space
 from tauten.controller import Controller
 from tauten.model import Integration, Robot, Simulator, State
 from tauten.model.numerics import Array, FactorisationError
-from tauten.model.points.cable import SHORTEST
+from tauten.model.points.paths import SHORTEST
 from tauten.model.tetra import TetRobot
 from tauten.reduction.campaign import Snapshots
 from tauten.reduction.state import ReducedRobot, StateBasisError, pod, reduced_robot
