@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from tauten.service.cli.terminal import Json, Markdown, progress_bar, show_result
+from tauten.service.cli.terminal import Json, Markdown, Model, progress_bar, show_result
 
 
 def sofa_meshes(
@@ -35,6 +35,7 @@ def gallery(
         list[str] | None, typer.Argument(help="Robots to measure; default: all of the gallery.")
     ] = None,
     count: Annotated[int, typer.Option("--steps", min=20, help="Inverse steps of each.")] = 300,
+    model: Model = None,
     json_file: Json = None,
     markdown: Markdown = None,
 ) -> None:
@@ -48,5 +49,5 @@ def gallery(
 
     names = tuple(robots or ROBOTS)
     with progress_bar("gallery") as report:
-        result = bench_gallery(names, count, report)
+        result = bench_gallery(names, count, report, model)
     show_result(result, gallery_page(result), json_file, markdown, 200)

@@ -17,7 +17,7 @@ from tauten.reduction.state import ReducedRobot
 from tauten.service.plant import PathSettings, make_path
 from tauten.service.process import HostInfo, Progress, host_info, one_blas_thread
 from tauten.service.replay import Spread, spread
-from tauten.service.setup import Setup, load_setup
+from tauten.service.setup import Order, Setup, load_setup
 
 WARM_UP = 10  # steps that are not measured
 SAMPLED = 5  # equilibria from whose time that of the whole campaign is estimated
@@ -91,36 +91,40 @@ class GalleryBench:
     robots: tuple[GalleryRow, ...]
 
 
-def bench_gallery(names: tuple[str, ...], steps: int, progress: Progress) -> GalleryBench:
+def bench_gallery(
+    names: tuple[str, ...], steps: int, progress: Progress, model: Order | None = None
+) -> GalleryBench:
     """Measure each robot along what its actuators reach.
 
     Args:
         names: of shipped robots, or robot files.
         steps: inverse steps of each model.
         progress: called with the share of the work done and the robot that comes next.
+        model: compared with the full one; None: the one that the robot file serves.
     """
     rows = []
     with one_blas_thread():
         for name in names:
             progress(0.0, name)
-            rows.append(_row(name, steps, progress))
+            rows.append(_row(name, steps, progress, model))
             progress(1.0 / len(names), name)
     return GalleryBench(host_info(), tuple(rows))
 
 
-def _row(name: str, steps: int, progress: Progress) -> GalleryRow:
+def _row(name: str, steps: int, progress: Progress, model: Order | None) -> GalleryRow:
     """All numbers of one robot.
 
     Args:
         name: of a shipped robot, or a robot file.
         steps: inverse steps of each model.
         progress: called with what comes next.
+        model: as in `bench_gallery`.
     """
 
     def say(what: str) -> None:
         progress(0.0, f"{name}: {what}")
 
-    setup = load_setup(name, accept_error=True)
+    setup = load_setup(name, model=model, accept_error=True)
     full = load_setup(name, model="full")
     robot = full.robot
     targets = reach_targets(robot, steps + WARM_UP)

@@ -131,10 +131,10 @@ class StateBasis:
         """
         if not self.origin.tip_max <= allowed:
             raise StateBasisError(
-                f"the state basis of {self.r} modes and {len(self.elements)} elements takes the tip up to "
-                f"{1e3 * self.origin.tip_max:.3g} mm (mean {1e3 * self.origin.tip_mean:.3g} mm) from where "
-                f"the full model takes it, allowed are {1e3 * allowed:.3g} mm: use more modes, a finer "
-                "sample or a wider campaign, or accept the error"
+                f"the state basis of {self.r} modes and {len(self.elements)} elements, from "
+                f"{self.origin.snapshots} snapshots, takes the tip up to {1e3 * self.origin.tip_max:.3g} mm "
+                f"(mean {1e3 * self.origin.tip_mean:.3g} mm) from where the full model takes it, allowed are "
+                f"{1e3 * allowed:.3g} mm: use more modes, a finer sample or a wider campaign, or accept it"
             )
 
     def check_robot(self, robot: Robot) -> None:

@@ -347,8 +347,8 @@ def checked_on_held_out(
     found: Array = errors.error[np.isfinite(errors.error)]
     if 2 * len(found) <= len(errors.error):
         raise StateBasisError(
-            f"the model of {states.r} state modes and {len(states.elements)} elements converges at only "
-            f"{len(found)} of {len(errors.error)} held-out equilibria: use more modes, or a smaller "
-            "residual of the sample"
+            f"the model of {states.r} state modes and {len(states.elements)} elements, from "
+            f"{states.origin.snapshots} snapshots, converges at only {len(found)} of {len(errors.error)} "
+            "held-out equilibria: use more modes, or a smaller residual of the sample"
         )
     return states.with_tip_errors(float(found.mean()), float(found.max()))

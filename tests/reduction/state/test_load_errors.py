@@ -87,7 +87,8 @@ def test_modes_and_elements_are_added_until_the_error_is_within_the_goal(
     assert any("attempt 2" in text and "elements" in text for text in said)
 
 
-def test_refusal_says_how_many_modes_and_elements_it_took(of_ramp: StateBasis) -> None:
-    sentence = f"of {of_ramp.r} modes and {len(of_ramp.elements)} elements takes the tip up to"
+def test_refusal_says_how_many_modes_elements_and_snapshots_it_took(of_ramp: StateBasis) -> None:
+    size = f"of {of_ramp.r} modes and {len(of_ramp.elements)} elements"
+    sentence = f"{size}, from {of_ramp.origin.snapshots} snapshots, takes the tip up to"
     with pytest.raises(StateBasisError, match=sentence):
         of_ramp.check_tip(1e-9)
