@@ -125,7 +125,7 @@ class ActuatorSet:
             return cables
         parts = [cables]
         if len(self.chambers) > 0:
-            parts.append(self.chambers.rows(x, dof, n))
+            parts.append(self.chambers.rows(self.chambers.placed(x, dof, n)))
         if len(self.forces) > 0:
             parts.append(self.forces.rows(x[dof >= 0].ravel()))
         return stack(parts)

@@ -14,10 +14,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.sparse as sp
 
 from tauten.model.numerics import Array, Ints, kernel
-from tauten.model.points import MaterialPoints
+from tauten.model.points import Entries, MaterialPoints, Placed, PlacedOnNodes
 from tauten.model.rows import Rows
 
 
@@ -90,21 +89,26 @@ class ChamberSet:
         at: Array = np.einsum("tck,tck...->tc...", weights, values[nodes])
         return at
 
-    def rows(self, x: Array, dof: Ints, n: int) -> Rows:
-        """Changes of volume and ∂V/∂q: Rows of (c, n) [m³].
+    def placed(self, x: Array, dof: Ints, n: int) -> PlacedOnNodes:
+        """The nodes of the surfaces, `used`, at one state.
 
         Args:
             x: (n_nodes, 3) node positions [m].
             dof: (n_nodes,) first degree of freedom of a node, −1 where it is fixed.
             n: number of degrees of freedom.
         """
-        surface = (self.nodes, self.weights)
-        volume, gradient = volumes(x, self.owner, surface, self.places, len(self.used))
-        first = dof[self.used]  # (s,)
-        free = first >= 0
-        columns = (first[free, None] + np.arange(3)).ravel()
-        starts = np.concatenate([[0], np.cumsum(3 * free)])[self.starts]
-        H = sp.csr_array((gradient[free].ravel(), columns, starts), shape=(len(self), n))
+        used = self.used
+        return PlacedOnNodes(x[used], used[:, None], np.ones((len(used), 1)), dof, n)
+
+    def rows(self, placed: Placed) -> Rows:
+        """Changes of volume and ∂V/∂q: Rows of (c, n) [m³].
+
+        Args:
+            placed: the points in `used`.
+        """
+        surface, count = (self.places, self.weights), len(self.used)
+        volume, gradient = volumes(placed.y, self.owner, surface, self.places, count)
+        H = placed.rows(Entries(self.starts, np.arange(count), gradient))
         return Rows(H, volume[: len(self)] - self.rest_volume)
 
 

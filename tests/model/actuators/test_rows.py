@@ -84,7 +84,7 @@ def test_the_pressure_moves_no_free_body() -> None:
     robot = pneumatic_robot(fixed=[{"lower": [0.0, 0.0, 0.0], "upper": [1e-3, 0.02, 0.02]}])
     chambers, x = robot.actuator_set.chambers, robot.nodes(deformed(robot))
     every = 3 * np.arange(len(x))
-    forces = chambers.rows(x, every, x.size).dense().reshape(-1, 3)
+    forces = chambers.rows(chambers.placed(x, every, x.size)).dense().reshape(-1, 3)
     scale = np.abs(forces).sum()
     assert scale > 0.0
     np.testing.assert_allclose(forces.sum(axis=0), 0.0, atol=1e-12 * scale)
