@@ -4,7 +4,6 @@ from tauten.model.contact.broad_phase import BLOCK
 from tauten.model.contact.detection import (
     ContactPair,
     ContactSet,
-    Detection,
     blocks_of,
     contact_rows,
     gap_entries,
@@ -22,7 +21,6 @@ __all__ = [
     "BLOCK",
     "ContactPair",
     "ContactSet",
-    "Detection",
     "EDGES_AWAY",
     "WALL_ALARMS",
     "blocks_of",

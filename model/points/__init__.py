@@ -2,21 +2,13 @@
 
 from tauten.model.points.attached_points import (
     AttachedPoints,
-    PlacedOnBeams,
     attach_between,
     attach_to_nodes,
     join_attached_points,
 )
 from tauten.model.points.beam_cables import BeamCables, add_beam_cable_stiffness, make_beam_cables
 from tauten.model.points.cable import Cable, CableSet, add_cable_stiffness, make_cables
-from tauten.model.points.entries import (
-    Entries,
-    Placed,
-    PlacedByMap,
-    PlacedOnNodes,
-    coordinates,
-    placed_nodes,
-)
+from tauten.model.points.entries import Entries, Placed, PlacedByMap, coordinates, placed_nodes
 from tauten.model.points.material_points import MaterialPoints, attach
 from tauten.model.points.paths import Paths, Segments, blunted, make_paths, path_lengths
 
@@ -30,8 +22,6 @@ __all__ = [
     "Paths",
     "Placed",
     "PlacedByMap",
-    "PlacedOnBeams",
-    "PlacedOnNodes",
     "Segments",
     "add_beam_cable_stiffness",
     "add_cable_stiffness",
