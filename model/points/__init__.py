@@ -8,7 +8,14 @@ from tauten.model.points.attached_points import (
 )
 from tauten.model.points.beam_cables import BeamCables, add_beam_cable_stiffness, make_beam_cables
 from tauten.model.points.cable import Cable, CableSet, add_cable_stiffness, make_cables
-from tauten.model.points.entries import Entries, Placed, PlacedByMap, coordinates, placed_nodes
+from tauten.model.points.entries import (
+    Entries,
+    Placed,
+    PlacedByMap,
+    PlacedOnNodes,
+    coordinates,
+    placed_nodes,
+)
 from tauten.model.points.material_points import MaterialPoints, attach
 from tauten.model.points.paths import Paths, Segments, blunted, make_paths, path_lengths
 
@@ -22,6 +29,7 @@ __all__ = [
     "Paths",
     "Placed",
     "PlacedByMap",
+    "PlacedOnNodes",
     "Segments",
     "add_beam_cable_stiffness",
     "add_cable_stiffness",
