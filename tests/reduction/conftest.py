@@ -15,7 +15,13 @@ from tauten.model.numerics import Array, coordinates
 from tauten.model.schema import RobotConfig
 from tauten.model.tetra import TetRobot
 from tauten.reduction.campaign import Design, Snapshots, ramp, run_campaign
-from tauten.reduction.contact import ContactProblem, contact_problems
+from tauten.reduction.contact import (
+    ContactBasis,
+    ContactProblem,
+    ReduceSettings,
+    contact_problems,
+    make_basis,
+)
 
 
 def _hats(u: Array, nodes: int) -> Array:
@@ -75,6 +81,12 @@ def thumb_ramp(thumb: TetRobot, thumb_design: Design, thumb_folder: Path) -> Sna
     """The equilibria of this campaign."""
     found = run_campaign(thumb, thumb_design, thumb_folder, show_progress=False)
     return found.select(found.converged)
+
+
+@pytest.fixture(scope="session")
+def thumb_basis(thumb: TetRobot, thumb_ramp: Snapshots) -> ContactBasis:
+    """Three contact modes of the ramp."""
+    return make_basis(thumb, thumb_ramp, ReduceSettings(k=3))[0]
 
 
 @pytest.fixture(scope="session")

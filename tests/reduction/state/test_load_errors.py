@@ -11,7 +11,7 @@ from benchmarks.steps import ForeignLoadError, load_errors
 from tauten.model import Simulator
 from tauten.model.tetra import TetRobot
 from tauten.reduction.campaign import Snapshots, exploring, moving_mass, run_campaign
-from tauten.reduction.contact import ContactBasis, ReduceSettings, make_basis
+from tauten.reduction.contact import ContactBasis
 from tauten.reduction.state import (
     StateBasis,
     StateBasisError,
@@ -22,13 +22,8 @@ from tauten.reduction.state import (
 
 
 @pytest.fixture(scope="module")
-def basis(thumb: TetRobot, thumb_ramp: Snapshots) -> ContactBasis:
-    return make_basis(thumb, thumb_ramp, ReduceSettings(k=3))[0]
-
-
-@pytest.fixture(scope="module")
-def of_ramp(thumb: TetRobot, thumb_ramp: Snapshots, basis: ContactBasis) -> StateBasis:
-    return reduce_states(thumb, thumb_ramp, basis, StateSettings(r=6, responses=0))
+def of_ramp(thumb: TetRobot, thumb_ramp: Snapshots, thumb_basis: ContactBasis) -> StateBasis:
+    return reduce_states(thumb, thumb_ramp, thumb_basis, StateSettings(r=6, responses=0))
 
 
 def errors(
@@ -42,9 +37,9 @@ def errors(
 
 
 def test_payload_error_is_the_distance_of_two_models_that_carry_it(
-    thumb: TetRobot, of_ramp: StateBasis, basis: ContactBasis
+    thumb: TetRobot, of_ramp: StateBasis, thumb_basis: ContactBasis
 ) -> None:
-    found = errors(thumb, of_ramp, basis, 0.05)["payload"]
+    found = errors(thumb, of_ramp, thumb_basis, 0.05)["payload"]
     assert (found.cases, found.lost) == (12, 0)
     force = np.array([0.0, 0.2 * 9.81 * moving_mass(thumb), 0.0])
     tips = []
@@ -58,14 +53,14 @@ def test_payload_error_is_the_distance_of_two_models_that_carry_it(
 
 @pytest.mark.slow
 def test_training_on_loads_removes_most_of_their_error(
-    thumb: TetRobot, of_ramp: StateBasis, basis: ContactBasis, tmp_path: Path
+    thumb: TetRobot, of_ramp: StateBasis, thumb_basis: ContactBasis, tmp_path: Path
 ) -> None:
     snapshots = run_campaign(thumb, exploring(thumb), tmp_path, show_progress=False)
     states = reduce_states(
-        thumb, snapshots.select(snapshots.converged), basis, StateSettings(r=12, responses=4)
+        thumb, snapshots.select(snapshots.converged), thumb_basis, StateSettings(r=12, responses=4)
     )
-    before = errors(thumb, of_ramp, basis, 2.0)
-    after = errors(thumb, states, basis, 2.0)
+    before = errors(thumb, of_ramp, thumb_basis, 2.0)
+    after = errors(thumb, states, thumb_basis, 2.0)
     for kind in ("tilt", "payload"):
         assert after[kind].largest < 0.3 * before[kind].largest
         assert after[kind].largest < 0.01 * thumb.size
@@ -73,14 +68,14 @@ def test_training_on_loads_removes_most_of_their_error(
 
 
 def test_modes_and_elements_are_added_until_the_error_is_within_the_goal(
-    thumb: TetRobot, thumb_ramp: Snapshots, basis: ContactBasis
+    thumb: TetRobot, thumb_ramp: Snapshots, thumb_basis: ContactBasis
 ) -> None:
     said: list[str] = []
     coarse = StateSettings(motion=3e-2, responses=0, sample=0.2)
-    once = reduce_states(thumb, thumb_ramp, basis, coarse)
+    once = reduce_states(thumb, thumb_ramp, thumb_basis, coarse)
     goal = 0.5 * once.origin.tip_max
     finer = StateSettings(motion=3e-2, responses=0, sample=0.2, goal=goal)
-    more = reduce_states(thumb, thumb_ramp, basis, finer, said.append)
+    more = reduce_states(thumb, thumb_ramp, thumb_basis, finer, said.append)
     assert more.origin.tip_max <= goal
     assert more.r > once.r
     assert len(more.elements) > len(once.elements)

@@ -8,7 +8,7 @@ import pytest
 from tauten.model import Simulator
 from tauten.model.tetra import TetRobot
 from tauten.reduction.campaign import Snapshots
-from tauten.reduction.contact import ContactBasis, ReduceSettings, make_basis
+from tauten.reduction.contact import ContactBasis
 from tauten.reduction.state import (
     ReducedRobot,
     StateSettings,
@@ -19,13 +19,8 @@ from tauten.reduction.state import (
 
 
 @pytest.fixture(scope="module")
-def basis(thumb: TetRobot, thumb_ramp: Snapshots) -> ContactBasis:
-    return make_basis(thumb, thumb_ramp, ReduceSettings(k=3))[0]
-
-
-@pytest.fixture(scope="module")
-def reduced(thumb: TetRobot, thumb_ramp: Snapshots, basis: ContactBasis) -> ReducedRobot:
-    states = reduce_states(thumb, thumb_ramp, basis, StateSettings(r=8, responses=0))
+def reduced(thumb: TetRobot, thumb_ramp: Snapshots, thumb_basis: ContactBasis) -> ReducedRobot:
+    states = reduce_states(thumb, thumb_ramp, thumb_basis, StateSettings(r=8, responses=0))
     assert states.origin.tip_mean <= states.origin.tip_max < 5e-4  # of 50 mm
     return reduced_robot(thumb, states)
 
@@ -41,21 +36,24 @@ def settled(robot: TetRobot | ReducedRobot, contact: object, pull: float) -> Sim
     ("gravity", "outside"), [((0.0, 0.0, -9.81), False), ((0.0, 60.0, -9.81), True)]
 )
 def test_estimate_is_the_distance_to_the_full_model(
-    reduced: ReducedRobot, basis: ContactBasis, gravity: tuple[float, float, float], outside: bool
+    reduced: ReducedRobot,
+    thumb_basis: ContactBasis,
+    gravity: tuple[float, float, float],
+    outside: bool,
 ) -> None:
     """Trained on bending in one plane: a load across it is outside of the basis."""
     load, pull = (np.array(gravity), np.zeros(3)), 0.006
     near, full = reduced.loaded(*load), reduced.full.loaded(*load)
-    simulator = settled(near, basis, pull)
+    simulator = settled(near, thumb_basis, pull)
     true = float(np.linalg.norm(simulator.effector - settled(full, "full", pull).effector))
-    found = TipCheck(near, basis)(simulator.state, simulator.tension, np.array([pull]))
+    found = TipCheck(near, thumb_basis)(simulator.state, simulator.tension, np.array([pull]))
     assert (true > 1e-3) == outside
     assert found == pytest.approx(true, rel=0.5, abs=1e-4)
 
 
 def test_state_that_is_not_finite_is_infinitely_far(
-    reduced: ReducedRobot, basis: ContactBasis
+    reduced: ReducedRobot, thumb_basis: ContactBasis
 ) -> None:
     state = reduced.rest()
     state.q[0] = np.nan
-    assert TipCheck(reduced, basis)(state, np.zeros(1), np.zeros(1)) == np.inf
+    assert TipCheck(reduced, thumb_basis)(state, np.zeros(1), np.zeros(1)) == np.inf
