@@ -52,14 +52,12 @@ def robot_path(name_or_path: str | Path) -> Path:
     path = Path(name_or_path)
     if path.suffix == ".toml":
         return path
-    folder = shipped_folder()
-    shipped = folder / f"{name_or_path}.toml"
-    if not shipped.is_file():
-        names = ", ".join(sorted(item.stem for item in folder.glob("*.toml")))
+    shipped = {item.stem: item for item in sorted(shipped_folder().glob("*.toml"))}
+    if (name := str(name_or_path)) not in shipped:
         raise RobotFileError(
-            f"no robot {str(name_or_path)!r}: give a path to a .toml file or one of {names}"
+            f"no robot {name[:40]!r}: give a path to a .toml file or one of {', '.join(shipped)}"
         )
-    return shipped
+    return shipped[name]
 
 
 def shipped_folder() -> Path:

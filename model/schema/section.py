@@ -135,7 +135,11 @@ def read_text(path: Path, parse: Callable[[str], Any], kind: str) -> Any:
         RobotFileError: missing, or not of this format.
     """
     try:
-        text = path.read_text(encoding="utf-8")
+        text = path.read_text(
+            encoding="utf-8-sig"
+        )  # editors on Windows begin with a byte order mark
+    except UnicodeDecodeError as error:
+        raise RobotFileError(f"{path}: cannot be read ({error}); save it as UTF-8") from error
     except (OSError, ValueError) as error:
         raise RobotFileError(f"{path}: cannot be read ({error})") from error
     try:

@@ -31,6 +31,7 @@ _LONGEST_WAIT = 20_000  # µs
 # Connections that say nothing: each is closed after this time, and so many may wait for their first word.
 # With Zenoh's 10 s and 100, three hundred of them kept every new operator out.
 _ACCEPT_TIMEOUT, _ACCEPT_PENDING = 1_000, 5_000  # ms, connections
+_MOST_WORDS = 300  # characters of an error of Zenoh
 _BLOCK = "transport/link/tx/queue/congestion_control/block/wait_before_close"
 
 
@@ -150,7 +151,8 @@ def read_config(path: Path) -> zenoh.Config:
     try:
         return zenoh.Config.from_file(path)
     except zenoh.ZError as error:
-        raise NetworkError(f"{path}: no Zenoh configuration: {error}") from error
+        why = str(error)[:_MOST_WORDS]  # a parser quotes the whole file
+        raise NetworkError(f"{path}: no Zenoh configuration: {why}") from error
 
 
 def is_alive(session: zenoh.Session, token: str) -> bool:

@@ -158,3 +158,11 @@ def test_a_stop_leaves_half_a_second_after_enter() -> None:
     walls, processor = zip(*(times_to_message() for _ in range(5)), strict=True)
     print(f"wall {sorted(walls)}, processor {sorted(processor)}, load {os.getloadavg()[0]:.1f}")
     assert sorted(walls)[2] <= 0.5
+
+
+def test_a_file_that_is_no_configuration_is_not_quoted_whole(tmp_path: Path) -> None:
+    file = tmp_path / "deep.toml"
+    file.write_text("a = " + 5000 * "[" + 5000 * "]")
+    with pytest.raises(NetworkError, match="no Zenoh configuration") as refused:
+        open_session(Network(config=file), Role.OTHER, "beam")
+    assert len(str(refused.value)) < 500 + len(str(file))

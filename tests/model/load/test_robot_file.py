@@ -73,6 +73,16 @@ def test_a_good_file_loads_in_si(folder: Path) -> None:
     assert robot.actuators.names == ("tendon",)
 
 
+def test_a_file_of_an_editor_on_windows_loads(folder: Path) -> None:
+    """With a byte order mark and its ends of lines; another encoding is named."""
+    path = folder / "beam.toml"
+    path.write_text(GOOD.replace("\n", "\r\n"), encoding="utf-8-sig")
+    assert load_robot(path).name == "beam"
+    path.write_text(GOOD, encoding="utf-16")
+    with pytest.raises(RobotFileError, match=r"beam.toml: cannot be read .*; save it as UTF-8"):
+        load_robot(path)
+
+
 CHANGES = {
     r"beam.toml: not TOML": ("name =", "name"),
     r"beam.toml: material.poisson_ratio: .*less than 0.5, found 0.5": ("0.3", "0.5"),
@@ -176,6 +186,9 @@ def test_arguments_are_validated_as_the_file_is(
 def test_unknown_robots_are_refused_with_the_shipped_ones() -> None:
     with pytest.raises(RobotFileError, match=r"no robot 'hand': .* one of .*finger"):
         load_robot("hand")
+    for name in ("../robots/finger", "a" * 5000, "\0"):
+        with pytest.raises(RobotFileError, match=r"no robot .{1,50}: give a path"):
+            load_robot(name)
     with pytest.raises(RobotFileError, match=re.escape("nowhere.toml: cannot be read")):
         load_robot("nowhere.toml")
 
