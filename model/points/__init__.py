@@ -28,6 +28,7 @@ __all__ = [
     "MaterialPoints",
     "Paths",
     "Placed",
+    "PlacedOnNodes",
     "PlacedByMap",
     "PlacedOnNodes",
     "Segments",
