@@ -28,7 +28,6 @@ __all__ = [
     "MaterialPoints",
     "Paths",
     "Placed",
-    "PlacedOnNodes",
     "PlacedByMap",
     "PlacedOnNodes",
     "Segments",
