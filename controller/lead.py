@@ -7,7 +7,9 @@ before. The plan for the target plus e has the effectors at the target when the 
 
 Only the motion of the target is led: e counts in each row as far as the target has moved within the last
 horizon, evenly, which is twice the smaller one of its ways in both halves of that time. So a target that
-stays or jumps is not led, and the robot comes to rest as it would without.
+stays or jumps is not led, and the robot comes to rest as it would without. And e is averaged over the ticks
+of a horizon: a decision that answered to the e of the one before alone would repeat its changes of sign,
+which grow where actuators share their load in more than one way.
 """
 
 from __future__ import annotations
@@ -25,7 +27,8 @@ class Lead:
     """What a decision takes over from those before.
 
     Attributes:
-        remaining: (n_e,) motion of the effector rows e from the end of the tick to the end of the plan [m].
+        remaining: (n_e,) motion of the effector rows e from the end of the tick to the end of the plan,
+            averaged [m].
         goals: (n_v,) goal values of the last ticks, oldest first.
     """
 
@@ -67,4 +70,6 @@ def with_tick(lead: Lead, goal: Array, remaining: Array, ticks: int) -> Lead:
         remaining: (n_e,) motion that its plan leaves for after the tick [m].
         ticks: of the horizon.
     """
-    return Lead(remaining, (*lead.goals, goal)[-2 * max(ticks // 2, 1) :])
+    average = lead.remaining if len(lead.remaining) else np.zeros_like(remaining)  # (n_e,)
+    average = average + (remaining - average) / max(ticks, 1)
+    return Lead(average, (*lead.goals, goal)[-2 * max(ticks // 2, 1) :])

@@ -25,12 +25,19 @@ def after(goals: list[Array], remaining: Array) -> Lead:
 
 
 def test_the_motion_that_a_plan_leaves_is_led_as_far_as_the_target_moves() -> None:
-    ramp = [number * STEP for number in range(30)]
+    ramp = [number * STEP for number in range(100)]
     remaining = np.array([3e-4, 1e-3, -1e-2])
-    led = leading(after(ramp, remaining), LAYOUT, 30 * STEP, TICKS)
-    np.testing.assert_allclose(led, [3e-4, 0.0, -2e-3], atol=1e-15)
-    backwards = leading(after(ramp, -remaining), LAYOUT, 30 * STEP, TICKS)
+    led = leading(after(ramp, remaining), LAYOUT, 100 * STEP, TICKS)
+    np.testing.assert_allclose(led, [3e-4, 0.0, -2e-3], atol=1e-7)
+    backwards = leading(after(ramp, -remaining), LAYOUT, 100 * STEP, TICKS)
     np.testing.assert_array_equal(backwards, np.zeros(3))
+
+
+def test_what_alternates_from_tick_to_tick_is_not_led() -> None:
+    lead = no_lead()
+    for number in range(100):
+        lead = with_tick(lead, number * STEP, (-1.0) ** number * np.full(3, 1e-4), TICKS)
+    assert np.abs(leading(lead, LAYOUT, 100 * STEP, TICKS)).max() < 1e-5
 
 
 def test_targets_that_stay_or_jump_or_have_just_come_are_not_led() -> None:

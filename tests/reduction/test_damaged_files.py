@@ -102,7 +102,7 @@ def use_states(path: Path, thumb: TetRobot) -> None:
     states.check_robot(thumb)
     states.check_tip(1e-3)
     assert states.origin.tip_max <= 1e-3
-    assert states.elements.max() < thumb.layout.n_elements
+    assert states.elements.max() < thumb.n_elements
 
 
 def use_snapshots(path: Path, thumb: TetRobot) -> None:
@@ -128,7 +128,7 @@ def whole(thumb: TetRobot, tmp_path_factory: pytest.TempPathFactory) -> dict[str
     provenance = dataclasses.replace(contact.provenance, k=4, robot_digest=thumb.digest)
     weight = np.sqrt(3.0 * thumb.mass / thumb.mass.sum())  # (n,)
     Phi = np.linalg.qr(rng.normal(size=(thumb.n, 5)))[0] / weight[:, None]
-    every = np.arange(0, thumb.layout.n_elements, 3)
+    every = np.arange(0, thumb.n_elements, 3)
     weights = np.full(len(every), thumb.mesh.volumes.sum())
     weights /= thumb.mesh.volumes[every].sum()
     origin = dataclasses.replace(
