@@ -17,8 +17,8 @@ class Actuation:
     """Positions and efforts of the actuators, and their certificate.
 
     Attributes:
-        pull: (n_a,) positions, of cables pulled lengths [m, m³].
-        tension: (n_a,) efforts, of cables tensions, within their limits [N, Pa].
+        position: (n_a,) positions, of cables pulled lengths [m, m³].
+        effort: (n_a,) efforts, of cables tensions, within their limits [N, Pa].
         needed: (n_a,) efforts of the model, which in a hold may be beyond the limits [N, Pa].
         effector: (p, 3) predicted positions of the effectors [m]; those of a distance, length or
             volume are where they are drawn before the step.
@@ -29,8 +29,8 @@ class Actuation:
         clamped: whether limits changed positions or efforts.
     """
 
-    pull: Array
-    tension: Array
+    position: Array
+    effort: Array
     needed: Array
     effector: Array
     effector_values: Array
@@ -39,22 +39,22 @@ class Actuation:
     conflict: tuple[str, ...] = ()
     clamped: bool = False
 
-    def with_values(self, pull: Array, tension: Array, clamped: bool) -> Actuation:
+    def with_values(self, position: Array, effort: Array, clamped: bool) -> Actuation:
         """The same actuation with other values.
 
         Args:
-            pull: (n_a,) positions.
-            tension: (n_a,) efforts.
+            position: (n_a,) positions.
+            effort: (n_a,) efforts.
             clamped: whether a limiter changed them.
         """
         return Actuation(
-            pull, tension, self.needed, self.effector, self.effector_values, self.status,
+            position, effort, self.needed, self.effector, self.effector_values, self.status,
             self.certificate, self.conflict, clamped,
         )  # fmt: skip
 
     def copy(self) -> Actuation:
         """The same actuation in arrays of its own."""
         return Actuation(
-            self.pull.copy(), self.tension.copy(), self.needed.copy(), self.effector.copy(),
+            self.position.copy(), self.effort.copy(), self.needed.copy(), self.effector.copy(),
             self.effector_values.copy(), self.status, self.certificate, self.conflict, self.clamped,
         )  # fmt: skip

@@ -106,18 +106,18 @@ class Controller:
         simulator = Simulator(self.robot, self.space, self.settings.enrichment)
         report = simulator.settle_start()
         # positions that are held are zero as commanded, even where a cable is slack
-        pull = np.where(self.robot.actuators.laws.held_by_force, simulator.pull, 0.0)
-        self._origin, self.settled = (simulator.state, simulator.forces, pull), report.converged
+        position = np.where(self.robot.actuators.laws.held_by_force, simulator.position, 0.0)
+        self._origin, self.settled = (simulator.state, simulator.forces, position), report.converged
         self.reset()
         return report
 
-    def start_from(self, state: State, forces: Forces, pull: Array) -> None:
+    def start_from(self, state: State, forces: Forces, position: Array) -> None:
         """Start from another state than rest.
 
         Args:
             state: of the robot.
             forces: constraint forces there, with the columns of this controller's basis [N].
-            pull: (n_a,) positions of the actuators there [m, m³].
+            position: (n_a,) positions of the actuators there [m, m³].
         """
         self._state, self._forces, self.status = state.copy(), forces.copy(), Status.OK
         self._contacts: Contacts | None = None  # of the last step
@@ -127,7 +127,7 @@ class Controller:
         self._pending: Actuation | None = None  # decided in this step
         self._taken, self._stalled = (undamped(), no_lead()), np.zeros(self.robot.n_a, np.bool_)
         self._left = Actuation(  # in the step before: what rates and holds start from
-            pull.copy(), forces.tension.copy(), forces.tension.copy(), self.robot.effector(state),
+            position.copy(), forces.effort.copy(), forces.effort.copy(), self.robot.effector(state),
             self.robot.effector_values(state), Status.OK, NO_CERTIFICATE,
         )  # fmt: skip
 
@@ -138,7 +138,7 @@ class Controller:
             other: its forces and actuation are taken; it has the same contact basis.
             state: its state in this one's coordinates.
         """
-        self.start_from(state, other._forces, other.pull)
+        self.start_from(state, other._forces, other.position)
         self._left, self.status, self._locks = other.actuation, other.status, other.locks
 
     @property
@@ -189,14 +189,14 @@ class Controller:
         return (self._pending or self._left).copy()
 
     @property
-    def pull(self) -> Array:
+    def position(self) -> Array:
         """Positions of the last actuation: (n_a,) [m, m³]."""
-        return (self._pending or self._left).pull.copy()
+        return (self._pending or self._left).position.copy()
 
     @property
-    def tension(self) -> Array:
+    def effort(self) -> Array:
         """Efforts of the last actuation: (n_a,) [N, Pa]."""
-        return (self._pending or self._left).tension.copy()
+        return (self._pending or self._left).effort.copy()
 
     @property
     def last_decision(self) -> Decision | None:
@@ -223,7 +223,7 @@ class Controller:
             return
         try:
             self._prepared = prepare(
-                self.horizon, self.space, self._state, self._forces, self._left.pull,
+                self.horizon, self.space, self._state, self._forces, self._left.position,
                 self.settings.enrichment,
             )  # fmt: skip
         except FactorisationError:
@@ -247,8 +247,9 @@ class Controller:
         if locks is not None and (locks.by_position | locks.by_force).all():
             return self._keep(locks, None)
         decision = decide(
-            self.robot, self._prepared, goal, self._left.pull, self.settings, locks, *self._taken
-        )
+            self.robot, self._prepared, goal, self._left.position, self.settings, locks,
+            *self._taken,
+        )  # fmt: skip
         self._last_decision = decision
         if not decision.status.usable or not np.isfinite(decision.predicted.dv).all():
             status = Status.NOT_FINITE if decision.status.usable else decision.status
@@ -260,8 +261,8 @@ class Controller:
         goal = self.robot.effector_layout.goal_values(target)
         free = not (self._locks.by_position | self._locks.by_force).all()
         if goal is not None and self._prepared is not None and self._decision is None and free:
-            locks, left = self._step_locks(), self._left
-            decide(self.robot, self._prepared, goal, left.pull, self.settings, locks, *self._taken)
+            locks, left = self._step_locks(), self._left.position
+            decide(self.robot, self._prepared, goal, left, self.settings, locks, *self._taken)
 
     def hold(self) -> Actuation:
         """Keep position or effort of each actuator, as the robot file says; the model moves so.
@@ -274,7 +275,7 @@ class Controller:
     @property
     def locks(self) -> Command:
         """Positions and efforts at which actuators are locked; NaN in both where one is not."""
-        return Command(self._locks.pull.copy(), self._locks.tension.copy())
+        return Command(self._locks.position.copy(), self._locks.effort.copy())
 
     @property
     def stalled(self) -> Bools:
@@ -313,7 +314,7 @@ class Controller:
             return None
         rows = step.step.layout.actuators
         return within_rate(
-            locks, self._left.pull, self._left.tension, step.step.compliance.W[rows, rows],
+            locks, self._left.position, self._left.effort, step.step.compliance.W[rows, rows],
             self.robot.h * self.robot.limits.rate,
         )  # fmt: skip
 
@@ -345,7 +346,7 @@ class Controller:
 
     def _hold(self, status: Status | None, conflict: tuple[str, ...] = ()) -> Actuation:
         """Hold the actuators, after a decision that failed with this status; None: no decision failed."""
-        return self._keep(resting(self._locks, self._left.pull), status, conflict)
+        return self._keep(resting(self._locks, self._left.position), status, conflict)
 
     def _keep(
         self, locks: Command, status: Status | None, conflict: tuple[str, ...] = ()
@@ -354,10 +355,10 @@ class Controller:
         if self._prepared is None:
             return self._repeat()
         command = with_locks(
-            self.robot.actuators.laws.held(self._left.pull, self._left.tension), locks
+            self.robot.actuators.laws.held(self._left.position, self._left.effort), locks
         )
         decision = hold(
-            self.robot, self._prepared, command, self._left.pull, self.settings.enrichment
+            self.robot, self._prepared, command, self._left.position, self.settings.enrichment
         )
         if not np.isfinite(decision.predicted.dv).all():
             return self._repeat()
@@ -372,12 +373,12 @@ class Controller:
         layout = self.robot.effector_layout
         values = layout.values_at(effectors.values, delta[rows.effectors])
         limits, needed = self.robot.limits, decision.predicted.lam[rows.actuators]
-        tension = np.clip(needed, limits.tension_min, limits.tension_max)
-        clamped = (np.abs(tension - needed) > ROUNDING * limits.largest_tension).any()
+        effort = np.clip(needed, limits.effort_min, limits.effort_max)
+        clamped = (np.abs(effort - needed) > ROUNDING * limits.largest_effort).any()
         self._decision, self.status = decision, status
         self._pending = Actuation(
-            pull=decision.pull,
-            tension=tension,
+            position=decision.position,
+            effort=effort,
             needed=needed,
             effector=layout.positions_at(effectors.positions, values),
             effector_values=values,
@@ -393,7 +394,7 @@ class Controller:
         self.status, self._decision, self._pending = Status.NOT_FINITE, None, None
         left = self._left
         self._left = Actuation(
-            left.pull, left.tension, left.needed, self.effector, self.effector_values,
+            left.position, left.effort, left.needed, self.effector, self.effector_values,
             Status.NOT_FINITE, NO_CERTIFICATE,
         )  # fmt: skip
         return self._left.copy()

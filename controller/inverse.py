@@ -25,7 +25,7 @@ def inverse_problem(
     W: Array,
     delta_free: Array,
     target: Array,
-    pull_prev: Array,
+    position_prev: Array,
     limits: Limits,
     h: float,
     weight: float,
@@ -40,22 +40,29 @@ def inverse_problem(
         W: (m, m) compliance of effectors, actuators and contacts, in this order [m/N].
         delta_free: (m,) effector and actuator positions and gaps after a step without forces [m].
         target: (n_e,) positions [m].
-        pull_prev: (n_a,) actuator positions commanded last [m].
+        position_prev: (n_a,) actuator positions commanded last [m].
         limits: of the actuators.
         h: time step [s].
         weight: of the elastic energy, ε s [m/N]; `energy_scale` is s.
         actuators: what their limits are called; default: cables with numbers.
     """
-    layout = row_layout(len(target), len(pull_prev))
+    layout = row_layout(len(target), len(position_prev))
     actuators = actuators or numbered(layout.n_a)
     Q, c, constant, g_lo, g_hi, by_rate = _objective_and_travel(
-        W, delta_free, target, pull_prev, limits.pull_min, limits.pull_max, h * limits.rate, weight
+        W,
+        delta_free,
+        target,
+        position_prev,
+        limits.position_min,
+        limits.position_max,
+        h * limits.rate,
+        weight,
     )
     return Qpcc(
         Q=Q,
         c=c,
-        lb=limits.tension_min,
-        ub=limits.tension_max,
+        lb=limits.effort_min,
+        ub=limits.effort_max,
         G=W[layout.actuators, layout.acting],
         g_lo=g_lo,
         g_hi=g_hi,
@@ -251,14 +258,15 @@ def closed_compliance(W: Array, n_e: int, n_a: int, pushing: Bools) -> Array:
 
 @kernel
 def _objective_and_travel(
-    W: Array, delta_free: Array, target: Array, pull_prev: Array, pull_min: Array, pull_max: Array,
+    W: Array, delta_free: Array, target: Array, position_prev: Array,
+    position_min: Array, position_max: Array,
     step: Array, weight: float,
 ) -> tuple[Array, Array, float, Array, Array, Bools]:  # fmt: skip
     """The terms of (T1) that are computed from W and δ_free, in one kernel, because each call takes time."""
-    n_e, n_a = len(target), len(pull_prev)
+    n_e, n_a = len(target), len(position_prev)
     Q, c, constant = _objective(W, delta_free, target, n_a, weight)
     free = delta_free[n_e : n_e + n_a]
-    return Q, c, constant, *_travel(free, pull_prev, pull_min, pull_max, step)
+    return Q, c, constant, *_travel(free, position_prev, position_min, position_max, step)
 
 
 @kernel
@@ -281,17 +289,17 @@ def _objective(
 
 @kernel
 def _travel(
-    free: Array, pull_prev: Array, pull_min: Array, pull_max: Array, step: Array
+    free: Array, position_prev: Array, position_min: Array, position_max: Array, step: Array
 ) -> tuple[Array, Array, Bools]:
     """Limits of δ_a − δ_a,free, each (n_a,) [m], and whether the rate sets them (n_a, 2)."""
     n_a = len(free)
     g_lo, g_hi, by_rate = np.empty(n_a), np.empty(n_a), np.empty((n_a, 2), np.bool_)
     for a in range(n_a):
-        low, high = pull_prev[a] - step[a], pull_prev[a] + step[a]
-        by_rate[a, 0], by_rate[a, 1] = low > pull_min[a], high < pull_max[a]
+        low, high = position_prev[a] - step[a], position_prev[a] + step[a]
+        by_rate[a, 0], by_rate[a, 1] = low > position_min[a], high < position_max[a]
         # np.maximum and np.minimum propagate NaN, max and min do not
-        g_lo[a] = np.maximum(pull_min[a], low) - free[a]
-        g_hi[a] = np.minimum(pull_max[a], high) - free[a]
+        g_lo[a] = np.maximum(position_min[a], low) - free[a]
+        g_hi[a] = np.minimum(position_max[a], high) - free[a]
     return g_lo, g_hi, by_rate
 
 

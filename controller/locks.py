@@ -74,20 +74,20 @@ def locked(
     kind, label = robot.actuators.kinds[i], robot.actuators.labels[i]
     if (position is None) == (force is None):
         raise LockError(f"lock of {label}: give either a position or a force")
-    pull, tension = locks.pull.copy(), locks.tension.copy()
+    positions, efforts = locks.position.copy(), locks.effort.copy()
     if position is not None:
-        least, most, quantity = limits.pull_min[i], limits.pull_max[i], kind.position
-        pull[i], tension[i], value = position, np.nan, position
+        least, most, quantity = limits.position_min[i], limits.position_max[i], kind.position
+        positions[i], efforts[i], value = position, np.nan, position
     else:
         assert force is not None
-        least, most, quantity = limits.tension_min[i], limits.tension_max[i], kind.effort
-        pull[i], tension[i], value = np.nan, force, force
+        least, most, quantity = limits.effort_min[i], limits.effort_max[i], kind.effort
+        positions[i], efforts[i], value = np.nan, force, force
     if not least <= value <= most:
         raise LockError(
             f"lock of {label} at a {quantity.name} of {value:g} {quantity.unit}: allowed are {least:g} to "
             f"{most:g} {quantity.unit}"
         )
-    return Command(pull, tension)
+    return Command(positions, efforts)
 
 
 def unlocked(robot: Robot, locks: Command, actuator: str) -> Command:
@@ -104,53 +104,53 @@ def unlocked(robot: Robot, locks: Command, actuator: str) -> Command:
     i = number_of(robot, actuator)
     if not (locks.by_position[i] or locks.by_force[i]):
         raise LockError(f"{robot.actuators.labels[i]} is not locked")
-    pull, tension = locks.pull.copy(), locks.tension.copy()
-    pull[i] = tension[i] = np.nan
-    return Command(pull, tension)
+    position, effort = locks.position.copy(), locks.effort.copy()
+    position[i] = effort[i] = np.nan
+    return Command(position, effort)
 
 
-def within_rate(locks: Command, pull: Array, tension: Array, W: Array, step: Array) -> Command:
+def within_rate(locks: Command, position: Array, effort: Array, W: Array, step: Array) -> Command:
     """What the locks ask of one step: their values, approached no faster than the rates allow.
 
     An effort changes by no more than moves its own actuator as far as its rate allows.
 
     Args:
         locks: positions and efforts.
-        pull: (n_a,) positions that left last.
-        tension: (n_a,) efforts that left last.
+        position: (n_a,) positions that left last.
+        effort: (n_a,) efforts that left last.
         W: (n_a, n_a) compliance between the actuators.
         step: (n_a,) largest change of a position in a step.
     """
     diagonal = np.diag(W)
     reach = np.divide(step, diagonal, out=np.full_like(step, np.inf), where=diagonal > 0.0)
     return Command(
-        np.clip(locks.pull, pull - step, pull + step),
-        np.clip(locks.tension, tension - reach, tension + reach),
+        np.clip(locks.position, position - step, position + step),
+        np.clip(locks.effort, effort - reach, effort + reach),
     )
 
 
-def resting(locks: Command, pull: Array) -> Command:
+def resting(locks: Command, position: Array) -> Command:
     """What the locks ask of a hold: a locked position stays where it is, a locked effort asks nothing.
 
     Args:
         locks: positions and efforts.
-        pull: (n_a,) positions that left last.
+        position: (n_a,) positions that left last.
     """
-    return Command(np.where(locks.by_position, pull, np.nan), np.full_like(pull, np.nan))
+    return Command(np.where(locks.by_position, position, np.nan), np.full_like(position, np.nan))
 
 
 def with_locks(held: Command, locks: Command) -> Command:
     """What actuators keep, with the values of locked ones."""
     by_force, by_position = locks.by_force, locks.by_position
     return Command(
-        np.where(by_position, locks.pull, np.where(by_force, np.nan, held.pull)),
-        np.where(by_force, locks.tension, np.where(by_position, np.nan, held.tension)),
+        np.where(by_position, locks.position, np.where(by_force, np.nan, held.position)),
+        np.where(by_force, locks.effort, np.where(by_position, np.nan, held.effort)),
     )
 
 
-def ahead_of_locks(locks: Command, pull: Array) -> Command:
+def ahead_of_locks(locks: Command, position: Array) -> Command:
     """What locked actuators keep over the horizon: positions stay where they are, pull (n_a,)."""
-    return Command(np.where(locks.by_position, pull, np.nan), locks.tension)
+    return Command(np.where(locks.by_position, position, np.nan), locks.effort)
 
 
 class LockedStep:
@@ -203,11 +203,11 @@ class LockedStep:
         taut[np.arange(len(taut)), first + np.arange(len(taut))] = 1.0
         cables = self._cables - n_e
         none = np.full(len(cables), -np.inf)
-        low = [limits.pull_min[forced] - at, limits.tension_min[zero] - self._rest.offset, none]
+        low = [limits.position_min[forced] - at, limits.effort_min[zero] - self._rest.offset, none]
         high = [
-            limits.pull_max[forced] - at,
-            limits.tension_max[zero] - self._rest.offset,
-            limits.tension_max[cables],
+            limits.position_max[forced] - at,
+            limits.effort_max[zero] - self._rest.offset,
+            limits.effort_max[cables],
         ]
         position, effort = actuators.position_names, actuators.effort_names
         names = [position[i][:2] for i in forced.tolist()]
@@ -222,15 +222,15 @@ class LockedStep:
             row_names=(*problem.row_names, *names),
         )
 
-    def start(self, tension: Array, pushing: Bools) -> Start:
+    def start(self, effort: Array, pushing: Bools) -> Start:
         """Where the solver starts.
 
         Args:
-            tension: (n_a,) efforts.
+            effort: (n_a,) efforts.
             pushing: (n_contacts,) contacts of the step that push.
         """
-        taut = tension[self._cables - self.layout.n_e] > 0.0
-        return Start(tension[self.free], np.concatenate([taut, pushing]))
+        taut = effort[self._cables - self.layout.n_e] > 0.0
+        return Start(effort[self.free], np.concatenate([taut, pushing]))
 
     def forces(self, solution: Solution) -> Array:
         """Forces on all rows of the step (m,), from those of the problem."""

@@ -123,7 +123,7 @@ def make_plan(
     robot: Robot,
     prepared: Prepared,
     aim: Aim,
-    pull: Array,
+    position: Array,
     settings: DecideSettings,
     locks: Command | None,
 ) -> Plan:
@@ -137,7 +137,7 @@ def make_plan(
         robot: limits, time step, weights of the effectors.
         prepared: the step.
         aim: targets of the effector rows.
-        pull: (n_a,) positions of the actuators commanded last [m].
+        position: (n_a,) positions of the actuators commanded last [m].
         settings: weights and tolerances.
         locks: what locked actuators keep; None: all are decided.
     """
@@ -150,16 +150,16 @@ def make_plan(
     loop = EnrichmentLoop(held.step, settings.enrichment)
     while loop.prediction is None:
         reduced = None if locks is None else LockedStep(loop.step, locks)
-        tension, pushing = _start(held, loop.step)
+        effort, pushing = _start(held, loop.step)
         rows: LockedStep | Compliance = loop.step.compliance
         places = layout
-        limits, actuators, travelled, stay = robot.limits, robot.actuators, pull, kept
-        start = Start(tension, pushing)
+        limits, actuators, travelled, stay = robot.limits, robot.actuators, position, kept
+        start = Start(effort, pushing)
         if reduced is not None:
             rows, free, places = reduced, reduced.free, reduced.layout
             limits, actuators = robot.limits.at(free), robot.actuators.at(free)
-            travelled, stay = pull[free], kept[free]
-            start = reduced.start(tension, pushing)
+            travelled, stay = position[free], kept[free]
+            start = reduced.start(effort, pushing)
         W, delta_free = weighted_rows(rows.W, rows.delta_free, aim.scale)
         problem = inverse_problem(
             W, delta_free, target, travelled, limits, robot.h, weight, actuators

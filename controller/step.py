@@ -98,7 +98,7 @@ class Decision:
     Attributes:
         predicted: forces and motion in the tick, and its step with the unit columns that joined; of a
             decision that is not usable, over the horizon.
-        pull: (n_a,) positions of the actuators after it, within their limits and rates.
+        position: (n_a,) positions of the actuators after it, within their limits and rates.
         status: how it ended.
         certificate: of the QPCC, or of the hold, with the gaps of all candidates in range after the tick.
         conflict: names of the limits that conflict.
@@ -111,7 +111,7 @@ class Decision:
     """
 
     predicted: PredictedStep
-    pull: Array
+    position: Array
     status: Status
     certificate: Certificate
     conflict: tuple[str, ...]
@@ -170,7 +170,7 @@ def prepare(
     space: ContactSpace,
     state: State,
     forces: Forces,
-    pull: Array,
+    position: Array,
     enrichment: Enrichment,
 ) -> Prepared:
     """Linearise, detect contacts, condense: all of a step that needs no target.
@@ -180,7 +180,7 @@ def prepare(
         space: basis of the contact forces.
         state: where the step starts.
         forces: of the last step. Its tensions add to the tangent, unit columns that pushed are kept.
-        pull: (n_a,) positions of the actuators commanded last [m].
+        position: (n_a,) positions of the actuators commanded last [m].
         enrichment: whether gaps are checked at all.
 
     Raises:
@@ -190,9 +190,9 @@ def prepare(
     contacts = space.k > 0 or enrichment.rounds > 0
     step = farther = condense_step(robot, space, state, forces, contacts, effectors=True)
     if ahead is not None:
-        system = ahead.linearise(state, forces.tension, horizon.integration)
+        system = ahead.linearise(state, forces.effort, horizon.integration)
         farther = recondensed(robot, step, system)
-    here = np.where(robot.actuators.laws.held_by_force, step.rows.actuators.delta, pull)
+    here = np.where(robot.actuators.laws.held_by_force, step.rows.actuators.delta, position)
     held = forward_step(farther, enrichment, forces, Command.of(here, None)).prediction
     layout = held.step.layout
     found, scale = held.step.compliance, robot.effector_layout.scale
@@ -206,7 +206,7 @@ def decide(
     robot: Robot,
     prepared: Prepared,
     goal: Array,
-    pull: Array,
+    position: Array,
     settings: DecideSettings,
     locks: Command | None = None,
     damping: Damping | None = None,
@@ -223,7 +223,7 @@ def decide(
         robot: limits, time step, kinds and weights of the effectors.
         prepared: the step.
         goal: (n_v,) values of the effectors, see `EffectorLayout`.
-        pull: (n_a,) positions of the actuators commanded last [m].
+        position: (n_a,) positions of the actuators commanded last [m].
         settings: weights and tolerances.
         locks: what locked actuators keep in this step; None: all are decided.
         damping: from the decision before; None: none.
@@ -233,18 +233,18 @@ def decide(
     target = layout.row_targets(prepared.step.rows.effectors.values, goal)  # (n_e,)
     target = target + leading(lead, layout, goal, settings.ahead)
     aim = Aim(target, layout.scale, layout.exact, damping.gamma)
-    kept = None if locks is None else ahead_of_locks(locks, pull)
-    plan = make_plan(robot, prepared, aim, pull, settings, kept)
+    kept = None if locks is None else ahead_of_locks(locks, position)
+    plan = make_plan(robot, prepared, aim, position, settings, kept)
     if layout.any_exact and not plan.status.usable:
-        plan = _nearest(robot, prepared, aim, plan.conflict, pull, settings, kept)
+        plan = _nearest(robot, prepared, aim, plan.conflict, position, settings, kept)
     if not plan.status.usable:
         none = np.zeros(robot.n_a, np.bool_)
-        found = plan.predicted, pull, plan.status, plan.certificate, plan.conflict
+        found = plan.predicted, position, plan.status, plan.certificate, plan.conflict
         return Decision(*found, none, plan, damping)
     actuators = robot.layout.actuators
-    effort, position = plan.predicted.lam[actuators], plan.predicted.delta[actuators]
+    lam_a, delta_a = plan.predicted.lam[actuators], plan.predicted.delta[actuators]
     wanted, reach = first_tick(
-        robot, Command(position, effort), pull, locks, prepared.forces.tension
+        robot, Command(delta_a, lam_a), position, locks, prepared.forces.effort
     )
     tick = take_tick(
         prepared.step, settings.enrichment, prepared.forces, wanted, reach, robot.limits
@@ -262,7 +262,7 @@ def decide(
     if locks is not None:
         stalled, supplied = stalled_locks(locks, tick, robot), supplied & ~locks.by_position
     return Decision(
-        after, tick.pull, status, certificate, conflict, stalled, plan,
+        after, tick.position, status, certificate, conflict, stalled, plan,
         adapted(damping, change, robot.size), with_tick(lead, goal, remaining, settings.ahead),
         given_in(tick, supplied, robot.limits),
     )  # fmt: skip
@@ -290,7 +290,7 @@ def _nearest(
     prepared: Prepared,
     aim: Aim,
     conflict: tuple[str, ...],
-    pull: Array,
+    position: Array,
     settings: DecideSettings,
     locks: Command | None,
 ) -> Plan:
@@ -301,21 +301,21 @@ def _nearest(
         prepared: the step.
         aim: with the rows of exact effectors as equations.
         conflict: names of the limits and rows that are in conflict.
-        pull: (n_a,) positions of the actuators commanded last [m].
+        position: (n_a,) positions of the actuators commanded last [m].
         settings: weights and tolerances.
         locks: what locked actuators keep; None: all are decided.
     """
     exact, layout = aim.equations, robot.effector_layout
     none = np.zeros_like(exact)
     alone = replace(aim, scale=np.where(exact, aim.scale, 0.0), equations=none)
-    nearest = make_plan(robot, prepared, alone, pull, settings, locks)
+    nearest = make_plan(robot, prepared, alone, position, settings, locks)
     if not nearest.status.usable:
         return nearest
     reached = nearest.predicted.delta[robot.layout.effectors]
     plan = nearest
     if (aim.scale[~exact] != 0.0).any():
         among = replace(aim, target=np.where(exact, reached, aim.target))
-        both = make_plan(robot, prepared, among, pull, settings, locks)
+        both = make_plan(robot, prepared, among, position, settings, locks)
         plan = both if both.status.usable else nearest
     missed = layout.missed_rows(aim.target - reached)
     limits = (name for name in conflict if name not in (*missed, *NO_PIECE))
@@ -353,10 +353,10 @@ def advance(
     if settings.substeps == 0:
         after = robot.advance(step.state, step.system, predicted.dv)
         return Advanced(after, forces, step.rows.contacts.found)
-    command = Command.of(now.pull, None)
+    command = Command.of(now.position, None)
     if given is not None:
-        command = Command(np.where(given.by_position, now.pull, np.nan), given.tension)
-    start = Command(before.pull, before.tension)
+        command = Command(np.where(given.by_position, now.position, np.nan), given.effort)
+    start = Command(before.position, before.effort)
     moved = travel(
         robot, space, settings.enrichment, step.state, forces, start, command, settings.substeps
     )
@@ -370,7 +370,7 @@ def advance(
 
 @one_blas_thread()
 def hold(
-    robot: Robot, prepared: Prepared, command: Command, pull: Array, enrichment: Enrichment
+    robot: Robot, prepared: Prepared, command: Command, position: Array, enrichment: Enrichment
 ) -> Decision:
     """The step of a robot whose actuators keep what is given of them.
 
@@ -384,17 +384,17 @@ def hold(
         robot: limits.
         prepared: the step.
         command: position or effort that each actuator keeps, or moves to in this step.
-        pull: (n_a,) positions of the actuators commanded last [m].
+        position: (n_a,) positions of the actuators commanded last [m].
         enrichment: when unit columns are added.
     """
-    reach = reach_of(pull, robot.limits, robot.h)
-    reach = reach_held(reach, pull, command, prepared.forces.tension, robot.limits)
+    reach = reach_of(position, robot.limits, robot.h)
+    reach = reach_held(reach, position, command, prepared.forces.effort, robot.limits)
     tick = take_tick(prepared.step, enrichment, prepared.forces, command, reach, robot.limits)
     conflict = exceeded(robot, tick)
     status = Status.INFEASIBLE if conflict else Status.OK
     certificate = hold_certificate(tick.solved, tick.command, robot.limits, robot.actuators)
     stalled = stalled_locks(command, tick, robot)
     return Decision(
-        tick.solved.prediction, tick.pull, status, certificate, conflict, stalled,
+        tick.solved.prediction, tick.position, status, certificate, conflict, stalled,
         command=tick.command,
     )  # fmt: skip

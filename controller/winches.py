@@ -58,27 +58,32 @@ class FirstTick:
     Attributes:
         solved: forces and motion.
         command: the position or effort that each actuator ended with.
-        pull: (n_a,) positions of the actuators after it, within reach.
+        position: (n_a,) positions of the actuators after it, within reach.
     """
 
     solved: ForwardStep
     command: Command
-    pull: Array
+    position: Array
 
 
-def reach_of(pull: Array, limits: Limits, h: float) -> Reach:
+def reach_of(position: Array, limits: Limits, h: float) -> Reach:
     """What the actuators reach in a time step.
 
     Args:
-        pull: (n_a,) positions at its start.
+        position: (n_a,) positions at its start.
         limits: of positions and rates.
         h: time step [s].
     """
     step = h * limits.rate
-    return Reach(np.maximum(limits.pull_min, pull - step), np.minimum(limits.pull_max, pull + step))
+    return Reach(
+        np.maximum(limits.position_min, position - step),
+        np.minimum(limits.position_max, position + step),
+    )
 
 
-def reach_held(reach: Reach, pull: Array, command: Command, effort: Array, limits: Limits) -> Reach:
+def reach_held(
+    reach: Reach, position: Array, command: Command, effort: Array, limits: Limits
+) -> Reach:
     """Reach of actuators that do not give way: from where they were to what is commanded.
 
     One that is still on its way gives way where its effort is beyond a limit: the motion of the last step may
@@ -86,16 +91,16 @@ def reach_held(reach: Reach, pull: Array, command: Command, effort: Array, limit
 
     Args:
         reach: of actuators that give way.
-        pull: (n_a,) positions commanded last [m].
+        position: (n_a,) positions commanded last [m].
         command: position or effort of each actuator.
         effort: (n_a,) of the last step [N, Pa].
         limits: of the efforts.
     """
-    given, moving = command.by_position, command.pull != pull
-    kept_above = given & ~(moving & (effort > limits.tension_max))
-    kept_below = given & ~(moving & (effort < limits.tension_min))
-    lower = np.where(kept_above, np.fmin(pull, command.pull), reach.lower)
-    return Reach(lower, np.where(kept_below, np.fmax(pull, command.pull), reach.upper))
+    given, moving = command.by_position, command.position != position
+    kept_above = given & ~(moving & (effort > limits.effort_max))
+    kept_below = given & ~(moving & (effort < limits.effort_min))
+    lower = np.where(kept_above, np.fmin(position, command.position), reach.lower)
+    return Reach(lower, np.where(kept_below, np.fmax(position, command.position), reach.upper))
 
 
 def take_tick(
@@ -118,20 +123,22 @@ def take_tick(
     """
     command = wanted
     actuators, ends = step.layout.actuators, (reach.lower, reach.upper)
-    least, most = limits.tension_min, limits.tension_max
-    short = SHORT * (limits.pull_max - limits.pull_min)
+    least, most = limits.effort_min, limits.effort_max
+    short = SHORT * (limits.position_max - limits.position_min)
     for _ in range(2 * step.layout.n_a + 4):
         solved = forward_step(step, enrichment, previous, command)
-        changed, pull, tension = _corrected(
-            command.pull, command.tension, (wanted.pull, wanted.tension), ends, (least, most, short),
+        changed, position, effort = _corrected(
+            command.position, command.effort, (wanted.position, wanted.effort), ends, (least, most, short),
             solved.prediction.lam[actuators], solved.prediction.delta[actuators], step.laws.bilateral,
         )  # fmt: skip
         if not changed:
             break
-        command = Command(pull, tension)
+        command = Command(position, effort)
     delta = solved.prediction.delta[actuators]
-    pull = np.where(command.by_force, np.clip(delta, reach.lower, reach.upper), command.pull)
-    return FirstTick(solved, command, pull)
+    position = np.where(
+        command.by_force, np.clip(delta, reach.lower, reach.upper), command.position
+    )
+    return FirstTick(solved, command, position)
 
 
 def given_in(tick: FirstTick, supplied: Bools, limits: Limits) -> Command:
@@ -144,14 +151,14 @@ def given_in(tick: FirstTick, supplied: Bools, limits: Limits) -> Command:
     """
     step, command = tick.solved.prediction.step, tick.command
     lam = tick.solved.prediction.lam[step.layout.actuators]
-    effort = np.clip(lam, limits.tension_min, limits.tension_max)
+    effort = np.clip(lam, limits.effort_min, limits.effort_max)
     return Command(
-        np.where(supplied, np.nan, command.pull), np.where(supplied, effort, command.tension)
+        np.where(supplied, np.nan, command.position), np.where(supplied, effort, command.effort)
     )
 
 
 def first_tick(
-    robot: Robot, planned: Command, pull: Array, locks: Command | None, before: Array
+    robot: Robot, planned: Command, position: Array, locks: Command | None, before: Array
 ) -> tuple[Command, Reach]:
     """What the actuators are to do in the first tick of a plan, and what they reach in it.
 
@@ -162,24 +169,25 @@ def first_tick(
     Args:
         robot: limits and laws of the actuators.
         planned: positions and efforts of all actuators at the end of the plan.
-        pull: (n_a,) positions of the actuators commanded last [m].
+        position: (n_a,) positions of the actuators commanded last [m].
         locks: what locked actuators do in this tick; None: all are decided.
         before: (n_a,) efforts of the last step [N, Pa].
     """
-    limits, effort, position = robot.limits, planned.tension, planned.pull
-    reach = reach_of(pull, limits, robot.h)
-    slack = robot.actuators.laws.slack(effort, limits, ROUNDING)
+    limits, lam_a, delta_a = robot.limits, planned.effort, planned.position
+    reach = reach_of(position, limits, robot.h)
+    slack = robot.actuators.laws.slack(lam_a, limits, ROUNDING)
     wanted = Command(
-        np.where(slack, np.nan, np.clip(position, reach.lower, reach.upper)),
-        np.where(slack, np.clip(effort, limits.tension_min, limits.tension_max), np.nan),
+        np.where(slack, np.nan, np.clip(delta_a, reach.lower, reach.upper)),
+        np.where(slack, np.clip(lam_a, limits.effort_min, limits.effort_max), np.nan),
     )
     if locks is None:
         return wanted, reach
     locked = locks.by_position | locks.by_force
     wanted = Command(
-        np.where(locked, locks.pull, wanted.pull), np.where(locked, locks.tension, wanted.tension)
+        np.where(locked, locks.position, wanted.position),
+        np.where(locked, locks.effort, wanted.effort),
     )
-    return wanted, reach_held(reach, pull, locks, before, limits)
+    return wanted, reach_held(reach, position, locks, before, limits)
 
 
 def exceeded(robot: Robot, tick: FirstTick) -> tuple[str, ...]:
@@ -202,20 +210,20 @@ def stalled_locks(locks: Command, tick: FirstTick, robot: Robot) -> Bools:
         robot: rates.
     """
     short = ROUNDING * robot.h * robot.limits.rate
-    found: Bools = locks.by_position & (np.abs(tick.pull - locks.pull) > short)
+    found: Bools = locks.by_position & (np.abs(tick.position - locks.position) > short)
     return found
 
 
 @kernel
 def _corrected(
-    pull: Array, tension: Array, wanted: tuple[Array, Array], reach: tuple[Array, Array],
+    position: Array, effort: Array, wanted: tuple[Array, Array], reach: tuple[Array, Array],
     limits: tuple[Array, Array, Array], lam: Array, delta: Array, bilateral: Bools,
 ) -> tuple[bool, Array, Array]:  # fmt: skip
     """Where forces and positions ask for another end of a staircase: whether any does, and the new command.
 
     Args:
-        pull: (n_a,) positions that were solved with, NaN where efforts were.
-        tension: (n_a,) efforts that were solved with.
+        position: (n_a,) positions that were solved with, NaN where efforts were.
+        effort: (n_a,) efforts that were solved with.
         wanted: positions and efforts that are wanted, likewise.
         reach: (n_a,) least and largest positions.
         limits: (n_a,) least and largest efforts, and positions that are rounding.
@@ -223,34 +231,34 @@ def _corrected(
         delta: (n_a,) positions that were found.
         bilateral: (n_a,) which actuators pull and push.
     """
-    changed, pull, tension = False, pull.copy(), tension.copy()
+    changed, position, effort = False, position.copy(), effort.copy()
     for i in range(len(lam)):
         ends, range_ = (reach[0][i], reach[1][i]), (limits[0][i], limits[1][i])
-        middle, effort, short = wanted[0][i], wanted[1][i], limits[2][i]
-        if np.isnan(tension[i]):
-            position = np.nan
+        middle, goal, short = wanted[0][i], wanted[1][i], limits[2][i]
+        if np.isnan(effort[i]):
+            there = np.nan
             force = _from_position(
-                pull[i], lam[i], middle, effort, ends, range_, short, bilateral[i]
+                position[i], lam[i], middle, goal, ends, range_, short, bilateral[i]
             )
         else:
-            position, force = (
-                _from_effort(tension[i], delta[i], middle, ends, range_, short),
+            there, force = (
+                _from_effort(effort[i], delta[i], middle, ends, range_, short),
                 np.nan,
             )
-        if not (np.isnan(position) and np.isnan(force)):
-            changed, pull[i], tension[i] = True, position, force
-    return changed, pull, tension
+        if not (np.isnan(there) and np.isnan(force)):
+            changed, position[i], effort[i] = True, there, force
+    return changed, position, effort
 
 
 @kernel
 def _from_position(
-    pull: float, lam: float, middle: float, effort: float, reach: tuple[float, float],
+    position: float, lam: float, middle: float, effort: float, reach: tuple[float, float],
     limits: tuple[float, float], short: float, bilateral: bool,
 ) -> float:  # fmt: skip
     """The effort that an actuator goes over to from a position, NaN: none.
 
     Args:
-        pull: the position.
+        position: the position.
         lam: effort that was found there.
         middle: position that is wanted; NaN where an effort is,
         effort: this one.
@@ -262,10 +270,10 @@ def _from_position(
     lower, upper = reach
     least, most = limits
     by_effort, small = not np.isnan(effort), ROUNDING * max(abs(least), abs(most))
-    if pull >= upper - short and (by_effort or middle < upper - short):
+    if position >= upper - short and (by_effort or middle < upper - short):
         floor = effort if by_effort else least
         return floor if lam > floor + small else np.nan
-    if pull <= lower + short and (by_effort or middle > lower + short):
+    if position <= lower + short and (by_effort or middle > lower + short):
         ceiling = effort if by_effort else most
         return ceiling if lam < ceiling - small else np.nan
     if lam > most + small and middle > lower + short:
@@ -276,13 +284,13 @@ def _from_position(
 
 @kernel
 def _from_effort(
-    tension: float, delta: float, middle: float, reach: tuple[float, float],
+    effort: float, delta: float, middle: float, reach: tuple[float, float],
     limits: tuple[float, float], short: float,
 ) -> float:  # fmt: skip
     """The position that an actuator goes over to from an effort, NaN: none; arguments as above.
 
     Args:
-        tension: the effort.
+        effort: the effort.
         delta: position that was found with it.
         middle: position that is wanted; NaN where this effort is.
         reach: least and largest position.
@@ -293,6 +301,6 @@ def _from_effort(
         return reach[1]
     if delta < reach[0] - short:
         return reach[0]
-    given_way = tension == limits[1] and delta > middle + short
-    taken_up = tension == limits[0] and delta < middle - short
+    given_way = effort == limits[1] and delta > middle + short
+    taken_up = effort == limits[0] and delta < middle - short
     return middle if given_way or taken_up else np.nan

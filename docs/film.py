@@ -38,7 +38,7 @@ def run(robot_name: str) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray
     surfaces, shown, tips = [], [], []
     for step in range(steps):
         target = path.at(step * robot.h)
-        plant.step(pull=controller.step(target).pull)
+        plant.step(position=controller.step(target).position)
         if step % STEPS == 0:
             surfaces.append(robot.points(plant.state))
             shown.append(target)

@@ -66,7 +66,7 @@ def states(shape: FingerShape) -> tuple[int, tuple[Load, ...], list[LoadedState]
 
 def quantities(found: list[LoadedState]) -> Array:
     """Tension [N], contact force [N] and tip [m] of each state: (loads, 5)."""
-    rows = [[state.tension[0], state.contact_force, *state.tip] for state in found]
+    rows = [[state.effort[0], state.contact_force, *state.tip] for state in found]
     return np.array(
         [row if s.converged else [np.nan] * 5 for row, s in zip(rows, found, strict=True)]
     )
@@ -127,11 +127,11 @@ def certificate(digest: str, values: dict[str, Array]) -> MeshCertificate:
     """The largest errors, for reports of runs."""
     limit, error = limit_and_error(values)
     known = ~np.isnan(error).any(axis=1)
-    tension, force = (relative(error, limit, column)[known] for column in (0, 1))
+    effort, force = (relative(error, limit, column)[known] for column in (0, 1))
     return MeshCertificate(
         digest,
         datetime.now(UTC).isoformat(timespec="seconds"),
-        float(tension[np.abs(tension).argmax()]),
+        float(effort[np.abs(effort).argmax()]),
         float(np.linalg.norm(error[known, 2:], axis=1).max()),
         float(force[np.abs(force).argmax()]),
         "smoothed meshes extrapolated in each direction",

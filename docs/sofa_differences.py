@@ -45,8 +45,8 @@ class Change:
         robot: name of the file.
         state: in words.
         without: texts of the file that stand for the setting, and what replaces them.
-        pull: positions by name of the actuator.
-        tension: efforts by name of the actuator; cables without either are slack.
+        position: positions by name of the actuator.
+        effort: efforts by name of the actuator; cables without either are slack.
         both: texts of the file that are replaced with and without the setting.
     """
 
@@ -54,8 +54,8 @@ class Change:
     robot: str
     state: str
     without: tuple[tuple[str, str], ...]
-    pull: dict[str, float]
-    tension: dict[str, float]
+    position: dict[str, float]
+    effort: dict[str, float]
     both: tuple[tuple[str, str], ...] = ()
 
 
@@ -107,24 +107,24 @@ def difference(data: Path, change: Change) -> Difference:
                 text = text.replace(old, new)
             path.write_text(text, encoding="utf-8")
             robot = load_robot(path)
-        pull, tension = np.full(robot.n_a, np.nan), np.zeros(robot.n_a)
-        for name, value in change.pull.items():
+        position, effort = np.full(robot.n_a, np.nan), np.zeros(robot.n_a)
+        for name, value in change.position.items():
             place = robot.actuators.names.index(name)
-            pull[place], tension[place] = value, np.nan
-        for name, value in change.tension.items():
-            tension[robot.actuators.names.index(name)] = value
-        found.append(settled(robot, [(pull, tension)], "full"))  # type: ignore[arg-type]
+            position[place], effort[place] = value, np.nan
+        for name, value in change.effort.items():
+            effort[robot.actuators.names.index(name)] = value
+        found.append(settled(robot, [(position, effort)], "full"))  # type: ignore[arg-type]
     (tip, *efforts), (other, *others) = found
     given = (
-        1 if change.pull else 0
+        1 if change.position else 0
     )  # efforts where positions are given, positions where efforts are
-    effort = efforts[1 - given], others[1 - given]
+    lam = efforts[1 - given], others[1 - given]
     return Difference(
         change.setting,
         change.robot,
         change.state,
         float(np.linalg.norm(tip - other)),
-        float(np.abs(effort[0] - effort[1]).max() / np.abs(effort[0]).max()),
+        float(np.abs(lam[0] - lam[1]).max() / np.abs(lam[0]).max()),
     )
 
 

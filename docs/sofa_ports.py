@@ -84,13 +84,13 @@ def trunk(data: Path, robot: Robot, every: int) -> Curve:
     """Three cables, of which one is slack at times; SOFA leaves the others out."""
     rows, wound = read_rows(data / "trunk_combo_fpolar.csv")[::every], ("L0", "L1", "S1")
     places = [robot.actuators.names.index(name) for name in wound]
-    pull, tension = np.full((len(rows), robot.n_a), np.nan), np.zeros((len(rows), robot.n_a))
-    pull[:, places] = MM * columns(rows, *(f"imposed_{name}" for name in wound))
-    tension[:, places] = np.nan
-    tip, effort, _ = settled(robot, list(zip(pull, tension, strict=True)))
+    position, effort = np.full((len(rows), robot.n_a), np.nan), np.zeros((len(rows), robot.n_a))
+    position[:, places] = MM * columns(rows, *(f"imposed_{name}" for name in wound))
+    effort[:, places] = np.nan
+    tip, lam, _ = settled(robot, list(zip(position, effort, strict=True)))
     sofa = columns(rows, *(f"tension_{name}" for name in wound))
     x = rows["state"]
-    return Curve("trunk", "state", x, tip, tips(rows), effort[:, places] / MM, sofa)
+    return Curve("trunk", "state", x, tip, tips(rows), lam[:, places] / MM, sofa)
 
 
 def gripper_finger(data: Path, robot: Robot, every: int) -> Curve:
@@ -107,11 +107,11 @@ def gripper_finger(data: Path, robot: Robot, every: int) -> Curve:
 def diamond(data: Path, robot: Robot, every: int) -> Curve:
     """The tensions of SOFA's inverse along a circle; what stands for the effort is the shortening [mm]."""
     rows = read_rows(data / "diamond_large_settled.csv")[::every]
-    tension = MM * columns(rows, *(f"tension{i}" for i in range(4)))
+    effort = MM * columns(rows, *(f"tension{i}" for i in range(4)))
     none = np.full(4, np.nan)
-    tip, _, pull = settled(robot, [(none, row) for row in tension])
+    tip, _, position = settled(robot, [(none, row) for row in effort])
     sofa = columns(rows, *(f"L0L_{i}" for i in range(4)))
-    return Curve("diamond", "target", rows["target"], tip, tips(rows), pull / MM, sofa)
+    return Curve("diamond", "target", rows["target"], tip, tips(rows), position / MM, sofa)
 
 
 def tripod(data: Path, robot: Robot, every: int) -> Curve:
@@ -132,10 +132,10 @@ def finger(data: Path, robot: Robot, every: int) -> Curve:
     """One cable; from 14.5 mm on with two or three nodes on the plate, without friction."""
     rows = read_rows(data / "plate_mu0_fpolar.csv")[::every]
     none = np.full(1, np.nan)
-    pulls = [(np.array([MM * pull]), none) for pull in rows["imposed"]]
-    tip, tension, _ = settled(robot, pulls, "full")
+    positions = [(np.array([MM * position]), none) for position in rows["imposed"]]
+    tip, effort, _ = settled(robot, positions, "full")
     sofa = rows["tension"][:, None]
-    return Curve("finger", "cable [mm]", rows["imposed"], tip, tips(rows), tension / MM, sofa)
+    return Curve("finger", "cable [mm]", rows["imposed"], tip, tips(rows), effort / MM, sofa)
 
 
 CURVES: dict[str, Callable[[Path, Robot, int], Curve]] = {

@@ -97,9 +97,9 @@ def settled(
 ) -> tuple[Array, Array, Array]:
     """Tips (s, 3) [mm], efforts (s, n_a) and positions (s, n_a) under pairs of positions and efforts."""
     simulator, found = Simulator(robot, contact=contact), []
-    for pull, tension in commands:
-        if not simulator.settle(pull, tension, tolerance=1e-9).converged:
-            raise RuntimeError(f"{robot.name}: no equilibrium at {pull}, {tension}")
-        found.append((simulator.effector[0] / MM, simulator.tension, simulator.pull))
-    tip, effort, position = (np.array(part) for part in zip(*found, strict=True))
-    return tip, effort, position
+    for position, effort in commands:
+        if not simulator.settle(position, effort, tolerance=1e-9).converged:
+            raise RuntimeError(f"{robot.name}: no equilibrium at {position}, {effort}")
+        found.append((simulator.effector[0] / MM, simulator.effort, simulator.position))
+    tip, lam, delta = (np.array(part) for part in zip(*found, strict=True))
+    return tip, lam, delta

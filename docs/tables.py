@@ -89,11 +89,11 @@ def demo() -> str:
 def contact() -> str:
     """The finger with and without contact."""
     found = read("compare", Comparison)
-    (pull, _), (tension, without) = found.pull_mm, found.tension_n
+    (position, _), (effort, without) = found.pull_mm, found.tension_n
     return (
-        f"At {pull[0]:.0f} mm of pull {found.pushing} candidates push with "
+        f"At {position[0]:.0f} mm of pull {found.pushing} candidates push with "
         f"{found.contact_force_n:.1f} N together: the tip is {found.apart_mm[0]:.2f} mm from where "
-        f"it would be without contact, and the cable needs {tension[0]:.2f} N "
+        f"it would be without contact, and the cable needs {effort[0]:.2f} N "
         f"instead of {without[0]:.2f} N.\n"
     )
 

@@ -29,7 +29,7 @@ def main() -> None:
         actuation = controller.step(target)
         assert actuation.status.usable
         if step >= 150 and step % 30 == 29:
-            assert full.settle(pull=actuation.pull).converged
+            assert full.settle(position=actuation.position).converged
             missed.append(np.linalg.norm(controller.effector[0] - target))
             apart.append(np.linalg.norm(full.effector[0] - target))
     print(

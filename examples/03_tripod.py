@@ -17,7 +17,7 @@ def main() -> None:
     """Ask for the pose that some angles lead to; the controller finds these angles."""
     robot = load_robot("tripod")
     simulator = Simulator(robot)
-    assert simulator.settle(pull=ANGLES).converged
+    assert simulator.settle(position=ANGLES).converged
     goal = robot.effector_values(simulator.state)  # position [m] and quaternion w, x, y, z
     controller = Controller(robot, "none")
     for _ in range(100):
@@ -25,9 +25,9 @@ def main() -> None:
         assert actuation.status.usable
     reached = robot.effector_values(controller.state)
     tilt = 2.0 * np.arccos(min(abs(float(reached[3:] @ goal[3:])), 1.0))
-    print(f"angles {np.round(actuation.pull, 4)} rad, height off by {abs(reached[2] - goal[2]):.1e} m, "
+    print(f"angles {np.round(actuation.position, 4)} rad, height off by {abs(reached[2] - goal[2]):.1e} m, "
           f"tilt by {tilt:.1e} rad")  # fmt: skip
-    assert np.abs(actuation.pull - ANGLES).max() < 0.01
+    assert np.abs(actuation.position - ANGLES).max() < 0.01
     assert abs(reached[2] - goal[2]) < 1e-4
     assert tilt < 0.01
 

@@ -17,7 +17,7 @@ EFFORTS = [1.5, 1.0, 0.5]  # N
 def main() -> None:
     """Take the places that some tensions lead to; the controller finds the tensions."""
     full = Simulator(load_robot("gripper"))
-    assert full.settle(tension=EFFORTS).converged
+    assert full.settle(effort=EFFORTS).converged
     goal = full.effector
     setup = load_setup("gripper")
     controller = Controller(setup.robot, setup.contact, settings=setup.controller)
@@ -25,10 +25,10 @@ def main() -> None:
         actuation = controller.step(goal)
         assert actuation.status.usable
     missed = 1e3 * np.linalg.norm(controller.effector - goal, axis=1).max()  # mm
-    assert full.settle(tension=actuation.tension).converged
+    assert full.settle(effort=actuation.effort).converged
     apart = 1e3 * np.linalg.norm(full.effector - goal, axis=1).max()  # mm
     print(
-        f"efforts {np.round(actuation.tension, 2)}: model {missed:.2f} mm, robot {apart:.2f} mm off"
+        f"efforts {np.round(actuation.effort, 2)}: model {missed:.2f} mm, robot {apart:.2f} mm off"
     )
     assert missed < 0.3
     assert apart < 1.0

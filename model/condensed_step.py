@@ -27,13 +27,13 @@ class Forces:
     """Constraint forces of a step.
 
     Attributes:
-        tension: (n_a,) efforts of the actuators [N, Pa].
+        effort: (n_a,) efforts of the actuators [N, Pa].
         beta: (k,) coefficients of the contact basis [N].
         extra: (r,) slots of the unit columns.
         extra_beta: (r,) forces of the unit columns [N].
     """
 
-    tension: Array
+    effort: Array
     beta: Array
     extra: Ints
     extra_beta: Array
@@ -56,7 +56,7 @@ class Forces:
     def copy(self) -> Forces:
         """The same forces in arrays of their own."""
         return Forces(
-            self.tension.copy(), self.beta.copy(), self.extra.copy(), self.extra_beta.copy()
+            self.effort.copy(), self.beta.copy(), self.extra.copy(), self.extra_beta.copy()
         )
 
 
@@ -143,7 +143,7 @@ def condense_step(
     Raises:
         FactorisationError: the state has diverged.
     """
-    system = robot.linearise(state, forces.tension, integration)
+    system = robot.linearise(state, forces.effort, integration)
     return condensed(robot, space, state, forces, system, contacts, effectors)
 
 

@@ -93,7 +93,7 @@ def forward_step(
     lam = np.concatenate(
         [
             np.zeros(step.layout.n_e),
-            previous.tension,
+            previous.effort,
             previous.beta[step.reduced.modes],
             np.zeros(len(step.extra)),
         ]

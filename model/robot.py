@@ -222,24 +222,24 @@ class Robot(Protocol):
         """Largest displacement of a node in a change dq (n,) of the configuration at a state [m]."""
 
     def forces(
-        self, state: State, tension: Array | None = None, exact: bool = False
+        self, state: State, effort: Array | None = None, exact: bool = False
     ) -> tuple[Array, Array]:
         """Forces without actuators and contacts (n,) [N], and the tangent K as the robot stores it.
 
         Args:
             state: where to evaluate.
-            tension: (n_a,) efforts of the actuators, whose curvature enters the tangent.
+            effort: (n_a,) efforts of the actuators, whose curvature enters the tangent.
             exact: the exact derivative, which is not always positive definite.
         """
 
     def linearise(
-        self, state: State, tension: Array | None = None, integration: Integration | None = None
+        self, state: State, effort: Array | None = None, integration: Integration | None = None
     ) -> System:
         """The system of one step from this state: A, b, v_free (7)-(10).
 
         Args:
             state: where the step starts.
-            tension: (n_a,) last efforts of the actuators, for the curvature they add to A.
+            effort: (n_a,) last efforts of the actuators, for the curvature they add to A.
             integration: another scheme than the robot's.
 
         Raises:

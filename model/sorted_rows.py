@@ -67,10 +67,10 @@ def sorted_rows(step: CondensedStep, command: Command) -> SortedRows:
     layout, bilateral = step.layout, step.laws.bilateral
     by_force, by_position = command.by_force, command.by_position
     delta = step.compliance.delta_free.copy()
-    delta[layout.actuators] -= np.where(by_position, command.pull, 0.0)
+    delta[layout.actuators] -= np.where(by_position, command.position, 0.0)
     return SortedRows(
         forced=layout.of_actuators(by_force),
-        effort=command.tension[by_force],
+        effort=command.effort[by_force],
         equal=layout.of_actuators(by_position & bilateral),
         cables=layout.of_actuators(by_position & ~bilateral),
         contacts=layout.of_contacts(len(delta)),

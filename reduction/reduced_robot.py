@@ -209,25 +209,25 @@ class ReducedRobot(ABC):
 
     @abstractmethod
     def forces(
-        self, state: State, tension: Array | None = None, exact: bool = False
+        self, state: State, effort: Array | None = None, exact: bool = False
     ) -> tuple[Array, Array]:
         """Forces without actuators and contacts (r,), and the tangent K (r, r).
 
         Args:
             state: where to evaluate.
-            tension: (n_a,) efforts of the actuators, whose curvature enters the tangent.
+            effort: (n_a,) efforts of the actuators, whose curvature enters the tangent.
             exact: the exact derivative, which is not always positive definite.
         """
 
     @abstractmethod
     def linearise(
-        self, state: State, tension: Array | None = None, integration: Integration | None = None
+        self, state: State, effort: Array | None = None, integration: Integration | None = None
     ) -> System:
         """The system of one step from this state: A, b, v_free (7)-(10).
 
         Args:
             state: where the step starts.
-            tension: (n_a,) last efforts of the actuators, for the curvature they add to A.
+            effort: (n_a,) last efforts of the actuators, for the curvature they add to A.
             integration: replaces the robot's own scheme.
 
         Raises:

@@ -54,7 +54,7 @@ def test_the_controller_reaches_a_target(beam: Robot) -> None:
 
 def test_a_pressurised_body_bends_towards_its_thick_side() -> None:
     simulator = Simulator(pneumatic_robot())
-    assert simulator.settle(tension=[2e4]).converged
+    assert simulator.settle(effort=[2e4]).converged
     moved = simulator.effector - simulator.robot.effector(simulator.robot.rest())
     assert np.abs(moved).max() > 1e-3 * HOLLOW_SIZE[0]
 

@@ -54,7 +54,7 @@ def elements(
     settings = ElementBenchSettings(
         robot=robot,
         materials=materials,
-        pulls=tuple(pull or (0.6,)),
+        positions=tuple(pull or (0.6,)),
         refinements=refinements,
         reference=reference,
         contact=contact,

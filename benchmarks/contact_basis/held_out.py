@@ -54,7 +54,7 @@ def _axes(down: Array) -> list[tuple[str, Array]]:
 def _run(robot: Robot, share: Array, gravity: Array, force: Array) -> Run:
     s = len(share)
     return Run(
-        pull=np.outer(robot.limits.farthest_pull, share),
+        position=np.outer(robot.limits.farthest_position, share),
         gravity=np.tile(gravity[:, None], s),
         effector_force=np.tile(np.tile(force, len(robot.effector_names))[:, None], s),
     )
@@ -83,8 +83,8 @@ def sensitivity(robot: Robot, snapshots: Snapshots) -> Array:
         noise = _PERTURBATION * rng.standard_normal(len(snapshots.effector_force))
         force = snapshots.effector_force[:, i] + noise
         simulator.load((1.0 + _PERTURBATION) * snapshots.gravity[:, i], force)
-        pull = (1.0 + _PERTURBATION) * snapshots.pull[:, i]
-        report = simulator.settle(pull, None, TOLERANCE, MAX_ITERATIONS)
+        position = (1.0 + _PERTURBATION) * snapshots.position[:, i]
+        report = simulator.settle(position, None, TOLERANCE, MAX_ITERATIONS)
         if report.converged and snapshots.converged[i]:
             moved = simulator.effector - snapshots.effector[:, i].reshape(-1, 3)  # (p, 3)
             apart[i] = np.linalg.norm(moved, axis=1).max()

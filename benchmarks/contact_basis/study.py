@@ -207,18 +207,18 @@ def certificate_cost(
     controller = Controller(robot, basis, settings=control)
     path = make_path("reach", robot, PathSettings(period=seconds, fraction=0.9))
     settings = controller.settings
-    robot, state, forces, pull = (
+    robot, state, forces, position = (
         controller.robot,
         controller.state,
         controller.forces,
-        controller.pull,
+        controller.position,
     )
     steps, checks = [], []
     for time in np.arange(0.0, seconds, robot.h):
         start = perf_counter()
-        prepared = prepare(controller.horizon, basis, state, forces, pull, settings.enrichment)
-        decision = decide(robot, prepared, path.at(time).ravel(), pull, settings)
-        predicted, pull = decision.predicted, decision.pull
+        prepared = prepare(controller.horizon, basis, state, forces, position, settings.enrichment)
+        decision = decide(robot, prepared, path.at(time).ravel(), position, settings)
+        predicted, position = decision.predicted, decision.position
         step = predicted.step
         state = robot.advance(step.state, step.system, predicted.dv)
         end = perf_counter()

@@ -40,7 +40,7 @@ class ElementBenchSettings:
         robot: a robot file, or the name of a shipped robot.
         materials: laws, and silicones scaled to the robot's Young's modulus, see `parse_material`; each is
             compared with a reference of its own.
-        pulls: shares of every cable's largest pull at which equilibria are compared.
+        positions: shares of every cable's largest pull at which equilibria are compared.
         refinements: of the mesh of linear and smoothed elements, from none to this; quadratic ones have one
             less, as each of their elements has the nodes of eight linear ones.
         reference: refinements of the quadratic mesh that the others are compared with.
@@ -49,7 +49,7 @@ class ElementBenchSettings:
 
     robot: str = "finger"
     materials: tuple[str, ...] = ("corotational",)
-    pulls: tuple[float, ...] = (0.375,)
+    positions: tuple[float, ...] = (0.375,)
     refinements: int = 1
     reference: int = 1
     contact: bool = False
@@ -60,10 +60,10 @@ class ElementEquilibrium:
     """A robot at rest under pulled lengths.
 
     Attributes:
-        pull: share of the largest pull.
+        position: share of the largest pull.
         converged: whether it was found.
         factorisations: linearised steps it took from the pull before.
-        tension: of every cable [N].
+        effort: of every cable [N].
         tip: of every effector [m], three numbers each.
         contact_force: sum of all contact forces [N].
         tension_error: largest relative difference of a tension from the reference.
@@ -71,10 +71,10 @@ class ElementEquilibrium:
         contact_error: relative difference of the contact force, None where nothing touches.
     """
 
-    pull: float
+    position: float
     converged: bool
     factorisations: int
-    tension: tuple[float, ...]
+    effort: tuple[float, ...]
     tip: tuple[float, ...]
     contact_force: float
     tension_error: float | None = None
@@ -228,19 +228,19 @@ def measure_elements(
     """
     simulator = Simulator(robot, contact="full" if settings.contact else "none")
     equilibria = []
-    for pull in settings.pulls:
-        report = simulator.settle(pull=pull * robot.limits.pull_max, tolerance=1e-6)
+    for position in settings.positions:
+        report = simulator.settle(position=position * robot.limits.position_max, tolerance=1e-6)
         equilibria.append(
             ElementEquilibrium(
-                pull=pull,
+                position=position,
                 converged=report.converged,
                 factorisations=report.iterations,
-                tension=tuple(simulator.tension.tolist()),
+                effort=tuple(simulator.effort.tolist()),
                 tip=tuple(simulator.effector.ravel().tolist()),
                 contact_force=float(simulator.lam_c.sum()),
             )
         )
-    assembly, step = time_step(robot, settings.pulls[-1] * robot.limits.pull_max)
+    assembly, step = time_step(robot, settings.positions[-1] * robot.limits.position_max)
     return ElementCase(
         element=variant.element,
         material=variant.material,
@@ -253,15 +253,15 @@ def measure_elements(
     )
 
 
-def time_step(robot: TetRobot, pull: Array) -> tuple[Spread, Spread]:
-    """Times of assembly and of a step while the cables are pulled to `pull` (n_a,) [ms]."""
+def time_step(robot: TetRobot, position: Array) -> tuple[Spread, Spread]:
+    """Times of assembly and of a step while the cables are pulled to `position` (n_a,) [ms]."""
     simulator, assembly, step = Simulator(robot, contact="none"), [], []
     for share in np.linspace(0.0, 1.0, TIMED_STEPS + 3):
         start = perf_counter()
-        simulator.step(pull=share * pull)
+        simulator.step(position=share * position)
         step.append(1e3 * (perf_counter() - start))
         start = perf_counter()
-        simulator.robot.forces(simulator.state, simulator.tension, exact=True)
+        simulator.robot.forces(simulator.state, simulator.effort, exact=True)
         assembly.append(1e3 * (perf_counter() - start))
     return spread(assembly[3:]), spread(step[3:])
 
@@ -276,11 +276,11 @@ def with_errors(one: ElementEquilibrium, reference: ElementEquilibrium) -> Eleme
     """An equilibrium with its differences from the reference; without any where one of them was not found."""
     if not (one.converged and reference.converged):
         return one
-    tension, fine = np.array(one.tension), np.array(reference.tension)
+    effort, fine = np.array(one.effort), np.array(reference.effort)
     tips = np.array([one.tip, reference.tip]).reshape(2, -1, 3)
     touching = reference.contact_force > 0.0
     contact = one.contact_force / reference.contact_force - 1.0 if touching else None
-    relative = (tension - fine) / np.maximum(np.abs(fine), 1e-9)
+    relative = (effort - fine) / np.maximum(np.abs(fine), 1e-9)
     return replace(
         one,
         tension_error=float(relative[np.abs(relative).argmax()]),

@@ -112,7 +112,7 @@ def posture_error(
     """
     tolerance = robot.tolerance
     enrichment = default_enrichment(tolerance) if certified else None
-    result = tip_errors(robot, runs, basis, enrichment, "tension", _MAX_ITERATIONS)
+    result = tip_errors(robot, runs, basis, enrichment, "effort", _MAX_ITERATIONS)
     last = np.append(np.diff(runs.run) != 0, True)
     ends = 1e3 * result.error[last]
     return PostureError(

@@ -19,12 +19,12 @@ def bent_tensions() -> Array:
     return bending_tensions(ArmShape(), np.zeros(3), np.full(3, BENT))
 
 
-def arm_in_equilibrium(robot: Robot, tension: Array, contact: str = "full") -> Simulator:
+def arm_in_equilibrium(robot: Robot, effort: Array, contact: str = "full") -> Simulator:
     """A simulator in equilibrium under tensions, reached in steps.
 
     Args:
         robot: the arm.
-        tension: (n_a,) [N].
+        effort: (n_a,) [N].
         contact: "full" or "none".
 
     Raises:
@@ -32,9 +32,9 @@ def arm_in_equilibrium(robot: Robot, tension: Array, contact: str = "full") -> S
     """
     simulator = Simulator(robot, contact=contact)  # type: ignore[arg-type]
     for share in np.linspace(0.0, 1.0, _ON_THE_WAY + 1):
-        report = simulator.settle(tension=share * tension)
+        report = simulator.settle(effort=share * effort)
     if not report.converged:
-        raise RuntimeError(f"{robot.name} finds no equilibrium under {tension.round(1).tolist()} N")
+        raise RuntimeError(f"{robot.name} finds no equilibrium under {effort.round(1).tolist()} N")
     return simulator
 
 
@@ -51,7 +51,7 @@ def random_postures(robot: Robot, count: int, steps: int, seed: int) -> Design:
     gravity = np.tile(robot.gravity[:, None], steps)
     for _ in range(count):
         angles, forces = rng.uniform(0.0, 2.0 * np.pi, 3), rng.uniform(_WEAK, _STRONG, 3)
-        final = np.minimum(bending_tensions(shape, angles, forces), robot.limits.tension_max)
+        final = np.minimum(bending_tensions(shape, angles, forces), robot.limits.effort_max)
         rise = np.outer(final, np.arange(1, steps + 1) / steps)  # (n_a, s)
         runs.append(
             Run(

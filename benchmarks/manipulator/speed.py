@@ -57,20 +57,20 @@ class Speed:
     control_reduced_p99_ms: float
 
 
-def measure_speed(robot: Robot, basis: ContactBasis, tension: Array, posture: str) -> Speed:
+def measure_speed(robot: Robot, basis: ContactBasis, effort: Array, posture: str) -> Speed:
     """Times of steps of all kinds around an equilibrium.
 
     Args:
         robot: the arm.
         basis: its contact basis.
-        tension: (n_a,) of the equilibrium [N].
+        effort: (n_a,) of the equilibrium [N].
         posture: its name.
     """
-    there = arm_in_equilibrium(robot, tension)
+    there = arm_in_equilibrium(robot, effort)
     enrichment = default_enrichment(robot.tolerance)
     sweeps: list[int] = []
     good: list[bool] = []
-    start, wobbling = there.lam_c, wobble(tension)
+    start, wobbling = there.lam_c, wobble(effort)
 
     def gauss_seidel() -> None:
         nonlocal start
@@ -87,8 +87,8 @@ def measure_speed(robot: Robot, basis: ContactBasis, tension: Array, posture: st
         gauss_seidel_ms=float(np.median(times(gauss_seidel, 5, warm_up=1))),
         sweeps=int(np.median(sweeps)),
         gauss_seidel_converged=all(good),
-        full_ms=float(np.median(times(_forward(there, "full", None, tension), 60))),
-        reduced_ms=float(np.median(times(_forward(there, basis, enrichment, tension), 100))),
+        full_ms=float(np.median(times(_forward(there, "full", None, effort), 60))),
+        reduced_ms=float(np.median(times(_forward(there, basis, enrichment, effort), 100))),
         control_full_ms=float(np.median(times(_control(there, "full"), 60))),
         control_reduced_ms=float(np.median(reduced)),
         control_reduced_p99_ms=float(np.percentile(reduced, 99)),
@@ -117,17 +117,17 @@ def _forward(
     there: Simulator,
     contact: Literal["full"] | ContactBasis,
     enrichment: Enrichment | None,
-    tension: Array,
+    effort: Array,
 ) -> Callable[[], object]:
     simulator = Simulator(there.robot, contact, enrichment)
-    simulator.start_from(there.state, replace(simulator.forces, tension=tension))
-    wobbling = wobble(tension)
-    return lambda: simulator.step(tension=next(wobbling))
+    simulator.start_from(there.state, replace(simulator.forces, effort=effort))
+    wobbling = wobble(effort)
+    return lambda: simulator.step(effort=next(wobbling))
 
 
-def wobble(tension: Array) -> Iterator[Array]:
+def wobble(effort: Array) -> Iterator[Array]:
     """Tensions (n_a,) and a little less, in turns."""
-    return cycle(((1.0 - _WOBBLE) * tension, tension))
+    return cycle(((1.0 - _WOBBLE) * effort, effort))
 
 
 def _control(there: Simulator, contact: Literal["full"] | ContactBasis) -> Callable[[], object]:
@@ -141,46 +141,46 @@ def _controller(there: Simulator, contact: Literal["full"] | ContactBasis) -> Co
         there.robot, contact, settings=load_controller_settings(there.robot.name)
     )
     none = np.zeros(0, dtype=np.int64)
-    forces = Forces(there.tension, np.zeros(controller.space.k), none, np.zeros(0))
-    controller.start_from(there.state, forces, there.pull)
+    forces = Forces(there.effort, np.zeros(controller.space.k), none, np.zeros(0))
+    controller.start_from(there.state, forces, there.position)
     return controller
 
 
-def stage_times(robot: Robot, basis: ContactBasis, tension: Array) -> StepTimes:
+def stage_times(robot: Robot, basis: ContactBasis, effort: Array) -> StepTimes:
     """Times of the stages of control steps that hold the tip at an equilibrium.
 
     Args:
         robot: the arm.
         basis: its contact basis.
-        tension: (n_a,) of the equilibrium [N].
+        effort: (n_a,) of the equilibrium [N].
     """
-    there = arm_in_equilibrium(robot, tension)
+    there = arm_in_equilibrium(robot, effort)
     targets = np.repeat(there.effector[None], _STEPS, axis=0)  # (s, p, 3)
     return time_controller(_controller(there, basis), f"reduced, k = {basis.k}", targets)
 
 
-def gauss_seidel_step(there: Simulator, tension: Array, start: Array) -> tuple[Array, int, bool]:
+def gauss_seidel_step(there: Simulator, effort: Array, start: Array) -> tuple[Array, int, bool]:
     """A forward step as the paper takes it; the state is left where it is.
 
     Args:
         there: robot and state.
-        tension: (n_a,) [N].
+        effort: (n_a,) [N].
         start: (n_c,) forces to start from [N].
 
     Returns:
         Contact forces (n_c,), sweeps, whether the tolerance was met.
     """
     robot, state = there.robot, there.state
-    system = robot.linearise(state, tension)
+    system = robot.linearise(state, effort)
     rows = robot.rows(state)
     H = np.vstack([rows.actuators.dense(), rows.contacts.rows.dense()])
     delta = np.concatenate([rows.actuators.delta, rows.contacts.rows.delta])
     response, slots = row_compliance(system, H, delta), rows.contacts.slots
     layout = robot.layout.without_effectors()
     a, c = layout.actuators, layout.contacts
-    gaps = response.delta_free[c] + response.W[c, a] @ tension
+    gaps = response.delta_free[c] + response.W[c, a] @ effort
     found = solve_pgs(response.W[c, c], gaps, start[slots], _TOLERANCE, _SWEEPS)
-    response.velocity_change(system, np.concatenate([tension, found.lam]))
+    response.velocity_change(system, np.concatenate([effort, found.lam]))
     forces = np.zeros(robot.n_c)
     forces[slots] = found.lam
     return forces, found.iterations, found.converged

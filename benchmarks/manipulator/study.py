@@ -119,7 +119,7 @@ def campaign_of(robot: Robot, folder: Path) -> Snapshots:
 
     `tauten reduce manipulator --design plackett-burman --steps 120 --tension 0 1` does the same.
     """
-    design = plackett_burman(robot, Ranges(tilt=0.0, force=0.0, tension=(0.0, 1.0)), STEPS)
+    design = plackett_burman(robot, Ranges(tilt=0.0, force=0.0, effort=(0.0, 1.0)), STEPS)
     return run_campaign(robot, design, folder, show_progress=False)
 
 
@@ -135,16 +135,16 @@ def speeds() -> tuple[Speed, ...]:
     for name in ROBOTS:
         robot, basis = load_robot(name), ContactBasis.load(name)
         basis.check_robot(robot)
-        for posture, tension in (("straight", np.zeros(robot.n_a)), ("bent", bent_tensions())):
-            found.append(measure_speed(robot, basis, tension, posture))
+        for posture, effort in (("straight", np.zeros(robot.n_a)), ("bent", bent_tensions())):
+            found.append(measure_speed(robot, basis, effort, posture))
     return tuple(found)
 
 
 def bent_arm(robot: Robot) -> BentArm:
     """Fig. 11: the bent arm with and without contact."""
-    tension = bent_tensions()
-    passing = equilibrium(robot, "none", None, tension)
-    touching = equilibrium(robot, "full", None, tension)
+    effort = bent_tensions()
+    passing = equilibrium(robot, "none", None, effort)
+    touching = equilibrium(robot, "full", None, effort)
     return BentArm(robot, touching, passing)
 
 

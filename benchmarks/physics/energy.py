@@ -146,8 +146,8 @@ def bench_energy(settings: EnergySettings, progress: Progress) -> EnergyBench:
 def load_of(robot: Robot) -> CableLoad:
     """Pulled lengths (n_a,) [m] of a robot with one cable, tensions (n_a,) [N] on one of several."""
     if robot.n_a == 1:
-        return CableLoad(pull=PULL * robot.limits.pull_max)
-    return CableLoad(tension=TENSION * robot.limits.tension_max * (np.arange(robot.n_a) == 0))
+        return CableLoad(position=PULL * robot.limits.position_max)
+    return CableLoad(effort=TENSION * robot.limits.effort_max * (np.arange(robot.n_a) == 0))
 
 
 def undamped(robot: TetRobot | BeamRobot) -> TetRobot | BeamRobot:
@@ -169,7 +169,7 @@ def free_swing(robot: TetRobot | BeamRobot, seconds: float, converged: bool) -> 
     load_of(robot).settle(simulator)
     simulator.start_from(simulator.state)
     return course(
-        "free swing", simulator, CableLoad(tension=np.zeros(robot.n_a)), seconds, converged
+        "free swing", simulator, CableLoad(effort=np.zeros(robot.n_a)), seconds, converged
     )
 
 
@@ -184,14 +184,14 @@ def held(robot: TetRobot | BeamRobot, seconds: float, converged: bool) -> Energy
     still = undamped(robot)
     simulator = Simulator(still)
     load_of(robot).settle(simulator)
-    pull, rest = simulator.pull, simulator.state
+    position, rest = simulator.position, simulator.state
     weight = GRAVITY * float(still.mass.sum()) / 3.0
     aside = np.zeros(3 * len(robot.effector_names))
     aside[:3] = weight * np.array(ASIDE)
     simulator.load(robot.gravity, aside)
-    simulator.settle(pull=pull)
+    simulator.settle(position=position)
     simulator.load(robot.gravity, np.zeros(3 * len(robot.effector_names)))
-    return course("held", simulator, CableLoad(pull=pull), seconds, converged, rest)
+    return course("held", simulator, CableLoad(position=position), seconds, converged, rest)
 
 
 def course(
@@ -263,19 +263,19 @@ def path_distance(name: str, seconds: float) -> PathDistance:
     controller, robot = warm_controller(setup), load_robot(name)
     path = make_path("reach", robot, PathSettings())
     time = robot.h * np.arange(1.0, round(seconds * robot.integration.rate) + 1)
-    pulls, model = [], []
+    positions, model = [], []
     for moment in time % path.times[-1]:
         target = [np.interp(moment, path.times, path.values[:, axis]) for axis in range(3)]
         goal = np.vstack([target, controller.effector[1:]])
         actuation = controller.step(goal)
-        pulls.append(actuation.pull)
+        positions.append(actuation.position)
         model.append(controller.effector[0])
     own = Simulator(robot, controller.space, controller.settings.enrichment)
     own.settle_start()  # as the controller
     plant = settled_simulator(robot)
     steps = 2 * own_steps(plant).count  # the model takes as many as the plant where one is enough
-    as_model = moved_by(own, pulls, max(controller.settings.substeps, 1))
-    timed, full = moved_by(own, pulls, steps), moved_by(plant, pulls, steps)
+    as_model = moved_by(own, positions, max(controller.settings.substeps, 1))
+    timed, full = moved_by(own, positions, steps), moved_by(plant, positions, steps)
 
     def apart(one: Array, other: Array) -> Series:
         return Series(time, np.linalg.norm(one - other, axis=1).astype(float))
@@ -293,4 +293,4 @@ def path_distance(name: str, seconds: float) -> PathDistance:
         total=apart(late, tips),
         tick=apart(tips, np.vstack([tips[:1], tips[:-1]])),
     )
-    return PathDistance(found, step_length_errors(setup, pulls))
+    return PathDistance(found, step_length_errors(setup, positions))

@@ -131,7 +131,7 @@ def planned(settings: EquilibriaSettings) -> Iterator[tuple[str, Robot, list[Loa
             yield f"trunk to 50 mm on one cable, {weight}", robot, trunk_searches(1), False
             yield f"trunk to 50 mm on two cables, {weight}", robot, trunk_searches(2), False
         held: list[LoadedStart] = [
-            (None, CableLoad(tension=DIAMOND_TENSION * row)) for row in np.eye(4)
+            (None, CableLoad(effort=DIAMOND_TENSION * row)) for row in np.eye(4)
         ]
         yield "diamond to 10 N on one leg", diamond(settings.data), held, False
     for name in settings.robots:
@@ -147,9 +147,9 @@ def trunk_searches(cables: int) -> list[LoadedStart]:
     for chosen in combinations(range(LONG_CABLES), cables):
         if cables == 2 and chosen[1] - chosen[0] == 2:
             continue  # opposite cables compress the trunk
-        pull = np.zeros(len(TRUNK_CABLES))
-        pull[list(chosen)] = TRUNK_PULL
-        found.append((None, CableLoad(pull=pull)))
+        position = np.zeros(len(TRUNK_CABLES))
+        position[list(chosen)] = TRUNK_PULL
+        found.append((None, CableLoad(position=position)))
     return found
 
 
@@ -166,8 +166,8 @@ def random_search(robot: Robot, generator: np.random.Generator) -> LoadedStart:
     still = State(robot.advance(rest, system, dv).q, rest.v)
     load = generator.uniform(0.0, LARGEST_LOAD, robot.n_a)
     if robot.n_a == 1:
-        return still, CableLoad(pull=load * robot.limits.pull_max)
-    return still, CableLoad(tension=load * robot.limits.tension_max)
+        return still, CableLoad(position=load * robot.limits.position_max)
+    return still, CableLoad(effort=load * robot.limits.effort_max)
 
 
 def settled(

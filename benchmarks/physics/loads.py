@@ -13,23 +13,23 @@ class CableLoad:
     """Pulled lengths or tensions of all cables, the other is None.
 
     Attributes:
-        pull: (n_a,) [m].
-        tension: (n_a,) [N].
+        position: (n_a,) [m].
+        effort: (n_a,) [N].
     """
 
-    pull: Array | None = None
-    tension: Array | None = None
+    position: Array | None = None
+    effort: Array | None = None
 
     def scaled(self, share: float) -> CableLoad:
         """The same kind of load, `share` times as large."""
-        if self.pull is not None:
-            return CableLoad(pull=share * self.pull)
-        return CableLoad(tension=None if self.tension is None else share * self.tension)
+        if self.position is not None:
+            return CableLoad(position=share * self.position)
+        return CableLoad(effort=None if self.effort is None else share * self.effort)
 
     def step(self, simulator: Simulator, converged: bool = False) -> Report:
         """A step of a simulator under this load."""
-        return simulator.step(self.pull, self.tension, converged)
+        return simulator.step(self.position, self.effort, converged)
 
     def settle(self, simulator: Simulator) -> Report:
         """Settle a simulator under this load."""
-        return simulator.settle(self.pull, self.tension)
+        return simulator.settle(self.position, self.effort)

@@ -50,10 +50,10 @@ def diamond(data: Path, gravity: tuple[float, ...] = (0.0, 0.0, -9.81)) -> TetRo
     model = np.load(data / "diamond_model.npz")
     rows = [
         {
-            "name": name, "pull_point": MM * pull, "points": MM * point[None],
+            "name": name, "pull_point": MM * position, "points": MM * point[None],
             "min_pull": -0.04, "max_pull": 0.02,
         }
-        for name, pull, point in zip(
+        for name, position, point in zip(
             ("north", "west", "south", "east"), model["pull"], model["pts"][1:5], strict=True
         )
     ]  # fmt: skip

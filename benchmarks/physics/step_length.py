@@ -29,12 +29,12 @@ class StepLengthError:
     max_mm: float
 
 
-def step_length_errors(setup: Setup, pulls: list[Array]) -> tuple[StepLengthError, ...]:
+def step_length_errors(setup: Setup, positions: list[Array]) -> tuple[StepLengthError, ...]:
     """Steps of each kind against steps of the same kind that are a quarter as long, with pointwise contact.
 
     Args:
         setup: robot; where its model is a reduced one, steps of the full one are left out.
-        pulls: (n_a,) pulled lengths, one for each step [m].
+        positions: (n_a,) pulled lengths, one for each step [m].
     """
     name, rate = setup.path, setup.robot.integration.rate
     kinds: list[tuple[str, list[Robot], bool]] = []
@@ -52,7 +52,7 @@ def step_length_errors(setup: Setup, pulls: list[Array]) -> tuple[StepLengthErro
     found = []
     for kind, pair, converged in kinds:
         long, short = (
-            driven(simulator, pulls, converged, parts)
+            driven(simulator, positions, converged, parts)
             for simulator, parts in zip(map(settled_simulator, pair), (1, PARTS), strict=True)
         )
         apart = 1e3 * np.linalg.norm(long - short, axis=1)
@@ -68,37 +68,37 @@ def settled_simulator(robot: Robot) -> Simulator:
     return simulator
 
 
-def moved_by(simulator: Simulator, pulls: list[Array], steps: int) -> Array:
+def moved_by(simulator: Simulator, positions: list[Array], steps: int) -> Array:
     """First effector (m, 3) [m] after each of some pulled lengths, from its start, in steps of second order.
 
     Args:
         simulator: the robot.
-        pulls: (n_a,) pulled lengths [m].
+        positions: (n_a,) pulled lengths [m].
         steps: from one pulled length to the next.
     """
     simulator.reset()
-    positions = []
-    for pull in pulls:
-        simulator.move(pull=pull, steps=steps)
-        positions.append(simulator.effector[0])
-    return np.array(positions)
+    tips = []
+    for position in positions:
+        simulator.move(position=position, steps=steps)
+        tips.append(simulator.effector[0])
+    return np.array(tips)
 
 
-def driven(simulator: Simulator, pulls: list[Array], converged: bool, parts: int = 1) -> Array:
+def driven(simulator: Simulator, positions: list[Array], converged: bool, parts: int = 1) -> Array:
     """First effector (m, 3) [m] after each of some pulled lengths, from its start.
 
     Args:
         simulator: the robot.
-        pulls: (n_a,) pulled lengths [m].
+        positions: (n_a,) pulled lengths [m].
         converged: whether steps are iterated.
         parts: steps from one pulled length to the next.
     """
     simulator.reset()
-    positions, before = [], np.zeros(simulator.robot.n_a)
-    for pull in pulls:
+    tips, before = [], np.zeros(simulator.robot.n_a)
+    for position in positions:
         for part in range(1, parts + 1):
             share = part / parts
-            simulator.step(pull=(1.0 - share) * before + share * pull, converged=converged)
-        before = pull
-        positions.append(simulator.effector[0])
-    return np.array(positions)
+            simulator.step(position=(1.0 - share) * before + share * position, converged=converged)
+        before = position
+        tips.append(simulator.effector[0])
+    return np.array(tips)

@@ -33,7 +33,7 @@ def draw_elements(result: ElementBench, path: str | Path) -> None:
         row[0].set_ylabel(f"error of {label}")
     panels[-1][0].set_xlabel("nodes")
     panels[-1][1].set_xlabel("step without contact [ms]")
-    share = 100.0 * result.references[0].equilibria[-1].pull
+    share = 100.0 * result.references[0].equilibria[-1].position
     figure.suptitle(f"{result.robot}, {share:g} % of the largest pull")
     kinds = [Line2D([], [], color=colour, label=element) for element, colour in COLOURS.items()]
     laws = [

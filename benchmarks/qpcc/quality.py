@@ -218,7 +218,7 @@ def solve_all_ways(case: QpccCase, kinds: tuple[str, ...], tally: _Tally) -> Non
         tally.excess[kind].append(relative)
         inspect(problem, solution, tally)
     if start is not None:
-        compare_with_kept_tensions(problem, start, solutions["warm"], tally)
+        compare_with_kept_efforts(problem, start, solutions["warm"], tally)
 
 
 def optimum(case: QpccCase, solutions: list[Solution]) -> tuple[float, bool]:
@@ -252,7 +252,7 @@ def inspect(problem: Qpcc, solution: Solution, tally: _Tally) -> None:
         tally.strong += judged.stationarity <= 1e-8
 
 
-def compare_with_kept_tensions(problem: Qpcc, start: Start, warm: Solution, tally: _Tally) -> None:
+def compare_with_kept_efforts(problem: Qpcc, start: Start, warm: Solution, tally: _Tally) -> None:
     """Count solutions worse than the tensions before with the contact forces they cause.
 
     Args:

@@ -131,15 +131,15 @@ class RobotLike:
     drift: Array
     velocity: Array
 
-    def problem(self, step: int = 0, pull_prev: Array | None = None) -> Qpcc:
+    def problem(self, step: int = 0, position_prev: Array | None = None) -> Qpcc:
         """The inverse problem of a control step."""
         turn = np.eye(len(self.drift)) + np.sin(0.1 * step) * self.drift
         n_a = len(self.limits.rate)
-        pull = np.zeros(n_a) if pull_prev is None else pull_prev
+        position = np.zeros(n_a) if position_prev is None else position_prev
         W = turn @ self.W @ turn.T
         target = self.target + step * self.velocity
         weight = 1e-3 * energy_scale(W, row_layout(3, n_a), np.zeros(len(W) - 3 - n_a, np.bool_))
-        return inverse_problem(W, self.delta_free, target, pull, self.limits, 0.02, weight)
+        return inverse_problem(W, self.delta_free, target, position, self.limits, 0.02, weight)
 
 
 def robot_like(rng: Random, n_a: int, k: int, rank: int | None = None) -> RobotLike:
@@ -163,10 +163,10 @@ def robot_like(rng: Random, n_a: int, k: int, rank: int | None = None) -> RobotL
     if rank is not None:  # gaps that contact forces can open must not contradict each other
         free[3 + n_a :] = np.abs(free[3 + n_a :])
     limits = Limits(
-        tension_min=np.zeros(n_a),
-        tension_max=np.full(n_a, 20.0),
-        pull_min=np.full(n_a, -0.005),
-        pull_max=np.full(n_a, 0.04),
+        effort_min=np.zeros(n_a),
+        effort_max=np.full(n_a, 20.0),
+        position_min=np.full(n_a, -0.005),
+        position_max=np.full(n_a, 0.04),
         rate=np.full(n_a, 0.05),
     )
     return RobotLike(

@@ -27,7 +27,7 @@ class Recorded:
         delta_free: (m,) their values after a step without forces [m].
         target: (n_e,) [m].
         limits: of the cables.
-        pull_prev: (n_a,) pulled lengths commanded before [m].
+        position_prev: (n_a,) pulled lengths commanded before [m].
         h: time step [s].
         epsilon: weight of the elastic energy.
         start: tensions before and the modes that pushed.
@@ -37,7 +37,7 @@ class Recorded:
     delta_free: Array
     target: Array
     limits: Limits
-    pull_prev: Array
+    position_prev: Array
     h: float
     epsilon: float
     start: Start
@@ -45,14 +45,14 @@ class Recorded:
     @property
     def n_c(self) -> int:
         """Contact rows."""
-        return len(self.delta_free) - len(self.target) - len(self.pull_prev)
+        return len(self.delta_free) - len(self.target) - len(self.position_prev)
 
     def problem(self) -> Qpcc:
         """The inverse problem."""
-        layout = row_layout(len(self.target), len(self.pull_prev))
+        layout = row_layout(len(self.target), len(self.position_prev))
         weight = self.epsilon * energy_scale(self.W, layout, self.start.piece)
         return inverse_problem(
-            self.W, self.delta_free, self.target, self.pull_prev, self.limits, self.h, weight
+            self.W, self.delta_free, self.target, self.position_prev, self.limits, self.h, weight
         )
 
 
@@ -65,15 +65,21 @@ def save_recorded(path: Path, steps: list[Recorded]) -> None:
     np.savez_compressed(
         path,
         n_e=len(first.target),
-        n_a=len(first.pull_prev),
+        n_a=len(first.position_prev),
         n_c=sizes,
         W=np.concatenate(triangles),
         delta_free=np.concatenate([step.delta_free for step in steps]),
         target=np.array([step.target for step in steps]),
         limits=np.array(
-            [limits.tension_min, limits.tension_max, limits.pull_min, limits.pull_max, limits.rate]
+            [
+                limits.effort_min,
+                limits.effort_max,
+                limits.position_min,
+                limits.position_max,
+                limits.rate,
+            ]
         ),
-        pull_prev=np.array([step.pull_prev for step in steps]),
+        position_prev=np.array([step.position_prev for step in steps]),
         h=first.h,
         epsilon=first.epsilon,
         lam_a=np.array([step.start.lam_a for step in steps]),
@@ -105,7 +111,7 @@ def load_recorded(path: Path) -> list[Recorded]:
 
 
 FIELDS = {
-    "n_e", "n_a", "n_c", "W", "delta_free", "target", "limits", "pull_prev", "h", "epsilon",
+    "n_e", "n_a", "n_c", "W", "delta_free", "target", "limits", "position_prev", "h", "epsilon",
     "lam_a", "piece",
 }  # fmt: skip
 
@@ -128,7 +134,7 @@ def step_of(arrays: dict[str, Any], parts: dict[str, list[Any]], i: int) -> Reco
         delta_free=parts["delta_free"][i],
         target=arrays["target"][i],
         limits=Limits(*arrays["limits"]),
-        pull_prev=arrays["pull_prev"][i],
+        position_prev=arrays["position_prev"][i],
         h=float(arrays["h"]),
         epsilon=float(arrays["epsilon"]),
         start=Start(arrays["lam_a"][i], parts["piece"][i]),

@@ -79,14 +79,14 @@ def make_problems(size: Size) -> list[StepProblem]:
     for seed in range(size.robots):
         robot = robot_like(np.random.default_rng(seed), n_a, size.k)
         free = robot.delta_free[3 : 3 + n_a]
-        pull, before = np.zeros(n_a), None
+        position, before = np.zeros(n_a), None
         for step in range(size.steps + 1):
-            problem = robot.problem(step, pull)
+            problem = robot.problem(step, position)
             solution = solve_qpcc(problem, before)
             if before is not None:
                 problems.append(StepProblem(problem, before))
             if solution.status.usable:
-                pull = problem.G @ np.concatenate([solution.lam_a, solution.beta]) + free
+                position = problem.G @ np.concatenate([solution.lam_a, solution.beta]) + free
                 before = solution
             elif before is None:
                 break  # without a solution of its first step a robot has no warm start

@@ -21,7 +21,7 @@ class TipError:
 
     Attributes:
         enriched: whether unit columns joined where gaps were deeper than the robot file's tolerance.
-        pulls: number of equilibria compared.
+        positions: number of equilibria compared.
         mean_mm: mean distance of the tips.
         max_mm: largest.
         deepest_gap_mm: deepest predicted penetration of the reduced one, as a gap.
@@ -30,7 +30,7 @@ class TipError:
     """
 
     enriched: bool
-    pulls: int
+    positions: int
     mean_mm: float
     max_mm: float
     deepest_gap_mm: float
@@ -56,7 +56,7 @@ def bench_control(
     basis: ContactBasis,
     settings: ControllerSettings,
     seconds: float,
-    pulls: int,
+    positions: int,
     progress: Progress,
 ) -> ControlBench:
     """Time control steps with contact none, full and reduced; compare reduced with pointwise tips.
@@ -66,7 +66,7 @@ def bench_control(
         basis: its contact basis.
         settings: of the controllers.
         seconds: of the path along what the cables reach, there and back.
-        pulls: equilibria at which tips are compared.
+        positions: equilibria at which tips are compared.
         progress: called with the share of the work that has just been done.
     """
     path = make_path("reach", robot, PathSettings(period=seconds, fraction=0.9))
@@ -77,13 +77,15 @@ def bench_control(
         for contact, name in kinds:
             control.append(time_steps(robot, contact, name, targets, settings))  # type: ignore[arg-type]
             progress(1.0 / 6.0)
-        full = tip_curve(robot, "full", None, pulls)
+        full = tip_curve(robot, "full", None, positions)
         progress(1.0 / 6.0)
         tolerance = robot.tolerance
         enrichments = (None, default_enrichment(tolerance))
         errors = []
         for enrichment in enrichments:
-            errors.append(tip_error(full, tip_curve(robot, basis, enrichment, pulls), enrichment))
+            errors.append(
+                tip_error(full, tip_curve(robot, basis, enrichment, positions), enrichment)
+            )
             progress(1.0 / 6.0)
     return ControlBench(
         machine=host_info(),
@@ -105,7 +107,7 @@ class _TipCurve:
 
 
 def tip_curve(
-    robot: Robot, contact: object, enrichment: Enrichment | None, pulls: int
+    robot: Robot, contact: object, enrichment: Enrichment | None, positions: int
 ) -> _TipCurve:
     """Equilibria with every cable pulled in proportion from rest to its largest pull.
 
@@ -113,12 +115,12 @@ def tip_curve(
         robot: the robot.
         contact: "none", "full" or a contact basis.
         enrichment: of the basis; None without.
-        pulls: number of equilibria.
+        positions: number of equilibria.
     """
     simulator = Simulator(robot, contact, enrichment)  # type: ignore[arg-type]
     tips, converged, deepest, extra = [], [], np.inf, 0
-    for share in np.linspace(0.0, 1.0, pulls):
-        report = simulator.settle(pull=share * robot.limits.pull_max, tolerance=1e-6)
+    for share in np.linspace(0.0, 1.0, positions):
+        report = simulator.settle(position=share * robot.limits.position_max, tolerance=1e-6)
         tips.append(simulator.effector[0])
         converged.append(report.converged)
         deepest = min(deepest, report.deepest_gap)
@@ -138,7 +140,7 @@ def tip_error(full: _TipCurve, reduced: _TipCurve, enrichment: Enrichment | None
     distance = 1e3 * np.linalg.norm(full.tips - reduced.tips, axis=1)[both]
     return TipError(
         enriched=enrichment is not None,
-        pulls=int(both.sum()),
+        positions=int(both.sum()),
         mean_mm=float(distance.mean()),
         max_mm=float(distance.max()),
         deepest_gap_mm=1e3 * reduced.deepest,

@@ -211,6 +211,6 @@ def equilibrium_seconds(robot: Robot, design: Design, count: int) -> float:
     simulator = Simulator(robot, contact="full")
     start = perf_counter()
     for i in range(len(run)):
-        tension = None if run.tension is None else run.tension[:, i]
-        simulator.settle(run.pull[:, i], tension, TOLERANCE)
+        effort = None if run.effort is None else run.effort[:, i]
+        simulator.settle(run.position[:, i], effort, TOLERANCE)
     return (perf_counter() - start) / len(run)

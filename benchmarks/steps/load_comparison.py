@@ -203,7 +203,7 @@ class _Pair:
         self._load(every[0])
         full.reset()
         self.reduced.reset()
-        if not full.settle(command.pull, command.tension, TOLERANCE, MAX_ITERATIONS).converged:
+        if not full.settle(command.position, command.effort, TOLERANCE, MAX_ITERATIONS).converged:
             return
         start = full.state, full.forces
         near = self._settled(self.reduced, command)
@@ -229,11 +229,11 @@ class _Pair:
         for i in range(1, steps + 1):
             command = found.command(0.5 * (1.0 - np.cos(2.0 * np.pi * i / steps)) * shares)
             try:
-                self.full.step(command.pull, command.tension)
+                self.full.step(command.position, command.effort)
             except FactorisationError:
                 return
             try:
-                self.reduced.step(command.pull, command.tension)
+                self.reduced.step(command.position, command.effort)
             except FactorisationError:
                 yield np.nan
                 return
@@ -253,7 +253,7 @@ class _Pair:
         """Whether an equilibrium was found."""
         try:
             return simulator.settle(
-                command.pull, command.tension, TOLERANCE, MAX_ITERATIONS
+                command.position, command.effort, TOLERANCE, MAX_ITERATIONS
             ).converged
         except FactorisationError:
             return False

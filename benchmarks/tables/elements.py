@@ -19,7 +19,7 @@ def element_page(result: ElementBench) -> Page:
         for index, state in enumerate(reference.equilibria):
             rows = [element_row(case, case.equilibria[index]) for case in cases]
             rows.append(element_row(reference, state))
-            title = f"{result.robot}, {reference.material}, {100.0 * state.pull:g} % of the largest pull"
+            title = f"{result.robot}, {reference.material}, {100.0 * state.position:g} % of the largest pull"
             tables.append(Numbers(title, COLUMNS, tuple(rows)))
     about = (
         f"Errors against the last row of each table. {result.factorisation}, one thread, medians. "
@@ -30,7 +30,7 @@ def element_page(result: ElementBench) -> Page:
 
 def element_row(case: ElementCase, state: ElementEquilibrium) -> tuple[str, ...]:
     """One mesh: medians of its times, and its errors."""
-    found = ", ".join(f"{tension:.4f}" for tension in state.tension)
+    found = ", ".join(f"{effort:.4f}" for effort in state.effort)
     errors = (
         percent(state.tension_error),
         millimetres(state.tip_error),

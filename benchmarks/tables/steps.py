@@ -32,7 +32,7 @@ def tip_sentences(result: ControlBench) -> list[str]:
     """How far the tip is with reduced contact from where it is with pointwise contact."""
     return [
         f"tip of reduced against pointwise contact, {'with' if error.enriched else 'without'} enrichment: "
-        f"mean {error.mean_mm:.3f}, max {error.max_mm:.3f} mm at {error.pulls} pulls; deepest gap "
+        f"mean {error.mean_mm:.3f}, max {error.max_mm:.3f} mm at {error.positions} pulls; deepest gap "
         f"{error.deepest_gap_mm:.3f} mm"
         for error in result.tip_error
     ]

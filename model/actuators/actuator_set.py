@@ -158,9 +158,9 @@ class ActuatorSet:
         if lam is None:
             return
         c, n_cables = self.cables, self.cables.n_a
-        tension = lam[:n_cables] if exact else np.maximum(lam[:n_cables], 0.0)
+        effort = lam[:n_cables] if exact else np.maximum(lam[:n_cables], 0.0)
         segments, weights = c.paths.segment_arrays, c.segment_weights
-        add_cable_stiffness(c.stations(x), segments, weights, tension, self.cable_slot, K)
+        add_cable_stiffness(c.stations(x), segments, weights, effort, self.cable_slot, K)
         if exact and len(self.chambers) > 0:
             pressure = lam[n_cables : n_cables + len(self.chambers)]
             surface = (self.chambers.nodes, self.chambers.weights)

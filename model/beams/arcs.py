@@ -90,11 +90,11 @@ def forces_at_end(
         M = stretched(add(bent, stretch_moment(u, phi, P, eta, d_gamma, d_eta)), phi, gamma, eta)
         t = cross(N, u)
         c = add(scale(0.5 * tau, cross(phi, t)), M)
-        pull = rotate(frame, N)
+        position = rotate(frame, N)
         on_a, on_b = rotate(frame, subtract(scale(0.5, t), c)), rotate(frame, add(scale(0.5, t), c))
         for i in range(3):
-            found[a, i] -= pull[i]
-            found[b, i] += pull[i]
+            found[a, i] -= position[i]
+            found[b, i] += position[i]
             found[a, 3 + i] += on_a[i]
             found[b, 3 + i] += on_b[i]
     return found

@@ -171,9 +171,9 @@ def stretch_moment(
         d_gamma: γ' at |φ|.
         d_eta: η' at |φ|.
     """
-    along, pull = dot(phi, u), dot(phi, N)
-    part = add(scale(eta * along, N), scale(eta * pull, u))
-    return add(part, scale(d_gamma * dot(u, N) + d_eta * along * pull, phi))
+    along, position = dot(phi, u), dot(phi, N)
+    part = add(scale(eta * along, N), scale(eta * position, u))
+    return add(part, scale(d_gamma * dot(u, N) + d_eta * along * position, phi))
 
 
 @kernel

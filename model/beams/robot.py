@@ -128,13 +128,13 @@ class BeamRobot(SteppedRobot):
         return float(max(moved, turn * self.surfaces.lever))
 
     def forces(
-        self, state: State, tension: Array | None = None, exact: bool = False
+        self, state: State, effort: Array | None = None, exact: bool = False
     ) -> tuple[Array, Array]:
         """Internal and outer forces, and the tangent; see `Robot.forces`.
 
         Args:
             state: where to evaluate.
-            tension: (n_a,) efforts of the actuators, whose curvature enters the tangent; None: none does.
+            effort: (n_a,) efforts of the actuators, whose curvature enters the tangent; None: none does.
             exact: exact derivative rather than the positive semidefinite tangent.
 
         Returns:
@@ -145,7 +145,7 @@ class BeamRobot(SteppedRobot):
         force, K = np.zeros((2 * self.n_nodes, 3)), np.zeros(len(self.pattern.indices))
         force[::2] = np.outer(body.mass, self.gravity)
         assemble_beams(x, Q, body.arrays, exact, self.beam_slot, force, K)
-        self.actuator_set.add_stiffness(x, Q, tension, exact, K)
+        self.actuator_set.add_stiffness(x, Q, effort, exact, K)
         total = force[dof >= 0].ravel()
         preload = self.actuator_set.preload(x, Q, self.dof, self.n)
         if preload is not None:

@@ -116,24 +116,24 @@ class SparseRobot(ABC):
 
     @abstractmethod
     def forces(
-        self, state: State, tension: Array | None = None, exact: bool = False
+        self, state: State, effort: Array | None = None, exact: bool = False
     ) -> tuple[Array, Array]:
         """Forces without actuators and contacts (n,) [N], and K = −∂force/∂q as CSC values (nnz,).
 
         Args:
             state: where to evaluate.
-            tension: (n_a,) efforts of the actuators, whose curvature enters the tangent; None: none does.
+            effort: (n_a,) efforts of the actuators, whose curvature enters the tangent; None: none does.
             exact: exact derivative rather than the positive semidefinite tangent.
         """
 
     def linearise(
-        self, state: State, tension: Array | None = None, integration: Integration | None = None
+        self, state: State, effort: Array | None = None, integration: Integration | None = None
     ) -> System:
         """The system of one step from this state: A, b, v_free (7)-(10).
 
         Args:
             state: where the step starts.
-            tension: (n_a,) last efforts of the actuators, for the curvature they add to A.
+            effort: (n_a,) last efforts of the actuators, for the curvature they add to A.
             integration: another scheme than the robot's.
 
         Raises:
@@ -141,13 +141,13 @@ class SparseRobot(ABC):
         """
         scheme = integration or self.integration
         remembered, damping = (None, None) if scheme.static else self.damping_at(state, scheme)
-        force, K = self.forces(state, tension, exact=True)
+        force, K = self.forces(state, effort, exact=True)
         if remembered is not None:
             force += remembered
         semidefinite: Array | None = None
         for share in semidefinite_shares(scheme):
             if share > 0.0 and semidefinite is None:
-                semidefinite = self.forces(state, tension, exact=False)[1]
+                semidefinite = self.forces(state, effort, exact=False)[1]
             tangent = K
             if semidefinite is not None and share < 1.0:
                 tangent = (1.0 - share) * K + share * semidefinite

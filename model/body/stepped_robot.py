@@ -81,7 +81,7 @@ class SteppedRobot(SparseRobot):
         """½ h vᵀ C v − h vᵀ f of velocities (n,), f the constant forces of the step [J]."""
         return self.h * float(v @ (0.5 * self.viscous_force(start, v) - start.force))
 
-    def linearise_iterate(self, state: State, start: StepStart, tension: Array) -> System:
+    def linearise_iterate(self, state: State, start: StepStart, effort: Array) -> System:
         """The system of one iteration of a step that started elsewhere, without velocity of its own.
 
         Its solution dv moves the iterate by h dv.
@@ -89,7 +89,7 @@ class SteppedRobot(SparseRobot):
         Args:
             state: the iterate.
             start: of the step.
-            tension: (n_a,) tensions of the last iteration, for the curvature they add to A [N].
+            effort: (n_a,) tensions of the last iteration, for the curvature they add to A [N].
 
         Raises:
             FactorisationError: A is not positive definite.
@@ -99,7 +99,7 @@ class SteppedRobot(SparseRobot):
         resisting = accelerated + self.viscous_force(start, v) - start.force
         inertia = self.at_end(start.state, state, resisting)
         for exact in (True, False):
-            force, K = self.forces(state, tension, exact)
+            force, K = self.forces(state, effort, exact)
             try:
                 system = make_iterate(
                     self.pattern,

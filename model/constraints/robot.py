@@ -51,13 +51,13 @@ class ConstrainedRobot(PlacedRobot):
         return max(float(free), pinned[0]) + pinned[1]
 
     def forces(
-        self, state: State, tension: Array | None = None, exact: bool = False
+        self, state: State, effort: Array | None = None, exact: bool = False
     ) -> tuple[Array, Array]:
         """Internal forces plus gravity, and the tangent.
 
         Args:
             state: where to evaluate.
-            tension: (n_a,) efforts of the actuators, whose curvature enters the tangent.
+            effort: (n_a,) efforts of the actuators, whose curvature enters the tangent.
             exact: with the change of the rotations of elements and levers: the derivative, symmetrised; not
                 always positive definite.
 
@@ -65,14 +65,14 @@ class ConstrainedRobot(PlacedRobot):
             force (n,) without actuators and contacts, and K = −∂force/∂q as CSC values (nnz,).
         """
         semidefinite = self.raw.elements.semidefinite
-        return self.forces_at(state, *self.placed(state), tension, EXACT if exact else semidefinite)
+        return self.forces_at(state, *self.placed(state), effort, EXACT if exact else semidefinite)
 
     def stiffness(self, state: State) -> Array:
         """The stiffness of the material, with rotations of elements held, as CSC values (nnz,)."""
         return self.forces_at(state, *self.placed(state), None, HELD)[1]
 
     def forces_at(
-        self, state: State, raw_state: State, levers: Array, tension: Array | None, kind: int
+        self, state: State, raw_state: State, levers: Array, effort: Array | None, kind: int
     ) -> tuple[Array, Array]:
         """`forces` where the nodes are known.
 
@@ -80,12 +80,12 @@ class ConstrainedRobot(PlacedRobot):
             state: where to evaluate.
             raw_state: the nodes there, and
             levers: (k, 3) their levers, from `placed`.
-            tension: (n_a,) efforts of the actuators, as in `forces`.
+            effort: (n_a,) efforts of the actuators, as in `forces`.
             kind: of tangent, see `TetRobot.forces_with`.
         """
         exact = kind == EXACT
         T = self.coordinates.values(levers)
-        efforts, winding, parts = self.efforts(tension), np.zeros(0), list[Array]()
+        efforts, winding, parts = self.efforts(effort), np.zeros(0), list[Array]()
         pulled = np.zeros(self.raw.n)
         if self.drums is not None:
             rows, tensions = self.wound(state, raw_state)
@@ -155,13 +155,13 @@ class ConstrainedRobot(PlacedRobot):
         )
 
     def linearise(
-        self, state: State, tension: Array | None = None, integration: Integration | None = None
+        self, state: State, effort: Array | None = None, integration: Integration | None = None
     ) -> System:
         """The system of one step from this state: A, b, v_free (7)-(10).
 
         Args:
             state: where the step starts.
-            tension: (n_a,) last efforts, for the curvature they add to A.
+            effort: (n_a,) last efforts, for the curvature they add to A.
             integration: another scheme than the robot's.
 
         Raises:
@@ -175,12 +175,12 @@ class ConstrainedRobot(PlacedRobot):
             inertia = self.inertia_force(levers, T, state.v)
         damping = None if scheme.static else self.damping_at(state, scheme)[1]
         make = partial(make_system, self.pattern, self.factorisation, scheme, damping=damping)
-        force, K = self.forces_at(state, raw_state, levers, tension, EXACT)
+        force, K = self.forces_at(state, raw_state, levers, effort, EXACT)
         try:
             return make(K.copy(), mass, force + inertia, state.v)
         except FactorisationError:
             kind = self.raw.elements.semidefinite
-            semidefinite = self.forces_at(state, raw_state, levers, tension, kind)[1]
+            semidefinite = self.forces_at(state, raw_state, levers, effort, kind)[1]
         # past the largest torque a drive holds the robot against its own tangent: stiffness on the diagonal
         # of a drive that is held changes no step towards equilibrium, the semidefinite tangent does
         drives = self.product.drive_places[self.driven]

@@ -1,7 +1,7 @@
 """What the actuators of a robot are: names, kinds with their units, and the laws that they obey.
 
-An actuator has a position δ and a work-conjugate effort λ, each in the unit of its kind. In the names of
-this code the position is `pull` and the effort `tension`, whatever the kind.
+An actuator has a position δ and a work-conjugate effort λ, each in the unit of its kind: pulled length and
+tension of a cable, change of volume and pressure of a chamber.
 """
 
 from __future__ import annotations

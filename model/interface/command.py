@@ -14,41 +14,41 @@ class Command:
     """Given positions and efforts; NaN where not given.
 
     Attributes:
-        pull: (n_a,) positions [m, m³].
-        tension: (n_a,) efforts [N, Pa].
+        position: (n_a,) positions [m, m³].
+        effort: (n_a,) efforts [N, Pa].
     """
 
-    pull: Array
-    tension: Array
+    position: Array
+    effort: Array
 
     @classmethod
-    def of(cls, pull: Array | None, tension: Array | None) -> Command:
+    def of(cls, position: Array | None, effort: Array | None) -> Command:
         """Positions (n_a,), efforts (n_a,), or both with NaN where the other one is given."""
-        if pull is None:
-            assert tension is not None
-            return cls(np.full(len(tension), np.nan), tension)
-        return cls(pull, np.full(len(pull), np.nan) if tension is None else tension)
+        if position is None:
+            assert effort is not None
+            return cls(np.full(len(effort), np.nan), effort)
+        return cls(position, np.full(len(position), np.nan) if effort is None else effort)
 
     @property
     def by_force(self) -> Bools:
         """Which efforts are given: (n_a,) bool."""
-        given: Bools = ~np.isnan(self.tension)
+        given: Bools = ~np.isnan(self.effort)
         return given
 
     @property
     def by_position(self) -> Bools:
         """Which positions are given: (n_a,) bool."""
-        given: Bools = ~np.isnan(self.pull)
+        given: Bools = ~np.isnan(self.position)
         return given
 
-    def between(self, pull: Array, tension: Array, share: float) -> Command:
+    def between(self, position: Array, effort: Array, share: float) -> Command:
         """The same kind of command on the way from another state to this one.
 
         Args:
-            pull: (n_a,) positions at the start.
-            tension: (n_a,) efforts at the start.
+            position: (n_a,) positions at the start.
+            effort: (n_a,) efforts at the start.
             share: of the way, 0 to 1.
         """
         return Command(
-            pull + share * (self.pull - pull), tension + share * (self.tension - tension)
+            position + share * (self.position - position), effort + share * (self.effort - effort)
         )

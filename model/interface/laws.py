@@ -55,15 +55,15 @@ class Laws:
         """Laws of some actuators, by their numbers (c,), without springs."""
         return Laws(self.bilateral[chosen], self.held_by_force[chosen])
 
-    def held(self, pull: Array, tension: Array) -> Command:
+    def held(self, position: Array, effort: Array) -> Command:
         """What a hold keeps of positions and efforts (n_a,).
 
         Args:
-            pull: positions that left last.
-            tension: efforts that left last.
+            position: positions that left last.
+            effort: efforts that left last.
         """
         by_force = self.held_by_force
-        return Command(np.where(by_force, np.nan, pull), np.where(by_force, tension, np.nan))
+        return Command(np.where(by_force, np.nan, position), np.where(by_force, effort, np.nan))
 
     def motors(self, delta: Array, lam: Array) -> Array:
         """Positions of the motors (n_a,) of positions delta and efforts lam of what they move."""
@@ -80,7 +80,7 @@ class Laws:
             limits: of the actuators.
             rounding: what is rounding of an effort, relative to the largest.
         """
-        least = limits.tension_min + rounding * limits.largest_tension
+        least = limits.effort_min + rounding * limits.largest_effort
         found: Bools = ~self.bilateral & (effort <= least)
         return found
 
@@ -93,8 +93,8 @@ class Laws:
             effort: (n_a,) [N, Pa].
             limits: of the actuators.
         """
-        below = np.where(self.bilateral, limits.tension_min - effort, -np.inf)
-        excess: Array = np.maximum(effort - limits.tension_max, below) / limits.largest_tension
+        below = np.where(self.bilateral, limits.effort_min - effort, -np.inf)
+        excess: Array = np.maximum(effort - limits.effort_max, below) / limits.largest_effort
         return excess
 
     def penalty(self, command: Command, delta: Array, weights: Array) -> float:
@@ -109,11 +109,11 @@ class Laws:
             weights: (n_a,) of the distances, larger than the efforts at the positions commanded [N].
         """
         given = command.by_force
-        value = -float(command.tension[given] @ delta[given])
-        short, stiff = np.where(given, 0.0, command.pull - delta), ~given
+        value = -float(command.effort[given] @ delta[given])
+        short, stiff = np.where(given, 0.0, command.position - delta), ~given
         if self.springs is not None:
             springs = self.springs
-            effort = springs.effort(np.where(given, 0.0, command.pull), delta)
+            effort = springs.effort(np.where(given, 0.0, command.position), delta)
             effort = np.where(self.bilateral, effort, np.maximum(effort, 0.0))
             soft = stiff & (springs.flexibility > 0.0)
             value += 0.5 * float(springs.flexibility[soft] @ effort[soft] ** 2)

@@ -16,35 +16,37 @@ class Limits:
     """Limits of the actuators, each (n_a,), in the units of their kinds.
 
     Attributes:
-        tension_min: smallest effort [N, Pa]; of cables that are no rods at least 0.
-        tension_max: largest effort [N, Pa].
-        pull_min: smallest position [m, m³].
-        pull_max: largest position [m, m³].
+        effort_min: smallest effort [N, Pa]; of cables that are no rods at least 0.
+        effort_max: largest effort [N, Pa].
+        position_min: smallest position [m, m³].
+        position_max: largest position [m, m³].
         rate: largest rate of the position [m/s, m³/s].
     """
 
-    tension_min: Array
-    tension_max: Array
-    pull_min: Array
-    pull_max: Array
+    effort_min: Array
+    effort_max: Array
+    position_min: Array
+    position_max: Array
     rate: Array
 
     @cached_property
-    def largest_tension(self) -> Array:
+    def largest_effort(self) -> Array:
         """Larger magnitude of both limits of the effort: (n_a,)."""
-        return np.maximum(np.abs(self.tension_min), np.abs(self.tension_max))
+        return np.maximum(np.abs(self.effort_min), np.abs(self.effort_max))
 
     @cached_property
-    def farthest_pull(self) -> Array:
+    def farthest_position(self) -> Array:
         """Limit of the position with the larger magnitude, with its sign: (n_a,)."""
-        farthest: Array = np.where(self.pull_max >= -self.pull_min, self.pull_max, self.pull_min)
+        farthest: Array = np.where(
+            self.position_max >= -self.position_min, self.position_max, self.position_min
+        )
         return farthest
 
     def at(self, chosen: Ints) -> Limits:
         """The limits of some actuators, by their numbers (c,)."""
         return Limits(
-            self.tension_min[chosen], self.tension_max[chosen],
-            self.pull_min[chosen], self.pull_max[chosen], self.rate[chosen],
+            self.effort_min[chosen], self.effort_max[chosen],
+            self.position_min[chosen], self.position_max[chosen], self.rate[chosen],
         )  # fmt: skip
 
 
@@ -66,10 +68,10 @@ def limits_of(config: RobotSettings, source: str = "robot file") -> Limits:
         else:
             ranges.append(item.limits)
     return Limits(
-        tension_min=np.array([found.least_effort for found in ranges]),
-        tension_max=np.array([found.most_effort for found in ranges]),
-        pull_min=np.array([found.least_position for found in ranges]),
-        pull_max=np.array([found.most_position for found in ranges]),
+        effort_min=np.array([found.least_effort for found in ranges]),
+        effort_max=np.array([found.most_effort for found in ranges]),
+        position_min=np.array([found.least_position for found in ranges]),
+        position_max=np.array([found.most_position for found in ranges]),
         rate=np.array([found.rate for found in ranges]),
     )
 

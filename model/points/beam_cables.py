@@ -69,7 +69,7 @@ def lever_block(f: Vector3, r: Vector3, i: int, j: int) -> float:
 
 @kernel
 def add_beam_cable_stiffness(  # noqa: C901  one flat loop nest is what numba compiles best
-    points: Array, arms: Array, segments: Segments, tension: Array, exact: bool,
+    points: Array, arms: Array, segments: Segments, effort: Array, exact: bool,
     blocks: tuple[Ints, Ints], K: Array,
 ) -> None:  # fmt: skip
     """Add the curvature of tensioned cables to the CSC values K (nnz,).
@@ -78,7 +78,7 @@ def add_beam_cable_stiffness(  # noqa: C901  one flat loop nest is what numba co
         points: (p, 3) stations [m].
         arms: (p, 2, 3) their lever arms [m].
         segments: see `Paths.segment_arrays`; the second station is the next.
-        tension: (n_a,) [N].
+        effort: (n_a,) [N].
         exact: with the rotation of lever arms, which may make the tangent indefinite.
         blocks: slot (s, 4, 4) and column_length (s, 4), see `Pattern.blocks`; groups are position and
             rotation of both nodes.
@@ -91,7 +91,7 @@ def add_beam_cable_stiffness(  # noqa: C901  one flat loop nest is what numba co
         p = first[s]
         d = points[p + 1] - points[p]
         ell = np.sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2])
-        T = tension[owner[s]]
+        T = effort[owner[s]]
         if T == 0.0 or (T < 0.0 and not exact):
             continue
         _, slope, curvature = blunted(ell, shortest[s])

@@ -120,7 +120,7 @@ def add_cable_stiffness(
     y: Array,
     segments: Segments,
     weights: Array,
-    tension: Array,
+    effort: Array,
     blocks: tuple[Ints, Ints],
     K: Array,
 ) -> None:
@@ -130,7 +130,7 @@ def add_cable_stiffness(
         y: (p, 3) stations [m].
         segments: see `Paths.segment_arrays`; the second station is the next.
         weights: (s, 8) of the nodes of both ends, negative for the first end.
-        tension: (n_a,) [N].
+        effort: (n_a,) [N].
         blocks: slot (s, 8, 8) and column_length (s, 8), see `Pattern.blocks`.
         K: (nnz,) CSC values of −∂force, added to.
     """
@@ -138,7 +138,7 @@ def add_cable_stiffness(
     slot, column_length = blocks
     d = np.empty(3)
     for s in range(owner.shape[0]):
-        force = tension[owner[s]]
+        force = effort[owner[s]]
         for i in range(3):
             d[i] = y[first[s] + 1, i] - y[first[s], i]
         ell = np.sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2])

@@ -15,34 +15,34 @@ LARGEST_EFFORT = 1e9  # N or Pa, of any other actuator
 
 
 def checked_command(
-    robot: Robot, pull: Sequence[float] | Array | None, tension: Sequence[float] | Array | None
+    robot: Robot, position: Sequence[float] | Array | None, effort: Sequence[float] | Array | None
 ) -> Command:
     """The command of given positions and efforts (n_a,).
 
     Args:
         robot: whose actuators they are.
-        pull: positions, or None.
-        tension: efforts, or None.
+        position: positions, or None.
+        effort: efforts, or None.
 
     Raises:
         ValueError: not exactly one of the two for each actuator, or values that are not allowed.
     """
-    if pull is None and tension is None:
+    if position is None and effort is None:
         raise ValueError(
-            "pull and tension: each actuator needs a number in one of them, found neither"
+            "position and effort: each actuator needs a number in one of them, found neither"
         )
     n_a, cables = robot.n_a, ~robot.actuators.laws.bilateral
-    mixed = pull is not None and tension is not None
+    mixed = position is not None and effort is not None
     least, most = np.full(n_a, -LARGEST), np.full(n_a, LARGEST)
-    pulls = None if pull is None else _numbers("pull", pull, least, most, mixed)
+    positions = None if position is None else _numbers("position", position, least, most, mixed)
     least = np.where(cables, 0.0, -LARGEST_EFFORT)
     most = np.where(cables, LARGEST, LARGEST_EFFORT)
-    tensions = None if tension is None else _numbers("tension", tension, least, most, mixed)
-    command = Command.of(pulls, tensions)
+    efforts = None if effort is None else _numbers("effort", effort, least, most, mixed)
+    command = Command.of(positions, efforts)
     if (command.by_position == command.by_force).any():
         raise ValueError(
-            "pull and tension: each actuator needs a number in one of them and NaN in the other, found "
-            f"{command.pull.tolist()} and {command.tension.tolist()}"
+            "position and effort: each actuator needs a number in one of them and NaN in the other, found "
+            f"{command.position.tolist()} and {command.effort.tolist()}"
         )
     return command
 

@@ -61,13 +61,13 @@ class Stepped(Robot, Protocol):
     def dissipation(self, start: StepStart, v: Array) -> float:
         """½ h vᵀ C v − h vᵀ f of velocities (n,), f the constant forces of the step [J]."""
 
-    def linearise_iterate(self, state: State, start: StepStart, tension: Array) -> System:
+    def linearise_iterate(self, state: State, start: StepStart, effort: Array) -> System:
         """The system of one iteration of a step, see `SteppedRobot.linearise_iterate`.
 
         Args:
             state: the iterate.
             start: of the step.
-            tension: (n_a,) tensions of the last iteration [N].
+            effort: (n_a,) tensions of the last iteration [N].
         """
 
 
@@ -144,7 +144,7 @@ def converged_step(
             "attachments"
         )
     start = robot.step_start(state)
-    system = robot.linearise_iterate(state, start, forces.tension)
+    system = robot.linearise_iterate(state, start, forces.effort)
     merit = Merit(robot, space, command, IncrementalPotential(robot, start), robot.advance)
     contacts = space.k > 0 or enrichment.rounds > 0
     iterate, lam, taken, movement = state, forces, 0, np.inf
@@ -153,7 +153,7 @@ def converged_step(
     while taken < ITERATIONS and ending is not Ending.SETTLED:
         if last is not None:
             try:
-                system = robot.linearise_iterate(iterate, start, lam.tension)
+                system = robot.linearise_iterate(iterate, start, lam.effort)
             except FactorisationError:
                 ending = Ending.NOT_FINITE
                 break
@@ -190,8 +190,8 @@ def without_gain(robot: Stepped, before: State, after: State, forces: Forces) ->
         after: the end of the step.
         forces: constraint forces at the end.
     """
-    pulls = [robot.rows(at, contacts=False).actuators.delta for at in (before, after)]
-    work = float(forces.tension @ (pulls[1] - pulls[0]))
+    positions = [robot.rows(at, contacts=False).actuators.delta for at in (before, after)]
+    work = float(forces.effort @ (positions[1] - positions[0]))
     gain = robot.energy(after) - robot.energy(before) - work
     if not gain > 0.0:
         return after

@@ -156,7 +156,7 @@ class Merit:
     def observe(self, solved: PredictedStep) -> None:
         """Raise the weights above the forces of a step."""
         forces = solved.step.split(solved.lam, self._space.k)
-        self._weights = np.maximum(self._weights, WEIGHT * np.abs(forces.tension))
+        self._weights = np.maximum(self._weights, WEIGHT * np.abs(forces.effort))
         self._modes = np.maximum(self._modes, WEIGHT * forces.beta)
         self._slots[forces.extra] = np.maximum(
             self._slots[forces.extra], WEIGHT * forces.extra_beta

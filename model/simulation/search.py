@@ -236,7 +236,7 @@ class GrowingLoad:
 
     def at(self, share: float) -> Command:
         """The load at a share of the way."""
-        return self._command.between(self._start.pull, self._start.tension, share)
+        return self._command.between(self._start.position, self._start.effort, share)
 
     def grow(self, share: float) -> bool:
         """Move to a share; returns whether that is another one."""

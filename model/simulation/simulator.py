@@ -75,7 +75,7 @@ class Simulator:
         self._start = self.robot.rest(), no_forces(self.robot.n_a, self._space.k)
         self.reset()
         held = self.robot.actuators.laws.held(zero, zero)
-        report = self.settle(held.pull, held.tension, max_iterations=START_ITERATIONS)
+        report = self.settle(held.position, held.effort, max_iterations=START_ITERATIONS)
         if report.converged:
             self._start = self.state, self.forces
         self.reset()
@@ -123,15 +123,15 @@ class Simulator:
         return self.robot.effector_values(self._state).copy()
 
     @property
-    def pull(self) -> Array:
+    def position(self) -> Array:
         """Positions of the actuators: (n_a,) [m, m³]."""
         delta = self.robot.rows(self._state, contacts=False).actuators.delta
-        return self.robot.actuators.laws.motors(delta, self._forces.tension)
+        return self.robot.actuators.laws.motors(delta, self._forces.effort)
 
     @property
-    def tension(self) -> Array:
+    def effort(self) -> Array:
         """Efforts of the actuators in the last step: (n_a,) [N, Pa]."""
-        return self._forces.tension.copy()
+        return self._forces.effort.copy()
 
     @property
     def gaps(self) -> Array:
@@ -153,8 +153,8 @@ class Simulator:
     @one_blas_thread()
     def step(
         self,
-        pull: Sequence[float] | Array | None = None,
-        tension: Sequence[float] | Array | None = None,
+        position: Sequence[float] | Array | None = None,
+        effort: Sequence[float] | Array | None = None,
         converged: bool = False,
     ) -> Report:
         """One time step h under given positions or efforts of the actuators.
@@ -162,8 +162,8 @@ class Simulator:
         With both arrays, each actuator has a number in one of them and NaN in the other.
 
         Args:
-            pull: (n_a,) positions, of cables pulled lengths [m, m³].
-            tension: (n_a,) efforts, of cables tensions, not negative [N, Pa].
+            position: (n_a,) positions, of cables pulled lengths [m, m³].
+            effort: (n_a,) efforts, of cables tensions, not negative [N, Pa].
             converged: iterate the step until it holds at its end; it then gains no energy
                 (`tauten.model.simulation.converged_step`). Otherwise it has one linearisation, at its start.
 
@@ -173,7 +173,7 @@ class Simulator:
                 a robot that has none.
             FactorisationError: the state has diverged.
         """
-        command = checked_command(self.robot, pull, tension)
+        command = checked_command(self.robot, position, effort)
         if converged and self.robot.integration.static:
             return self._attempt(command, command, STATIC_TOLERANCE, STATIC_ITERATIONS)
         if converged:
@@ -184,8 +184,8 @@ class Simulator:
     @one_blas_thread()
     def move(
         self,
-        pull: Sequence[float] | Array | None = None,
-        tension: Sequence[float] | Array | None = None,
+        position: Sequence[float] | Array | None = None,
+        effort: Sequence[float] | Array | None = None,
         steps: int = 1,
     ) -> Report:
         """A period h in steps of second order, see `tauten.model.simulation.travel`.
@@ -194,8 +194,8 @@ class Simulator:
         of the state, to the given ones.
 
         Args:
-            pull: (n_a,) positions at the end, as of `step`.
-            tension: (n_a,) efforts at the end.
+            position: (n_a,) positions at the end, as of `step`.
+            effort: (n_a,) efforts at the end.
             steps: into how many the period is divided.
 
         Raises:
@@ -204,8 +204,8 @@ class Simulator:
         """
         if steps < 1:
             raise ValueError(f"steps: found {steps}, expected at least 1")
-        command = checked_command(self.robot, pull, tension)
-        before = self._moved or Command(self.pull, self.tension)
+        command = checked_command(self.robot, position, effort)
+        before = self._moved or Command(self.position, self.effort)
         done = travel(
             self._robot, self._space, self._enrichment, self._state, self._forces, before, command, steps
         )  # fmt: skip
@@ -226,8 +226,8 @@ class Simulator:
     @one_blas_thread()
     def settle(
         self,
-        pull: Sequence[float] | Array | None = None,
-        tension: Sequence[float] | Array | None = None,
+        position: Sequence[float] | Array | None = None,
+        effort: Sequence[float] | Array | None = None,
         tolerance: float = STATIC_TOLERANCE,
         max_iterations: int = STATIC_ITERATIONS,
         load_steps: bool = True,
@@ -249,8 +249,8 @@ class Simulator:
         and why.
 
         Args:
-            pull: (n_a,) positions, of cables pulled lengths [m, m³].
-            tension: (n_a,) efforts, of cables tensions, not negative [N, Pa].
+            position: (n_a,) positions, of cables pulled lengths [m, m³].
+            effort: (n_a,) efforts, of cables tensions, not negative [N, Pa].
             tolerance: largest displacement of a node in the last step [m].
             max_iterations: linearised steps at most, at least 1: of the first search, and of all shorter
                 ones; then `converged` is False.
@@ -262,11 +262,11 @@ class Simulator:
         """
         if max_iterations < 1:
             raise ValueError(f"max_iterations: found {max_iterations}, expected at least 1")
-        command = checked_command(self.robot, pull, tension)
+        command = checked_command(self.robot, position, effort)
         if not load_steps:
             return self._attempt(command, command, tolerance, max_iterations)
         before = self._state, self._forces
-        start = command.between(self.pull, self._forces.tension, 0.0)
+        start = command.between(self.position, self._forces.effort, 0.0)
         report = self._attempt(command, start, tolerance, max_iterations)
         if report.converged:
             return report
@@ -286,7 +286,7 @@ class Simulator:
         while share < 1.0 and step >= LEAST_LOAD_STEP and taken < max_iterations:
             following = min(share + step, 1.0)
             good = self._state, self._forces
-            load = command.between(start.pull, start.tension, following)
+            load = command.between(start.position, start.effort, following)
             most = min(LOAD_STEP_ITERATIONS, max_iterations - taken)
             last = self._attempt(load, now, tolerance, most)
             taken += last.iterations
@@ -338,7 +338,7 @@ class Simulator:
         lam_c, static = np.zeros(self.robot.n_c), replace(self.robot.integration, static=True)
         if len(rows.contacts) == 0:
             return lam_c
-        system = self.robot.linearise(self._state, self._forces.tension, static)
+        system = self.robot.linearise(self._state, self._forces.effort, static)
         H = np.vstack([rows.actuators.dense(), rows.contacts.rows.dense()])
         response = row_compliance(
             system, H, np.concatenate([rows.actuators.delta, rows.contacts.rows.delta])
@@ -346,7 +346,7 @@ class Simulator:
         layout = self.robot.layout.without_effectors()
         a, c = layout.actuators, layout.contacts
         W = response.W[c, c]
-        delta = response.delta_free[c] + response.W[c, a] @ self._forces.tension
+        delta = response.delta_free[c] + response.W[c, a] @ self._forces.effort
         lam_c[rows.contacts.slots] = solve_lcp(W, delta, rho=SMOOTHING).lam
         return lam_c
 

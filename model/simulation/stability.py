@@ -62,9 +62,9 @@ def unstable_direction(robot: Robot, solved: PredictedStep, held: Bools) -> Arra
     B = step.compliance.H[layout.n_e + sprung] / np.sqrt(flexibility[sprung])[:, None]  # (s, n)
     acting[sprung] = False
     taut = layout.n_e + np.flatnonzero(acting)
-    tension = solved.lam[layout.actuators]
+    effort = solved.lam[layout.actuators]
     h, system = step.system.h, step.system
-    K = tangent(robot, robot.forces(step.state, tension, exact=True)[1])
+    K = tangent(robot, robot.forces(step.state, effort, exact=True)[1])
     M = tangent(robot, factorised)
     H, X = step.compliance.H[taut], h * h * step.compliance.X[taut]  # rows, and (K₊⁻¹ Hᵀ)ᵀ
     W = H @ X.T

@@ -74,17 +74,17 @@ def travel(
     Raises:
         FactorisationError: the state has diverged.
     """
-    pull = np.where(np.isnan(before.pull), command.pull, before.pull)
-    tension = np.where(np.isnan(before.tension), command.tension, before.tension)
+    position = np.where(np.isnan(before.position), command.position, before.position)
+    effort = np.where(np.isnan(before.effort), command.effort, before.effort)
     stages, converged = _Stages(robot, space, enrichment, _scheme(robot, steps)), True
     for number in range(steps):
         start, last = state, number + 1 == steps
         if not stages.scheme.static:
             share = (number + STAGE) / steps
-            middle = stages.solve(start, forces, command.between(pull, tension, share))
+            middle = stages.solve(start, forces, command.between(position, effort, share))
             start = _beyond(robot, state, middle.state, stages.scheme.h)
             forces, converged = middle.forces, converged and middle.converged
-        now = command if last else command.between(pull, tension, (number + 1) / steps)
+        now = command if last else command.between(position, effort, (number + 1) / steps)
         end = stages.solve(start, forces, now)
         state, forces, converged = end.state, end.forces, converged and end.converged
     return replace(end, converged=converged)

@@ -115,39 +115,39 @@ class TetRobot(SteppedRobot):
         return float(np.abs(dq).max(initial=0.0))
 
     def forces(
-        self, state: State, tension: Array | None = None, exact: bool = False
+        self, state: State, effort: Array | None = None, exact: bool = False
     ) -> tuple[Array, Array]:
         """Internal forces plus gravity, and the tangent.
 
         Args:
             state: where to evaluate.
-            tension: (n_a,) efforts of the actuators, whose curvature enters the tangent.
+            effort: (n_a,) efforts of the actuators, whose curvature enters the tangent.
             exact: tangent with the change of the rotations: the exact derivative, but not always
                 positive definite.
 
         Returns:
             force (n,) [N] without actuators and contacts, and K = −∂force/∂q as CSC values (nnz,).
         """
-        return self.forces_with(EXACT if exact else self.elements.semidefinite, state, tension)
+        return self.forces_with(EXACT if exact else self.elements.semidefinite, state, effort)
 
     def stiffness(self, state: State) -> Array:
         """The stiffness of the material, with rotations of corotational elements held: CSC values (nnz,)."""
         return self.forces_with(HELD, state)[1]
 
     def forces_with(
-        self, tangent: int, state: State, tension: Array | None = None
+        self, tangent: int, state: State, effort: Array | None = None
     ) -> tuple[Array, Array]:
         """`forces` with one of the tangents of `tauten.model.materials.response`.
 
         Args:
             tangent: EXACT, PROJECTED or HELD.
             state: as in `forces`.
-            tension: as in `forces`.
+            effort: as in `forces`.
         """
         x, dof = self.nodes(state), self.pattern.dof
         force, K = np.zeros_like(x), np.zeros(len(self.pattern.indices))
         self.elements.assemble(x, tangent, force, K)
-        self.actuator_set.add_stiffness(x, tension, tangent == EXACT, K)
+        self.actuator_set.add_stiffness(x, effort, tangent == EXACT, K)
         total = force[dof >= 0].ravel() + self.load
         preload = self.actuator_set.preload(x, dof, self.n)
         return (total if preload is None else total + preload[0]), K

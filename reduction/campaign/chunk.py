@@ -25,7 +25,7 @@ class ChunkStart:
     """Where a chunk starts: configuration q (n,) [m] and cable tensions (n_a,) [N]."""
 
     q: Array
-    tension: Array
+    effort: Array
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -57,13 +57,15 @@ def solve_chunk(chunk: Chunk) -> Snapshots:
         simulator = Simulator(chunk.robot, contact="full")
         if chunk.start is not None:
             start = State(chunk.start.q, np.zeros(chunk.robot.n))
-            simulator.start_from(start, replace(simulator.forces, tension=chunk.start.tension))
+            simulator.start_from(start, replace(simulator.forces, effort=chunk.start.effort))
         columns = [_column(simulator, chunk.run, i) for i in range(len(chunk.run))]
-    lam, pull, tension, effector, q, converged = (list(part) for part in zip(*columns, strict=True))
+    lam, position, effort, effector, q, converged = (
+        list(part) for part in zip(*columns, strict=True)
+    )
     return Snapshots(
         lam=np.stack(lam, axis=1),
-        pull=np.stack(pull, axis=1) if chunk.run.tension is not None else chunk.run.pull,
-        tension=np.stack(tension, axis=1),
+        position=np.stack(position, axis=1) if chunk.run.effort is not None else chunk.run.position,
+        effort=np.stack(effort, axis=1),
         effector=np.stack(effector, axis=1),
         gravity=chunk.run.gravity,
         effector_force=chunk.run.effector_force,
@@ -81,9 +83,9 @@ def _column(
     simulator.load(run.gravity[:, i], run.effector_force[:, i])
     before = simulator.state, simulator.forces
     try:
-        pull = run.pull[:, i]
-        tension = None if run.tension is None else run.tension[:, i]
-        report = simulator.settle(pull, tension, TOLERANCE, MAX_ITERATIONS)
+        position = run.position[:, i]
+        effort = None if run.effort is None else run.effort[:, i]
+        report = simulator.settle(position, effort, TOLERANCE, MAX_ITERATIONS)
         lam_c = simulator.smooth_contact_forces()
         converged = report.converged and bool(np.isfinite(lam_c).all())
     except FactorisationError:
@@ -92,4 +94,4 @@ def _column(
         simulator.start_from(*before)
         lam_c = np.zeros(simulator.robot.n_c)
     forces, state = simulator.forces, simulator.state
-    return lam_c, simulator.pull, forces.tension, simulator.effector.ravel(), state.q, converged
+    return lam_c, simulator.position, forces.effort, simulator.effector.ravel(), state.q, converged

@@ -51,13 +51,15 @@ def command_range(robot: Robot) -> CommandRange:
         robot: the robot.
     """
     limits, laws = robot.limits, robot.actuators.laws
-    winch = ~laws.bilateral & (limits.pull_min >= 0.0)
+    winch = ~laws.bilateral & (limits.position_min >= 0.0)
     by_force = ~winch & ~(laws.bilateral & ~laws.held_by_force)
-    least = np.where(laws.bilateral, limits.pull_min, 0.0)
-    most = limits.pull_max.copy()
+    least = np.where(laws.bilateral, limits.position_min, 0.0)
+    most = limits.position_max.copy()
     for i in np.flatnonzero(by_force):
-        least[i] = _effort(robot, int(i), float(limits.tension_min[i]), float(limits.pull_min[i]))
-        most[i] = _effort(robot, int(i), float(limits.tension_max[i]), float(limits.pull_max[i]))
+        least[i] = _effort(
+            robot, int(i), float(limits.effort_min[i]), float(limits.position_min[i])
+        )
+        most[i] = _effort(robot, int(i), float(limits.effort_max[i]), float(limits.position_max[i]))
     return CommandRange(by_force, np.minimum(least, 0.0), most)
 
 
@@ -78,9 +80,9 @@ def _effort(robot: Robot, actuator: int, effort: float, position: float) -> floa
     rows = robot.rows(robot.rest(), contacts=False).actuators
     softness = row_compliance(system, rows.dense(), rows.delta).W[actuator, actuator]
     bound = BEYOND * softness * effort  # no use in going farther than that, to first order
-    pull, tension = np.full(robot.n_a, np.nan), np.zeros(robot.n_a)
-    pull[actuator] = bound if abs(bound) < abs(position) else position
-    tension[actuator] = np.nan
-    simulator.settle(pull, tension, TOLERANCE * robot.size, ITERATIONS)
-    found = float(simulator.tension[actuator])
+    positions, efforts = np.full(robot.n_a, np.nan), np.zeros(robot.n_a)
+    positions[actuator] = bound if abs(bound) < abs(position) else position
+    efforts[actuator] = np.nan
+    simulator.settle(positions, efforts, TOLERANCE * robot.size, ITERATIONS)
+    found = float(simulator.effort[actuator])
     return found if abs(found) < abs(effort) else effort

@@ -25,21 +25,21 @@ def from_csv(robot: Robot, path: str | Path) -> Design:
             limits; names the file and the line.
     """
     path = Path(path)
-    pulls = [f"pull_{name}" for name in robot.actuators.names]
+    positions = [f"pull_{name}" for name in robot.actuators.names]
     gravities = [f"gravity_{axis}" for axis in "xyz"]
     forces = [f"force_{name}_{axis}" for name in robot.effector_names for axis in "xyz"]
     default = {
         **dict.fromkeys(forces, 0.0),
         **dict(zip(gravities, robot.gravity, strict=True)),
     }
-    lines = _read(path, ["run", *pulls], [*gravities, *forces])
+    lines = _read(path, ["run", *positions], [*gravities, *forces])
     values = [default | _numbers(path, row, line) for row, line in enumerate(lines, start=2)]
     for row, value in enumerate(values, start=2):
-        _check_pull(robot, f"{path}, line {row}", np.array([value[name] for name in pulls]))
+        _check_position(robot, f"{path}, line {row}", np.array([value[name] for name in positions]))
     runs = []
     for _, group in groupby(range(len(lines)), key=lambda i: lines[i]["run"]):
         chosen = [values[i] for i in group]
-        runs.append(Run(*(_table(chosen, names) for names in (pulls, gravities, forces))))
+        runs.append(Run(*(_table(chosen, names) for names in (positions, gravities, forces))))
     return Design(f"{path.name}: {len(runs)} runs", tuple(runs))
 
 
@@ -80,11 +80,11 @@ def _numbers(path: Path, row: int, line: dict[str, str]) -> dict[str, float]:
     return numbers
 
 
-def _check_pull(robot: Robot, where: str, pull: Array) -> None:
-    low, high = robot.limits.pull_min, robot.limits.pull_max
-    for i in np.flatnonzero((pull < low) | (pull > high)):
+def _check_position(robot: Robot, where: str, position: Array) -> None:
+    low, high = robot.limits.position_min, robot.limits.position_max
+    for i in np.flatnonzero((position < low) | (position > high)):
         raise DesignError(
-            f"{where}: pull_{robot.actuators.names[i]} is {pull[i]} m, "
+            f"{where}: pull_{robot.actuators.names[i]} is {position[i]} m, "
             f"allowed are {low[i]} to {high[i]} m"
         )
 

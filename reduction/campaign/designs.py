@@ -38,25 +38,27 @@ class Run:
     """Equilibria that follow one another, from rest.
 
     Attributes:
-        pull: (n_a, s) positions [m]; NaN where efforts are prescribed.
+        position: (n_a, s) positions [m]; NaN where efforts are prescribed.
         gravity: (3, s) acceleration of gravity [m/s²].
         effector_force: (3 p, s) outer forces on the effectors [N].
-        tension: (n_a, s) efforts prescribed instead of positions [N]; NaN where positions are.
+        effort: (n_a, s) efforts prescribed instead of positions [N]; NaN where positions are.
     """
 
-    pull: Array
+    position: Array
     gravity: Array
     effector_force: Array
-    tension: Array | None = None
+    effort: Array | None = None
 
     def __len__(self) -> int:
-        return int(self.pull.shape[1])
+        return int(self.position.shape[1])
 
     def piece(self, first: int, end: int) -> Run:
         """Equilibria first … end − 1."""
         part = slice(first, end)
-        tension = None if self.tension is None else self.tension[:, part]
-        return Run(self.pull[:, part], self.gravity[:, part], self.effector_force[:, part], tension)
+        effort = None if self.effort is None else self.effort[:, part]
+        return Run(
+            self.position[:, part], self.gravity[:, part], self.effector_force[:, part], effort
+        )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -80,8 +82,8 @@ class Design:
         """SHA-256 of all levels of all runs."""
         hasher = hashlib.sha256()
         for run in self.runs:
-            held = () if run.tension is None else (run.tension,)
-            for levels in (run.pull, run.gravity, run.effector_force, *held):
+            held = () if run.effort is None else (run.effort,)
+            for levels in (run.position, run.gravity, run.effector_force, *held):
                 hasher.update(repr(levels.shape).encode())
                 hasher.update(np.ascontiguousarray(levels).tobytes())
         return hasher.hexdigest()
@@ -92,26 +94,26 @@ class Ranges:
     """Values of the levels 0 and 1 of each factor.
 
     Attributes:
-        pull: (low, high) final pull as a share of a cable's largest one.
+        position: (low, high) final pull as a share of a cable's largest one.
         tilt: gravity is turned by −tilt … tilt about both horizontal axes [rad]; 0 keeps it.
         force: every component of the force on an effector is −force … force [N]; 0 means no force.
-        tension: (low, high) final tension as a share of a cable's largest one; where it is given, tensions
+        effort: (low, high) final tension as a share of a cable's largest one; where it is given, tensions
             are prescribed instead of pulled lengths, which suits antagonistic cables.
     """
 
-    pull: tuple[float, float] = (0.5, 1.0)
+    position: tuple[float, float] = (0.5, 1.0)
     tilt: float = np.pi / 2
     force: float = 0.2
-    tension: tuple[float, float] | None = None
+    effort: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
-        low, high = self.pull
-        least, most = self.tension or (0.0, 0.0)
+        low, high = self.position
+        least, most = self.effort or (0.0, 0.0)
         good = 0.0 <= low <= high <= 1.0 and 0.0 <= least <= most <= 1.0
         if not good or min(self.tilt, self.force) < 0.0:
-            held = "" if self.tension is None else f" tension {self.tension},"
+            held = "" if self.effort is None else f" tension {self.effort},"
             raise DesignError(
-                f"ranges are pull {self.pull},{held} tilt {self.tilt} rad, force {self.force} N: "
+                f"ranges are pull {self.position},{held} tilt {self.tilt} rad, force {self.force} N: "
                 "pull must be two shares of 0 to 1 in this order, tension too, the others not negative"
             )
 
@@ -223,10 +225,10 @@ def _to_command(
     commands = [found.command(share * end) for share in rise]
     pushed = np.zeros(3 * len(robot.effector_names)) if force is None else force
     return Run(
-        pull=np.stack([command.pull for command in commands], axis=1),
+        position=np.stack([command.position for command in commands], axis=1),
         gravity=np.tile((robot.gravity if gravity is None else gravity)[:, None], len(rise)),
         effector_force=np.tile(pushed[:, None], len(rise)),
-        tension=np.stack([command.tension for command in commands], axis=1),
+        effort=np.stack([command.effort for command in commands], axis=1),
     )
 
 
@@ -240,7 +242,7 @@ def ramp(robot: Robot, step: float = 5e-5) -> Design:
     Raises:
         DesignError: the step is not positive or beyond the largest pull.
     """
-    limit = robot.limits.farthest_pull  # (n_a,)
+    limit = robot.limits.farthest_position  # (n_a,)
     least = np.abs(limit).min()
     if not 0.0 < step <= least:
         raise DesignError(f"ramp step is {step} m: allowed are 0 to {least} m, above 0")
@@ -338,8 +340,8 @@ def _factor_count(robot: Robot, ranges: Ranges) -> int:
 
 def _spread(robot: Robot, ranges: Ranges, levels: Array, steps: int, name: str) -> Design:
     """Runs from levels (runs, factors) of cables, tilts, forces, in this order."""
-    low, high = ranges.tension or ranges.pull
-    limit = robot.limits.tension_max if ranges.tension else robot.limits.farthest_pull  # (n_a,)
+    low, high = ranges.effort or ranges.position
+    limit = robot.limits.effort_max if ranges.effort else robot.limits.farthest_position  # (n_a,)
     tilts = robot.n_a + 2 * (ranges.tilt > 0.0)  # where the columns of the tilts end
     gravity = robot.gravity
     axes = null_space(gravity[None])[:, :2]  # (3, 2) across gravity
@@ -351,20 +353,18 @@ def _spread(robot: Robot, ranges: Ranges, levels: Array, steps: int, name: str) 
         force = np.zeros(3 * len(robot.effector_names))
         force[: len(row) - tilts] = ranges.force * (2.0 * row[tilts:] - 1.0)
         turned = Rotation.from_rotvec(axes @ turn).apply(gravity)
-        runs.append(_from_rest(final, turned, force, steps, ranges.tension is not None))
-    held = f"tension {low:g} to {high:g}, " if ranges.tension else ""
+        runs.append(_from_rest(final, turned, force, steps, ranges.effort is not None))
+    held = f"tension {low:g} to {high:g}, " if ranges.effort else ""
     varied = f"{held}tilt {np.degrees(ranges.tilt):.0f} deg, force {ranges.force} N"
     return Design(f"{name}: {len(runs)} runs of {steps} steps, {varied}", tuple(runs))
 
 
-def _from_rest(
-    final: Array, gravity: Array, force: Array, steps: int, tension: bool = False
-) -> Run:
+def _from_rest(final: Array, gravity: Array, force: Array, steps: int, effort: bool = False) -> Run:
     """Pulls or tensions from just above 0 to final (n_a,), gravity (3,) and force (3 p,) constant."""
     rise = np.outer(final, np.arange(1, steps + 1) / steps)  # (n_a, s)
     return Run(
-        pull=np.full_like(rise, np.nan) if tension else rise,
+        position=np.full_like(rise, np.nan) if effort else rise,
         gravity=np.tile(gravity[:, None], steps),
         effector_force=np.tile(force[:, None], steps),
-        tension=rise if tension else None,
+        effort=rise if effort else None,
     )

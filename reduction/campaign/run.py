@@ -111,7 +111,7 @@ class _Ledger:
                 "delete this folder, or choose another with --snapshots"
             )
         robot = self.robot
-        found = (len(part.lam), len(part.q), len(part.pull), len(part.effector))
+        found = (len(part.lam), len(part.q), len(part.position), len(part.effector))
         expected = (robot.n_c, len(robot.rest().q), robot.n_a, 3 * len(robot.effector_names))
         if found != expected or not 0 < len(part) <= CHUNK:
             raise SnapshotError(
@@ -130,7 +130,7 @@ class _Ledger:
         run, first, parts = self.design.runs[index], self.count(index), self.parts[index]
         if first == len(run):
             return None
-        start = ChunkStart(parts[-1].q[:, -1], parts[-1].tension[:, -1]) if parts else None
+        start = ChunkStart(parts[-1].q[:, -1], parts[-1].effort[:, -1]) if parts else None
         piece = run.piece(first, first + CHUNK)
         return Chunk(self.robot, self.origin, piece, index, start)
 

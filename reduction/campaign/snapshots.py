@@ -63,8 +63,8 @@ class Snapshots:
 
     Attributes:
         lam: (n_c, s) contact forces of nearly least norm [N].
-        pull: (n_a, s) pulled lengths [m].
-        tension: (n_a, s) cable tensions [N].
+        position: (n_a, s) pulled lengths [m].
+        effort: (n_a, s) cable tensions [N].
         effector: (3 p, s) effector positions [m].
         gravity: (3, s) acceleration of gravity [m/s²].
         effector_force: (3 p, s) outer forces on the effectors [N].
@@ -75,8 +75,8 @@ class Snapshots:
     """
 
     lam: Array
-    pull: Array
-    tension: Array
+    position: Array
+    effort: Array
     effector: Array
     gravity: Array
     effector_force: Array
@@ -100,10 +100,10 @@ class Snapshots:
         if len(set(counts.values())) > 1:
             listing = ", ".join(f"{name} {count}" for name, count in counts.items())
             raise SnapshotError(f"snapshots with different numbers of columns: {listing}")
-        if len(self.gravity) != 3 or len(self.pull) != len(self.tension):
+        if len(self.gravity) != 3 or len(self.position) != len(self.effort):
             raise SnapshotError(
-                f"gravity has {len(self.gravity)} rows, pull {len(self.pull)}, tension "
-                f"{len(self.tension)}: expected 3 for gravity and as many pulls as tensions"
+                f"gravity has {len(self.gravity)} rows, position {len(self.position)}, effort "
+                f"{len(self.effort)}: expected 3 for gravity and as many positions as efforts"
             )
         if len(self.effector) != len(self.effector_force) or len(self.effector) % 3:
             raise SnapshotError(

@@ -113,17 +113,17 @@ def _problem(robot: Robot, snapshots: Snapshots, column: int, by_effort: Bools) 
     """
     loaded = robot.loaded(snapshots.gravity[:, column], snapshots.effector_force[:, column])
     state = State(snapshots.q[:, column], np.zeros(robot.n))
-    tension = snapshots.tension[:, column]
-    every = Forces(tension, np.zeros(0), np.arange(robot.n_c), np.ones(robot.n_c))
+    effort = snapshots.effort[:, column]
+    every = Forces(effort, np.zeros(0), np.arange(robot.n_c), np.ones(robot.n_c))
     static = replace(robot.integration, static=True)
     step = condense_step(loaded, EmptySpace(robot.n_c), state, every, True, True, static)
     layout, W = step.layout, step.compliance.W  # of effectors, actuators, candidates
     given = Command(
-        np.where(by_effort, np.nan, snapshots.pull[:, column]),
-        np.where(by_effort, tension, np.nan),
+        np.where(by_effort, np.nan, snapshots.position[:, column]),
+        np.where(by_effort, effort, np.nan),
     )
     rows = sorted_rows(step, given)
-    taut = rows.cables[tension[rows.cables - layout.n_e] > 0.0]
+    taut = rows.cables[effort[rows.cables - layout.n_e] > 0.0]
     held = np.sort(np.concatenate([rows.equal, taut]))
     kept = np.concatenate([np.arange(layout.n_e), rows.contacts])
     rest = eliminate_rows(W, rows.under_effort(W), kept, held)

@@ -32,7 +32,7 @@ def tip_errors(
     snapshots: Snapshots,
     basis: ContactSpace,
     enrichment: Enrichment | None = None,
-    held: Literal["pull", "tension", "as held"] = "pull",
+    held: Literal["position", "effort", "as held"] = "position",
     max_iterations: int = MAX_ITERATIONS,
 ) -> TipErrors:
     """Solve for the equilibria of the snapshots with reduced contact and compare effectors.
@@ -56,13 +56,13 @@ def tip_errors(
         if i == 0 or snapshots.run[i] != snapshots.run[i - 1]:
             simulator.reset()
         simulator.load(snapshots.gravity[:, i], snapshots.effector_force[:, i])
-        pull, tension = snapshots.pull[:, i], snapshots.tension[:, i]
+        position, effort = snapshots.position[:, i], snapshots.effort[:, i]
         if held == "as held":
-            command = robot.actuators.laws.held(pull, tension)
-            pull, tension = command.pull, command.tension
+            command = robot.actuators.laws.held(position, effort)
+            position, effort = command.position, command.effort
         report = simulator.settle(
-            None if held == "tension" else pull,
-            None if held == "pull" else tension,
+            None if held == "effort" else position,
+            None if held == "position" else effort,
             TOLERANCE,
             max_iterations,
         )

@@ -33,25 +33,25 @@ class TipCheck:
         self._reduced = Simulator(robot, contact, chosen)
         self._full = Simulator(robot.full, "none" if contact == "none" else "full")
 
-    def __call__(self, state: State, tension: Array, pull: Array) -> float:
+    def __call__(self, state: State, effort: Array, position: Array) -> float:
         """Largest distance of an effector between the two models [m]; +inf where one of them diverges.
 
         Args:
             state: of the reduced model.
-            tension: (n_a,) cable tensions there [N].
-            pull: (n_a,) pulled lengths that both are to reach [m].
+            effort: (n_a,) cable tensions there [N].
+            position: (n_a,) pulled lengths that both are to reach [m].
         """
-        apart = self._settled(self._reduced, state, tension, pull) - self._settled(
-            self._full, self._robot.lifted(state), tension, pull
+        apart = self._settled(self._reduced, state, effort, position) - self._settled(
+            self._full, self._robot.lifted(state), effort, position
         )
         distance = float(np.linalg.norm(apart, axis=1).max())
         return distance if np.isfinite(distance) else np.inf
 
-    def _settled(self, simulator: Simulator, state: State, tension: Array, pull: Array) -> Array:
+    def _settled(self, simulator: Simulator, state: State, effort: Array, position: Array) -> Array:
         """Effectors (p, 3) after a few steps towards equilibrium [m]."""
         simulator.reset()
-        simulator.start_from(state, replace(simulator.forces, tension=tension))
-        report = simulator.settle(pull=pull, max_iterations=STEPS, load_steps=False)
+        simulator.start_from(state, replace(simulator.forces, effort=effort))
+        report = simulator.settle(position=position, max_iterations=STEPS, load_steps=False)
         if report.ending is Ending.NOT_FINITE:
             return np.full_like(simulator.effector, np.nan)
         return simulator.effector

@@ -113,16 +113,16 @@ def with_own(body: Reducible, Phi: Array) -> Array:
     return np.ascontiguousarray(np.hstack([Phi, units]))
 
 
-def responses(robot: Robot, space: ContactSpace, state: State, tension: Array) -> Array:
+def responses(robot: Robot, space: ContactSpace, state: State, effort: Array) -> Array:
     """Static responses A⁻¹ Hᵀ to unit forces of each effector direction, cable, contact mode: (n, m).
 
     Args:
         robot: the full model; its workspace is used.
         space: contact modes; those without a candidate in range have no response.
         state: where the system is linearised.
-        tension: (n_a,) cable tensions there [N].
+        effort: (n_a,) cable tensions there [N].
     """
-    system = robot.linearise(state, tension, replace(robot.integration, static=True))
+    system = robot.linearise(state, effort, replace(robot.integration, static=True))
     rows = robot.rows(state)
     reduced = space.reduce(rows.contacts)
     H = np.vstack([rows.effectors.dense(), rows.actuators.dense(), reduced.H])
@@ -147,7 +147,7 @@ def campaign_responses(
     parts = []
     for i in chosen:
         state = State(snapshots.q[:, i], np.zeros(robot.n))
-        motion = responses(robot, space, state, snapshots.tension[:, i])  # (n, k)
+        motion = responses(robot, space, state, snapshots.effort[:, i])  # (n, k)
         found = without_own(body, body.rates(state.q, motion))  # (m, k)
         size = np.sqrt(body.weight @ found**2)  # (k,) per newton
         felt = size > NEGLIGIBLE * size.max()  # a mode may have nothing but tiny weights in range

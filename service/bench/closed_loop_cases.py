@@ -84,12 +84,12 @@ class Reachable:
         simulator, limits = self._simulator, self._simulator.robot.limits
         found = []
         for share in shares:
-            pull = share * limits.farthest_pull
+            position = share * limits.farthest_position
             report = simulator.settle(
-                pull=pull, tolerance=_SETTLED, max_iterations=_MAX_STEPS, load_steps=False
+                position=position, tolerance=_SETTLED, max_iterations=_MAX_STEPS, load_steps=False
             )
             if not report.movement < _NEARLY_SETTLED:
-                shown = ", ".join(f"{1e3 * value:.1f}" for value in pull)
+                shown = ", ".join(f"{1e3 * value:.1f}" for value in position)
                 name = simulator.robot.name
                 raise PathError(f"{name} finds no equilibrium at a pull of {shown} mm")
             found.append(simulator.effector_values)

@@ -34,8 +34,8 @@ class Trace:
         effector: (s, 3) the plant's first effector [m].
         error: (s,) largest distance of the plant's effectors from their targets; of rotations and volumes
             in metres by the units of `EffectorLayout` [m].
-        pull: (s, n_a) commanded [m].
-        tension: (s, n_a) commanded [N].
+        position: (s, n_a) commanded [m].
+        effort: (s, n_a) commanded [N].
         decide: (s,) time from target to actuation [s].
         step: (s,) time of the whole control step [s].
         touching: (s,) bool, the plant pushes against itself.
@@ -46,8 +46,8 @@ class Trace:
 
     effector: Array
     error: Array
-    pull: Array
-    tension: Array
+    position: Array
+    effort: Array
     decide: Array
     step: Array
     touching: Bools
@@ -135,7 +135,7 @@ def follow(
         action = loop.tick(layout.moved(target, feedback.correction), Signals(target=True))
         decide = perf_counter() - begin
         sent = action.actuation
-        moved(plant, sent.pull, sent.tension, drive)
+        moved(plant, sent.position, sent.effort, drive)
         begin = perf_counter()
         loop.prepare()
         step = decide + perf_counter() - begin
@@ -144,17 +144,19 @@ def follow(
         usable = action.decided and sent.status.usable
         touching = bool((body.lam_c > 0.0).any())
         own = controller.effector[0], layout.error(controller.effector_values, target)
-        measured = body.effector[0], error, sent.pull, sent.tension
+        measured = body.effector[0], error, sent.position, sent.effort
         rows.append((*measured, decide, step, touching, not usable, *own))
         if closed:
             feedback.observe(controller.effector_values, where, robot.h)
     found = zip(*rows, strict=True)
-    effector, errors, pull, tension, decided, stepped, touched, unusable, model, own_errors = found
+    effector, errors, position, effort, decided, stepped, touched, unusable, model, own_errors = (
+        found
+    )
     return Trace(
         effector=np.array(effector),
         error=np.array(errors),
-        pull=np.array(pull),
-        tension=np.array(tension),
+        position=np.array(position),
+        effort=np.array(effort),
         decide=np.array(decided),
         step=np.array(stepped),
         touching=np.array(touched),
@@ -164,18 +166,18 @@ def follow(
     )
 
 
-def moved(plant: DrivenRobot, pull: Array, tension: Array, drive: Drive) -> None:
+def moved(plant: DrivenRobot, position: Array, effort: Array, drive: Drive) -> None:
     """Move a plant by what left, as `tauten plant` does; back to its start where it diverges.
 
     Args:
         plant: the plant.
-        pull: (n_a,) positions.
-        tension: (n_a,) efforts.
+        position: (n_a,) positions.
+        effort: (n_a,) efforts.
         drive: which it obeys, see `follow`.
     """
     by_force = plant.simulator.robot.actuators.laws.held_by_force | (drive == "tension")
     try:
-        plant.move(np.where(by_force, np.nan, pull), np.where(by_force, tension, np.nan))
+        plant.move(np.where(by_force, np.nan, position), np.where(by_force, effort, np.nan))
     except FactorisationError:
         plant.reset()
 
@@ -194,7 +196,7 @@ def case_outcome(
         young_scale: the plant's Young's modulus over the model's.
         drive: what the plant's winches obeyed.
     """
-    speed = np.diff(trace.pull, axis=0) / h  # (s - 1, n_a) m/s
+    speed = np.diff(trace.position, axis=0) / h  # (s - 1, n_a) m/s
     end = max(int(_END * len(trace.error)), 1)
     return Outcome(
         case=case.name,
@@ -207,7 +209,7 @@ def case_outcome(
         max_mm=1e3 * float(trace.error.max()),
         end_mm=1e3 * float(trace.error[-end:].mean()),
         settling_s=settling(case, trace, h),
-        effort_n=rms(trace.tension),
+        effort_n=rms(trace.effort),
         chatter_mm_s=1e3 * rms(np.diff(speed, axis=0)),
         latency_ms=spread((1e3 * trace.decide).tolist()),
         step_ms=spread((1e3 * trace.step).tolist()),

@@ -24,8 +24,8 @@ class Equilibrium:
         state: of the robot.
         effector: (p, 3) [m].
         values: (n_v,) goal values of the effectors.
-        tension: (n_a,) [N].
-        pull: (n_a,) [m].
+        effort: (n_a,) [N].
+        position: (n_a,) [m].
         lam_c: (n_c,) contact forces [N].
         share: of the command that the robot has an equilibrium for; less than 1 where the load was shortened.
     """
@@ -33,8 +33,8 @@ class Equilibrium:
     state: State
     effector: Array
     values: Array
-    tension: Array
-    pull: Array
+    effort: Array
+    position: Array
     lam_c: Array
     share: float
 
@@ -71,15 +71,15 @@ class Comparison:
 
 
 def equilibrium(
-    robot: Robot, contact: str, pull: Array | None, tension: Array | None
+    robot: Robot, contact: str, position: Array | None, effort: Array | None
 ) -> Equilibrium:
     """Settle on the way to a command and there, or as far as there are equilibria.
 
     Args:
         robot: what is commanded.
         contact: "full" or "none".
-        pull: (n_a,) positions [m], or
-        tension: (n_a,) efforts [N]; NaN in each where the other one is given.
+        position: (n_a,) positions [m], or
+        effort: (n_a,) efforts [N]; NaN in each where the other one is given.
 
     Raises:
         CompareError: no equilibrium was found on the way.
@@ -88,8 +88,8 @@ def equilibrium(
     share = 0.0
     for following in np.linspace(0.0, 1.0, _STEPS + 1)[1:]:
         report = simulator.settle(
-            pull=None if pull is None else following * pull,
-            tension=None if tension is None else following * tension,
+            position=None if position is None else following * position,
+            effort=None if effort is None else following * effort,
         )
         share += report.share * (following - share)
         if not report.converged:
@@ -100,8 +100,8 @@ def equilibrium(
             break
     lam_c = simulator.smooth_contact_forces() if contact == "full" else np.zeros(robot.n_c)
     return Equilibrium(
-        simulator.state, simulator.effector, simulator.effector_values, simulator.tension,
-        simulator.pull, lam_c, share,
+        simulator.state, simulator.effector, simulator.effector_values, simulator.effort,
+        simulator.position, lam_c, share,
     )  # fmt: skip
 
 
@@ -123,8 +123,8 @@ def compare_equilibria(robot: Robot, touching: Equilibrium, passing: Equilibrium
             apart[i] = abs(own[i][0])
     return Comparison(
         robot=robot.name,
-        pull_mm=((1e3 * touching.pull).tolist(), (1e3 * passing.pull).tolist()),
-        tension_n=(touching.tension.tolist(), passing.tension.tolist()),
+        pull_mm=((1e3 * touching.position).tolist(), (1e3 * passing.position).tolist()),
+        tension_n=(touching.effort.tolist(), passing.effort.tolist()),
         apart_mm=(1e3 * apart).tolist(),
         pushing=int((touching.lam_c > 0.0).sum()),
         contact_force_n=float(touching.lam_c.sum()),

@@ -104,7 +104,7 @@ def follow_path(
         apart=distance(trace.model, trace.effector),
         time=distance(trace.model, fine),
         reduction=distance(fine, trace.effector),
-        roughness=rms(np.diff(trace.tension, n=2, axis=0)),
+        roughness=rms(np.diff(trace.effort, n=2, axis=0)),
         step_ms=spread((1e3 * trace.step).tolist()),
         unusable=trace.unusable,
     )
@@ -125,8 +125,8 @@ def fine_tips(controller: Controller, plant: DrivenRobot, trace: Trace) -> Array
     simulator = Simulator(robot, controller.space, controller.settings.enrichment)
     simulator.settle_start()
     driven, found = DrivenRobot(simulator, steps), []
-    for pull, tension in zip(trace.pull, trace.tension, strict=True):
-        moved(driven, pull, tension, "pull")
+    for position, effort in zip(trace.position, trace.effort, strict=True):
+        moved(driven, position, effort, "pull")
         found.append(simulator.effector[0])
     return np.array(found)
 

@@ -52,9 +52,11 @@ def order_run(setup: Setup, orders: int, seed: int) -> OrderRun:
     for _ in range(orders):
         i, choice = int(rng.integers(len(names))), int(rng.integers(5))
         if choice == 0:
-            controller.lock(names[i], position=_within(rng, limits.pull_min, limits.pull_max, i))
+            controller.lock(
+                names[i], position=_within(rng, limits.position_min, limits.position_max, i)
+            )
         elif choice == 1:
-            controller.lock(names[i], force=_within(rng, limits.tension_min, limits.tension_max, i))
+            controller.lock(names[i], force=_within(rng, limits.effort_min, limits.effort_max, i))
         elif choice == 2:
             _unlock(controller, i)
         elif choice == 3:
@@ -64,16 +66,16 @@ def order_run(setup: Setup, orders: int, seed: int) -> OrderRun:
             actuation = controller.hold() if choice == 4 else controller.decide(goal)
             controller.advance()
             unusable += choice != 4 and not actuation.status.usable
-            beyond = max(beyond, _excess(robot, actuation.tension, actuation.pull))
+            beyond = max(beyond, _excess(robot, actuation.effort, actuation.position))
     for i in range(len(names)):
         _unlock(controller, i)
-    slack = (limits.pull_max - limits.pull_min) / limits.rate  # (n_a,) s, at most
+    slack = (limits.position_max - limits.position_min) / limits.rate  # (n_a,) s, at most
     wait = round((float(slack.max()) + AFTER) / robot.h)
     for tick in range(wait + round(AFTER / robot.h)):
         actuation = controller.step(start)
         stuck += tick >= wait and not actuation.status.usable
-        beyond = max(beyond, _excess(robot, actuation.tension, actuation.pull))
-    needed = _excess(robot, actuation.needed, actuation.pull)
+        beyond = max(beyond, _excess(robot, actuation.effort, actuation.position))
+    needed = _excess(robot, actuation.needed, actuation.position)
     return OrderRun(robot.name, orders, unusable, stuck, beyond, needed)
 
 
@@ -89,12 +91,12 @@ def _unlock(controller: Controller, i: int) -> None:
         controller.unlock(controller.robot.actuators.names[i])
 
 
-def _excess(robot: Robot, effort: Array, pull: Array) -> float:
+def _excess(robot: Robot, effort: Array, position: Array) -> float:
     """Largest share by which efforts and positions (n_a,) are beyond their limits."""
     limits = robot.limits
-    above = np.maximum(effort - limits.tension_max, limits.tension_min - effort)
-    outside = np.maximum(pull - limits.pull_max, limits.pull_min - pull)
+    above = np.maximum(effort - limits.effort_max, limits.effort_min - effort)
+    outside = np.maximum(position - limits.position_max, limits.position_min - position)
     share = np.maximum(
-        above / limits.largest_tension, outside / (limits.pull_max - limits.pull_min)
+        above / limits.largest_effort, outside / (limits.position_max - limits.position_min)
     )
     return max(float(share.max()), 0.0)

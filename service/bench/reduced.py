@@ -27,7 +27,9 @@ from tauten.service.process import HostInfo, Progress, host_info, one_blas_threa
 
 RAMP_STEPS = 200  # equilibria of the training campaign
 FINE_STEPS = 100  # on refined meshes
-FOREIGN = Ranges(pull=(0.5, 1.0), tilt=np.radians(20.0), force=0.02)  # loads outside the training
+FOREIGN = Ranges(
+    position=(0.5, 1.0), tilt=np.radians(20.0), force=0.02
+)  # loads outside the training
 FOREIGN_RUNS, FOREIGN_STEPS = 6, 20
 FOLLOWED = 40  # equilibria of the training path at which tips are compared
 FAST = 1000.0  # rate of the last column [Hz]
@@ -196,7 +198,7 @@ def ramp_snapshots(robot: Robot, folder: Path, steps: int) -> Snapshots:
         folder: of the campaign; results in it are used again.
         steps: of the ramp.
     """
-    design = ramp(robot, float(np.abs(robot.limits.farthest_pull).min()) / steps)
+    design = ramp(robot, float(np.abs(robot.limits.farthest_position).min()) / steps)
     found = run_campaign(robot, design, folder, show_progress=False)
     return found.select(found.converged)
 
@@ -295,7 +297,9 @@ def path_accuracy(robot: Robot, basis: ContactSpace, snapshots: Snapshots) -> Pa
         if i == 0 or snapshots.run[i] != snapshots.run[i - 1]:
             simulator.reset()
         simulator.load(snapshots.gravity[:, i], snapshots.effector_force[:, i])
-        report = simulator.settle(pull=snapshots.pull[:, i], tolerance=1e-6, max_iterations=60)
+        report = simulator.settle(
+            position=snapshots.position[:, i], tolerance=1e-6, max_iterations=60
+        )
         if not report.converged:
             lost += 1
             continue

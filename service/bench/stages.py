@@ -144,21 +144,21 @@ def _time_stages(controller: Controller, watch: _Watch, target: Array) -> int:
     """
     robot, state, forces = controller.robot, controller.state, controller.forces
     space, settings = controller.space, controller.settings
-    watch.time("assembly", lambda: robot.forces(state, forces.tension, exact=True))
+    watch.time("assembly", lambda: robot.forces(state, forces.effort, exact=True))
     start = perf_counter()
-    robot.linearise(state, forces.tension)
+    robot.linearise(state, forces.effort)
     factors = 1e3 * (perf_counter() - start) - watch.times["assembly"][-1]
     watch.times.setdefault("factorisation", []).append(factors)
     contacts = space.k > 0 or settings.enrichment.rounds > 0
     rows = watch.time("detection", lambda: robot.rows(state, contacts=contacts))
     watch.time("reduction", lambda: space.reduce(rows.contacts))
     prepared = prepare(
-        controller.horizon, space, state, forces, controller.pull, settings.enrichment
+        controller.horizon, space, state, forces, controller.position, settings.enrichment
     )
     step = prepared.step
     H, delta = step.compliance.H, step.compliance.delta_free
     watch.time("compliance", lambda: row_compliance(step.system, H, delta))
-    decision = decide(robot, prepared, target, controller.pull, settings)
+    decision = decide(robot, prepared, target, controller.position, settings)
     problem, warm = decision.problem, decision.start
     assert problem is not None
     watch.time("qpcc", lambda: solve_qpcc(problem, warm, settings.qpcc))

@@ -99,7 +99,7 @@ def time_forward(robot: Robot, steps: int) -> Spread:
     simulator, times = Simulator(robot, contact="none"), []
     for share in np.linspace(0.0, 0.5, steps + WARM_UP):
         start = perf_counter()
-        simulator.step(pull=share * robot.limits.pull_max)
+        simulator.step(position=share * robot.limits.position_max)
         times.append(1e3 * (perf_counter() - start))
     return spread(times[WARM_UP:])
 
@@ -119,6 +119,6 @@ def forward_tips(robot: Robot, steps: int) -> Array:
     """Positions (steps + WARM_UP, p, 3) of the effectors as `time_forward` moves them [m]."""
     simulator, tips = Simulator(robot, contact="none"), []
     for share in np.linspace(0.0, 0.5, steps + WARM_UP):
-        simulator.step(pull=share * robot.limits.pull_max)
+        simulator.step(position=share * robot.limits.position_max)
         tips.append(simulator.effector.copy())
     return np.array(tips).reshape(len(tips), -1, 3)

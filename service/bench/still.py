@@ -213,8 +213,8 @@ def random_goals(robot: Robot, rng: np.random.Generator, count: int) -> Iterator
 def _from_shares(robot: Robot, shares: Array) -> tuple[Array, Array]:
     """Positions and efforts (n_a,), NaN where the other is given, at shares of the largest ones."""
     held, limits = robot.actuators.laws.held_by_force, robot.limits
-    pull = np.where(held, np.nan, shares * limits.farthest_pull)
-    return pull, np.where(held, shares * limits.tension_max, np.nan)
+    position = np.where(held, np.nan, shares * limits.farthest_position)
+    return position, np.where(held, shares * limits.effort_max, np.nan)
 
 
 def still_run(
@@ -239,22 +239,22 @@ def still_run(
     for tick in range(round((seconds + more) / robot.h)):
         left.append(controller.step(layout.moved(goal, feedback.correction)))
         if plant is not None:
-            pull = np.where(held, np.nan, left[-1].pull)
-            plant.step(pull, np.where(held, left[-1].tension, np.nan))
+            position = np.where(held, np.nan, left[-1].position)
+            plant.step(position, np.where(held, left[-1].effort, np.nan))
             feedback.observe(controller.effector_values, plant.effector_values, robot.h)
         if tick % last == last - 1 and max(_changes(left[-last:], robot)) < STANDING * RESTING:
             break
     where = controller.effector_values if plant is None else plant.effector_values
     error = layout.error(where, goal)
-    position, effort = _changes(left[-last:], robot)
+    moved, pushed = _changes(left[-last:], robot)
     return StillRun(
         robot=robot.name,
         model=setup.order,
         loop=loop,
         contact=controller.space.k > 0 or controller.settings.enrichment.rounds > 0,
         offset_mm=1e3 * layout.error(goal, start),
-        position=position,
-        effort=effort,
+        position=moved,
+        effort=pushed,
         error_mm=1e3 * error,
         best_mm=1e3 * best_error(controller, goal, error) if plant is None else None,
         statuses=tuple(sorted({one.status.name for one in left[-last:]})),
@@ -266,9 +266,11 @@ def still_run(
 def _shares(left: list[Actuation], robot: Robot) -> Array:
     """Positions and efforts (ticks, 2, n_a), relative to their ranges."""
     limits = robot.limits
-    pull = np.array([one.pull for one in left]) / (limits.pull_max - limits.pull_min)
-    effort = np.array([one.tension for one in left]) / (limits.tension_max - limits.tension_min)
-    return np.stack([pull, effort], axis=1)
+    position = np.array([one.position for one in left]) / (
+        limits.position_max - limits.position_min
+    )
+    effort = np.array([one.effort for one in left]) / (limits.effort_max - limits.effort_min)
+    return np.stack([position, effort], axis=1)
 
 
 def _changes(left: list[Actuation], robot: Robot) -> tuple[float, float]:
@@ -280,7 +282,7 @@ def _changes(left: list[Actuation], robot: Robot) -> tuple[float, float]:
 def _time_to_rest(left: list[Actuation], robot: Robot) -> float | None:
     """Time from the last tick at a rate limit until all stays within `RESTING` [s]; None: it never does."""
     shares = _shares(left, robot).reshape(len(left), -1)
-    rate = robot.h * robot.limits.rate / (robot.limits.pull_max - robot.limits.pull_min)
+    rate = robot.h * robot.limits.rate / (robot.limits.position_max - robot.limits.position_min)
     moved = np.abs(np.diff(shares[:, : robot.n_a], axis=0))
     at_rate = np.flatnonzero((moved > 0.99 * rate).any(axis=1))
     after = shares[::-1]  # (ticks, 2 n_a), the last first
@@ -313,12 +315,12 @@ def best_error(controller: Controller, goal: Array, error: float) -> float:
     """
     robot, limits = controller.robot, controller.robot.limits
     by_force = robot.actuators.laws.held_by_force
-    least = np.where(by_force, limits.tension_min, limits.pull_min)
-    most = np.where(by_force, limits.tension_max, limits.pull_max)
-    start = np.where(by_force, controller.tension, controller.pull)
+    least = np.where(by_force, limits.effort_min, limits.position_min)
+    most = np.where(by_force, limits.effort_max, limits.position_max)
+    start = np.where(by_force, controller.effort, controller.position)
     simulator = Simulator(robot, controller.space, controller.settings.enrichment)
     state, forces, best = controller.state, controller.forces, error
-    layout, slack = robot.effector_layout, 1e-3 * limits.largest_tension
+    layout, slack = robot.effector_layout, 1e-3 * limits.largest_effort
 
     def residual(shares: Array) -> Array:
         """Distances of the effector rows [m], and efforts beyond their limits times the error."""
@@ -333,13 +335,13 @@ def best_error(controller: Controller, goal: Array, error: float) -> float:
         if not converged:
             return np.full(layout.n_rows + robot.n_a, error)
         rows = layout.scale * layout.difference(simulator.effector_values, goal)
-        lam, pull = simulator.tension, simulator.pull
-        excess = np.maximum(lam - limits.tension_max, limits.tension_min - lam) - slack
-        outside = np.maximum(limits.pull_min - pull, 0.0) * by_force
+        lam, position = simulator.effort, simulator.position
+        excess = np.maximum(lam - limits.effort_max, limits.effort_min - lam) - slack
+        outside = np.maximum(limits.position_min - position, 0.0) * by_force
         if (excess <= 0.0).all() and not outside.any():
             best = min(best, layout.error(simulator.effector_values, goal))
         return np.concatenate(
-            [rows, STIFF * error * np.maximum(excess / limits.largest_tension, 0.0)]
+            [rows, STIFF * error * np.maximum(excess / limits.largest_effort, 0.0)]
         )
 
     if error <= LEAST * robot.size:

@@ -55,8 +55,8 @@ def sag(robot: AnyRobot) -> Finding:
     simulator = Simulator(robot, contact="none")
     motors = (ActuatorKind.DRIVE, ActuatorKind.SLIDE)
     held = np.array([kind in motors for kind in robot.actuators.kinds])
-    pull, tension = np.where(held, 0.0, np.nan), np.where(held, np.nan, 0.0)
-    if not simulator.settle(pull, tension, tolerance=1e-6).converged:
+    position, effort = np.where(held, 0.0, np.nan), np.where(held, np.nan, 0.0)
+    if not simulator.settle(position, effort, tolerance=1e-6).converged:
         return Finding(subject, "wrong", "the body does not come to rest", advice)
     points = simulator.robot.points(simulator.state) - robot.points(robot.rest())  # (P, 3)
     moved = float(np.linalg.norm(points, axis=1).max())

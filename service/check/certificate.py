@@ -23,7 +23,7 @@ class MeshCertificate:
     Attributes:
         robot_digest: of the robot that was checked; the numbers hold for no other one.
         date: when, ISO 8601.
-        tension: relative error of the tension that differs most; None where none was found.
+        effort: relative error of the tension that differs most; None where none was found.
         tip: largest error of an effector [m].
         contact: relative error of the contact force; None where nothing touches.
         reference: what the mesh was compared with.
@@ -32,7 +32,7 @@ class MeshCertificate:
 
     robot_digest: str
     date: str
-    tension: float | None
+    effort: float | None
     tip: float | None
     contact: float | None
     reference: str
@@ -59,13 +59,13 @@ def certified(estimate: MeshErrorEstimate, robot_digest: str) -> MeshCertificate
         ValueError: the comparison was stopped early, or found no equilibrium to compare.
     """
     own = estimate.variants[0] if estimate.variants else None
-    if not estimate.complete or own is None or own.tension is None or own.unsettled:
+    if not estimate.complete or own is None or own.effort is None or own.unsettled:
         raise ValueError(f"there is nothing to save: {estimate.verdict}")
     sources = dict.fromkeys(item.source for item in estimate.references if item is not None)
     return MeshCertificate(
         robot_digest,
         datetime.now(UTC).isoformat(timespec="seconds"),
-        own.tension,
+        own.effort,
         own.tip,
         own.contact,
         " and ".join(sources),
@@ -92,8 +92,8 @@ def mesh_error_text(robot_file: Path, robot_digest: str) -> str:
         changed = differences(found.robot_digest, robot_digest)
         return f"unknown since the robot was changed ({changed}), {command}"
     parts = []
-    if found.tension is not None:
-        parts.append(f"tension {100.0 * found.tension:+.1f} %")
+    if found.effort is not None:
+        parts.append(f"tension {100.0 * found.effort:+.1f} %")
     if found.tip is not None:
         parts.append(f"tip {1e3 * found.tip:.2f} mm")
     if found.contact is not None:

@@ -36,13 +36,13 @@ class LoadError:
     """Differences from the reference under one load; None where one of both was not found.
 
     Attributes:
-        tension: difference of the tension that differs most, positive where the mesh is too stiff; relative
+        effort: difference of the tension that differs most, positive where the mesh is too stiff; relative
             to the largest tension of the reference, or to a quarter of its largest under any load.
         tip: largest distance of an effector from the reference [m].
         contact: relative difference of the contact force, as for tension; None where nothing touches.
     """
 
-    tension: float | None
+    effort: float | None
     tip: float | None
     contact: float | None
 
@@ -55,7 +55,7 @@ class VariantErrors:
         variant: the mesh.
         nodes: its nodes.
         errors: one a load.
-        tension, tip, contact: of greatest amount over all loads; None where there is none.
+        effort, tip, contact: of greatest amount over all loads; None where there is none.
         unsettled: equilibria that were not found.
         level: fine, doubtful or wrong.
     """
@@ -63,7 +63,7 @@ class VariantErrors:
     variant: Variant
     nodes: int
     errors: tuple[LoadError, ...]
-    tension: float | None
+    effort: float | None
     tip: float | None
     contact: float | None
     unsettled: int
@@ -119,16 +119,16 @@ def estimate_error(
     known = [item.state for item in references if item is not None]
     scales = tuple(
         max((value(state) for state in known), default=0.0)
-        for value in (largest_tension, lambda state: state.contact_force)
+        for value in (largest_effort, lambda state: state.contact_force)
     )
     variants = tuple(variant_errors(item, references, scales, size) for item in found)
     verdict, advice = judged(variants, references, complete)
     return MeshErrorEstimate(loads, references, variants, found, complete, verdict, advice)
 
 
-def largest_tension(state: LoadedState) -> float:
+def largest_effort(state: LoadedState) -> float:
     """The largest magnitude of the efforts of a state."""
-    return max((abs(effort) for effort in state.tension), default=0.0)
+    return max((abs(effort) for effort in state.effort), default=0.0)
 
 
 def reference_state(found: tuple[VariantStates, ...], index: int) -> Reference | None:
@@ -240,20 +240,18 @@ def variant_errors(
         load_error(state, None if reference is None else reference.state, scales)
         for state, reference in zip(found.states, references, strict=False)
     )
-    tension, tip, contact = (
+    effort, tip, contact = (
         max((getattr(item, name) for item in errors if getattr(item, name) is not None),
             key=abs, default=None)
         for name in ("tension", "tip", "contact")
     )  # fmt: skip
-    levels = [graded(abs(value), *FORCE) for value in (tension, contact) if value is not None]
+    levels = [graded(abs(value), *FORCE) for value in (effort, contact) if value is not None]
     levels += [] if tip is None else [graded(tip / size, *TIP)]
     unsettled = sum(not state.converged for state in found.states)
     level: Level = "wrong" if unsettled else "doubtful"
     if levels and not unsettled:
         level = worst(tuple(Finding("", item, "") for item in levels))
-    return VariantErrors(
-        found.variant, found.nodes, errors, tension, tip, contact, unsettled, level
-    )
+    return VariantErrors(found.variant, found.nodes, errors, effort, tip, contact, unsettled, level)
 
 
 def load_error(
@@ -268,17 +266,17 @@ def load_error(
     """
     if reference is None or not state.converged:
         return LoadError(None, None, None)
-    change = np.subtract(state.tension, reference.tension) * np.where(
-        np.asarray(reference.tension) < 0.0, -1.0, 1.0
+    change = np.subtract(state.effort, reference.effort) * np.where(
+        np.asarray(reference.effort) < 0.0, -1.0, 1.0
     )  # (n_a,) positive where this mesh resists more
-    most = max(largest_tension(reference), LEAST_FORCE * scales[0], 1e-9)
+    most = max(largest_effort(reference), LEAST_FORCE * scales[0], 1e-9)
     tips = np.subtract(state.tip, reference.tip).reshape(-1, 3)
     contact = None
     if scales[1] > 0.0:
         pushing = max(reference.contact_force, LEAST_FORCE * scales[1])
         contact = (state.contact_force - reference.contact_force) / pushing
     return LoadError(
-        tension=float(change[np.abs(change).argmax()] / most),
+        effort=float(change[np.abs(change).argmax()] / most),
         tip=float(np.linalg.norm(tips, axis=1).max()),
         contact=contact,
     )
@@ -297,7 +295,7 @@ def judged(
         complete: whether all meshes were compared under all loads.
     """
     sources = list(dict.fromkeys(item.source for item in references if item is not None))
-    if not variants or variants[0].tension is None or not sources:
+    if not variants or variants[0].effort is None or not sources:
         if not complete:
             return "stopped before a better mesh was compared", ""
         return (
@@ -306,12 +304,12 @@ def judged(
         )
     own = variants[0]
     stiff = {"fine": "fine", "doubtful": "not accurate", "wrong": "wrong"}[own.level]
-    if own.level != "fine" and own.tension is not None and own.tension > FORCE[0]:
+    if own.level != "fine" and own.effort is not None and own.effort > FORCE[0]:
         stiff = "too stiff"
     sentence = f"{own.variant.phrase} are {stiff}: {listed(own)}, against {' and '.join(sources)}"
     if own.level == "fine":
         return sentence, ""
-    others = [item for item in variants[1:] if item.tension is not None and item.level == "fine"]
+    others = [item for item in variants[1:] if item.effort is not None and item.level == "fine"]
     if not others:
         return sentence, "refine the mesh where strain is large" + better_element(variants)
     best = min(others, key=lambda item: (item.variant.relative_cost, item.nodes))
@@ -320,7 +318,7 @@ def judged(
         advice = "refine the mesh"
     elif best.variant.refinements:
         advice += " and refine the mesh"
-    if any(source.startswith(best.variant.phrase) for source in sources) and best.tension == 0.0:
+    if any(source.startswith(best.variant.phrase) for source in sources) and best.effort == 0.0:
         return sentence, f"{advice} (the reference itself; --refinements 2 measures its error)"
     return sentence, f"{advice} ({listed(best)})"
 
@@ -331,10 +329,10 @@ def better_element(variants: tuple[VariantErrors, ...]) -> str:
     Args:
         variants: errors of the meshes, the robot's own first.
     """
-    tensions = {item: abs(item.tension) for item in variants if item.tension is not None}
-    same = [item for item in tensions if item.variant.refinements == 0]
-    best = min(same, key=lambda item: tensions[item])
-    if 2.0 * tensions[best] > tensions[variants[0]]:
+    efforts = {item: abs(item.effort) for item in variants if item.effort is not None}
+    same = [item for item in efforts if item.variant.refinements == 0]
+    best = min(same, key=lambda item: efforts[item])
+    if 2.0 * efforts[best] > efforts[variants[0]]:
         return ""
     return f"; mesh.element = {best.variant.element!r} alone leaves {listed(best)}"
 
@@ -342,8 +340,8 @@ def better_element(variants: tuple[VariantErrors, ...]) -> str:
 def listed(errors: VariantErrors) -> str:
     """The largest errors of a mesh in words."""
     parts = []
-    if errors.tension is not None:
-        parts.append(f"tension {100.0 * errors.tension:+.1f} %")
+    if errors.effort is not None:
+        parts.append(f"tension {100.0 * errors.effort:+.1f} %")
     if errors.tip is not None:
         parts.append(f"tip {1e3 * errors.tip:.2f} mm")
     if errors.contact is not None:

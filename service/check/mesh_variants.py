@@ -67,20 +67,20 @@ class Load:
         cable: its number.
         name: its name.
         share: of its farthest position, or of its largest tension.
-        pull: its position, in the unit of its kind.
+        position: its position, in the unit of its kind.
         quantity: what its position is.
     """
 
     cable: int
     name: str
     share: float
-    pull: float
+    position: float
     quantity: Quantity
 
     @property
     def label(self) -> str:
         """Name and position, in the unit that tables show."""
-        return f"{self.name} {self.quantity.scale * self.pull:.4g} {self.quantity.shown_unit}"
+        return f"{self.name} {self.quantity.scale * self.position:.4g} {self.quantity.shown_unit}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,13 +89,13 @@ class LoadedState:
 
     Attributes:
         converged: whether it was found.
-        tension: (n_a,) effort of every actuator, where they have several units in shares of its limit.
+        effort: (n_a,) effort of every actuator, where they have several units in shares of its limit.
         tip: (3 p,) of every effector [m].
         contact_force: sum of all contact forces [N].
     """
 
     converged: bool
-    tension: tuple[float, ...]
+    effort: tuple[float, ...]
     tip: tuple[float, ...]
     contact_force: float
 
@@ -126,11 +126,11 @@ def make_loads(robot: AnyRobot, shares: tuple[float, ...]) -> tuple[Load, ...]:
     kinds = zip(robot.actuators.names, robot.actuators.kinds, strict=True)
     if isinstance(robot, BeamRobot):
         return tuple(
-            Load(cable, name, share, pull, kind.position)
+            Load(cable, name, share, position, kind.position)
             for cable, (name, kind) in enumerate(kinds)
-            for share, pull in tensioned(robot, cable, sorted(shares))
+            for share, position in tensioned(robot, cable, sorted(shares))
         )
-    farthest = robot.limits.farthest_pull
+    farthest = robot.limits.farthest_position
     return tuple(
         Load(cable, name, share, share * float(farthest[cable]), kind.position)
         for cable, (name, kind) in enumerate(kinds)
@@ -148,11 +148,11 @@ def tensioned(robot: BeamRobot, cable: int, shares: list[float]) -> Iterator[tup
     """
     simulator = Simulator(robot, contact="full")
     for share in shares:
-        tension = np.zeros(robot.n_a)
-        tension[cable] = share * robot.limits.tension_max[cable]
-        if not simulator.settle(tension=tension, tolerance=TOLERANCE).converged:
+        effort = np.zeros(robot.n_a)
+        effort[cable] = share * robot.limits.effort_max[cable]
+        if not simulator.settle(effort=effort, tolerance=TOLERANCE).converged:
             return
-        yield share, float(simulator.pull[cable])
+        yield share, float(simulator.position[cable])
 
 
 def chosen_variants(element: ElementName, refinements: int) -> tuple[Variant, ...]:
@@ -195,18 +195,18 @@ def equilibria(robot: AnyRobot, loads: tuple[Load, ...]) -> Iterator[LoadedState
     """
     simulator, cable = Simulator(robot, contact="full"), -1
     one_unit = bool((robot.actuators.groups == 0).all())
-    unit = np.ones(robot.n_a) if one_unit else robot.limits.largest_tension
+    unit = np.ones(robot.n_a) if one_unit else robot.limits.largest_effort
     for load in loads:
         if load.cable != cable:
             simulator.reset()
             cable = load.cable
         slack = isinstance(robot, BeamRobot)
-        pull = robot.limits.pull_min.copy() if slack else np.zeros(robot.n_a)
-        pull[cable] = load.pull
-        converged = simulator.settle(pull=pull, tolerance=TOLERANCE).converged
+        position = robot.limits.position_min.copy() if slack else np.zeros(robot.n_a)
+        position[cable] = load.position
+        converged = simulator.settle(position=position, tolerance=TOLERANCE).converged
         yield LoadedState(
             converged,
-            tuple((simulator.tension / unit).tolist()),
+            tuple((simulator.effort / unit).tolist()),
             tuple(simulator.effector.ravel().tolist()),
             float(simulator.lam_c.sum()),
         )

@@ -46,12 +46,12 @@ def compare(
     loaded = load_robot(robot)
     chosen: tuple[Array | None, Array | None]
     if pull:
-        chosen = _each(loaded, pull, "--pull", loaded.limits.pull_max), None
+        chosen = _each(loaded, pull, "--pull", loaded.limits.position_max), None
     elif tension:
-        chosen = None, _each(loaded, tension, "--tension", loaded.limits.tension_max)
+        chosen = None, _each(loaded, tension, "--tension", loaded.limits.effort_max)
     else:
         bending = bending_command(loaded)
-        chosen = bending.pull, bending.tension
+        chosen = bending.position, bending.effort
     passing = equilibrium(loaded, "none", *chosen)
     touching = passing if loaded.n_c == 0 else equilibrium(loaded, "full", *chosen)
     found = compare_equilibria(loaded, touching, passing)

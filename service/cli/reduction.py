@@ -122,7 +122,7 @@ def reduce(
     allowed = None if accept_error else load_model_settings(robot).max_tip_error
     beside = Path(robot).parent if robot.endswith(".toml") else Path()
     target = _basis_path(out or beside / f"{loaded.name}.basis")
-    ranges = Ranges(pull=pull, tilt=math.radians(tilt), force=force, tension=tension)
+    ranges = Ranges(position=pull, tilt=math.radians(tilt), force=force, effort=tension)
     plan = _design(design, loaded, step, ranges, runs, steps, seed)
     folder = snapshots or Path(f"{loaded.name}-snapshots")
     with _executor(scheduler, workers, len(plan.runs)) as executor:

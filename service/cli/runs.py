@@ -129,7 +129,9 @@ def replay(
     for i, (name, kind) in enumerate(
         zip(result.actuators.names, result.actuators.kinds, strict=True)
     ):
-        table.add_row(name, kind.position.text(result.pull[i]), kind.effort.text(result.tension[i]))
+        table.add_row(
+            name, kind.position.text(result.position[i]), kind.effort.text(result.effort[i])
+        )
     console = Console()
     console.print(table)
     verdict = "the same" if result.same else "different"

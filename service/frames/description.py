@@ -37,7 +37,7 @@ def described_look(description: RobotDescription) -> RobotLook:
         segment_owners=_numbers(robot, surface.segments, count),
         chamber_owners=chambers,
         actuators=tuple(
-            ActuatorLook(one.name, one.kind, one.pull, one.tension, one.flexibility)
+            ActuatorLook(one.name, one.kind, one.position, one.effort, one.flexibility)
             for one in description.actuators
         ),
         effectors=effector_looks(

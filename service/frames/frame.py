@@ -25,15 +25,15 @@ class ActuatorLook:
     Attributes:
         name: of the actuator.
         kind: cable, chamber or another, with its units.
-        pull: limits of its position δ_a [SI].
-        tension: limits of its effort λ_a [SI].
+        position_range: limits of its position δ_a [SI].
+        effort_range: limits of its effort λ_a [SI].
         flexibility: inverse stiffness of the spring between motor and cable [m/N]; 0 without one.
     """
 
     name: str
     kind: ActuatorKind
-    pull: tuple[float, float]
-    tension: tuple[float, float]
+    position_range: tuple[float, float]
+    effort_range: tuple[float, float]
     flexibility: float = 0.0
 
     @property
@@ -107,8 +107,8 @@ class ViewFrame:
         cause: why it does not follow.
         status: of the decision, "" where nothing was decided.
         geometry: where the robot is.
-        pull: (n_a,) positions of the actuators [SI].
-        tension: (n_a,) their efforts [SI].
+        position: (n_a,) positions of the actuators [SI].
+        effort: (n_a,) their efforts [SI].
         goal: (n_v,) goal values that are followed, NaN where none are.
         values: (n_v,) goal values where the effectors are.
         step: time of the control step [s].
@@ -120,8 +120,8 @@ class ViewFrame:
     cause: Cause
     status: str
     geometry: Geometry
-    pull: Array
-    tension: Array
+    position: Array
+    effort: Array
     goal: Array
     values: Array
     step: float
@@ -155,8 +155,8 @@ def look_of(robot: Robot, skin: SkinMesh, rest: State) -> RobotLook:
         ActuatorLook(
             name,
             kind,
-            (float(limits.pull_min[i]), float(limits.pull_max[i])),
-            (float(limits.tension_min[i]), float(limits.tension_max[i])),
+            (float(limits.position_min[i]), float(limits.position_max[i])),
+            (float(limits.effort_min[i]), float(limits.effort_max[i])),
             float(springs.flexibility[i]) if springs is not None else 0.0,
         )
         for i, (name, kind) in enumerate(

@@ -78,8 +78,8 @@ class RecordedRobot:
                 geometry=self._skin.geometry(
                     controller.robot, controller.state, controller.contact_forces
                 ),
-                pull=np.array(joints.pull),
-                tension=np.array(joints.tension),
+                position=np.array(joints.position),
+                effort=np.array(joints.effort),
                 goal=np.array(tick.goal_values) if tick.goal else np.full_like(values, np.nan),
                 values=values,
                 step=tick.step,

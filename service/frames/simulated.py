@@ -77,9 +77,11 @@ class SimulatedRobot:
         self._loop.prepare()
         step = time.perf_counter() - begin
         simulator = self._simulator
-        led = simulator.robot.actuators.laws.held(action.actuation.pull, action.actuation.tension)
+        led = simulator.robot.actuators.laws.held(
+            action.actuation.position, action.actuation.effort
+        )
         try:
-            self._driven.move(led.pull, led.tension)
+            self._driven.move(led.position, led.effort)
         except FactorisationError:
             self._driven.reset()
             self._resets += 1
@@ -95,8 +97,8 @@ class SimulatedRobot:
             cause=action.cause,
             status="" if action.status is None else action.status.name,
             geometry=self._skin.geometry(simulator.robot, state, simulator.contact_forces),
-            pull=simulator.pull,
-            tension=simulator.tension,
+            position=simulator.position,
+            effort=simulator.effort,
             goal=np.full_like(values, np.nan) if goal is None else goal,
             values=values,
             step=step,

@@ -63,7 +63,7 @@ class Trial:
     Attributes:
         size: of its elements [m].
         nodes: of the mesh.
-        tension: [N].
+        effort: [N].
         tip: (3,) [m].
         share: of the guessed pull that has an equilibrium.
         error: difference of tension or tip to the finest mesh, the larger of both, relative to the tension
@@ -72,7 +72,7 @@ class Trial:
 
     size: float
     nodes: int
-    tension: float
+    effort: float
     tip: np.ndarray[tuple[int], np.dtype[np.float64]]
     share: float
     error: float = np.nan
@@ -165,7 +165,7 @@ def compared(trials: list[Trial]) -> tuple[Trial, ...]:
     moved = max(float(np.linalg.norm(finest.tip)), 1e-9)
     errors = [
         max(
-            abs(trial.tension / finest.tension - 1.0),
+            abs(trial.effort / finest.effort - 1.0),
             float(np.linalg.norm(trial.tip - finest.tip)) / moved,
         )
         if trial.share == finest.share
@@ -177,7 +177,7 @@ def compared(trials: list[Trial]) -> tuple[Trial, ...]:
     else:
         errors[-1] = np.nan
     return tuple(
-        Trial(trial.size, trial.nodes, trial.tension, trial.tip, trial.share, error)
+        Trial(trial.size, trial.nodes, trial.effort, trial.tip, trial.share, error)
         for trial, error in zip(trials, errors, strict=True)
     )
 
@@ -209,16 +209,16 @@ def _draft(new: NewRobot, size: float, mesh: TetMesh, guess: Guess) -> _Draft:
     part = new.part
     first = Values(new.name, part.path.name, len(mesh.nodes), size, new.young, 1e3, RATE)
     robot = _robot(robot_text(first, guess, guess.max_pull), mesh, new.name)
-    share, tension, tip = _pulled(robot, guess)
+    share, effort, tip = _pulled(robot, guess)
     if share < LEAST_SHARE:
         raise PartError(
             f"{part.path}: the guessed cable finds no equilibrium at "
             f"{1e3 * LEAST_SHARE * guess.max_pull:.2g} mm of pull; turn the part so that its longest side "
             "runs from where it is held to its tip"
         )
-    values = Values(new.name, part.path.name, len(mesh.nodes), size, new.young, 4.0 * tension, RATE)
+    values = Values(new.name, part.path.name, len(mesh.nodes), size, new.young, 4.0 * effort, RATE)
     text = robot_text(values, guess, share * guess.max_pull)
-    return _Draft(mesh, text, Trial(size, len(mesh.nodes), tension, tip, share))
+    return _Draft(mesh, text, Trial(size, len(mesh.nodes), effort, tip, share))
 
 
 def _robot(text: str, mesh: TetMesh, name: str) -> Robot:
@@ -234,13 +234,13 @@ def _pulled(
     share = 1.0
     while share >= LEAST_SHARE:
         sim = Simulator(robot, contact="none")
-        rest = sim.settle(pull=[0.0])
+        rest = sim.settle(position=[0.0])
         start = sim.effector[0]
-        half = sim.settle(pull=[PULL_SHARE * share * guess.max_pull])
-        tension, tip = float(sim.tension[0]), sim.effector[0] - start
-        whole = sim.settle(pull=[share * guess.max_pull])
+        half = sim.settle(position=[PULL_SHARE * share * guess.max_pull])
+        effort, tip = float(sim.effort[0]), sim.effector[0] - start
+        whole = sim.settle(position=[share * guess.max_pull])
         if rest.converged and half.converged and whole.converged:
-            return share, tension, tip
+            return share, effort, tip
         share *= 0.5
     return 0.0, np.nan, np.full(3, np.nan)
 

@@ -14,7 +14,7 @@ from tauten.service.wire import CLOUD, HEALTH, JOINTS, MESSAGE_TYPES, TEXT, TICK
 
 
 def description(setup: Setup, start: Array) -> dict[str, Any]:
-    """All that a client needs, in SI units; `tension` and `pull` of an actuator are in its units of both.
+    """All that a client needs, in SI units; `effort` and `position` of an actuator are in its units of both.
 
     Args:
         setup: the robot.
@@ -27,8 +27,8 @@ def description(setup: Setup, start: Array) -> dict[str, Any]:
             "name": name,
             "kind": kind.value,
             "units": {"tension": kind.effort.unit, "pull": kind.position.unit},
-            "tension": [float(limits.tension_min[i]), float(limits.tension_max[i])],
-            "pull": [float(limits.pull_min[i]), float(limits.pull_max[i])],
+            "tension": [float(limits.effort_min[i]), float(limits.effort_max[i])],
+            "pull": [float(limits.position_min[i]), float(limits.position_max[i])],
             "rate": float(limits.rate[i]),
             "flexibility": float(springs.flexibility[i]) if springs is not None else 0.0,
         }

@@ -20,8 +20,8 @@ class ActuationLimiter:
     It has no memory: the controller keeps what left last.
 
     Attributes:
-        rest_pull: (n_a,) pulled lengths of slack cables, 0 as far as the limits allow [m].
-        rest_tension: (n_a,) least tensions [N].
+        rest_position: (n_a,) pulled lengths of slack cables, 0 as far as the limits allow [m].
+        rest_effort: (n_a,) least tensions [N].
     """
 
     def __init__(self, limits: Limits, h: float) -> None:
@@ -34,11 +34,11 @@ class ActuationLimiter:
         self._limits = limits
         self._h = h
         self._step = limits.rate * h  # (n_a,) m
-        self._rounding_pull = ROUNDING * (limits.pull_max - limits.pull_min)
-        self._rounding_tension = ROUNDING * limits.largest_tension
+        self._rounding_position = ROUNDING * (limits.position_max - limits.position_min)
+        self._rounding_effort = ROUNDING * limits.largest_effort
         zero = np.zeros(len(self._step))
-        self.rest_pull: Array = np.clip(zero, limits.pull_min, limits.pull_max)
-        self.rest_tension: Array = np.clip(zero, limits.tension_min, limits.tension_max)
+        self.rest_position: Array = np.clip(zero, limits.position_min, limits.position_max)
+        self.rest_effort: Array = np.clip(zero, limits.effort_min, limits.effort_max)
 
     def limit(self, wanted: Actuation, last: Actuation) -> Actuation:
         """Clamp what is about to leave.
@@ -52,21 +52,23 @@ class ActuationLimiter:
             shapes are wrong.
         """
         shape, limits = self._step.shape, self._limits
-        pull = np.asarray(wanted.pull, dtype=float)
-        tension = np.asarray(wanted.tension, dtype=float)
-        if not (pull.shape == shape == tension.shape and _finite(pull) and _finite(tension)):
-            return wanted.with_values(last.pull, last.tension, clamped=True)
-        lower, upper = _reachable(last.pull, self._step, limits.pull_min, limits.pull_max)
-        safe_pull, pull_clamped = _clamped(pull, lower, upper, self._rounding_pull)
-        safe_tension, tension_clamped = _clamped(
-            tension, limits.tension_min, limits.tension_max, self._rounding_tension
+        position = np.asarray(wanted.position, dtype=float)
+        effort = np.asarray(wanted.effort, dtype=float)
+        if not (position.shape == shape == effort.shape and _finite(position) and _finite(effort)):
+            return wanted.with_values(last.position, last.effort, clamped=True)
+        lower, upper = _reachable(
+            last.position, self._step, limits.position_min, limits.position_max
         )
-        clamped = wanted.clamped or pull_clamped or tension_clamped
-        return wanted.with_values(safe_pull, safe_tension, clamped)
+        safe_position, position_clamped = _clamped(position, lower, upper, self._rounding_position)
+        safe_effort, effort_clamped = _clamped(
+            effort, limits.effort_min, limits.effort_max, self._rounding_effort
+        )
+        clamped = wanted.clamped or position_clamped or effort_clamped
+        return wanted.with_values(safe_position, safe_effort, clamped)
 
     def at_rest(self, actuation: Actuation) -> bool:
         """Whether the cables are slack."""
-        slack = (actuation.pull == self.rest_pull) & (actuation.tension == self.rest_tension)
+        slack = (actuation.position == self.rest_position) & (actuation.effort == self.rest_effort)
         return bool(slack.all())
 
     def release(self, start: Actuation, release_time: float) -> Iterator[Actuation]:
@@ -76,16 +78,21 @@ class ActuationLimiter:
             start: what left last.
             release_time: length of the ramp at least [s]; longer where the rate needs it.
         """
-        pull, tension = start.pull - self.rest_pull, start.tension - self.rest_tension  # (n_a,)
-        slowest = float((np.abs(pull) / self._step).max(initial=0.0))
+        position, effort = (
+            start.position - self.rest_position,
+            start.effort - self.rest_effort,
+        )  # (n_a,)
+        slowest = float((np.abs(position) / self._step).max(initial=0.0))
         steps = max(int(np.ceil(release_time / self._h)), int(np.ceil(slowest)), 1)
         for step in range(1, steps):
             left = 1.0 - step / steps
             yield start.with_values(
-                self.rest_pull + left * pull, self.rest_tension + left * tension, clamped=False
+                self.rest_position + left * position,
+                self.rest_effort + left * effort,
+                clamped=False,
             )
         while True:  # again: rounding may leave the last step of the ramp short of rest
-            yield start.with_values(self.rest_pull, self.rest_tension, clamped=False)
+            yield start.with_values(self.rest_position, self.rest_effort, clamped=False)
 
 
 @kernel

@@ -135,18 +135,18 @@ class ControlLoop:
     def locks(self) -> Diagnostic:
         """Which actuators are locked, and where, and which have stopped at a limit, for health."""
         locks, actuators = self.controller.locks, self.controller.robot.actuators
-        stalled, pull = self.controller.stalled, self.controller.pull
+        stalled, position = self.controller.stalled, self.controller.position
         values = {}
         for i, (name, kind) in enumerate(zip(actuators.names, actuators.kinds, strict=True)):
             if locks.by_position[i]:
-                values[name] = f"{kind.position.name} {locks.pull[i]:g} {kind.position.unit}"
+                values[name] = f"{kind.position.name} {locks.position[i]:g} {kind.position.unit}"
                 if stalled[i]:
                     values[name] += (
-                        f", stopped at {pull[i]:g} {kind.position.unit} by its limits of "
+                        f", stopped at {position[i]:g} {kind.position.unit} by its limits of "
                         f"{kind.effort.name}"
                     )
             elif locks.by_force[i]:
-                values[name] = f"{kind.effort.name} {locks.tension[i]:g} {kind.effort.unit}"
+                values[name] = f"{kind.effort.name} {locks.effort[i]:g} {kind.effort.unit}"
         text = "; ".join(f"{name} at {what}" for name, what in values.items())
         level = Level.WARN if stalled.any() else Level.OK
         return Diagnostic("locks", level, text or "none", values)
@@ -216,6 +216,6 @@ class ControlLoop:
     def _start_of_release(self) -> Actuation:
         last = self.controller.actuation
         return Actuation(
-            last.pull, last.tension, last.tension, self.controller.effector,
+            last.position, last.effort, last.effort, self.controller.effector,
             self.controller.effector_values, Status.OK, NO_CERTIFICATE,
         )  # fmt: skip

@@ -85,7 +85,7 @@ class NodeOutputs:
         robot, actuation = self._robot, action.actuation
         joints = Joints(
             stamp, robot.frame, robot.actuators.names,
-            tuple(actuation.pull.tolist()), tuple(actuation.tension.tolist()),
+            tuple(actuation.position.tolist()), tuple(actuation.effort.tolist()),
         )  # fmt: skip
         self._send(self._actuation, encode_joints(joints), stamp, tick)
         if action.mode is Mode.STOP:  # the model does not follow a release

@@ -116,7 +116,7 @@ class LoopStatistics:
             recorder: of the log, if there is one.
             fixed: facts that do not change, such as the factorisation's name.
         """
-        found = [self._loop(clock), self._decisions(), self._tensions(), *arrived]
+        found = [self._loop(clock), self._decisions(), self._efforts(), *arrived]
         if recorder is not None:
             found.append(_log(recorder))
         return [*found, Diagnostic("system", Level.OK, "", fixed)]
@@ -151,12 +151,12 @@ class LoopStatistics:
         mode = f"{self._mode} ({self._cause})" if self._cause else self._mode.value
         return Diagnostic("decisions", level, f"{mode}, {bad} not OK", values)
 
-    def _tensions(self) -> Diagnostic:
+    def _efforts(self) -> Diagnostic:
         """Efforts of the last tick that left, and those of the model where the limiter has changed them."""
         action = self._action
         if action is None:
             return Diagnostic("tensions", Level.OK, "", {})
-        left, model = action.actuation.tension.tolist(), action.wanted.tension.tolist()
+        left, model = action.actuation.effort.tolist(), action.wanted.effort.tolist()
         values, changed = {}, []
         names, kinds = self._actuators.names, self._actuators.kinds
         for name, kind, sent, wanted in zip(names, kinds, left, model, strict=True):

@@ -42,8 +42,8 @@ def check_order(description: RobotDescription, order: LockOrder) -> None:
         )
     found = actuators[order.actuator]
     for option, value, (least, most), unit in (
-        ("--position", order.position, found.pull, found.kind.position.unit),
-        ("--force", order.force, found.tension, found.kind.effort.unit),
+        ("--position", order.position, found.position, found.kind.position.unit),
+        ("--force", order.force, found.effort, found.kind.effort.unit),
     ):
         if value is not None and not least <= value <= most:
             raise OrderError(

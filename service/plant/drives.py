@@ -46,29 +46,29 @@ class DrivenRobot:
     def __init__(self, simulator: Simulator, steps: int) -> None:
         """Of a simulator at its start."""
         self.simulator, self.steps = simulator, steps
-        self._pull: Array | None = None
+        self._position: Array | None = None
 
     def reset(self) -> None:
         """Return to the simulator's start."""
         self.simulator.reset()
-        self._pull = None
+        self._position = None
 
-    def move(self, pull: Array, tension: Array) -> Report:
+    def move(self, position: Array, effort: Array) -> Report:
         """One period under commands (n_a,); NaN in one of them, for each actuator.
 
         Args:
-            pull: positions at its end, as far as the rates permit [m, m³].
-            tension: efforts at its end [N, Pa].
+            position: positions at its end, as far as the rates permit [m, m³].
+            effort: efforts at its end [N, Pa].
 
         Raises:
             FactorisationError: the state has diverged.
         """
         robot = self.simulator.robot
-        before = self.simulator.pull if self._pull is None else self._pull
-        before = np.where(np.isnan(before), self.simulator.pull, before)
+        before = self.simulator.position if self._position is None else self._position
+        before = np.where(np.isnan(before), self.simulator.position, before)
         reach = robot.h * robot.limits.rate  # (n_a,)
-        self._pull = np.clip(pull, before - reach, before + reach)
-        return self.simulator.move(self._pull, tension, self.steps)
+        self._position = np.clip(position, before - reach, before + reach)
+        return self.simulator.move(self._position, effort, self.steps)
 
 
 def own_steps(simulator: Simulator) -> OwnSteps:
@@ -102,16 +102,16 @@ def _trial(simulator: Simulator, steps: int) -> tuple[Array, float]:
     by_force = law.held_by_force | ~law.bilateral
     by_force[0] = law.held_by_force[0]
     way = 0.25 * _TRIAL * float(robot.limits.rate[0]) / _SHARE
-    far = float(np.clip(robot.limits.farthest_pull[0], -way, way))
-    start, effort = simulator.pull, simulator.tension
+    far = float(np.clip(robot.limits.farthest_position[0], -way, way))
+    start_position, start_effort = simulator.position, simulator.effort
     begin = perf_counter()
     for share in 0.5 - 0.5 * np.cos(2.0 * np.pi * np.arange(1, ticks + 1) / ticks):
-        pull = np.where(by_force, np.nan, start)
-        tension = np.where(by_force, effort, np.nan)
+        position = np.where(by_force, np.nan, start_position)
+        effort = np.where(by_force, start_effort, np.nan)
         if by_force[0]:
-            tension[0] += share * _SHARE * (robot.limits.tension_max[0] - effort[0])
+            effort[0] += share * _SHARE * (robot.limits.effort_max[0] - start_effort[0])
         else:
-            pull[0] += share * _SHARE * far
-        simulator.move(pull, tension, steps)
+            position[0] += share * _SHARE * far
+        simulator.move(position, effort, steps)
         found.append(simulator.effector)
     return np.array(found), perf_counter() - begin

@@ -185,7 +185,7 @@ def reach_path(robot: Robot, effector: int, fraction: float, period: float) -> T
 def _settled_or_shortened(simulator: Simulator, command: Command) -> bool:
     """Settle under a command; whether that is nearly the whole load."""
     before = simulator.state, simulator.forces
-    held = command.pull, command.tension
+    held = command.position, command.effort
     report = simulator.settle(*held, _SETTLED, _MAX_STEPS, load_steps=False)
     if report.movement < _NEARLY_SETTLED:
         return True

@@ -179,8 +179,8 @@ class Plant:
         self._drive = settings.drive
         # what leads each actuator: efforts of those that a hold keeps by their effort
         self._by_force = robot.actuators.laws.held_by_force | (settings.drive == "tension")
-        self._pull: Array = np.where(self._by_force, np.nan, 0.0)
-        self._tension: Array = np.where(self._by_force, 0.0, np.nan)
+        self._position: Array = np.where(self._by_force, np.nan, 0.0)
+        self._effort: Array = np.where(self._by_force, 0.0, np.nan)
         self._counts = MessageCounts()
         self._step = Window()
         self._unconverged = 0
@@ -213,18 +213,20 @@ class Plant:
             self._counts.refuse(joints)
             return
         self._counts.accepted += 1
-        pull, tension = np.array(joints.pull), np.array(joints.tension)  # (n_a,)
-        self._pull = np.where(self._by_force, np.nan, pull)
-        self._tension = np.where(self._by_force, tension, np.nan)
+        position, effort = np.array(joints.position), np.array(joints.effort)  # (n_a,)
+        self._position = np.where(self._by_force, np.nan, position)
+        self._effort = np.where(self._by_force, effort, np.nan)
 
     def _advance(self) -> None:
         """One step; a simulation that blows up starts again."""
         try:
             if self._kind == "own":
-                report = self._driven.move(self._pull, self._tension)
+                report = self._driven.move(self._position, self._effort)
             else:
                 report = self._simulator.step(
-                    pull=self._pull, tension=self._tension, converged=self._kind == "converged"
+                    position=self._position,
+                    effort=self._effort,
+                    converged=self._kind == "converged",
                 )
             self._unconverged += not report.converged
         except FactorisationError as error:
@@ -240,8 +242,8 @@ class Plant:
             payload = encode_effector(kind, name, EffectorMessage(stamp, robot.frame, own))
             for publishers in self._effectors:
                 publishers[i].put(payload)
-        pull, tension = tuple(simulator.pull.tolist()), tuple(simulator.tension.tolist())
-        joints = Joints(stamp, robot.frame, robot.actuators.names, pull, tension)
+        position, effort = tuple(simulator.position.tolist()), tuple(simulator.effort.tolist())
+        joints = Joints(stamp, robot.frame, robot.actuators.names, position, effort)
         self._state.put(encode_joints(joints))
         self._gap.put(encode_float(float(simulator.gaps.min(initial=np.inf))))
 
@@ -281,14 +283,14 @@ def warm_simulator(robot: Robot, settings: PlantSettings) -> tuple[Simulator, fl
     """
     simulator, times = Simulator(robot, contact="full"), []
     way = robot.limits.rate * robot.h * _WARM_UP  # (n_a,)
-    pull = np.clip(robot.limits.farthest_pull, -way, way)
+    position = np.clip(robot.limits.farthest_position, -way, way)
     for step in range(_WARM_UP):
-        begin, part = time.perf_counter(), pull * (step + 1) / _WARM_UP
+        begin, part = time.perf_counter(), position * (step + 1) / _WARM_UP
         try:
             if settings.steps == "own":
-                simulator.move(pull=part)
+                simulator.move(position=part)
             else:
-                simulator.step(pull=part, converged=settings.steps == "converged")
+                simulator.step(position=part, converged=settings.steps == "converged")
         except FactorisationError as error:
             raise RobotFileError(
                 f"robot {robot.name}: time steps of {robot.h:g} s, in which an actuator may travel far, "
@@ -332,10 +334,10 @@ def quick_enough(robot: Robot) -> bool:
     """Whether this machine simulates a robot in half of the time that passes, or in less."""
     simulator, times = Simulator(robot, contact="full"), []
     way = robot.limits.rate * robot.h  # (n_a,)
-    pull = np.clip(robot.limits.farthest_pull, -way, way)
+    position = np.clip(robot.limits.farthest_position, -way, way)
     for _ in range(_FEW):
         begin = time.perf_counter()
-        simulator.move(pull=pull)
+        simulator.move(position=position)
         times.append(time.perf_counter() - begin)
     seconds = min(times)
     log.info("%s in full order takes %.1f ms of %.1f ms", robot.name, 1e3 * seconds, 1e3 * robot.h)

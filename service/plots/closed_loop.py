@@ -37,8 +37,8 @@ def draw_case(found: CaseRuns, h: float, path: Path) -> None:
     time: Array = h * np.arange(len(case.targets), dtype=float)
     for outcome, trace in reversed(runs):
         _line(axes[0], outcome, time, np.maximum(_MM * trace.error, 1e-3))
-        _line(axes[1], outcome, time, _MM * trace.pull)
-        _line(axes[2], outcome, time, trace.tension)
+        _line(axes[1], outcome, time, _MM * trace.position)
+        _line(axes[2], outcome, time, trace.effort)
     _shade(time, runs[0][1].touching, axes)
     axes[0].set_yscale("log")
     for axis, label in zip(axes, ("error [mm]", "pull [mm]", "tension [N]"), strict=True):

@@ -25,8 +25,8 @@ def draw_replay(replay: Replay, log: str, path: Path) -> None:
     figure = Figure(figsize=(12.0, 8.0), layout="constrained")
     axes = figure.subplots(4, 1, sharex=True)
     positions, efforts = shown_positions(replay.actuators), shown_efforts(replay.actuators)
-    _draw_course(axes[0], axes[1], courses.time, courses.pull, positions)
-    _draw_course(axes[2], axes[3], courses.time, courses.tension, efforts)
+    _draw_course(axes[0], axes[1], courses.time, courses.position, positions)
+    _draw_course(axes[2], axes[3], courses.time, courses.effort, efforts)
     for axis in axes:
         axis.grid(alpha=0.3)
     axes[0].legend(loc="upper right", ncols=4, fontsize="small")

@@ -75,8 +75,8 @@ def draw_run(run: RecordedRun, actuators: Actuators, path: Path) -> None:
     else:
         draw_turns(run, paths_box.subplots())
     axes = time_box.subplots(3 + lengths.any() + turns.any(), 1, sharex=True)
-    draw_actuators(run.pull, shown_positions(actuators), axes[0])
-    draw_actuators(run.tension, shown_efforts(actuators), axes[1])
+    draw_actuators(run.position, shown_positions(actuators), axes[0])
+    draw_actuators(run.effort, shown_efforts(actuators), axes[1])
     axes[0].legend(loc="upper right", ncols=4, fontsize="small")
     if lengths.any():
         draw_error(run, axes[2])

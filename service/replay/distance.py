@@ -90,9 +90,9 @@ def measure_distances(path: Path, recorded_paths: bool, progress: Progress) -> D
     run, recorded = read_run(path), recorded_setup(path, LogReader(path).read_metadata())
     name = recorded.robot_file(recorded_paths)
     robot = load_robot(name, rate=recorded.rate)
-    if run.pull.value.shape[1:] != (robot.n_a,):
+    if run.position.value.shape[1:] != (robot.n_a,):
         raise LogError(
-            f"{path}: {run.pull.value.shape[1]} cables, robot {robot.name} has {robot.n_a}"
+            f"{path}: {run.position.value.shape[1]} cables, robot {robot.name} has {robot.n_a}"
         )
     if run.model.value.shape[1] < 3:
         raise LogError(f"{path}: its first effector has no position, distances need one")
@@ -102,7 +102,7 @@ def measure_distances(path: Path, recorded_paths: bool, progress: Progress) -> D
         own = Simulator(robot, contact)
     steps = substeps_of(robot, load_controller_settings(name).substeps)
     model_steps: TimeSteps = steps if steps > 0 else "single"
-    tension = run.tension if run.plant_value("drive", "pull") == "tension" else None
+    effort = run.effort if run.plant_value("drive", "pull") == "tension" else None
     plant = Simulator(robot, "full")
     with one_blas_thread():
         if recorded.start == "settled":
@@ -114,7 +114,7 @@ def measure_distances(path: Path, recorded_paths: bool, progress: Progress) -> D
         own.reset()
         timed = simulated(own, run, plant_steps(run), None)
         progress(0.4, "as the plant")
-        as_plant = simulated(plant, run, plant_steps(run), tension)
+        as_plant = simulated(plant, run, plant_steps(run), effort)
     return distances(run, as_model, timed, as_plant)
 
 
@@ -127,7 +127,7 @@ def plant_steps(run: RecordedRun) -> TimeSteps:
 
 
 def simulated(
-    simulator: Simulator, run: RecordedRun, steps: TimeSteps, tension: Series | None
+    simulator: Simulator, run: RecordedRun, steps: TimeSteps, effort: Series | None
 ) -> Series:
     """First effector after each actuation (m, 3) [m].
 
@@ -137,20 +137,20 @@ def simulated(
         simulator: at the start of the run.
         run: with its actuation.
         steps: so many of second order a period, along which actuators move evenly, or one of first order.
-        tension: efforts that drive all actuators in place of that; None: they do not.
+        effort: efforts that drive all actuators in place of that; None: they do not.
     """
-    by_force = simulator.robot.actuators.laws.held_by_force | (tension is not None)
-    efforts = run.tension if tension is None else tension
+    by_force = simulator.robot.actuators.laws.held_by_force | (effort is not None)
+    efforts = run.effort if effort is None else effort
     positions = []
-    for pull, effort in zip(run.pull.value, efforts.value, strict=True):
-        effort = np.where(simulator.robot.actuators.laws.bilateral, effort, np.maximum(effort, 0.0))
-        given = np.where(by_force, np.nan, pull), np.where(by_force, effort, np.nan)
+    for position, lam in zip(run.position.value, efforts.value, strict=True):
+        lam = np.where(simulator.robot.actuators.laws.bilateral, lam, np.maximum(lam, 0.0))
+        given = np.where(by_force, np.nan, position), np.where(by_force, lam, np.nan)
         if isinstance(steps, int):
             simulator.move(*given, steps)
         else:
             simulator.step(*given, converged=steps == "converged")
         positions.append(simulator.effector[0])
-    return Series(run.pull.time, np.array(positions))
+    return Series(run.position.time, np.array(positions))
 
 
 def distances(run: RecordedRun, as_model: Series, timed: Series, as_plant: Series) -> Distances:

@@ -36,9 +36,9 @@ def write_report(replay: Replay, log: str, folder: Path) -> None:
         "actuators": {
             name: {
                 "kind": kind.value,
-                "pull": float(replay.pull[i]),
+                "pull": float(replay.position[i]),
                 "pull_unit": kind.position.unit,
-                "tension": float(replay.tension[i]),
+                "tension": float(replay.effort[i]),
                 "tension_unit": kind.effort.unit,
             }
             for i, (name, kind) in enumerate(
@@ -66,7 +66,7 @@ def tick_table(replay: Replay) -> str:
     for tick, (time, status) in enumerate(zip(courses.time, courses.status, strict=True)):
         values = []
         for place in range(len(replay.actuators)):
-            values += courses.pull[:, tick, place].tolist()
-            values += courses.tension[:, tick, place].tolist()
+            values += courses.position[:, tick, place].tolist()
+            values += courses.effort[:, tick, place].tolist()
         writer.writerow([tick, f"{time:.6f}", *(f"{value:.9g}" for value in values), *status])
     return text.getvalue()

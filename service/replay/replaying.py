@@ -46,14 +46,14 @@ class Courses:
 
     Attributes:
         time: (m,) of the ticks, from the first one [s].
-        pull: (2, m, n_a) positions, recorded and replayed [m, m³].
-        tension: (2, m, n_a) efforts, recorded and replayed [N, Pa].
+        position: (2, m, n_a) positions, recorded and replayed [m, m³].
+        effort: (2, m, n_a) efforts, recorded and replayed [N, Pa].
         status: of the decisions, recorded and replayed, "" where nothing was decided.
     """
 
     time: Array
-    pull: Array
-    tension: Array
+    position: Array
+    effort: Array
     status: tuple[tuple[str, str], ...]
 
 
@@ -65,8 +65,8 @@ class Replay:
         actuators: of the robot.
         courses: every tick.
         seconds: duration of the replay.
-        pull: (n_a,) largest difference of positions [m, m³].
-        tension: (n_a,) largest difference of efforts [N, Pa].
+        position: (n_a,) largest difference of positions [m, m³].
+        effort: (n_a,) largest difference of efforts [N, Pa].
         fraction: largest difference as a fraction of the actuator's range.
         worst_tick: tick of that difference.
         statuses: ticks whose decision ended with another status.
@@ -78,8 +78,8 @@ class Replay:
     actuators: Actuators
     courses: Courses
     seconds: float
-    pull: Array
-    tension: Array
+    position: Array
+    effort: Array
     fraction: float
     worst_tick: int
     statuses: int
@@ -290,17 +290,18 @@ def _compare(reader: LogReader, setup: Setup, robot: str, tolerance: float) -> R
         raise LogError(f"{reader.path}: no tick to replay")
     seconds = perf_counter() - begin
     limits = setup.robot.limits
-    off_pull = np.abs(courses.pull[1] - courses.pull[0])  # (m, n_a)
-    off_tension = np.abs(courses.tension[1] - courses.tension[0])  # (m, n_a)
+    off_position = np.abs(courses.position[1] - courses.position[0])  # (m, n_a)
+    off_effort = np.abs(courses.effort[1] - courses.effort[0])  # (m, n_a)
     shares = np.maximum(
-        off_pull / (limits.pull_max - limits.pull_min), off_tension / limits.largest_tension
+        off_position / (limits.position_max - limits.position_min),
+        off_effort / limits.largest_effort,
     ).max(axis=1)  # (m,)
     return Replay(
         actuators=setup.robot.actuators,
         courses=courses,
         seconds=seconds,
-        pull=off_pull.max(axis=0),
-        tension=off_tension.max(axis=0),
+        position=off_position.max(axis=0),
+        effort=off_effort.max(axis=0),
         fraction=float(shares.max()),
         worst_tick=int(shares.argmax()),
         statuses=sum(before != now for before, now in courses.status),
@@ -312,19 +313,19 @@ def _compare(reader: LogReader, setup: Setup, robot: str, tolerance: float) -> R
 
 def _courses(recorded: Iterator[RecordedTick], setup: Setup) -> Courses:
     stamps, status = [], []
-    pull: list[tuple[Array, Array]] = []
-    tension: list[tuple[Array, Array]] = []
+    position: list[tuple[Array, Array]] = []
+    effort: list[tuple[Array, Array]] = []
     for tick, actuation, action in actions(recorded, replay_loop(setup)):
         stamps.append(tick.stamp)
-        pull.append((np.array(actuation.pull), action.actuation.pull))
-        tension.append((np.array(actuation.tension), action.actuation.tension))
+        position.append((np.array(actuation.position), action.actuation.position))
+        effort.append((np.array(actuation.effort), action.actuation.effort))
         status.append((tick.status, "" if action.status is None else action.status.name))
     time: Array = 1e-9 * (np.array(stamps) - stamps[0] if stamps else np.zeros(0))
     shape = (len(stamps), 2, setup.robot.n_a)
     return Courses(
         time=time,
-        pull=np.array(pull).reshape(shape).swapaxes(0, 1),
-        tension=np.array(tension).reshape(shape).swapaxes(0, 1),
+        position=np.array(position).reshape(shape).swapaxes(0, 1),
+        effort=np.array(effort).reshape(shape).swapaxes(0, 1),
         status=tuple(status),
     )
 

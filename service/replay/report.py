@@ -183,9 +183,9 @@ def make_report(run: RecordedRun) -> RunReport:
 
 def actuator_peaks(run: RecordedRun) -> list[ActuatorPeak]:
     """Position and effort farthest from zero of each actuator."""
-    pull, tension = (_farthest(series.value) for series in (run.pull, run.tension))
+    position, effort = (_farthest(series.value) for series in (run.position, run.effort))
     return [
-        ActuatorPeak(name, kind.value, pull[i], kind.position.unit, tension[i], kind.effort.unit)
+        ActuatorPeak(name, kind.value, position[i], kind.position.unit, effort[i], kind.effort.unit)
         for i, (name, kind) in enumerate(run.actuators)
     ]
 

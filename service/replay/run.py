@@ -59,8 +59,8 @@ class RecordedRun:
         goal: (m, v) values of the first effector, NaN without a goal.
         model: values of the first effector in the model.
         actuators: name and kind of each.
-        pull: commanded positions, one column for each actuator [m, m³, rad].
-        tension: commanded efforts, one column for each actuator [N, Pa, N m].
+        position: commanded positions, one column for each actuator [m, m³, rad].
+        effort: commanded efforts, one column for each actuator [N, Pa, N m].
         plant: values of the first effector in the plant; empty without plant.
         plant_gap: smallest gap in the plant [m]; empty without plant.
         health: last health of the node, by name.
@@ -78,8 +78,8 @@ class RecordedRun:
     goal: Array
     model: Series
     actuators: tuple[tuple[str, ActuatorKind], ...]
-    pull: Series
-    tension: Series
+    position: Series
+    effort: Series
     plant: Series
     plant_gap: Series
     health: dict[str, Diagnostic]
@@ -136,7 +136,7 @@ def read_run(path: Path) -> RecordedRun:
     start = ticks[0].stamp
     joints = [joint_values(message.payload) for message in by_key.get(keys.actuation, [])]
     names = _actuator_names(by_key.get(keys.actuation, []))
-    sizes = {(len(pull), len(tension)) for _, pull, tension in joints}
+    sizes = {(len(position), len(effort)) for _, position, effort in joints}
     if sizes != {(len(names), len(names))} or not names:
         raise LogError(
             f"{path}: no actuation in it, or actuations of different numbers of actuators"
@@ -163,8 +163,8 @@ def read_run(path: Path) -> RecordedRun:
         goal=np.array([_first(tick.goal_values, size) for tick in ticks]),
         model=_values(by_key.get(keys.effectors(("",))[0], []), kind, start),
         actuators=tuple(zip(names, kinds, strict=True)),
-        pull=_series([(stamp, pull) for stamp, pull, _ in joints], start),
-        tension=_series([(stamp, tension) for stamp, _, tension in joints], start),
+        position=_series([(stamp, position) for stamp, position, _ in joints], start),
+        effort=_series([(stamp, effort) for stamp, _, effort in joints], start),
         plant=_values(by_key.get(keys.plant_effectors(("",))[0], []), kind, start),
         plant_gap=_series([(gap.logged, [_float(gap.payload)]) for gap in gaps], start),
         health=_last(health),

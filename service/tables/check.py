@@ -32,7 +32,7 @@ def error_table(estimate: MeshErrorEstimate) -> Numbers:
 
 def error_row(item: VariantErrors, count: int) -> tuple[str, ...]:
     """One mesh: its largest errors, and those of tension under the first `count` loads."""
-    by_load = [percent(error.tension) for error in item.errors[:count]]
+    by_load = [percent(error.effort) for error in item.errors[:count]]
     by_load += ["-"] * (count - len(by_load))
-    largest = (percent(item.tension), millimetres(item.tip), percent(item.contact))
+    largest = (percent(item.effort), millimetres(item.tip), percent(item.contact))
     return (item.variant.name, f"{item.nodes:,}", *largest, *by_load)

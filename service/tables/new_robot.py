@@ -22,7 +22,7 @@ def trial_table(trials: Sequence[Trial], chosen: int) -> Numbers:
             "taken" if index == chosen else "",
             f"{1e3 * trial.size:.3g}",
             f"{trial.nodes:,}",
-            f"{trial.tension:.3g}",
+            f"{trial.effort:.3g}",
             f"{1e3 * float(np.linalg.norm(trial.tip)):.2f}",
             "unknown" if np.isnan(trial.error) else f"{100.0 * trial.error:.1f}",
         )

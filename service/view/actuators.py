@@ -244,7 +244,7 @@ def width_of(look: RobotLook) -> float:
 
 def effort_share(actuator: ActuatorLook, effort: float) -> float:
     """Effort as a share of its limit, 0 … 1; of one of either sign, of the farther limit."""
-    limit = max(abs(actuator.tension[0]), abs(actuator.tension[1]))
+    limit = max(abs(actuator.effort_range[0]), abs(actuator.effort_range[1]))
     return min(abs(effort) / limit, 1.0) if limit > 0.0 and np.isfinite(effort) else 0.0
 
 

@@ -108,7 +108,9 @@ class CableDrawing:
             name: of the cable.
         """
         name = name.strip()
-        limits = [one.tension[1] for one in self._look.actuators if one.kind is ActuatorKind.CABLE]
+        limits = [
+            one.effort_range[1] for one in self._look.actuators if one.kind is ActuatorKind.CABLE
+        ]
         cable = NewCable(
             name, self.rest, limits[0] if limits else TENSION, _OUTSIDE * self._look.size
         )

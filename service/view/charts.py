@@ -58,11 +58,14 @@ class Charts:
             return
         frames = frames[:: max(len(frames) // _POINTS, 1)]
         time = np.array([frame.time for frame in frames])  # (m,)
-        pull = np.array([frame.pull for frame in frames])  # (m, n_a)
-        tension = np.array([frame.tension for frame in frames])  # (m, n_a)
+        position = np.array([frame.position for frame in frames])  # (m, n_a)
+        effort = np.array([frame.effort for frame in frames])  # (m, n_a)
         for group, travel, force in zip(self._groups, self._travel, self._force, strict=True):
-            travel.data = (time, *(group.kind.position.scale * pull[:, i] for i in group.numbers))
-            lines = [group.kind.effort.scale * tension[:, i] for i in group.numbers]
+            travel.data = (
+                time,
+                *(group.kind.position.scale * position[:, i] for i in group.numbers),
+            )
+            lines = [group.kind.effort.scale * effort[:, i] for i in group.numbers]
             limit = _common_limit(self._look, group)
             if limit is not None:
                 lines.append(np.full(len(time), limit))
@@ -85,7 +88,7 @@ def groups(actuators: tuple[ActuatorLook, ...]) -> tuple[_Group, ...]:
 
 def _common_limit(look: RobotLook, group: _Group) -> float | None:
     """Largest effort of all actuators of a group as shown; None where they differ."""
-    found = {look.actuators[i].tension[1] for i in group.numbers}
+    found = {look.actuators[i].effort_range[1] for i in group.numbers}
     limit = group.kind.effort.scale * found.pop()
     return limit if not found and np.isfinite(limit) else None
 

@@ -37,7 +37,9 @@ def legend_html(look: RobotLook) -> str:
     if any(one.flexibility for one in look.actuators):
         rows.append((_plain(SPRING), "spring between winch and cable"))
     if ActuatorKind.CHAMBER in kinds:
-        lowest = min(one.tension[0] for one in look.actuators if one.kind is ActuatorKind.CHAMBER)
+        lowest = min(
+            one.effort_range[0] for one in look.actuators if one.kind is ActuatorKind.CHAMBER
+        )
         if lowest < 0.0:
             rows.append((_gradient(VACUUM, NO_PRESSURE, PRESSURE), "chamber: vacuum to pressure"))
         else:

@@ -95,7 +95,7 @@ class RobotScene:
         self._skin.vertices = geometry.vertices
         for i, drawing in self._drawings:
             own = geometry.segments[self._look.segment_owners == i]
-            drawing.draw(geometry.vertices, own, float(frame.pull[i]), float(frame.tension[i]))
+            drawing.draw(geometry.vertices, own, float(frame.position[i]), float(frame.effort[i]))
         if self._ghost is not None and self._ghost.visible and frame.ghost is not None:
             self._ghost.vertices = frame.ghost
         self._draw_contacts(geometry.contacts)

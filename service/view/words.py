@@ -83,11 +83,15 @@ def at_limit(look: RobotLook, frame: ViewFrame) -> list[str]:
     return [
         actuator.name
         for actuator, travel, force in zip(
-            look.actuators, frame.pull.tolist(), frame.tension.tolist(), strict=True
+            look.actuators, frame.position.tolist(), frame.effort.tolist(), strict=True
         )
-        if travel >= actuator.pull[1] - 1e-3 * (actuator.pull[1] - actuator.pull[0])
-        or force >= actuator.tension[1] - 1e-3 * abs(actuator.tension[1])
+        if travel >= actuator.position_range[1] - 1e-3 * _span(actuator.position_range)
+        or force >= actuator.effort_range[1] - 1e-3 * abs(actuator.effort_range[1])
     ]
+
+
+def _span(limits: tuple[float, float]) -> float:
+    return limits[1] - limits[0]
 
 
 def _advice(mode: Mode, cause: Cause) -> str:

@@ -25,12 +25,12 @@ class _Described(BaseModel):
 
 
 class DescribedActuator(_Described):
-    """An actuator: limits of its position `pull` and of its effort `tension` [SI]."""
+    """An actuator: limits of its position `position` and of its effort `effort` [SI]."""
 
     name: _Name
     kind: ActuatorKind
-    tension: _Limits
-    pull: _Limits
+    effort: _Limits
+    position: _Limits
     flexibility: Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
 
 

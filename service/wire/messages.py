@@ -88,8 +88,8 @@ class Joints:
     stamp: int
     frame: str
     names: tuple[str, ...]
-    pull: tuple[float, ...]
-    tension: tuple[float, ...]
+    position: tuple[float, ...]
+    effort: tuple[float, ...]
 
 
 @cache
@@ -168,9 +168,9 @@ def encode_joints(joints: Joints) -> bytes:
         JOINTS,
         header=header(joints.stamp, joints.frame),
         name=list(joints.names),
-        position=np.array(joints.pull, dtype=np.float64),
+        position=np.array(joints.position, dtype=np.float64),
         velocity=np.zeros(0),
-        effort=np.array(joints.tension, dtype=np.float64),
+        effort=np.array(joints.effort, dtype=np.float64),
     )
     return to_cdr(JOINTS, message)
 
@@ -201,13 +201,13 @@ def decode_joints(payload: bytes, encoding: str, names: tuple[str, ...]) -> Join
         tuple(map(float, message.position)),
         tuple(map(float, message.effort)),
     )
-    if joints.names != names or not len(names) == len(joints.pull) == len(joints.tension):
+    if joints.names != names or not len(names) == len(joints.position) == len(joints.effort):
         detail = (
-            f"found cables {quoted(', '.join(joints.names))} with {len(joints.pull)} positions and "
-            f"{len(joints.tension)} efforts, expected {', '.join(names)}"
+            f"found cables {quoted(', '.join(joints.names))} with {len(joints.position)} positions and "
+            f"{len(joints.effort)} efforts, expected {', '.join(names)}"
         )
         return Rejection(RejectionReason.WRONG_SHAPE, detail)
-    if not all(map(math.isfinite, joints.pull + joints.tension)):
+    if not all(map(math.isfinite, joints.position + joints.effort)):
         return Rejection(RejectionReason.NOT_FINITE, "a pull or tension is not finite")
     return joints
 

@@ -57,7 +57,7 @@ def beam(tmp_path: Path) -> Path:
 @pytest.mark.slow
 def test_elements_are_compared_with_the_fine_quadratic_mesh(beam: Path) -> None:
     settings = ElementBenchSettings(
-        robot=str(beam), materials=("corotational", "neo-hookean"), pulls=(0.1, 0.3), refinements=1,
+        robot=str(beam), materials=("corotational", "neo-hookean"), positions=(0.1, 0.3), refinements=1,
         reference=1,
     )  # fmt: skip
     messages: list[str] = []
@@ -66,7 +66,7 @@ def test_elements_are_compared_with_the_fine_quadratic_mesh(beam: Path) -> None:
     assert [case.nodes for case in result.references] == [2025, 2025]
     errors = {}
     for case in result.cases:
-        assert [state.pull for state in case.equilibria] == [0.1, 0.3]
+        assert [state.position for state in case.equilibria] == [0.1, 0.3]
         assert all(state.converged for state in case.equilibria)
         assert case.step_ms.p50 is not None
         last = case.equilibria[-1]
@@ -116,14 +116,14 @@ def test_a_silicone_has_its_own_law_and_the_young_modulus_of_the_robot(beam: Pat
         material: load_variant(str(beam), ElementVariant("linear", material, 0))
         for material in ("neo-hookean", "dragon-skin-10")
     }
-    tensions = {}
+    efforts = {}
     for material, robot in robots.items():
         simulator = Simulator(robot, contact="none")
-        assert simulator.settle(pull=[0.002]).converged
-        tensions[material] = simulator.tension[0]
+        assert simulator.settle(position=[0.002]).converged
+        efforts[material] = simulator.effort[0]
         assert robot.mass.sum() == pytest.approx(robots["neo-hookean"].mass.sum())
     # Stiffness in bending is Young's modulus; Poisson's ratio 0.49 instead of 0.45 locks linear elements.
-    assert 1.0 < tensions["dragon-skin-10"] / tensions["neo-hookean"] < 2.0
+    assert 1.0 < efforts["dragon-skin-10"] / efforts["neo-hookean"] < 2.0
 
 
 def test_a_material_that_is_none(beam: Path) -> None:

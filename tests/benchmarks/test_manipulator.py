@@ -42,14 +42,14 @@ def test_bending_tensions_bend_towards_their_angle() -> None:
     shape, rng = ArmShape(), np.random.default_rng(0)
     for _ in range(20):
         angles, forces = rng.uniform(-7.0, 7.0, 3), rng.uniform(1.0, 50.0, 3)
-        tension = bending_tensions(shape, angles, forces).reshape(3, 3)
-        assert (tension >= 0.0).all()
-        assert ((tension > 0.0).sum(axis=1) <= 2).all()
+        effort = bending_tensions(shape, angles, forces).reshape(3, 3)
+        assert (effort >= 0.0).all()
+        assert ((effort > 0.0).sum(axis=1) <= 2).all()
         for section in range(3):
             at = np.array([tendon_angle(shape, section, k) for k in range(3)])
-            pull = tension[section] @ np.stack([np.cos(at), np.sin(at)], axis=1)
+            position = effort[section] @ np.stack([np.cos(at), np.sin(at)], axis=1)
             towards = np.array([np.cos(angles[section]), np.sin(angles[section])])
-            np.testing.assert_allclose(pull, forces[section] * towards, atol=1e-9)
+            np.testing.assert_allclose(position, forces[section] * towards, atol=1e-9)
 
 
 def test_cables_pull_the_tip_to_where_they_run(arm: Robot) -> None:
@@ -82,8 +82,8 @@ def test_certified_basis_follows_the_full_arm(
     design = random_postures(arm, count=2, steps=5, seed=3)
     runs = run_campaign(arm, design, tmp_path_factory.mktemp("held"), show_progress=False)
     assert runs.converged.all()
-    assert np.isnan(design.runs[0].pull).all()
-    np.testing.assert_allclose(runs.tension[:, 4], design.runs[0].tension[:, -1])
+    assert np.isnan(design.runs[0].position).all()
+    np.testing.assert_allclose(runs.effort[:, 4], design.runs[0].effort[:, -1])
     assert runs.lam[:, 4].sum() > 10.0
     basis = ContactBasis.load("manipulator_1290")
     certified = posture_error(arm, basis, runs, "held-out", True)
@@ -100,22 +100,22 @@ def test_arm_stands_still_when_its_target_does(arm: Robot) -> None:
 
     Bent further they may stay in a cycle, in which contacts open and close while the tip stands still.
     """
-    tension = 0.8 * bent_tensions()
-    there = arm_in_equilibrium(arm, tension)
+    effort = 0.8 * bent_tensions()
+    there = arm_in_equilibrium(arm, effort)
     controller = Controller(arm, ContactBasis.load("manipulator_1290"))
     none = np.zeros(0, dtype=np.int64)
-    forces = Forces(there.tension, np.zeros(controller.space.k), none, np.zeros(0))
-    controller.start_from(there.state, forces, there.pull)
-    assert controller.pull == pytest.approx(there.pull)
-    goal, tensions = there.effector, []
+    forces = Forces(there.effort, np.zeros(controller.space.k), none, np.zeros(0))
+    controller.start_from(there.state, forces, there.position)
+    assert controller.position == pytest.approx(there.position)
+    goal, efforts = there.effector, []
     for _ in range(500):
-        tensions.append(controller.step(goal).tension)
+        efforts.append(controller.step(goal).effort)
     controller.prepare()
     assert controller.candidates_in_range > 100
     assert np.linalg.norm(controller.effector - goal) < 5e-4
-    last = np.array(tensions[-50:])
+    last = np.array(efforts[-50:])
     assert np.abs(np.diff(last, axis=0)).max() < 0.05  # N
-    assert last[-1].sum() < 1.5 * tension.sum()
+    assert last[-1].sum() < 1.5 * effort.sum()
 
 
 def test_tables_and_figure(arm: Robot, tmp_path) -> None:  # type: ignore[no-untyped-def]

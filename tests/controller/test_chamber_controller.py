@@ -24,7 +24,7 @@ NONE = Enrichment(tolerance=np.inf, rounds=0, per_pair=0)
 def reachable(pressure: float) -> Array:
     """Where the tip is under a pressure (1, 3) [m]."""
     simulator = Simulator(pneumatic_robot(), "none")
-    assert simulator.settle(tension=[pressure]).converged
+    assert simulator.settle(effort=[pressure]).converged
     return simulator.effector
 
 
@@ -36,7 +36,7 @@ def test_the_pressure_of_a_reachable_target_is_found(pressure: float) -> None:
         actuation = follower.step(goal)
         assert actuation.status is Status.OK
     np.testing.assert_allclose(follower.effector, goal, atol=1e-5)
-    assert actuation.tension[0] == pytest.approx(pressure, rel=0.02)
+    assert actuation.effort[0] == pytest.approx(pressure, rel=0.02)
     assert actuation.certificate.primal < 1e-6
 
 
@@ -46,15 +46,15 @@ def test_beyond_its_largest_pressure_the_nearest_is_decided() -> None:
     for _ in range(60):
         actuation = follower.step(goal)
         assert actuation.status is Status.OK
-    assert actuation.tension[0] == pytest.approx(1e4)
+    assert actuation.effort[0] == pytest.approx(1e4)
 
 
 def test_the_volume_changes_no_faster_than_its_rate() -> None:
     follower, goal, last = Controller(pneumatic_robot()), reachable(4e4), 0.0
     for _ in range(10):
-        pull = follower.step(goal).pull[0]
-        assert abs(pull - last) <= CHAMBER["max_rate"] * 0.02 * (1.0 + 1e-9)  # type: ignore[operator]
-        last = pull
+        position = follower.step(goal).position[0]
+        assert abs(position - last) <= CHAMBER["max_rate"] * 0.02 * (1.0 + 1e-9)  # type: ignore[operator]
+        last = position
 
 
 def test_a_hold_keeps_the_pressure_and_its_certificate_sees_errors() -> None:
@@ -64,14 +64,14 @@ def test_a_hold_keeps_the_pressure_and_its_certificate_sees_errors() -> None:
         left = follower.step(goal)
     held = follower.hold()
     assert held.status is Status.OK
-    np.testing.assert_array_equal(held.pull[0], left.pull[0])
-    np.testing.assert_array_equal(held.tension[1], left.tension[1])
+    np.testing.assert_array_equal(held.position[0], left.position[0])
+    np.testing.assert_array_equal(held.effort[1], left.effort[1])
     assert held.certificate.complementarity < 1e-9
     robot, forces = follower.robot, follower.forces
     prepared = prepare(
-        follower.horizon, follower.space, follower.state, forces, follower.pull, NONE
+        follower.horizon, follower.space, follower.state, forces, follower.position, NONE
     )
-    command = Command.of(follower.pull, None)
+    command = Command.of(follower.position, None)
     solved = forward_step(prepared.step, NONE, forces, command)
     right = hold_certificate(solved, command, robot.limits, robot.actuators)
     wrong = replace(solved, prediction=replace(solved.prediction, lam=1.01 * solved.prediction.lam))

@@ -20,14 +20,14 @@ def swing(robot: Robot, settings: ControllerSettings, far: float) -> tuple[Array
     controller, simulator = Controller(robot, settings=settings), Simulator(robot, "none")
     controller.settle_start()
     simulator.settle_start()
-    found, pull = [], np.zeros(robot.n_a)
+    found, position = [], np.zeros(robot.n_a)
     for share in 0.5 - 0.5 * np.cos(np.pi * robot.h * np.arange(1, round(2.0 / robot.h) + 1)):
-        pull[0] = far * share
-        for name, position in zip(robot.actuators.names, pull, strict=True):
-            controller.lock(name, position=position)
+        position[0] = far * share
+        for name, at in zip(robot.actuators.names, position, strict=True):
+            controller.lock(name, position=at)
         controller.step(controller.effector_values)
-        np.testing.assert_allclose(controller.pull, pull, atol=1e-2 * far)
-        simulator.move(pull=pull, steps=FINE)
+        np.testing.assert_allclose(controller.position, position, atol=1e-2 * far)
+        simulator.move(position=position, steps=FINE)
         found.append((controller.effector[0], simulator.effector[0]))
     mine, fine = np.moveaxis(np.array(found), 1, 0)
     return mine, fine

@@ -48,8 +48,8 @@ def test_a_still_target_at_rest_needs_no_force(beam: Robot) -> None:
     tip = controller.effector[0]
     actuation = controller.step(tip)
     assert actuation.status is Status.OK
-    np.testing.assert_allclose(actuation.tension, 0.0, atol=1e-9)
-    np.testing.assert_allclose(actuation.pull, 0.0, atol=1e-12)
+    np.testing.assert_allclose(actuation.effort, 0.0, atol=1e-9)
+    np.testing.assert_allclose(actuation.position, 0.0, atol=1e-12)
     np.testing.assert_allclose(actuation.effector[0], tip, atol=1e-12)
 
 
@@ -58,8 +58,8 @@ def test_targets_above_and_below_pull_the_cable_on_their_side(beam: Robot) -> No
         controller = Controller(beam)
         target = controller.effector[0] - sign * DOWN
         follow(controller, target, 60)
-        assert controller.tension[pulling] > 0.5
-        assert controller.pull[pulling] > controller.pull[1 - pulling]
+        assert controller.effort[pulling] > 0.5
+        assert controller.position[pulling] > controller.position[1 - pulling]
         # the end of a bent beam is nearer: the nearest it comes to a point right above or below
         assert np.linalg.norm(controller.effector[0] - target) < 0.4 * np.linalg.norm(DOWN)
 
@@ -68,23 +68,23 @@ def test_limits_are_kept_whatever_the_target(beam: Robot) -> None:
     rng = np.random.default_rng(1)
     controller, limits = Controller(beam), beam.limits
     tip = controller.effector[0]
-    pull, reached = controller.pull, np.zeros(3, dtype=bool)
+    position, reached = controller.position, np.zeros(3, dtype=bool)
     for step in range(200):
         if step % 20 == 0:
             target = tip + rng.normal(size=3) * 10.0 ** rng.uniform(-3.0, 3.0)
         actuation = controller.step(target)
-        moved = np.abs(actuation.pull - pull) / (limits.rate * beam.h)
-        assert np.all(actuation.tension >= limits.tension_min)
-        assert np.all(actuation.tension <= limits.tension_max)
-        assert np.all(actuation.pull >= limits.pull_min - NANOMETRE)
-        assert np.all(actuation.pull <= limits.pull_max + NANOMETRE)
+        moved = np.abs(actuation.position - position) / (limits.rate * beam.h)
+        assert np.all(actuation.effort >= limits.effort_min)
+        assert np.all(actuation.effort <= limits.effort_max)
+        assert np.all(actuation.position >= limits.position_min - NANOMETRE)
+        assert np.all(actuation.position <= limits.position_max + NANOMETRE)
         assert np.all(moved <= 1.0 + 1e-6)
         assert actuation.status is not Status.NOT_FINITE
-        pull = actuation.pull
+        position = actuation.position
         reached |= [
             bool(np.any(moved >= 1.0 - 1e-6)),
-            bool(np.any(actuation.pull >= limits.pull_max - 1e-9)),
-            bool(np.any(actuation.tension <= 1e-9)),
+            bool(np.any(actuation.position >= limits.position_max - 1e-9)),
+            bool(np.any(actuation.effort <= 1e-9)),
         ]
     assert reached.all()  # the limits were there to be kept
 
@@ -122,27 +122,27 @@ def test_an_invalid_target_holds_with_a_status(beam: Robot, target: object) -> N
     controller = Controller(beam)
     goal = controller.effector[0] + DOWN
     follow(controller, goal, 10)
-    pull = controller.pull.copy()
+    position = controller.position.copy()
     for _ in range(3):
         actuation = controller.step(target)  # type: ignore[arg-type]
         assert actuation.status is Status.NOT_FINITE
-        np.testing.assert_array_equal(actuation.pull, pull)
-        assert np.isfinite(actuation.tension).all()
+        np.testing.assert_array_equal(actuation.position, position)
+        assert np.isfinite(actuation.effort).all()
     assert controller.step(goal).status is Status.OK
 
 
 def test_the_equilibrium_reached_is_the_simulators(beam: Robot) -> None:
     simulator = Simulator(beam, contact="none")
-    assert simulator.settle(pull=[0.006, 0.0]).converged
+    assert simulator.settle(position=[0.006, 0.0]).converged
     controller = Controller(beam)
     follow(controller, simulator.effector[0], 400)
     # the weight of the elastic energy keeps it from getting there altogether
     error = np.linalg.norm(controller.effector - simulator.effector)
     assert error < 1e-3 * np.linalg.norm(simulator.effector - beam.effector(beam.rest()))
     settled = Simulator(beam, contact="none")
-    settled.settle(pull=controller.pull)
+    settled.settle(position=controller.position)
     np.testing.assert_allclose(controller.effector, settled.effector, atol=1e-7)
-    np.testing.assert_allclose(controller.tension, settled.tension, rtol=1e-4, atol=1e-4)
+    np.testing.assert_allclose(controller.effort, settled.effort, rtol=1e-4, atol=1e-4)
 
 
 def test_predictions_come_true(beam: Robot) -> None:
@@ -152,12 +152,12 @@ def test_predictions_come_true(beam: Robot) -> None:
     for _ in range(20):
         before = controller.effector
         actuation = controller.decide(target)
-        np.testing.assert_array_equal(controller.pull, actuation.pull)
+        np.testing.assert_array_equal(controller.position, actuation.position)
         controller.advance()
         errors.append(np.linalg.norm(controller.effector - actuation.effector))
         moves.append(np.linalg.norm(controller.effector - before))
         actual = controller.robot.rows(controller.state, contacts=False).actuators.delta
-        np.testing.assert_allclose(actual, actuation.pull, atol=5e-5)
+        np.testing.assert_allclose(actual, actuation.position, atol=5e-5)
     assert max(errors) < 0.12 * max(moves)
     assert errors[-1] < 1e-9
 
@@ -165,15 +165,15 @@ def test_predictions_come_true(beam: Robot) -> None:
 def test_holding_keeps_the_winches_and_finds_the_equilibrium(beam: Robot) -> None:
     controller = Controller(beam)
     follow(controller, controller.effector[0] + DOWN, 15)
-    pull = controller.pull.copy()
+    position = controller.position.copy()
     for _ in range(300):
         actuation = controller.hold()
         controller.advance()
         assert actuation.status is Status.OK
-        np.testing.assert_array_equal(actuation.pull, pull)
-        assert np.all(actuation.tension >= 0.0)
+        np.testing.assert_array_equal(actuation.position, position)
+        assert np.all(actuation.effort >= 0.0)
     settled = Simulator(beam, contact="none")
-    settled.settle(pull=pull)
+    settled.settle(position=position)
     np.testing.assert_allclose(controller.effector, settled.effector, atol=1e-6)
 
 
@@ -205,49 +205,49 @@ def test_a_rehearsal_leaves_nothing_behind(beam: Robot) -> None:
         controller.prepare()
         controller.rehearse(np.full((1, 3), 1e3))
         other.step(target + 0.1 * lift)
-        np.testing.assert_array_equal(controller.pull, other.pull)
+        np.testing.assert_array_equal(controller.position, other.position)
         np.testing.assert_array_equal(controller.effector, other.effector)
 
 
 def test_a_reset_restores_the_start(beam: Robot) -> None:
     controller = Controller(beam)
     target = controller.effector[0] + DOWN
-    first = [controller.step(target).tension for _ in range(10)]
+    first = [controller.step(target).effort for _ in range(10)]
     follow(controller, target + 0.02, 5)
     controller.reset()
     assert controller.status is Status.OK
-    np.testing.assert_array_equal(controller.pull, 0.0)
+    np.testing.assert_array_equal(controller.position, 0.0)
     np.testing.assert_array_equal(controller.effector, beam.effector(beam.rest()))
-    second = [controller.step(target).tension for _ in range(10)]
+    second = [controller.step(target).effort for _ in range(10)]
     np.testing.assert_array_equal(first, second)
 
 
 def test_controllers_and_simulators_of_one_robot_do_not_meet(beam: Robot) -> None:
     alone, target = Controller(beam), beam.effector(beam.rest())[0] + DOWN
-    expected = [alone.step(target).pull for _ in range(10)]
+    expected = [alone.step(target).position for _ in range(10)]
     controller, other = Controller(beam), Controller(beam)
     simulator = Simulator(beam, contact="none")
-    pulls = []
+    positions = []
     for _ in range(10):
         controller.prepare()
         other.step(target - 2.0 * DOWN)
-        simulator.step(pull=[0.0, 0.01])
-        pulls.append(controller.decide(target).pull)
+        simulator.step(position=[0.0, 0.01])
+        positions.append(controller.decide(target).position)
         controller.advance()
-    np.testing.assert_array_equal(pulls, expected)
+    np.testing.assert_array_equal(positions, expected)
 
 
 def test_a_model_that_has_blown_up_stands_still(beam: Robot) -> None:
     controller = Controller(beam)
     target = controller.effector[0] + DOWN
     follow(controller, target, 5)
-    pull = controller.pull.copy()
+    position = controller.position.copy()
     broken = State(np.full_like(controller.state.q, np.nan), controller.state.v)
-    controller.start_from(broken, controller.forces, pull)
+    controller.start_from(broken, controller.forces, position)
     for _ in range(2):
         actuation = controller.step(target)
         assert actuation.status is Status.NOT_FINITE
-        np.testing.assert_array_equal(actuation.pull, pull)
+        np.testing.assert_array_equal(actuation.position, position)
     controller.reset()
     assert controller.step(target).status is Status.OK
 

@@ -17,7 +17,7 @@ CHECKED = Enrichment(tolerance=5e-5, rounds=5, per_pair=2)
 def bent(finger: Robot) -> Array:
     """Where the tip is when the cable is pulled by 24 mm and the notches are closed."""
     simulator = Simulator(finger, contact="full")
-    assert simulator.settle(pull=[0.024]).converged
+    assert simulator.settle(position=[0.024]).converged
     tip: Array = simulator.effector[0]
     return tip
 
@@ -76,18 +76,18 @@ def test_reaching_a_target_reproduces_the_equilibrium_with_contact(
     actuation = controller.step(bent)
     assert actuation.status is Status.OK
     assert np.linalg.norm(controller.effector[0] - bent) < 2e-4
-    np.testing.assert_allclose(controller.pull, [0.024], atol=3e-4)
+    np.testing.assert_allclose(controller.position, [0.024], atol=3e-4)
     assert np.any(controller.forces.extra_beta > 0.0)
 
 
 def test_holding_with_contact_keeps_gaps(finger: Robot, bent: Array) -> None:
     controller = Controller(finger, "none", CHECKED)
     bend(controller, bent, 40)
-    pull = controller.pull.copy()
+    position = controller.position.copy()
     for _ in range(10):
         actuation = controller.hold()
         controller.advance()
-        np.testing.assert_array_equal(actuation.pull, pull)
+        np.testing.assert_array_equal(actuation.position, position)
         assert actuation.certificate.deepest_gap >= -CHECKED.tolerance
     assert actuation.status is Status.OK
 
@@ -95,13 +95,13 @@ def test_holding_with_contact_keeps_gaps(finger: Robot, bent: Array) -> None:
 def test_limits_are_kept_in_contact(finger: Robot) -> None:
     rng = np.random.default_rng(2)
     controller, limits = Controller(finger, "none", CHECKED), finger.limits
-    tip, pull = controller.effector[0], controller.pull
+    tip, position = controller.effector[0], controller.position
     for step in range(60):
         if step % 15 == 0:
             target = tip + rng.normal(size=3) * [0.1, 0.01, 0.1]
         actuation = controller.step(target)
-        assert np.all(actuation.tension >= limits.tension_min)
-        assert np.all(actuation.tension <= limits.tension_max)
-        assert np.all(actuation.pull <= limits.pull_max + 1e-9)
-        assert np.all(np.abs(actuation.pull - pull) <= limits.rate * finger.h * (1 + 1e-6))
-        pull = actuation.pull
+        assert np.all(actuation.effort >= limits.effort_min)
+        assert np.all(actuation.effort <= limits.effort_max)
+        assert np.all(actuation.position <= limits.position_max + 1e-9)
+        assert np.all(np.abs(actuation.position - position) <= limits.rate * finger.h * (1 + 1e-6))
+        position = actuation.position

@@ -68,26 +68,26 @@ def test_what_is_returned_can_be_overwritten_without_effect(beam: Robot) -> None
     for step in range(8):
         first = controller.hold() if step == 4 else controller.decide(goal)
         expected = other.hold() if step == 4 else other.decide(goal)
-        np.testing.assert_array_equal(first.pull, expected.pull)
+        np.testing.assert_array_equal(first.position, expected.position)
         spoil(first)
-        for array in (controller.pull, controller.tension, controller.effector):
+        for array in (controller.position, controller.effort, controller.effector):
             array *= 1e3
         spoil(controller.actuation)
         controller.advance()
         other.advance()
         state, forces = controller.state, controller.forces
-        for array in (state.q, state.v, forces.tension, controller.effector):
+        for array in (state.q, state.v, forces.effort, controller.effector):
             array += 1.0
     np.testing.assert_array_equal(controller.effector, other.effector)
-    np.testing.assert_array_equal(controller.pull, other.pull)
+    np.testing.assert_array_equal(controller.position, other.position)
 
 
 def test_states_and_actuations_that_are_passed_in_are_copied(beam: Robot) -> None:
     controller, other = Controller(beam), Controller(beam)
     goal = controller.effector[0] + DOWN
-    state, forces, pull = controller.state, controller.forces, controller.pull
-    controller.start_from(state, forces, pull)
-    for array in (state.q, state.v, forces.tension, pull):
+    state, forces, position = controller.state, controller.forces, controller.position
+    controller.start_from(state, forces, position)
+    for array in (state.q, state.v, forces.effort, position):
         array += 1.0
     for _ in range(3):
         actuation = controller.decide(goal)
@@ -95,7 +95,7 @@ def test_states_and_actuations_that_are_passed_in_are_copied(beam: Robot) -> Non
         spoil(actuation)
         controller.advance()
         other.step(goal)
-    np.testing.assert_array_equal(controller.pull, other.pull)
+    np.testing.assert_array_equal(controller.position, other.position)
 
 
 def test_a_second_decision_replaces_the_first(beam: Robot) -> None:
@@ -103,15 +103,15 @@ def test_a_second_decision_replaces_the_first(beam: Robot) -> None:
     goal = controller.effector[0] + 5.0 * DOWN
     limit = beam.limits.rate * beam.h
     for _ in range(4):
-        before = controller.pull
+        before = controller.position
         for _ in range(3):
             controller.hold()
             actuation = controller.decide(goal)
-        assert (np.abs(actuation.pull - before) <= limit * (1.0 + 1e-6)).all()
+        assert (np.abs(actuation.position - before) <= limit * (1.0 + 1e-6)).all()
         controller.advance()
         other.step(goal)
-        np.testing.assert_array_equal(controller.pull, other.pull)
-    assert controller.pull.max() > 0.0
+        np.testing.assert_array_equal(controller.position, other.position)
+    assert controller.position.max() > 0.0
 
 
 def test_after_a_limit_the_next_decision_starts_from_what_left(beam: Robot) -> None:
@@ -119,17 +119,17 @@ def test_after_a_limit_the_next_decision_starts_from_what_left(beam: Robot) -> N
     goal, limit = controller.effector[0] + 5.0 * DOWN, beam.limits.rate * beam.h
     for _ in range(5):
         controller.step(goal)
-    before = controller.pull
+    before = controller.position
     decided = controller.decide(goal)
-    assert decided.pull[0] > before[0]
-    left = decided.with_values(before - 0.5 * limit, decided.tension, clamped=True)
+    assert decided.position[0] > before[0]
+    left = decided.with_values(before - 0.5 * limit, decided.effort, clamped=True)
     controller.limit(left)
-    np.testing.assert_array_equal(controller.pull, left.pull)
+    np.testing.assert_array_equal(controller.position, left.position)
     controller.advance()
-    np.testing.assert_array_equal(controller.pull, left.pull)
+    np.testing.assert_array_equal(controller.position, left.position)
     actuation = controller.decide(goal)
-    assert (np.abs(actuation.pull - left.pull) <= limit * (1.0 + 1e-6)).all()
-    np.testing.assert_array_equal(controller.hold().pull, left.pull)
+    assert (np.abs(actuation.position - left.position) <= limit * (1.0 + 1e-6)).all()
+    np.testing.assert_array_equal(controller.hold().position, left.position)
 
 
 @pytest.mark.parametrize("target", [10**400, [10**400, 0.0, 0.0], np.zeros((3, 2)), np.zeros(5)])
@@ -138,7 +138,7 @@ def test_targets_of_other_shapes_or_sizes_hold(target: object) -> None:
     controller = Controller(robot)
     actuation = controller.step(target)  # type: ignore[arg-type]
     assert actuation.status is Status.NOT_FINITE
-    np.testing.assert_array_equal(actuation.pull, 0.0)
+    np.testing.assert_array_equal(actuation.position, 0.0)
     assert controller.step(controller.effector).status is Status.OK
     assert controller.step(controller.effector.ravel()).status is Status.OK
 
@@ -146,16 +146,16 @@ def test_targets_of_other_shapes_or_sizes_hold(target: object) -> None:
 def test_a_hold_above_the_largest_tension_names_the_cable(beam: Robot) -> None:
     """The winches of a weaker cable are wound to where the stronger one pulls with 3 N."""
     simulator = Simulator(beam, contact="none")
-    assert simulator.settle(tension=[3.0]).converged
+    assert simulator.settle(effort=[3.0]).converged
     controller = Controller(bending_beam(max_tension=2.0))
-    controller.start_from(simulator.state, simulator.forces, simulator.pull)
+    controller.start_from(simulator.state, simulator.forces, simulator.position)
     actuation = controller.hold()
     assert actuation.needed[0] == pytest.approx(3.0, rel=1e-3)
-    assert actuation.tension[0] == 2.0  # what may leave
+    assert actuation.effort[0] == 2.0  # what may leave
     assert actuation.status is Status.INFEASIBLE
     assert actuation.conflict == ("tension of cable lower",)
     assert actuation.certificate.primal == pytest.approx(0.5, rel=1e-2)
-    np.testing.assert_array_equal(actuation.pull, controller.pull)
+    np.testing.assert_array_equal(actuation.position, controller.position)
 
 
 def test_a_hold_has_residuals_of_its_own(beam: Robot) -> None:
@@ -166,11 +166,13 @@ def test_a_hold_has_residuals_of_its_own(beam: Robot) -> None:
         controller.step(goal)
     actuation = controller.hold()
     assert actuation.status is Status.OK
-    assert actuation.tension[0] > 0.1
+    assert actuation.effort[0] > 0.1
     robot, state, forces = controller.robot, controller.state, controller.forces
-    held = Command.of(controller.pull, None)
+    held = Command.of(controller.position, None)
     none = Enrichment(tolerance=np.inf, rounds=0, per_pair=0)
-    prepared = prepare(controller.horizon, controller.space, state, forces, controller.pull, none)
+    prepared = prepare(
+        controller.horizon, controller.space, state, forces, controller.position, none
+    )
     solved = forward_step(prepared.step, none, forces, held)
     right = hold_certificate(solved, held, robot.limits, robot.actuators)
     wrong = replace(solved, prediction=replace(solved.prediction, lam=1.01 * solved.prediction.lam))
@@ -186,7 +188,7 @@ def test_a_hold_has_residuals_of_its_own(beam: Robot) -> None:
 def closed_tip(finger: Robot) -> Array:
     """Where the finger's tip is with its notches closed."""
     simulator = Simulator(finger, contact="full")
-    assert simulator.settle(pull=[0.024]).converged
+    assert simulator.settle(position=[0.024]).converged
     return simulator.effector[0]
 
 
@@ -201,12 +203,17 @@ def test_the_same_step_poses_the_same_problem_cold_and_warm(
     robot, forces = controller.robot, controller.forces
     assert len(forces.pushing) > 0
     prepared = prepare(
-        controller.horizon, controller.space, controller.state, forces, controller.pull, enrichment
+        controller.horizon,
+        controller.space,
+        controller.state,
+        forces,
+        controller.position,
+        enrichment,
     )
     cold = replace(prepared, forces=no_forces(robot.n_a, controller.space.k))
     settings = replace(controller.settings, enrichment=replace(enrichment, rounds=0))
     problems = [
-        decide(robot, step, closed_tip, controller.pull, settings).problem
+        decide(robot, step, closed_tip, controller.position, settings).problem
         for step in (prepared, cold)
     ]
     assert problems[0] is not None

@@ -44,14 +44,14 @@ def trunk(*effectors: dict[str, Any], **changes: object) -> Robot:
     return beam_robot(box_mesh(SIZE, (10, 2, 2)), SIZE, **settings)
 
 
-def values_under(robot: Robot, tension: Array) -> Array:
+def values_under(robot: Robot, effort: Array) -> Array:
     """Goal values at the equilibrium under some tensions."""
     simulator = Simulator(robot, contact="none")
-    assert simulator.settle(tension=tension).converged
+    assert simulator.settle(effort=effort).converged
     return simulator.effector_values
 
 
-def tensions(robot: Robot, seed: int) -> Array:
+def efforts(robot: Robot, seed: int) -> Array:
     return np.random.default_rng(seed).uniform(0.0, 6.0, robot.n_a)
 
 
@@ -67,7 +67,7 @@ def errors(robot: Robot, goal: Array, steps: int = 40) -> tuple[Array, Controlle
 def test_position_and_pointing_are_reached_with_free_roll(seed: int) -> None:
     """The robot cannot roll; with the roll about its own axis x left free a target that does is reached."""
     robot = trunk({**TOOL, "weight": [1.0, 1.0, 1.0, 0.0, 1.0, 1.0]})
-    goal = values_under(robot, tensions(robot, seed))
+    goal = values_under(robot, efforts(robot, seed))
     layout = robot.effector_layout
     assert np.linalg.norm(layout.difference(goal, robot.effector_values(robot.rest()))[4:]) > 0.05
     found, _ = errors(robot, goal)
@@ -82,7 +82,7 @@ def test_position_and_pointing_are_reached_with_free_roll(seed: int) -> None:
 
 def test_orientation_alone_is_reached() -> None:
     robot = trunk({**TOOL, "weight": [0.0, 0.0, 0.0, 0.0, 1.0, 1.0]})
-    goal = values_under(robot, tensions(robot, 3))
+    goal = values_under(robot, efforts(robot, 3))
     found, _ = errors(robot, goal)
     assert np.linalg.norm(found[4:]) < 1e-3
     assert np.linalg.norm(found[:3]) > 1e-4
@@ -90,13 +90,13 @@ def test_orientation_alone_is_reached() -> None:
 
 def test_a_quaternion_and_its_negative_decide_the_same() -> None:
     robot = trunk(TOOL)
-    goal = values_under(robot, tensions(robot, 1))
+    goal = values_under(robot, efforts(robot, 1))
     position = (float(goal[0]), float(goal[1]), float(goal[2]))
     decided = []
     for sign in (1.0, -1.0):
         w, x, y, z = (sign * goal[3:]).tolist()
         controller = Controller(robot, settings=PRECISE)
-        decided.append(controller.step(Pose(position, (w, x, y, z))).tension)
+        decided.append(controller.step(Pose(position, (w, x, y, z))).effort)
     np.testing.assert_array_equal(decided[0], decided[1])
 
 
@@ -111,7 +111,7 @@ def test_targets_that_pass_half_a_turn_are_followed_without_a_jump() -> None:
         goal = np.concatenate([rest[:3], [np.cos(angle / 2), 0.0, 0.0, np.sin(angle / 2)]])
         actuation = controller.step(goal)
         assert actuation.status is Status.OK
-        decided.append(actuation.pull)
+        decided.append(actuation.position)
     changes = np.abs(np.diff(decided, axis=0)).max(axis=1)
     assert changes.max() < 5e-3  # of the 0.1 m that a winch may pull
     assert changes[2:4].max() < 1e-6
@@ -126,7 +126,7 @@ def test_a_distance_and_a_length_are_reached() -> None:
             "points": [[0.0, 0.02, 0.01], [0.1, 0.02, 0.01], [0.2, 0.02, 0.01]],
         },
     )
-    goal = values_under(robot, tensions(robot, 4))
+    goal = values_under(robot, efforts(robot, 4))
     assert np.abs(goal - robot.effector_values(robot.rest())).min() > 5e-4
     found, _ = errors(robot, goal)
     assert np.abs(found).max() < 1e-6
@@ -191,7 +191,7 @@ def test_weights_and_units_have_no_scale() -> None:
         controller = Controller(robot, settings=PRECISE)
         for _ in range(10):
             controller.step(goal)
-        relative.append(controller.pull / size[0])
+        relative.append(controller.position / size[0])
     np.testing.assert_allclose(relative[0], relative[1], rtol=1e-6)
 
 
@@ -200,7 +200,7 @@ def test_exact_reaches_what_the_energy_would_hold_back() -> None:
     settings = ControllerSettings(qp_solver="daqp", regularisation=0.1, basis=None, max_pivots=100)
     for exact in (False, True):
         robot = trunk({"name": "tip", "point": [0.2, 0.01, 0.01], "exact": exact})
-        goals[exact] = values_under(robot, tensions(robot, 5))
+        goals[exact] = values_under(robot, efforts(robot, 5))
         controller = Controller(robot, settings=settings)
         statuses = [controller.step(goals[exact]).status for _ in range(30)]
         found[exact] = float(np.linalg.norm(controller.effector_values - goals[exact]))
@@ -223,7 +223,7 @@ def test_an_exact_target_out_of_reach_is_named_and_approached() -> None:
     nearest = Controller(trunk({"name": "tip", "point": [0.2, 0.01, 0.01]}), settings=PRECISE).step(
         target
     )
-    np.testing.assert_allclose(actuation.tension, nearest.tension, atol=1e-9)
+    np.testing.assert_allclose(actuation.effort, nearest.effort, atol=1e-9)
     assert controller.step(rest).status is Status.OK
 
 
@@ -242,12 +242,12 @@ def test_a_wrong_goal_holds() -> None:
     for target in ([0.2, 0.0, 0.0], [np.nan] * 7, [0.2, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0]):
         actuation = controller.step(target)
         assert actuation.status is Status.NOT_FINITE
-        np.testing.assert_array_equal(actuation.pull, np.zeros(robot.n_a))
+        np.testing.assert_array_equal(actuation.position, np.zeros(robot.n_a))
 
 
 def test_predicted_values_are_those_of_the_next_state(tmp_path: Path) -> None:
     robot = trunk(TOOL, {"name": "tip", "point": [0.2, 0.01, 0.01]})
-    goal = values_under(robot, 0.2 * tensions(robot, 1))
+    goal = values_under(robot, 0.2 * efforts(robot, 1))
     controller = Controller(robot, settings=PRECISE)
     for _ in range(10):
         actuation = controller.step(goal)
@@ -272,7 +272,7 @@ def test_the_frame_of_a_driven_region_turns_with_its_motor() -> None:
         assert controller.step(goal).status.usable
     found = layout.difference(controller.effector_values, rest)
     np.testing.assert_allclose(found[3:], [0.0, 0.4, 0.0], atol=1e-4)
-    assert controller.pull == pytest.approx([0.4], abs=1e-4)
+    assert controller.position == pytest.approx([0.4], abs=1e-4)
 
 
 def test_the_manipulator_reaches_a_position_and_points() -> None:
@@ -283,9 +283,9 @@ def test_the_manipulator_reaches_a_position_and_points() -> None:
     contents["integration"] |= {"scheme": "quasi-static"}
     robot = make_robot(contents, path, Changes())
     layout, rest = robot.effector_layout, robot.effector_values(robot.rest())
-    tension = np.zeros(9)
-    tension[[0, 4, 8]] = 8.0, 5.0, 6.0
-    goal = values_under(robot, tension)
+    effort = np.zeros(9)
+    effort[[0, 4, 8]] = 8.0, 5.0, 6.0
+    goal = values_under(robot, effort)
     turned = layout.difference(goal, rest)
     assert np.linalg.norm(turned[:3]) > 0.05
     assert np.linalg.norm(turned[3:5]) > 0.1
@@ -303,7 +303,7 @@ def test_an_exact_target_is_reached_against_what_the_others_want(scheme: dict[st
     tip = {"name": "tip", "point": [0.2, 0.01, 0.01], "exact": True}
     middle = {"name": "middle", "point": [0.1, 0.01, 0.01], "weight": 10.0}
     robot = trunk(tip, middle, integration=scheme)
-    goal, rest = values_under(robot, tensions(robot, 5)), robot.effector_values(robot.rest())
+    goal, rest = values_under(robot, efforts(robot, 5)), robot.effector_values(robot.rest())
     goal[3:] = rest[3:]
     controller = Controller(robot, settings=PRECISE)
     for _ in range(100):

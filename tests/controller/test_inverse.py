@@ -47,14 +47,14 @@ def test_rows_are_pulls_and_gaps() -> None:
     lam_a, beta = rng.uniform(0.0, 5.0, N_A), rng.uniform(0.0, 5.0, K)
     z = np.concatenate([lam_a, beta])
     delta = FREE + W @ np.concatenate([np.zeros(3), z])
-    pull = delta[3 : 3 + N_A]
+    position = delta[3 : 3 + N_A]
     np.testing.assert_allclose(problem.M @ z + problem.m, delta[3 + N_A :], rtol=1e-12)
-    low = np.maximum(LIMITS.pull_min, PULL - H * LIMITS.rate)
-    high = np.minimum(LIMITS.pull_max, PULL + H * LIMITS.rate)
-    np.testing.assert_allclose(problem.G @ z - problem.g_lo, pull - low, atol=1e-15)
-    np.testing.assert_allclose(problem.g_hi - problem.G @ z, high - pull, atol=1e-15)
-    np.testing.assert_array_equal(problem.lb, LIMITS.tension_min)
-    np.testing.assert_array_equal(problem.ub, LIMITS.tension_max)
+    low = np.maximum(LIMITS.position_min, PULL - H * LIMITS.rate)
+    high = np.minimum(LIMITS.position_max, PULL + H * LIMITS.rate)
+    np.testing.assert_allclose(problem.G @ z - problem.g_lo, position - low, atol=1e-15)
+    np.testing.assert_allclose(problem.g_hi - problem.G @ z, high - position, atol=1e-15)
+    np.testing.assert_array_equal(problem.lb, LIMITS.effort_min)
+    np.testing.assert_array_equal(problem.ub, LIMITS.effort_max)
 
 
 def test_the_tighter_limit_gives_its_name() -> None:
@@ -76,8 +76,8 @@ def test_epsilon_has_no_unit() -> None:
         1e3 * PULL,
         replace(
             LIMITS,
-            pull_min=1e3 * LIMITS.pull_min,
-            pull_max=1e3 * LIMITS.pull_max,
+            position_min=1e3 * LIMITS.position_min,
+            position_max=1e3 * LIMITS.position_max,
             rate=1e3 * LIMITS.rate,
         ),
         H,

@@ -62,7 +62,7 @@ def test_a_body_under_pressure_follows_without_the_delay_of_the_horizon(stops: b
         integration={"rayleigh_stiffness": 0.1}, controller={"rate": 50.0}, gravity=[0.0, 0.0, 0.0]
     )
     simulator = Simulator(robot, "none")
-    assert simulator.settle(tension=[2e4]).converged
+    assert simulator.settle(effort=[2e4]).converged
     controller, end = Controller(robot), simulator.effector[0]
     start = controller.effector[0]
     speed = (end - start) / 100  # m in a tick

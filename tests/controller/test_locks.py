@@ -31,11 +31,11 @@ def test_a_sealed_chamber_keeps_its_volume_while_the_cable_follows() -> None:
     goal = follower.effector[0] + np.array([0.0, 0.0, -0.005])
     follower.lock("bellows", position=4e-7)
     follow(follower, goal)
-    assert follower.pull[1] == pytest.approx(4e-7, abs=1e-15)
+    assert follower.position[1] == pytest.approx(4e-7, abs=1e-15)
     assert abs(follower.effector[0, 2] - goal[2]) < 1e-3
     settled = Simulator(follower.robot, "none")
-    assert settled.settle(pull=follower.pull).converged
-    np.testing.assert_allclose(settled.tension, follower.tension, rtol=1e-6)
+    assert settled.settle(position=follower.position).converged
+    np.testing.assert_allclose(settled.effort, follower.effort, rtol=1e-6)
 
 
 def test_a_supply_that_keeps_its_pressure_is_no_longer_decided() -> None:
@@ -43,11 +43,11 @@ def test_a_supply_that_keeps_its_pressure_is_no_longer_decided() -> None:
     goal = follower.effector[0] + np.array([0.0, 0.0, -0.005])
     follower.lock("bellows", force=2e4)
     follow(follower, goal)
-    assert follower.tension[1] == pytest.approx(2e4)
+    assert follower.effort[1] == pytest.approx(2e4)
     assert abs(follower.effector[0, 2] - goal[2]) < 1e-3
     follower.unlock("bellows")
     follow(follower, goal + np.array([0.0, 0.0, 0.003]))
-    assert follower.tension[1] != pytest.approx(2e4, rel=1e-3)
+    assert follower.effort[1] != pytest.approx(2e4, rel=1e-3)
 
 
 def test_a_jammed_winch_may_go_slack() -> None:
@@ -56,26 +56,26 @@ def test_a_jammed_winch_may_go_slack() -> None:
     rest = follower.effector[0]
     follower.lock("tendon", position=1e-3)
     follow(follower, rest + np.array([0.0, 0.0, -0.004]), 40)
-    taut = follower.tension[0]
+    taut = follower.effort[0]
     assert taut > 0.0
     follow(follower, rest + np.array([0.0, 0.0, -0.012]), 60)
-    assert follower.pull[0] == pytest.approx(1e-3)
+    assert follower.position[0] == pytest.approx(1e-3)
     follow(follower, rest + np.array([0.0, 0.0, 0.02]), 60)
-    assert follower.tension[0] >= 0.0
-    assert (follower.tension <= follower.robot.limits.tension_max).all()
+    assert follower.effort[0] >= 0.0
+    assert (follower.effort <= follower.robot.limits.effort_max).all()
 
 
 def test_a_lock_is_approached_at_the_rate_of_the_actuator() -> None:
     follower, step = controller(), CABLE["max_rate"] * 0.02  # type: ignore[operator]
     follower.lock("tendon", position=0.005)
-    goal, pulls = follower.effector[0], [0.0]
+    goal, positions = follower.effector[0], [0.0]
     for _ in range(6):
-        pulls.append(float(follower.step(goal).pull[0]))
-    np.testing.assert_allclose(pulls, np.minimum(step * np.arange(7), 0.005), atol=1e-12)
+        positions.append(float(follower.step(goal).position[0]))
+    np.testing.assert_allclose(positions, np.minimum(step * np.arange(7), 0.005), atol=1e-12)
     follower.lock("bellows", force=4e4)
-    before = follower.pull[1]
+    before = follower.position[1]
     for _ in range(4):
-        after = follower.step(goal).pull[1]
+        after = follower.step(goal).position[1]
         assert abs(after - before) <= 1.2 * CHAMBER["max_rate"] * 0.02  # type: ignore[operator]
         before = after
 
@@ -84,17 +84,17 @@ def test_a_hold_moves_nothing_and_keeps_the_locks() -> None:
     follower = controller()
     follower.lock("tendon", position=0.003)
     for _ in range(5):
-        assert follower.hold().pull[0] == 0.0
+        assert follower.hold().position[0] == 0.0
         follower.advance()
     follow(follower, follower.effector[0], 20)
-    pressure = follower.tension[1]
+    pressure = follower.effort[1]
     for _ in range(20):
         held = follower.hold()
         follower.advance()
     assert held.status is Status.OK
-    assert held.pull[0] == 0.003
-    assert held.tension[0] > 0.0
-    assert held.tension[1] == pressure  # the supply keeps the pressure it had
+    assert held.position[0] == 0.003
+    assert held.effort[0] > 0.0
+    assert held.effort[1] == pressure  # the supply keeps the pressure it had
 
 
 def test_with_all_locked_there_is_nothing_to_decide() -> None:
@@ -103,7 +103,7 @@ def test_with_all_locked_there_is_nothing_to_decide() -> None:
     follower.lock("bellows", force=5e3)
     follow(follower, follower.effector[0] + np.array([0.0, 0.0, -0.01]), 20)
     follower.rehearse(follower.effector)
-    np.testing.assert_allclose([follower.pull[0], follower.tension[1]], [0.002, 5e3])
+    np.testing.assert_allclose([follower.position[0], follower.effort[1]], [0.002, 5e3])
 
 
 def test_a_locked_pressure_beyond_its_limit_stops_the_others() -> None:
@@ -115,8 +115,8 @@ def test_a_locked_pressure_beyond_its_limit_stops_the_others() -> None:
     for _ in range(60):
         actuation = follower.step(goal)
         assert actuation.status.usable
-        assert -5e3 <= actuation.tension[1] <= 800.0 * (1.0 + 1e-6)
-    assert actuation.tension[1] == pytest.approx(800.0, rel=1e-3)
+        assert -5e3 <= actuation.effort[1] <= 800.0 * (1.0 + 1e-6)
+    assert actuation.effort[1] == pytest.approx(800.0, rel=1e-3)
 
 
 def test_reset_unlocks() -> None:
@@ -162,4 +162,4 @@ def test_without_a_lock_nothing_is_solved_differently() -> None:
     other.lock("tendon", position=0.01)
     other.unlock("tendon")
     for _ in range(10):
-        np.testing.assert_array_equal(plain.step(goal).tension, other.step(goal).tension)
+        np.testing.assert_array_equal(plain.step(goal).effort, other.step(goal).effort)

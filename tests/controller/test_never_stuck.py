@@ -45,17 +45,17 @@ def beam(gravity: float = 0.0, **changes: object) -> Robot:
 
 def checked(controller: Controller, target: Array, ticks: int) -> list[Actuation]:
     """Follow a target; everything that leaves is within limits and rates."""
-    limits, left = controller.robot.limits, controller.pull
+    limits, left = controller.robot.limits, controller.position
     found = []
     for _ in range(ticks):
         actuation = controller.step(target)
-        assert (actuation.tension >= limits.tension_min).all()
-        assert (actuation.tension <= limits.tension_max).all()
-        assert (actuation.pull >= limits.pull_min).all()
-        assert (actuation.pull <= limits.pull_max).all()
+        assert (actuation.effort >= limits.effort_min).all()
+        assert (actuation.effort <= limits.effort_max).all()
+        assert (actuation.position >= limits.position_min).all()
+        assert (actuation.position <= limits.position_max).all()
         step = limits.rate * controller.robot.h
-        assert (np.abs(actuation.pull - left) <= step * (1.0 + 1e-9)).all()
-        left = actuation.pull
+        assert (np.abs(actuation.position - left) <= step * (1.0 + 1e-9)).all()
+        left = actuation.position
         found.append(actuation)
     return found
 
@@ -80,7 +80,7 @@ def test_least_tensions_are_wound_up_to() -> None:
     assert found[0].status is Status.RELAXED
     assert found[0].conflict
     assert found[-1].status is Status.OK
-    assert (controller.tension >= 2.0 * (1.0 - 1e-6)).all()
+    assert (controller.effort >= 2.0 * (1.0 - 1e-6)).all()
     assert (found[-1].needed >= 2.0 * (1.0 - 1e-6)).all()
 
 
@@ -91,7 +91,7 @@ def test_a_lock_that_would_exceed_a_tension_stops_there() -> None:
     found = checked(controller, still, 60)
     assert all(actuation.status.usable for actuation in found)
     assert controller.stalled.tolist() == [True, False]
-    assert 1e-3 < controller.pull[0] < 0.0149
+    assert 1e-3 < controller.position[0] < 0.0149
     assert found[-1].needed[0] == pytest.approx(6.0, rel=1e-3)
     controller.unlock("lower")
     after = checked(controller, still, 60)
@@ -121,20 +121,20 @@ def test_after_random_locks_holds_and_targets_decisions_go_on() -> None:
     found = checked(controller, tip, 80)[-30:]
     assert all(actuation.status is Status.OK for actuation in found)
     limits = controller.robot.limits
-    assert (found[-1].needed <= limits.tension_max * (1.0 + 1e-6)).all()
+    assert (found[-1].needed <= limits.effort_max * (1.0 + 1e-6)).all()
     assert np.linalg.norm(controller.effector - tip) < 1e-4
 
 
 def test_a_hold_reports_what_leaves_and_what_is_needed_apart() -> None:
     simulator = Simulator(beam(), "none")
-    assert simulator.settle(pull=[0.01, 0.0]).converged
-    needed = float(simulator.tension[0])
+    assert simulator.settle(position=[0.01, 0.0]).converged
+    needed = float(simulator.effort[0])
     controller = Controller(beam(max_tension=0.8 * needed))
-    controller.start_from(simulator.state, simulator.forces, simulator.pull)
+    controller.start_from(simulator.state, simulator.forces, simulator.position)
     held = controller.hold()
     assert held.status is Status.INFEASIBLE
     assert held.clamped
-    assert held.tension[0] == pytest.approx(0.8 * needed)
+    assert held.effort[0] == pytest.approx(0.8 * needed)
     assert held.needed[0] == pytest.approx(needed, rel=1e-3)
 
 

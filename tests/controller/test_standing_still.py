@@ -26,27 +26,27 @@ def at_rest(robot: Robot, offset: Array, ticks: int = 150) -> tuple[Controller, 
     controller = Controller(robot)
     assert controller.settle_start().converged
     goal = controller.effector + offset
-    pulls, tensions = [], []
+    positions, efforts = [], []
     for _ in range(ticks):
         actuation = controller.step(goal)
         assert actuation.status is Status.OK
-        pulls.append(actuation.pull)
-        tensions.append(actuation.tension)
-    return controller, np.array(pulls[-40:]), np.array(tensions[-40:])
+        positions.append(actuation.position)
+        efforts.append(actuation.effort)
+    return controller, np.array(positions[-40:]), np.array(efforts[-40:])
 
 
 def test_a_target_out_of_reach_does_not_make_the_finger_tremble(finger: Robot) -> None:
-    controller, pulls, tensions = at_rest(finger, OFFSET)
+    controller, positions, efforts = at_rest(finger, OFFSET)
     limits = finger.limits
-    assert (np.ptp(pulls, axis=0) < 1e-6 * (limits.pull_max - limits.pull_min)).all()
-    assert (np.ptp(tensions, axis=0) < 1e-6 * limits.largest_tension).all()
+    assert (np.ptp(positions, axis=0) < 1e-6 * (limits.position_max - limits.position_min)).all()
+    assert (np.ptp(efforts, axis=0) < 1e-6 * limits.largest_effort).all()
     start = Simulator(finger, "none")
     start.settle_start()
     goal = start.effector + OFFSET
 
-    def distance(pull: float) -> float:
+    def distance(position: float) -> float:
         simulator = Simulator(finger, "none")
-        assert simulator.settle(pull=[pull]).converged
+        assert simulator.settle(position=[position]).converged
         return float(np.linalg.norm(simulator.effector - goal))
 
     best = minimize_scalar(distance, bounds=(0.0, 0.025), method="bounded", options={"xatol": 1e-6})
@@ -61,10 +61,10 @@ def test_a_target_out_of_reach_does_not_make_the_finger_tremble(finger: Robot) -
 def test_robots_stand_still_far_out_of_reach(name: str, offset: float) -> None:
     robot = load_setup(name).robot
     far = offset * np.array([1.0, 0.0, 0.0])
-    _, pulls, tensions = at_rest(robot, far, 250)
+    _, positions, efforts = at_rest(robot, far, 250)
     limits = robot.limits
-    assert (np.ptp(pulls, axis=0) < 1e-6 * (limits.pull_max - limits.pull_min)).all()
-    assert (np.ptp(tensions, axis=0) < 1e-6 * limits.largest_tension).all()
+    assert (np.ptp(positions, axis=0) < 1e-6 * (limits.position_max - limits.position_min)).all()
+    assert (np.ptp(efforts, axis=0) < 1e-6 * limits.largest_effort).all()
 
 
 def test_damping_grows_where_changes_reverse_and_decreases_where_they_repeat() -> None:

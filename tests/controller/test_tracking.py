@@ -45,7 +45,7 @@ def reduced_finger() -> Robot:
 def closed_tip(reduced_finger: Robot) -> np.ndarray:
     """Where the finger's tip is with its notches closed."""
     simulator = Simulator(reduced_finger, contact="full")
-    assert simulator.settle(pull=[0.024]).converged
+    assert simulator.settle(position=[0.024]).converged
     return simulator.effector[0]
 
 
@@ -57,19 +57,19 @@ def test_still_target_still_tension(reduced_finger: Robot, closed_tip: np.ndarra
         controller.step(start + (closed_tip - start) * share)
     for _ in range(100):
         controller.step(closed_tip)
-    tensions = [controller.step(closed_tip).tension[0] for _ in range(50)]
-    assert np.ptp(tensions) < 1e-3 * np.mean(tensions)
+    efforts = [controller.step(closed_tip).effort[0] for _ in range(50)]
+    assert np.ptp(efforts) < 1e-3 * np.mean(efforts)
     assert np.linalg.norm(controller.effector[0] - closed_tip) < 0.3e-3
 
 
-@pytest.mark.parametrize("pull", [0.021, 0.023, 0.025])
+@pytest.mark.parametrize("position", [0.021, 0.023, 0.025])
 def test_the_shipped_finger_settles_from_rest_where_it_does_in_steps(
-    reduced_finger: Robot, pull: float
+    reduced_finger: Robot, position: float
 ) -> None:
     """Notches are detected while they are open: flanks do not pass each other in a large step."""
     once, stepped = (Simulator(reduced_finger, contact="full") for _ in range(2))
-    assert once.settle(pull=[pull]).converged
+    assert once.settle(position=[position]).converged
     for share in (0.4, 0.6, 0.8, 0.9, 1.0):
-        assert stepped.settle(pull=[share * pull]).converged
+        assert stepped.settle(position=[share * position]).converged
     np.testing.assert_allclose(once.effector, stepped.effector, atol=1e-5)
-    np.testing.assert_allclose(once.tension, stepped.tension, rtol=1e-3)
+    np.testing.assert_allclose(once.effort, stepped.effort, rtol=1e-3)

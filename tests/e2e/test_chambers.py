@@ -63,25 +63,25 @@ def beam(beam_file: Path) -> Robot:
     return load_robot(beam_file)
 
 
-def tip_at(beam: Robot, pull: float, pressure: float) -> list[float]:
+def tip_at(beam: Robot, position: float, pressure: float) -> list[float]:
     """Where the tip is under a pulled length and a pressure [m]."""
     simulator = Simulator(beam, contact="none")
-    assert simulator.settle(pull=[pull, np.nan], tension=[np.nan, pressure]).converged
+    assert simulator.settle(position=[position, np.nan], effort=[np.nan, pressure]).converged
     found: list[float] = simulator.effector[0].tolist()
     return found
 
 
-def wait_joints(served: Served, beam: Robot, i: int, pull: float | None, tension: float) -> None:
+def wait_joints(served: Served, beam: Robot, i: int, position: float | None, effort: float) -> None:
     """Wait until position or effort of an actuator leave as wanted."""
 
     def reached(payload: bytes) -> bool:
         joints = decode_joints(payload, CDR, beam.actuators.names)
         assert isinstance(joints, Joints)
-        if pull is not None:
-            return joints.pull[i] == pytest.approx(pull)
-        return joints.tension[i] == pytest.approx(tension)
+        if position is not None:
+            return joints.position[i] == pytest.approx(position)
+        return joints.effort[i] == pytest.approx(effort)
 
-    wait_for(served, served.keys.actuation, reached, f"actuator {i} at {pull}, {tension}")
+    wait_for(served, served.keys.actuation, reached, f"actuator {i} at {position}, {effort}")
 
 
 def test_targets_locks_and_a_replay_of_both(
@@ -106,7 +106,10 @@ def test_targets_locks_and_a_replay_of_both(
     check_limits(joints, beam)
     assert len(ticks) > 50
     last = joints[-1]
-    assert (last.pull, last.tension) == ((0.0, 0.0), (0.0, 0.0))  # released to the outer pressure
+    assert (last.position, last.effort) == (
+        (0.0, 0.0),
+        (0.0, 0.0),
+    )  # released to the outer pressure
     result = replay(served.log, 1e-6, recorded_paths=True)
     assert result.same, (result.fraction, result.worst_tick, result.statuses)
 

@@ -75,8 +75,8 @@ def test_an_operator_holds_enables_stops_and_resets(served: Served, beam: Robot)
     ]
     assert (Mode.RUN, Cause.NONE) in seen[4:]  # after the reset
     stopped = [i for i, t in enumerate(ticks) if t.cause is Cause.OPERATOR and t.mode is Mode.STOP]
-    assert joints[stopped[0]].pull[1] > 1e-4
-    assert joints[stopped[-1]].pull == (0.0, 0.0)
+    assert joints[stopped[0]].position[1] > 1e-4
+    assert joints[stopped[-1]].position == (0.0, 0.0)
     check_limits(joints, beam)
     assert replay(served.log, tolerance=1e-9, recorded_paths=True).same
     assert counts["accepted"] == "4"

@@ -37,7 +37,7 @@ TIP = "tauten/beam/effector"
 
 
 def test_it_follows_holds_and_releases(served: Served, beam: Robot) -> None:
-    high, low = (reached(beam, pull) for pull in (0.004, 0.002))
+    high, low = (reached(beam, position) for position in (0.004, 0.002))
     wait_mode(served, Mode.IDLE)
     with streaming(served, high):
         wait_tip(served, TIP, high, 1e-3)
@@ -62,9 +62,9 @@ def test_it_follows_holds_and_releases(served: Served, beam: Robot) -> None:
     held = tips[modes.index(Mode.STOP) - 1]
     assert held.xyz[2] == pytest.approx(low[2], abs=1e-3)
     check_limits(joints, beam)
-    assert max(joint.pull[1] for joint in joints) > 5e-4
-    assert joints[-1].pull == (0.0, 0.0)
-    assert joints[-1].tension == (0.0, 0.0)
+    assert max(joint.position[1] for joint in joints) > 5e-4
+    assert joints[-1].position == (0.0, 0.0)
+    assert joints[-1].effort == (0.0, 0.0)
 
 
 @pytest.mark.realtime
@@ -90,7 +90,7 @@ def test_a_flood_and_jumps_leave_no_actuation_out_of_limits(served: Served, beam
     assert served.process.end() == 0
     ticks, joints, _ = recorded(served.log, beam)
     assert sum(tick.mode is Mode.RUN for tick in ticks) > 10
-    assert max(joint.pull[1] for joint in joints) > 5e-4
+    assert max(joint.position[1] for joint in joints) > 5e-4
     check_limits(joints, beam)
     assert whole(ticks)
 
@@ -188,4 +188,4 @@ def test_rubbish_is_counted_and_moves_nothing(shared: Served, beam: Robot) -> No
     assert shared.process.end(signal.SIGTERM) == 0
     ticks, joints, _ = recorded(shared.log, beam)
     assert {tick.mode for tick in ticks} == {Mode.IDLE, Mode.STOP}
-    assert {joint.pull for joint in joints} == {(0.0, 0.0)}
+    assert {joint.position for joint in joints} == {(0.0, 0.0)}

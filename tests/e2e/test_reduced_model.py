@@ -147,7 +147,8 @@ def test_full_model_watches_and_takes_over(thumb_file: Path) -> None:
         after = loop.act(goal)
         limits = setup.robot.limits
         assert (
-            np.abs(after.actuation.pull - before.actuation.pull) <= limits.rate / 25.0 + 1e-12
+            np.abs(after.actuation.position - before.actuation.position)
+            <= limits.rate / 25.0 + 1e-12
         ).all()
         assert not fall_back.wanted
         assert "taken over" in fall_back.watch.diagnostic().message

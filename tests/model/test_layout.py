@@ -25,4 +25,4 @@ def test_each_kind_of_rows_is_where_the_layout_says(effectors: bool) -> None:
     assert len(H[layout.contacts]) == step.n_contacts
     assert len(H[layout.acting]) == robot.n_a + step.n_contacts
     lam = np.arange(1.0, len(H) + 1.0)
-    np.testing.assert_array_equal(step.split(lam, 0).tension, lam[layout.actuators])
+    np.testing.assert_array_equal(step.split(lam, 0).effort, lam[layout.actuators])

@@ -22,15 +22,15 @@ def beam() -> Robot:
     ("arguments", "sentence"),
     [
         ({}, "each actuator needs a number in one of them"),
-        ({"pull": [0.0], "tension": [0.0]}, "each actuator needs a number in one of them"),
-        ({"tension": [-1.0]}, r"tension: found \[-1.0\], expected 1 values from 0 to 1e\+06"),
-        ({"tension": [np.nan]}, r"tension: found \[nan\]"),
-        ({"tension": [1e300]}, r"tension: found \[1e\+300\]"),
-        ({"pull": [1e300]}, r"pull: found \[1e\+300\], expected 1 values from -1e\+06"),
-        ({"pull": [0.0, 0.0]}, r"pull: found \[0.0, 0.0\], expected 1 values"),
-        ({"pull": [[0.0]]}, r"pull: found \[\[0.0\]\]"),
-        ({"pull": [10**400]}, "pull: not an array of numbers"),
-        ({"pull": "far"}, "pull: not an array of numbers"),
+        ({"position": [0.0], "effort": [0.0]}, "each actuator needs a number in one of them"),
+        ({"effort": [-1.0]}, r"effort: found \[-1.0\], expected 1 values from 0 to 1e\+06"),
+        ({"effort": [np.nan]}, r"effort: found \[nan\]"),
+        ({"effort": [1e300]}, r"effort: found \[1e\+300\]"),
+        ({"position": [1e300]}, r"position: found \[1e\+300\], expected 1 values from -1e\+06"),
+        ({"position": [0.0, 0.0]}, r"position: found \[0.0, 0.0\], expected 1 values"),
+        ({"position": [[0.0]]}, r"position: found \[\[0.0\]\]"),
+        ({"position": [10**400]}, "position: not an array of numbers"),
+        ({"position": "far"}, "position: not an array of numbers"),
     ],
 )
 def test_bad_arguments_are_refused(
@@ -44,46 +44,46 @@ def test_bad_arguments_are_refused(
 
 def test_no_iterations_are_refused(beam: Robot) -> None:
     with pytest.raises(ValueError, match="max_iterations: found 0, expected at least 1"):
-        Simulator(beam, contact="none").settle(pull=[0.0], max_iterations=0)
+        Simulator(beam, contact="none").settle(position=[0.0], max_iterations=0)
 
 
 def test_what_is_returned_can_be_overwritten_without_effect(beam: Robot) -> None:
     simulator, other = Simulator(beam, contact="none"), Simulator(beam, contact="none")
-    for pull in (0.001, 0.002, 0.003):
-        commanded = np.array([pull])
-        simulator.step(pull=commanded)
-        other.step(pull=[pull])
+    for position in (0.001, 0.002, 0.003):
+        commanded = np.array([position])
+        simulator.step(position=commanded)
+        other.step(position=[position])
         state, forces = simulator.state, simulator.forces
         for array in (
-            commanded, state.q, state.v, forces.tension, simulator.effector, simulator.tension,
-            simulator.pull, simulator.gaps, simulator.lam_c,
+            commanded, state.q, state.v, forces.effort, simulator.effector, simulator.effort,
+            simulator.position, simulator.gaps, simulator.lam_c,
         ):  # fmt: skip
             array += 1.0
     np.testing.assert_array_equal(simulator.effector, other.effector)
-    np.testing.assert_array_equal(simulator.tension, other.tension)
+    np.testing.assert_array_equal(simulator.effort, other.effort)
 
 
 def test_a_start_elsewhere_continues_as_the_other_does(beam: Robot) -> None:
     simulator, other = Simulator(beam, contact="none"), Simulator(beam, contact="none")
     for _ in range(5):
-        other.step(pull=[0.003])
+        other.step(position=[0.003])
     state, forces = other.state, other.forces
     simulator.start_from(state, forces)
-    for array in (state.q, state.v, forces.tension):
+    for array in (state.q, state.v, forces.effort):
         array += 1.0
     for _ in range(5):
-        simulator.step(pull=[0.002])
-        other.step(pull=[0.002])
+        simulator.step(position=[0.002])
+        other.step(position=[0.002])
     np.testing.assert_array_equal(simulator.effector, other.effector)
 
 
-@pytest.mark.parametrize("held", [{"tension": [1e6]}, {"pull": [1e3]}])
+@pytest.mark.parametrize("held", [{"effort": [1e6]}, {"position": [1e3]}])
 def test_a_load_far_beyond_the_robot_leaves_a_finite_state(
     beam: Robot, held: dict[str, list[float]]
 ) -> None:
     simulator = Simulator(beam, contact="none")
     report = simulator.settle(**held)
     assert np.isfinite(simulator.state.q).all()
-    assert np.isfinite(simulator.tension).all()
+    assert np.isfinite(simulator.effort).all()
     assert report.converged is (report.ending is Ending.SETTLED)
     assert report.converged is (report.share == 1.0)

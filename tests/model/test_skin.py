@@ -15,7 +15,7 @@ from tauten.reduction.state import StateBasis, reduced_robot
 def settled(finger: Robot) -> Simulator:
     """The coarse finger, pulled until its notches touch."""
     simulator = Simulator(finger)
-    assert simulator.settle(pull=[0.03]).converged
+    assert simulator.settle(position=[0.03]).converged
     return simulator
 
 
@@ -32,17 +32,17 @@ def test_drawn_cables_are_shorter_by_what_is_pulled(bent: tuple[Robot, State]) -
 def test_drawn_cables_of_a_reduced_robot() -> None:
     reduced = reduced_robot(load_robot("finger"), StateBasis.load("finger"))
     simulator = Simulator(reduced, contact="none")
-    assert simulator.settle(pull=[0.01]).converged
+    assert simulator.settle(position=[0.01]).converged
     check_lengths(reduced, simulator.state)
 
 
 def test_drawn_cables_of_a_robot_of_beams() -> None:
     robot = load_robot("manipulator")
     simulator = Simulator(robot, contact="none")
-    pull = np.zeros(robot.n_a)
-    pull[:2] = 0.004, -0.002
+    position = np.zeros(robot.n_a)
+    position[:2] = 0.004, -0.002
     for _ in range(5):
-        simulator.step(pull=pull)
+        simulator.step(position=position)
     check_lengths(robot, simulator.state)
 
 
@@ -93,7 +93,7 @@ def test_forces_have_the_directions_of_the_step_that_gave_them(settled: Simulato
     simulator = Simulator(settled.robot)
     simulator.start_from(settled.state, settled.forces)
     before = simulator.state
-    simulator.step(pull=[0.028])
+    simulator.step(position=[0.028])
     lam, drawn = simulator.lam_c, simulator.contact_forces
     pushing = lam > 0.0
     assert pushing.sum() > 3

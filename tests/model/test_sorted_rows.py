@@ -25,12 +25,12 @@ def test_a_solved_step_obeys_the_law_of_every_row() -> None:
     none = no_forces(robot.n_a, 0)
     step = condense_step(robot, EmptySpace(robot.n_c), robot.rest(), none, True, True)
     names = robot.actuators.names
-    pull, tension = np.full(robot.n_a, np.nan), np.full(robot.n_a, np.nan)
-    pull[names.index(CABLE["name"])] = 3e-2
-    pull[names.index("upper")] = -5e-2  # slack
-    pull[names.index("push")] = -1e-3
-    tension[np.isnan(pull)] = 2e3
-    command = Command(pull, tension)
+    position, effort = np.full(robot.n_a, np.nan), np.full(robot.n_a, np.nan)
+    position[names.index(CABLE["name"])] = 3e-2
+    position[names.index("upper")] = -5e-2  # slack
+    position[names.index("push")] = -1e-3
+    effort[np.isnan(position)] = 2e3
+    command = Command(position, effort)
     rows = sorted_rows(step, command)
     found = [rows.forced, rows.equal, rows.cables, rows.contacts, rows.decided]
     acting = np.arange(step.layout.n_e, len(step.compliance))
@@ -39,7 +39,7 @@ def test_a_solved_step_obeys_the_law_of_every_row() -> None:
     solved = forward_step(step, NO_ENRICHMENT, none, command).prediction
     lam = solved.lam
     apart = solved.delta.copy()
-    apart[step.layout.actuators] -= np.where(command.by_position, pull, 0.0)
+    apart[step.layout.actuators] -= np.where(command.by_position, position, 0.0)
     np.testing.assert_array_equal(lam[rows.forced], 2e3)
     np.testing.assert_allclose(apart[rows.equal], 0.0, atol=1e-10)
     assert (lam[rows.unilateral] >= 0.0).all() and (apart[rows.unilateral] > -1e-9).all()

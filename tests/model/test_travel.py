@@ -35,14 +35,14 @@ def dense(robot: TetRobot, values: Array) -> Array:
     return matrix
 
 
-def tensions() -> Array:
+def efforts() -> Array:
     """Tension at the end of each tick (ticks,) [N]: up, and half back."""
     return PULLING * np.interp(np.arange(1, TICKS + 1), [0.0, 4.0, TICKS], [0.0, 1.0, 0.5])
 
 
 def exact_tips(robot: TetRobot) -> Array:
     """Tips (ticks, 3) of M dv/dt = f + H_aᵀ λ_a − C v; the tension grows evenly within a tick."""
-    n, scheme, levels = robot.n, robot.integration, np.append(0.0, tensions())
+    n, scheme, levels = robot.n, robot.integration, np.append(0.0, efforts())
 
     def rate(t: float, y: Array) -> Array:
         state = State(y[:n], y[n:])
@@ -62,8 +62,8 @@ def exact_tips(robot: TetRobot) -> Array:
 def moved_tips(robot: TetRobot, steps: int) -> Array:
     """Tips (ticks, 3) of a simulation with some steps in a tick."""
     simulator, found = Simulator(robot, contact="none"), []
-    for tension in tensions():
-        simulator.move(tension=[tension], steps=steps)
+    for effort in efforts():
+        simulator.move(effort=[effort], steps=steps)
         found.append(simulator.effector[0])
     return np.array(found)
 
@@ -96,7 +96,7 @@ def test_a_damped_oscillation_has_the_frequency_and_decay_of_its_mode(beam: TetR
     tip = simulator.effector[0] - light.effector(light.rest())[0]
     steps = int(np.ceil(40.0 * beat * light.h / (2.0 * np.pi)))  # 40 in a vibration
     for tick in range(1, 6):
-        simulator.move(tension=[0.0], steps=steps)
+        simulator.move(effort=[0.0], steps=steps)
         t = tick * light.h
         share = np.exp(-decay * t) * (np.cos(beat * t) + decay / beat * np.sin(beat * t))
         moved = simulator.effector[0] - light.effector(light.rest())[0]
@@ -105,4 +105,4 @@ def test_a_damped_oscillation_has_the_frequency_and_decay_of_its_mode(beam: TetR
 
 def test_no_steps_are_refused(beam: TetRobot) -> None:
     with pytest.raises(ValueError, match="steps: found 0, expected at least 1"):
-        Simulator(beam, contact="none").move(tension=[0.0], steps=0)
+        Simulator(beam, contact="none").move(effort=[0.0], steps=0)

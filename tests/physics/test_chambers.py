@@ -57,10 +57,10 @@ def test_a_thick_sphere_under_pressure_grows_as_lame_says(element: str, layers: 
     nu, pressure = 0.3, 100.0
     robot = sphere(element, "corotational", nu, 2, layers)
     simulator = Simulator(robot, "none")
-    assert simulator.settle(tension=[pressure]).converged
+    assert simulator.settle(effort=[pressure]).converged
     (a, b), E = radii(robot), 2.0 * SHEAR_MODULUS * (1.0 + nu)
     u = pressure * a / E * ((1.0 - 2.0 * nu) * a**3 + 0.5 * (1.0 + nu) * b**3) / (b**3 - a**3)
-    assert simulator.pull[0] == pytest.approx(4.0 * np.pi * a**2 * u, rel=0.01)
+    assert simulator.position[0] == pytest.approx(4.0 * np.pi * a**2 * u, rel=0.01)
 
 
 def balloon_pressure(growth: float, a: float, b: float) -> float:
@@ -79,9 +79,9 @@ def test_a_balloon_passes_its_limit_point_under_given_volume() -> None:
     simulator, (a, b) = Simulator(robot, "none"), radii(robot)
     rest, pressures = robot.actuator_set.chambers.rest_volume[0], []
     for growth in (1.5, 2.0, 3.0, 4.0, 6.0, 8.0):
-        assert simulator.settle(pull=[(growth - 1.0) * rest]).converged
-        assert simulator.pull[0] == pytest.approx((growth - 1.0) * rest, rel=1e-6)
-        pressures.append(simulator.tension[0])
+        assert simulator.settle(position=[(growth - 1.0) * rest]).converged
+        assert simulator.position[0] == pytest.approx((growth - 1.0) * rest, rel=1e-6)
+        pressures.append(simulator.effort[0])
         assert pressures[-1] == pytest.approx(balloon_pressure(growth, a, b), rel=0.02)
     assert np.argmax(pressures) == 3  # the largest pressure is at four times the volume
 
@@ -89,7 +89,7 @@ def test_a_balloon_passes_its_limit_point_under_given_volume() -> None:
 @pytest.mark.slow
 def test_more_pressure_than_the_limit_point_has_no_equilibrium() -> None:
     simulator = Simulator(sphere("quadratic", "neo-hookean", 0.49, 1, 1), "none")
-    report = simulator.settle(tension=[6e4], max_iterations=60)
+    report = simulator.settle(effort=[6e4], max_iterations=60)
     assert not report.converged
     assert 0.3 < report.share < 0.75  # of 60 kPa; the limit point is at 41 kPa
 
@@ -104,11 +104,11 @@ def test_the_pneumatic_finger_follows_the_curve_of_sofa(reference: Path) -> None
     with (data / "gripperfinger_fpolar.csv").open() as file:
         states = list(csv.DictReader(file))
     for state in states[1::4]:
-        assert simulator.settle(tension=[1e3 * float(state["pressure_kPa"])]).converged
+        assert simulator.settle(effort=[1e3 * float(state["pressure_kPa"])]).converged
         tip = np.array([float(state[f"tip_{axis}"]) for axis in "xyz"])  # mm
         np.testing.assert_allclose(1e3 * simulator.effector[0], tip, atol=1e-4)
         growth = float(state["volume_growth"])  # mm³
-        assert 1e9 * simulator.pull[0] == pytest.approx(growth, abs=0.01)
+        assert 1e9 * simulator.position[0] == pytest.approx(growth, abs=0.01)
 
 
 def elastic_energy(robot: Robot, simulator: Simulator) -> float:
@@ -123,13 +123,13 @@ def test_the_work_of_all_actuators_is_the_energy_stored() -> None:
     robot = pneumatic_robot(cables=[CABLE], forces=[push])
     simulator = Simulator(robot, "none")
     final, steps = np.array([0.003, 1.5e-6, 0.005]), 16
-    pulls, tensions = [np.zeros(3)], [np.zeros(3)]
+    positions, efforts = [np.zeros(3)], [np.zeros(3)]
     for step in range(1, steps + 1):
-        assert simulator.settle(pull=final * step / steps, tolerance=1e-9).converged
-        pulls.append(simulator.pull)
-        tensions.append(simulator.tension)
-    np.testing.assert_allclose(pulls[-1], final, rtol=1e-6)
-    work = simpson(np.array(tensions) @ final / steps)
+        assert simulator.settle(position=final * step / steps, tolerance=1e-9).converged
+        positions.append(simulator.position)
+        efforts.append(simulator.effort)
+    np.testing.assert_allclose(positions[-1], final, rtol=1e-6)
+    work = simpson(np.array(efforts) @ final / steps)
     assert work == pytest.approx(elastic_energy(robot, simulator), rel=2e-4)
 
 
@@ -145,12 +145,12 @@ def test_a_sealed_chamber_resists_the_cable_that_squeezes_it() -> None:
     """An incompressible filling keeps its volume; pressure and stiffness rise."""
     robot = pneumatic_robot(cables=[CABLE])
     sealed, vented = Simulator(robot, "none"), Simulator(robot, "none")
-    assert sealed.settle(pull=[0.005, 0.0]).converged
-    assert vented.settle(pull=[0.005, np.nan], tension=[np.nan, 0.0]).converged
-    assert abs(sealed.pull[1]) < 1e-12
-    assert vented.tension[1] == 0.0
-    assert vented.pull[1] < -1e-9 if sealed.tension[1] > 0.0 else vented.pull[1] > 1e-9
-    assert sealed.tension[0] > vented.tension[0] > 0.0
+    assert sealed.settle(position=[0.005, 0.0]).converged
+    assert vented.settle(position=[0.005, np.nan], effort=[np.nan, 0.0]).converged
+    assert abs(sealed.position[1]) < 1e-12
+    assert vented.effort[1] == 0.0
+    assert vented.position[1] < -1e-9 if sealed.effort[1] > 0.0 else vented.position[1] > 1e-9
+    assert sealed.effort[0] > vented.effort[0] > 0.0
 
 
 def test_vacuum_bends_the_other_way() -> None:
@@ -158,7 +158,7 @@ def test_vacuum_bends_the_other_way() -> None:
     simulator = Simulator(robot, "none")
     heights = []
     for pressure in (-2e3, 0.0, 2e3):
-        assert simulator.settle(tension=[pressure]).converged
+        assert simulator.settle(effort=[pressure]).converged
         heights.append(simulator.effector[0, 2])
     assert heights[0] > heights[1] > heights[2]
     assert heights[0] - heights[1] == pytest.approx(heights[1] - heights[2], rel=0.05)

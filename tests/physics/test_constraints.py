@@ -101,10 +101,10 @@ def test_a_servo_bears_the_weight_of_a_lever() -> None:
     simulator = Simulator(robot, contact="none")
     mass = 1000.0 * np.prod(SIZE)
     for angle in (0.0, 0.5, np.pi / 2, 4.0, -2.0):
-        tension = [0.0, np.nan]
-        assert simulator.settle(pull=[np.nan, angle], tension=tension).converged
+        effort = [0.0, np.nan]
+        assert simulator.settle(position=[np.nan, angle], effort=effort).converged
         lever = 0.05 * np.cos(angle)
-        assert simulator.tension[1] == pytest.approx(-mass * G * lever, rel=1e-6, abs=1e-12)
+        assert simulator.effort[1] == pytest.approx(-mass * G * lever, rel=1e-6, abs=1e-12)
 
 
 def test_a_hinge_on_the_frame_swings_with_the_period_of_a_compound_pendulum() -> None:
@@ -137,12 +137,12 @@ def test_a_servo_at_the_end_of_a_beam_feels_four_e_i_over_l() -> None:
     )  # fmt: skip
     simulator = Simulator(robot, contact="none")
     angle = 1e-3
-    assert simulator.settle(pull=[np.nan, angle], tension=[0.0, np.nan]).converged
+    assert simulator.settle(position=[np.nan, angle], effort=[0.0, np.nan]).converged
     stiffness = 1e6 * 0.02**4 / 12.0
     length, area = 0.3, 0.02**2
     shear = 12.0 * stiffness / (1e6 / 2.0 * 5.0 / 6.0 * area * length**2)  # Timoshenko
     expected = (4.0 + shear) / (1.0 + shear) * stiffness / length * angle
-    assert simulator.tension[1] == pytest.approx(expected, rel=1e-2)
+    assert simulator.effort[1] == pytest.approx(expected, rel=1e-2)
 
 
 def test_a_slider_stretches_a_bar() -> None:
@@ -153,8 +153,8 @@ def test_a_slider_stretches_a_bar() -> None:
     }  # fmt: skip
     robot = constrained(drives=[slider], material={**RUBBER, "poisson_ratio": 0.0})
     simulator = Simulator(robot, contact="none")
-    assert simulator.settle(pull=[np.nan, 0.001], tension=[0.0, np.nan]).converged
-    assert simulator.tension[1] == pytest.approx(1e6 * 0.02**2 * 0.001 / 0.1, rel=1e-6)
+    assert simulator.settle(position=[np.nan, 0.001], effort=[0.0, np.nan]).converged
+    assert simulator.effort[1] == pytest.approx(1e6 * 0.02**2 * 0.001 / 0.1, rel=1e-6)
 
 
 def halves() -> tuple[TetMesh, list[TetMesh]]:
@@ -186,13 +186,13 @@ def test_a_glued_pair_is_one_mesh() -> None:
     )
     first, second = Simulator(pair, contact="none"), Simulator(one, contact="none")
     for simulator in (first, second):
-        assert simulator.settle(pull=[0.004], tolerance=1e-11).converged
-    assert first.tension == pytest.approx(second.tension, rel=1e-9)
+        assert simulator.settle(position=[0.004], tolerance=1e-11).converged
+    assert first.effort == pytest.approx(second.effort, rel=1e-9)
     assert np.abs(pair.nodes(first.state) - one.nodes(second.state)[order]).max() < 1e-10
     for simulator in (first, second):
         simulator.reset()
         for _ in range(10):
-            simulator.step(tension=[0.5])
+            simulator.step(effort=[0.5])
     assert np.abs(pair.nodes(first.state) - one.nodes(second.state)[order]).max() < 1e-10
 
 
@@ -216,7 +216,7 @@ def test_two_bodies_hinged_along_an_edge_turn_freely_about_it() -> None:
     )  # fmt: skip
     simulator = Simulator(robot, contact="none")
     for _ in range(400):
-        simulator.step(tension=[0.0])
+        simulator.step(effort=[0.0])
     x = robot.nodes(simulator.state)[len(mesh.nodes) :]
     centre = x.mean(axis=0)
     assert abs(centre[0] - 0.1) < 2e-3
@@ -227,7 +227,7 @@ def test_a_rigid_region_keeps_its_shape_while_the_rest_bends() -> None:
     end = {"kind": "half_space", "point": [0.0749, 0.0, 0.0], "normal": [1.0, 0.0, 0.0]}
     robot = constrained(rigid=[{"name": "tip", "region": end}])
     simulator = Simulator(robot, contact="none")
-    assert simulator.settle(pull=[0.006]).converged
+    assert simulator.settle(position=[0.006]).converged
     x, x0 = robot.nodes(simulator.state), robot.mesh.nodes
     kept = x0[:, 0] > 0.0749
     between = np.linalg.norm(x[kept][:, None] - x[kept], axis=2)

@@ -41,7 +41,7 @@ def swing(robot: TetRobot | BeamRobot, start: State, steps: int) -> Array:
     simulator.start_from(start)
     energies = [energy(robot, start)]
     for _ in range(steps):
-        assert simulator.step(tension=np.zeros(robot.n_a), converged=True).converged
+        assert simulator.step(effort=np.zeros(robot.n_a), converged=True).converged
         energies.append(energy(robot, simulator.state))
     return np.array(energies)
 
@@ -54,7 +54,7 @@ def test_end_of_a_step_balances_the_forces_there() -> None:
     simulator = Simulator(robot, contact="none")
     v = np.random.default_rng(0).standard_normal(robot.n)
     simulator.start_from(State(robot.rest().q, v))
-    simulator.step(tension=[0.0], converged=True)
+    simulator.step(effort=[0.0], converged=True)
     state, a = simulator.state, 3.0
     balance = robot.mass * (state.v - v) / robot.h + a * robot.mass * state.v
     force = robot.forces(state)[0]
@@ -106,12 +106,12 @@ def test_a_hanging_robot_with_held_cables_comes_to_rest(finger: Robot) -> None:
     """Where its weight, the cable and contacts are in equilibrium."""
     robot = undamped(finger)
     simulator, still = Simulator(robot), Simulator(robot)
-    pull = 0.5 * robot.limits.pull_max
-    assert still.settle(pull=pull).converged
-    simulator.settle(pull=0.8 * pull)
+    position = 0.5 * robot.limits.position_max
+    assert still.settle(position=position).converged
+    simulator.settle(position=0.8 * position)
     energies = []
     for _ in range(250):
-        assert simulator.step(pull=pull, converged=True).converged
+        assert simulator.step(position=position, converged=True).converged
         energies.append(energy(robot, simulator.state))
     assert np.diff(energies[1:]).max() < 1e-9 * energies[0]
     assert np.abs(simulator.effector - still.effector).max() < 1e-5
@@ -129,7 +129,7 @@ def test_the_first_iteration_is_the_step_with_one_linearisation() -> None:
             v = np.zeros((robot.n // 3, 3))
             v[:, 2] = 0.5
             simulator.start_from(State(robot.rest().q, v.ravel()))
-            simulator.step(tension=[0.0], converged=converged)
+            simulator.step(effort=[0.0], converged=converged)
             ends.append(simulator.effector)
         apart.append(float(np.abs(ends[0] - ends[1]).max()))
     assert apart[0] > 8.0 * apart[1]
@@ -138,6 +138,6 @@ def test_the_first_iteration_is_the_step_with_one_linearisation() -> None:
 def test_converged_quasi_static_steps_are_equilibria() -> None:
     robot = beam_robot(box_mesh(SIZE, CELLS), SIZE, integration={"scheme": "quasi-static"})
     simulator, still = Simulator(robot, contact="none"), Simulator(robot, contact="none")
-    assert simulator.step(pull=[0.01], converged=True).converged
-    still.settle(pull=[0.01])
+    assert simulator.step(position=[0.01], converged=True).converged
+    still.settle(position=[0.01])
     np.testing.assert_allclose(simulator.effector, still.effector, atol=1e-9)

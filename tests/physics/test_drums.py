@@ -44,8 +44,8 @@ def antagonists(**changes: object) -> ConstrainedRobot:
 def pulled(robot: ConstrainedRobot, simulator: Simulator) -> tuple[Array, Array]:
     """Pulled lengths [m] and tensions [N] of all cables."""
     state = simulator.state
-    rows, tensions = robot.wound(state, robot.placed(state)[0])
-    return rows.delta, tensions
+    rows, efforts = robot.wound(state, robot.placed(state)[0])
+    return rows.delta, efforts
 
 
 def test_forces_and_tangent_are_derivatives_of_the_energy() -> None:
@@ -55,9 +55,9 @@ def test_forces_and_tangent_are_derivatives_of_the_energy() -> None:
     dq = 5e-4 * rng.standard_normal(robot.n)
     dq[-1] = 3e-3
     state = moved(robot, robot.rest(), dq)
-    tensions = robot.wound(state, robot.placed(state)[0])[1]
-    assert tensions[0] > 1.0
-    assert tensions[1] == 0.0
+    efforts = robot.wound(state, robot.placed(state)[0])[1]
+    assert efforts[0] > 1.0
+    assert efforts[1] == 0.0
     d, step = rng.standard_normal(robot.n), 1e-7
 
     def slope(value: object) -> Array:
@@ -79,13 +79,13 @@ def test_the_motor_bears_the_difference_of_the_tensions() -> None:
     robot = antagonists()
     simulator = Simulator(robot, contact="none")
     for position in (0.001, 0.003, -0.002):
-        assert simulator.settle(pull=[position], tension=[np.nan]).converged
-        delta, tension = pulled(robot, simulator)
+        assert simulator.settle(position=[position], effort=[np.nan]).converged
+        delta, effort = pulled(robot, simulator)
         wound = position * np.array([1.0, -1.0])
         expected = np.maximum(PRETENSION + STIFFNESS * (wound - delta), 0.0)
-        assert tension == pytest.approx(expected, abs=1e-9)
-        assert simulator.tension[0] == pytest.approx(tension[0] - tension[1], abs=1e-6)
-        assert abs(tension[0] - tension[1]) > 0.1
+        assert effort == pytest.approx(expected, abs=1e-9)
+        assert simulator.effort[0] == pytest.approx(effort[0] - effort[1], abs=1e-6)
+        assert abs(effort[0] - effort[1]) > 0.1
 
 
 def test_work_of_the_motor_is_the_energy_stored() -> None:
@@ -95,9 +95,9 @@ def test_work_of_the_motor_is_the_energy_stored() -> None:
     positions = np.linspace(0.0, 0.004, 41)
     energy, effort = [], []
     for position in positions:
-        assert simulator.settle(pull=[position], tension=[np.nan]).converged
+        assert simulator.settle(position=[position], effort=[np.nan]).converged
         energy.append(robot.potential(simulator.state))
-        effort.append(simulator.tension[0])
+        effort.append(simulator.effort[0])
     work = float(np.trapezoid(effort, positions))
     assert work == pytest.approx(energy[-1] - energy[0], rel=3e-4)
 
@@ -107,7 +107,7 @@ def test_a_stiff_drum_is_two_winches_at_the_lengths_that_it_winds() -> None:
     stiff = {"stiffness": 1e7, "pretension": PRETENSION}
     cables = [tendon("lower", 0.002, spring=stiff), tendon("upper", 0.018, spring=stiff)]
     drum = Simulator(antagonists(cables=cables), contact="none")
-    assert drum.settle(pull=[0.002], tension=[np.nan]).converged
+    assert drum.settle(position=[0.002], effort=[np.nan]).converged
     winches = [
         {key: value for key, value in cable.items() if key != "spring"} | {"min_pull": -0.02}
         for cable in cables
@@ -115,7 +115,7 @@ def test_a_stiff_drum_is_two_winches_at_the_lengths_that_it_winds() -> None:
     config = validated(RobotConfig, beam_config(SIZE, cables=winches), "bar.toml")
     two = Simulator(build_robot(config, MESH, "bar.toml"), contact="none")
     length = PRETENSION / 1e7
-    assert two.settle(pull=[0.002 + length, -0.002 + length]).converged
+    assert two.settle(position=[0.002 + length, -0.002 + length]).converged
     assert drum.robot.effector(drum.state) == pytest.approx(two.robot.effector(two.state), abs=1e-6)
 
 
@@ -144,9 +144,9 @@ def test_a_drum_on_a_rod_goes_slack_and_is_controlled() -> None:
             assert decision.status.usable
             controller.advance()
         assert robot.effector(controller.state)[0, 2] == pytest.approx(height, abs=2e-4)
-        tension = robot.wound(controller.state, robot.placed(controller.state)[0])[1]
-        assert tension.min() >= 0.0
-        assert tension.max() > 0.5
+        effort = robot.wound(controller.state, robot.placed(controller.state)[0])[1]
+        assert effort.min() >= 0.0
+        assert effort.max() > 0.5
 
 
 def test_a_drum_has_no_state_basis() -> None:

@@ -32,25 +32,26 @@ def test_trunk_follows_sofas_curve(data: Path) -> None:
     assert len(settled) > 10
     simulator = Simulator(trunk(data, ("L0",)), contact="none")
     for row in settled:
-        assert simulator.settle(pull=[1e-3 * row["imposed_L0"]]).converged
+        assert simulator.settle(position=[1e-3 * row["imposed_L0"]]).converged
         tip = [row["tip_x"], row["tip_y"], row["tip_z"]]
         assert np.linalg.norm(1e3 * simulator.effector[0] - tip) < 0.05
-        assert abs(1e3 * simulator.tension[0] - row["tension_L0"]) < 0.3
+        assert abs(1e3 * simulator.effort[0] - row["tension_L0"]) < 0.3
 
 
 @pytest.mark.parametrize("gravity", [(0.0, 0.0, 0.0), HANGING])
 @pytest.mark.parametrize("cables", [("L0",), TRUNK_CABLES])
 @pytest.mark.parametrize(
-    "pull", [0.02, *(pytest.param(pull, marks=pytest.mark.slow) for pull in (0.025, 0.035)), 0.05]
+    "position",
+    [0.02, *(pytest.param(position, marks=pytest.mark.slow) for position in (0.025, 0.035)), 0.05],
 )
 def test_trunk_settles_from_rest_under_one_cable(
-    data: Path, cables: tuple[str, ...], gravity: tuple[float, ...], pull: float
+    data: Path, cables: tuple[str, ...], gravity: tuple[float, ...], position: float
 ) -> None:
     simulator = Simulator(trunk(data, cables, gravity), contact="none")
-    report = simulator.settle(pull=[pull] + [0.0] * (len(cables) - 1))
+    report = simulator.settle(position=[position] + [0.0] * (len(cables) - 1))
     assert report.converged, report
     assert report.iterations < FEW_DOZEN
-    assert simulator.pull[0] == pytest.approx(pull, abs=1e-6)
+    assert simulator.position[0] == pytest.approx(position, abs=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -61,9 +62,9 @@ def test_trunk_settles_from_rest_under_pairs(data: Path, gravity: tuple[float, .
     for first, second in combinations(range(4), 2):
         if second - first == 2:
             continue  # opposite cables compress the trunk
-        simulator, pull = Simulator(robot, contact="none"), np.zeros(8)
-        pull[[first, second]] = 0.05
-        report = simulator.settle(pull=pull)
+        simulator, position = Simulator(robot, contact="none"), np.zeros(8)
+        position[[first, second]] = 0.05
+        report = simulator.settle(position=position)
         assert report.converged, (first, second, report)
         taken.append(report.iterations)
     print(f"linearised steps: median {np.median(taken):.0f}, most {max(taken)}")
@@ -74,36 +75,36 @@ def test_trunk_settles_from_rest_under_pairs(data: Path, gravity: tuple[float, .
 def test_trunk_settles_where_a_branch_ends_on_the_way(data: Path, cable: int) -> None:
     """With gravity across it; of the third cable the branch ends at 44 mm, and the trunk snaps."""
     simulator = Simulator(trunk(data, gravity=HANGING), contact="none")
-    pull = np.zeros(8)
-    pull[cable] = 0.05
-    report = simulator.settle(pull=pull)
+    position = np.zeros(8)
+    position[cable] = 0.05
+    report = simulator.settle(position=position)
     assert report.converged, report
-    assert simulator.pull[cable] == pytest.approx(0.05, abs=1e-6)
+    assert simulator.position[cable] == pytest.approx(0.05, abs=1e-6)
 
 
-@pytest.mark.parametrize("tension", [4.6, 10.0])
-def test_diamond_settles_with_a_leg_at_its_winch(data: Path, tension: float) -> None:
+@pytest.mark.parametrize("effort", [4.6, 10.0])
+def test_diamond_settles_with_a_leg_at_its_winch(data: Path, effort: float) -> None:
     """Above about 5 N the cable is wound in whole: its end stays where the winch is."""
     simulator = Simulator(diamond(data), contact="none")
-    report = simulator.settle(tension=[tension, 0.0, 0.0, 0.0])
+    report = simulator.settle(effort=[effort, 0.0, 0.0, 0.0])
     assert report.converged, report
     assert report.iterations < FEW_DOZEN
-    if tension == 10.0:
-        length = 0.08828363 - simulator.pull[0]  # m, distance of winch and leg at rest
+    if effort == 10.0:
+        length = 0.08828363 - simulator.position[0]  # m, distance of winch and leg at rest
         assert 0.0 < length < SHORTEST
 
 
 def test_state_of_a_failed_search_is_the_last_equilibrium(finger: Robot) -> None:
     """A pull no cable can reach: the share that was reached is an equilibrium, and it is named."""
     simulator, again = Simulator(finger, contact="none"), Simulator(finger, contact="none")
-    report = simulator.settle(pull=[0.5])  # m, four times the length of the finger
+    report = simulator.settle(position=[0.5])  # m, four times the length of the finger
     assert not report.converged
     assert report.ending is not Ending.SETTLED
     assert 0.0 < report.share < 1.0
     assert np.isfinite(simulator.state.q).all()
-    assert simulator.pull[0] == pytest.approx(0.5 * report.share, abs=1e-6)
+    assert simulator.position[0] == pytest.approx(0.5 * report.share, abs=1e-6)
     again.start_from(simulator.state, simulator.forces)
-    assert again.settle(pull=simulator.pull).iterations <= 2
+    assert again.settle(position=simulator.position).iterations <= 2
 
 
 def settle_from_random_starts(robot: Robot, count: int) -> None:
@@ -118,7 +119,7 @@ def settle_from_random_starts(robot: Robot, count: int) -> None:
         simulator = Simulator(robot, contact="none")
         simulator.start_from(State(moved.ravel(), rest.v))
         report = simulator.settle(
-            pull=generator.uniform(0.0, 0.8, robot.n_a) * robot.limits.pull_max
+            position=generator.uniform(0.0, 0.8, robot.n_a) * robot.limits.position_max
         )
         taken.append(report.iterations)
         assert np.isfinite(simulator.state.q).all()

@@ -29,10 +29,10 @@ def everywhere(body: str) -> dict[str, object]:
     return {"kind": "all", "body": body}
 
 
-def tip(robot: ConstrainedRobot, tension: list[float]) -> np.ndarray:
+def tip(robot: ConstrainedRobot, effort: list[float]) -> np.ndarray:
     """Where the first effector is in equilibrium under efforts."""
     simulator = Simulator(robot, contact="none")
-    assert simulator.settle(tension=tension).converged
+    assert simulator.settle(effort=effort).converged
     position: np.ndarray = robot.effector(simulator.state)[0]
     return position
 
@@ -152,7 +152,7 @@ def test_a_soft_end_glued_to_a_rod_is_clamped() -> None:
     )  # fmt: skip
     simulator = Simulator(robot, contact="none")
     force = 1e-3
-    assert simulator.settle(tension=[force]).converged
+    assert simulator.settle(effort=[force]).converged
     values = robot.effector_values(simulator.state)
     position, quaternion = values[3:6], values[6:10]
     along = Rotation.from_quat(np.roll(quaternion, -1)).apply([L, 0.0, 0.0])
@@ -201,13 +201,13 @@ def test_forces_and_torques_about_a_hinge_balance_on_levers(angle: float) -> Non
     robot = arms(HINGE, [1.0, 0.0, 0.0])
     simulator = Simulator(robot, contact="none")
     force = 0.3 * WEIGHT
-    assert simulator.settle(pull=[angle, np.nan], tension=[np.nan, force]).converged
+    assert simulator.settle(position=[angle, np.nan], effort=[np.nan, force]).converged
     x, z = L * np.cos(angle), -L * np.sin(angle)  # of the hinge
     aside = np.arctan(2.0 * force / WEIGHT)
     expected = [x + L * np.sin(aside), 0.0, z - L * np.cos(aside)]
     assert robot.effector(simulator.state)[0] == pytest.approx(expected, abs=1e-7)
     load = z * force + (0.5 * x + x) * WEIGHT
-    assert simulator.tension[0] == pytest.approx(-load, rel=1e-6)
+    assert simulator.effort[0] == pytest.approx(-load, rel=1e-6)
 
 
 def test_a_hinge_bears_moments_across_its_axis() -> None:
@@ -215,7 +215,7 @@ def test_a_hinge_bears_moments_across_its_axis() -> None:
     stiffness, force = 5.0, 0.2
     robot = arms({**HINGE, "tilt_stiffness": stiffness}, [0.0, 1.0, 0.0])
     simulator = Simulator(robot, contact="none")
-    assert simulator.settle(pull=[0.0, np.nan], tension=[np.nan, force]).converged
+    assert simulator.settle(position=[0.0, np.nan], effort=[np.nan, force]).converged
     tilt = force * L / (stiffness + 0.5 * WEIGHT * L)
     assert robot.effector(simulator.state)[0, :2] == pytest.approx([L, tilt * L], rel=1e-5)
 
@@ -227,7 +227,7 @@ def test_a_pin_bears_no_moment() -> None:
     force = 0.2 * WEIGHT
     simulator = Simulator(robot, contact="none")
     for _ in range(150):
-        simulator.step(pull=[0.0, np.nan], tension=[np.nan, force])
+        simulator.step(position=[0.0, np.nan], effort=[np.nan, force])
     along = np.array([force / np.sqrt(5.0), 2.0 * force / np.sqrt(5.0), -0.5 * WEIGHT])
     expected = [L, 0.0, 0.0] + L * along / np.linalg.norm(along)
     assert robot.effector(simulator.state)[0] == pytest.approx(expected, abs=1e-5)
@@ -284,7 +284,7 @@ def test_a_beam_in_a_servo_turns_with_it() -> None:
     )
     simulator = Simulator(robot, contact="none")
     for angle in (0.7, 2.0):
-        assert simulator.settle(pull=[angle], tension=[np.nan]).converged
+        assert simulator.settle(position=[angle], effort=[np.nan]).converged
         expected = [0.05, -0.05 * np.sin(angle), 0.05 * np.cos(angle)]
         assert robot.effector(simulator.state)[0] == pytest.approx(expected, abs=1e-7)
 
@@ -327,7 +327,7 @@ def test_a_tendon_through_discs_on_a_rod_is_controlled_to_a_target() -> None:
     reached = robot.effector(controller.state)[0]
     assert reached[2] == pytest.approx(0.02, abs=2e-4)
     curved = Simulator(robot, contact="none")
-    assert curved.settle(tension=[0.0, 0.02]).converged
+    assert curved.settle(effort=[0.0, 0.02]).converged
     moment = 0.02 * 0.008  # constant along the rod, as long as it bends little between the discs
     assert robot.effector(curved.state)[0, 2] == pytest.approx(moment * L**2 / 2.0 / EI, rel=0.02)
 
@@ -336,7 +336,7 @@ def test_a_beam_steps_in_time_as_its_energy_allows() -> None:
     """Released from a bend it swings back; without damping implicit Euler only loses energy."""
     robot = cantilever(integration={"scheme": "implicit-euler"}, controller={"rate": 2000.0})
     bent = Simulator(cantilever(), contact="none")
-    assert bent.settle(tension=[0.05]).converged
+    assert bent.settle(effort=[0.05]).converged
     state = State(bent.state.q, np.zeros(robot.n))
     energy, heights = [robot.potential(state)], [robot.effector(state)[0, 2]]
     for _ in range(100):

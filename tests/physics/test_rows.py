@@ -13,8 +13,8 @@ from tauten.model.tetra import TetRobot
 @pytest.fixture(scope="module")
 def bent(finger: TetRobot) -> Simulator:
     simulator = Simulator(finger, contact="full")
-    for pull in (0.010, 0.020, 0.025):
-        assert simulator.settle(pull=[pull], tolerance=1e-6).converged
+    for position in (0.010, 0.020, 0.025):
+        assert simulator.settle(position=[position], tolerance=1e-6).converged
     return simulator
 
 
@@ -69,7 +69,7 @@ def test_settled_finger_is_in_balance(finger: TetRobot, bent: Simulator) -> None
     rows = finger.rows(bent.state)
     force, _ = finger.forces(bent.state)
     pushing = bent.lam_c[rows.contacts.slots]
-    cable = rows.actuators.H.T @ bent.tension
+    cable = rows.actuators.H.T @ bent.effort
     residual = force + cable + rows.contacts.rows.H.T @ pushing
     assert pushing.sum() > 1.0
     assert np.abs(residual).max() < 1e-3 * np.abs(cable).max()
@@ -80,14 +80,14 @@ def test_work_of_the_cable_is_the_energy_stored(finger: TetRobot) -> None:
     from dataclasses import replace
 
     robot = replace(finger, load=0.0 * finger.load)
-    pulls = np.linspace(0.0, 0.01, 41)
+    positions = np.linspace(0.0, 0.01, 41)
     out, back = [], []
     simulator = Simulator(robot, contact="none")
-    for record, path in ((out, pulls), (back, pulls[::-1])):
-        for pull in path:
-            assert simulator.settle(pull=[pull], tolerance=1e-9).converged
-            record.append(float(simulator.tension[0]))
+    for record, path in ((out, positions), (back, positions[::-1])):
+        for position in path:
+            assert simulator.settle(position=[position], tolerance=1e-9).converged
+            record.append(float(simulator.effort[0]))
     assert np.allclose(out, back[::-1], rtol=1e-6, atol=1e-9)
     # tension is the derivative of stored energy: compare with elastic forces along the last step
-    work = np.trapezoid(out, pulls)
-    assert work == pytest.approx(0.5 * out[-1] * pulls[-1], rel=0.05)  # nearly linear
+    work = np.trapezoid(out, positions)
+    assert work == pytest.approx(0.5 * out[-1] * positions[-1], rel=0.05)  # nearly linear

@@ -49,7 +49,7 @@ def creep(robot: TetRobot, steps: int, converged: bool) -> tuple[Array, Array]:
     simulator = Simulator(pulled(robot, STRESS), contact="none")
     strains = []
     for _ in range(steps):
-        assert simulator.step(tension=[0.0], converged=converged).converged
+        assert simulator.step(effort=[0.0], converged=converged).converged
         strains.append((simulator.effector[0, 0] - SIDE) / SIDE)
     return np.arange(1, steps + 1) * robot.h, np.array(strains)
 
@@ -146,7 +146,7 @@ def test_energy_falls_and_viscosity_takes_more_of_it(converged: bool) -> None:
         simulator.start_from(replace(robot.rest(), v=0.1 * wild(robot).v))
         energies = [robot.energy(simulator.state)]
         for _ in range(20):
-            simulator.step(tension=[0.0], converged=converged)
+            simulator.step(effort=[0.0], converged=converged)
             energies.append(robot.energy(simulator.state))
         assert np.diff(energies).max() < 1e-12 * energies[0]
         left.append(energies[3] / energies[0])
@@ -159,9 +159,9 @@ def test_settling_relaxes_the_branches() -> None:
     ends = []
     for robot in (viscous, elastic):
         simulator = Simulator(pulled(robot, 1e3), contact="none")
-        assert simulator.settle(tension=[0.0]).converged
+        assert simulator.settle(effort=[0.0]).converged
         at_rest = simulator.effector
-        simulator.step(tension=[0.0])
+        simulator.step(effort=[0.0])
         np.testing.assert_allclose(simulator.effector, at_rest, atol=1e-9)
         ends.append(at_rest)
     np.testing.assert_allclose(ends[0], ends[1], atol=1e-12)

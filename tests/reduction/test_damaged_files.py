@@ -107,7 +107,7 @@ def use_states(path: Path, thumb: TetRobot) -> None:
 
 def use_snapshots(path: Path, thumb: TetRobot) -> None:
     found = Snapshots.load(path)
-    assert all(np.isfinite(column).all() for column in (found.q, found.pull, found.gravity))
+    assert all(np.isfinite(column).all() for column in (found.q, found.position, found.gravity))
     assert len(found.select(found.converged)) <= len(found)
 
 
@@ -137,8 +137,8 @@ def whole(thumb: TetRobot, tmp_path_factory: pytest.TempPathFactory) -> dict[str
     s = 4
     snapshots = Snapshots(
         lam=rng.random((thumb.n_c, s)),
-        pull=rng.random((thumb.n_a, s)),
-        tension=rng.random((thumb.n_a, s)),
+        position=rng.random((thumb.n_a, s)),
+        effort=rng.random((thumb.n_a, s)),
         effector=rng.random((thumb.layout.n_e, s)),
         gravity=rng.random((3, s)),
         effector_force=rng.random((thumb.layout.n_e, s)),

@@ -43,10 +43,10 @@ def point_at(beam: Robot, z: float, frame: str = "beam_base", stamp: int | None 
     return Point(time.time_ns() if stamp is None else stamp, frame, (x, y, z0 + z))
 
 
-def reached(beam: Robot, pull: float) -> tuple[float, float, float]:
+def reached(beam: Robot, position: float) -> tuple[float, float, float]:
     """Where the tip is when the upper cable is pulled so far [m]."""
     simulator = Simulator(beam, contact="none")
-    assert simulator.settle(pull=[0.0, pull]).converged
+    assert simulator.settle(position=[0.0, position]).converged
     x, y, z = simulator.effector[0].tolist()
     return x, y, z
 
@@ -156,7 +156,7 @@ def wait_slack(served: Served, beam: Robot) -> None:
     def slack(payload: bytes) -> bool:
         joints = decode_joints(payload, CDR, beam.actuators.names)
         assert isinstance(joints, Joints)
-        return not any(joints.pull)
+        return not any(joints.position)
 
     wait_for(served, served.keys.actuation, slack, "slack cables")
 
@@ -179,13 +179,13 @@ def recorded(log: Path, beam: Robot) -> tuple[list[Tick], list[Joints], list[Poi
 def check_limits(joints: list[Joints], beam: Robot) -> None:
     """Every actuation that left is finite, within limits, within the rate."""
     limits = beam.limits
-    pull = np.array([joint.pull for joint in joints])
-    tension = np.array([joint.tension for joint in joints])
-    assert np.isfinite(pull).all()
-    assert np.isfinite(tension).all()
-    assert ((limits.pull_min <= pull) & (pull <= limits.pull_max)).all()
-    assert ((limits.tension_min <= tension) & (tension <= limits.tension_max)).all()
-    steps = np.abs(np.diff(pull, axis=0, prepend=0.0))
+    position = np.array([joint.position for joint in joints])
+    effort = np.array([joint.effort for joint in joints])
+    assert np.isfinite(position).all()
+    assert np.isfinite(effort).all()
+    assert ((limits.position_min <= position) & (position <= limits.position_max)).all()
+    assert ((limits.effort_min <= effort) & (effort <= limits.effort_max)).all()
+    steps = np.abs(np.diff(position, axis=0, prepend=0.0))
     assert (steps <= limits.rate * PERIOD * (1.0 + 1e-12)).all()
 
 

@@ -50,8 +50,8 @@ def write_run(setup: Setup, path: Path) -> None:
             stamp,
             robot.frame,
             robot.actuators.names,
-            tuple(action.actuation.pull),
-            tuple(action.actuation.tension),
+            tuple(action.actuation.position),
+            tuple(action.actuation.effort),
         )
         tick = Tick(
             stamp, robot.frame, index, action.mode, action.cause,

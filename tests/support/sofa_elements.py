@@ -138,10 +138,10 @@ def pressure_forces(x: Array, triangles: Ints, pressure: float) -> Array:
     return forces
 
 
-def cable_forces(route: Array, tension: float) -> Array:
+def cable_forces(route: Array, effort: float) -> Array:
     """Forces (p, 3) [N] on the points of a cable (p, 3) [m], the first of which pulls it in."""
     along = np.diff(route, axis=0)
-    along *= tension / np.linalg.norm(along, axis=1)[:, None]
+    along *= effort / np.linalg.norm(along, axis=1)[:, None]
     forces = np.zeros_like(route)
     forces[:-1] += along
     forces[1:] -= along

@@ -262,15 +262,15 @@ def load_rows(
 
 
 @kernel
-def tension_rows(
-    points: Array, segments: Segments, tension: Array, stations: Array, Z: Array, Y: Array
+def effort_rows(
+    points: Array, segments: Segments, effort: Array, stations: Array, Z: Array, Y: Array
 ) -> None:
     """Rows Z of the differences of stations and Y with Zᵀ Y the curvature of cables under tension.
 
     Args:
         points: (p, 3) stations [m].
         segments: of g segments, see `Paths.segment_arrays`; the second station is the next.
-        tension: (n_a,) [N].
+        effort: (n_a,) [N].
         stations: (3 p, r) motion of the stations.
         Z: (3 g, r) output.
         Y: (3 g, r) output.
@@ -281,8 +281,8 @@ def tension_rows(
         d = subtract(row(points, p + 1), row(points, p))
         ell = dot(d, d) ** 0.5
         _, slope, curvature = blunted(ell, shortest[s])
-        k = tension[owner[s]] * slope
-        c = tension[owner[s]] * (slope - curvature) / (ell * ell) if ell > 0.0 else 0.0
+        k = effort[owner[s]] * slope
+        c = effort[owner[s]] * (slope - curvature) / (ell * ell) if ell > 0.0 else 0.0
         for j in range(Z.shape[1]):
             D0 = stations[3 * p + 3, j] - stations[3 * p, j]
             D1 = stations[3 * p + 4, j] - stations[3 * p + 1, j]

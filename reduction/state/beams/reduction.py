@@ -96,7 +96,7 @@ class ReducibleBeamRobot:
             d = rng.normal(size=(Phi.shape[1], DIRECTIONS))
             d /= np.linalg.norm(d, axis=0)
             state = State(alpha, np.zeros_like(alpha))
-            K = robot.forces(state, balancing_tension(robot, state), exact=True)[1]
+            K = robot.forces(state, balancing_effort(robot, state), exact=True)[1]
             rows = robot.work.load_Y.reshape(strain.shape)
             found = np.swapaxes(strain, 1, 2) @ (rows @ d) + np.swapaxes(rows, 1, 2) @ (strain @ d)
             parts.append(found.reshape(len(every), -1))
@@ -134,8 +134,8 @@ class ReducibleBeamRobot:
         return make_reduced(self.robot, self.tree, Phi, elements)
 
 
-def balancing_tension(robot: ReducedBeamRobot, state: State) -> Array:
+def balancing_effort(robot: ReducedBeamRobot, state: State) -> Array:
     """The tensions (n_a,) that balance the other forces at a state best, without contacts [N]."""
     H = robot.rows(state, contacts=False).actuators.dense()
-    tension: Array = nnls(H.T, -robot.forces(state)[0])[0]
-    return tension
+    effort: Array = nnls(H.T, -robot.forces(state)[0])[0]
+    return effort

@@ -37,9 +37,9 @@ from tauten.reduction.dense_step import implicit_system, scheme_of
 from tauten.reduction.reduced_robot import ReducedRobot
 from tauten.reduction.state.beams.loads import (
     add_point_loads,
+    effort_rows,
     load_rows,
     loads_beyond,
-    tension_rows,
 )
 from tauten.reduction.state.beams.motion import point_motion, point_rows
 
@@ -168,13 +168,13 @@ class ReducedBeamRobot(ReducedRobot):
         return float(0.5 * state.q @ self.stiffness @ state.q - fallen - pushed)
 
     def forces(
-        self, state: State, tension: Array | None = None, exact: bool = False
+        self, state: State, effort: Array | None = None, exact: bool = False
     ) -> tuple[Array, Array]:
         """Forces without actuators and contacts (r,), and the tangent K (r, r).
 
         Args:
             state: where to evaluate.
-            tension: (n_a,) efforts of the actuators, whose curvature enters the tangent.
+            effort: (n_a,) efforts of the actuators, whose curvature enters the tangent.
             exact: with the terms that stress brings, which may make the tangent indefinite.
         """
         work, full = self.moved(state.q), self.full
@@ -184,10 +184,10 @@ class ReducedBeamRobot(ReducedRobot):
             force += self.outer.ravel() @ placed_on_tree(points, work).motion()
         coupling = full.actuator_set.coupling
         if coupling is None:
-            return force, self.tangent(work, tension, exact)
+            return force, self.tangent(work, effort, exact)
         if coupling.is_preloaded:
             force += coupling.offsets @ self.cable_rows(work).dense()
-        motors = np.zeros(self.n_a) if tension is None else tension
+        motors = np.zeros(self.n_a) if effort is None else effort
         return force, self.tangent(work, coupling.efforts(motors), exact)
 
     def mass_rows(self, acceleration: Array) -> Array:
@@ -196,26 +196,26 @@ class ReducedBeamRobot(ReducedRobot):
         load[:, :3] = np.outer(self.full.body.mass, acceleration)
         return load.ravel()
 
-    def tangent(self, work: BeamWork, tension: Array | None, exact: bool) -> Array:
+    def tangent(self, work: BeamWork, effort: Array | None, exact: bool) -> Array:
         """The tangent K (r, r), see `forces`.
 
         Args:
             work: motion at the state.
-            tension: of each cable [N], or None.
+            effort: of each cable [N], or None.
             exact: with the terms that loads bring.
         """
         full, cables = self.full, self.full.actuator_set.cables
         K = self.stiffness.copy()
         force, moment = np.zeros((full.n_nodes, 3)), np.zeros((full.n_nodes, 3, 3))
-        if tension is not None:
+        if effort is not None:
             stations = cables.stations
             points, arms = stations.place(work.x, work.Q)
             motion = point_motion(stations.nodes, stations.weights, arms, work.J)
-            used = tension if exact else np.maximum(tension, 0.0)  # rods that push soften
-            tension_rows(points, cables.paths.segment_arrays, used, motion, work.Z, work.Y)
+            used = effort if exact else np.maximum(effort, 0.0)  # rods that push soften
+            effort_rows(points, cables.paths.segment_arrays, used, motion, work.Z, work.Y)
             K += work.Z.T @ work.Y
-            _, pulls = path_lengths(points, cables.paths.starts, cables.paths.shortest)
-            along = tension[self.cable][:, None] * pulls
+            _, positions = path_lengths(points, cables.paths.starts, cables.paths.shortest)
+            along = effort[self.cable][:, None] * positions
             add_point_loads(along, stations.nodes, stations.weights, arms, force, moment)
         if not exact:
             return K
@@ -233,13 +233,13 @@ class ReducedBeamRobot(ReducedRobot):
         return K
 
     def linearise(
-        self, state: State, tension: Array | None = None, integration: Integration | None = None
+        self, state: State, effort: Array | None = None, integration: Integration | None = None
     ) -> System:
         """The system of one step from this state: A, b, v_free (7)-(10).
 
         Args:
             state: where the step starts.
-            tension: (n_a,) last efforts of the actuators, for the curvature they add to A.
+            effort: (n_a,) last efforts of the actuators, for the curvature they add to A.
             integration: replaces the robot's own scheme.
 
         Raises:
@@ -253,7 +253,7 @@ class ReducedBeamRobot(ReducedRobot):
             scheme,
             mass,
             self.stiffness,
-            lambda exact: self.forces(state, tension, exact),
+            lambda exact: self.forces(state, effort, exact),
             v,
             work.L,
         )

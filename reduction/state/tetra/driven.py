@@ -139,16 +139,16 @@ class ReducedDrivenRobot(ReducedRobot):
         )
 
     def forces(
-        self, state: State, tension: Array | None = None, exact: bool = False
+        self, state: State, effort: Array | None = None, exact: bool = False
     ) -> tuple[Array, Array]:
         """Forces without actuators and contacts (r + m,), and the tangent K (r + m, r + m).
 
         Args:
             state: where to evaluate.
-            tension: (n_a,) efforts of the actuators, whose curvature enters the tangent.
+            effort: (n_a,) efforts of the actuators, whose curvature enters the tangent.
             exact: the exact derivative, which is not always positive definite.
         """
-        motion, q, efforts = self.motion, state.q, self.full.efforts(tension)
+        motion, q, efforts = self.motion, state.q, self.full.efforts(effort)
         at, J = self.moved(state), motion.jacobian(q)
         force, K = self.body.forces(at, efforts, exact)
         tangent = J.T @ K @ J
@@ -165,13 +165,13 @@ class ReducedDrivenRobot(ReducedRobot):
         return mapped, tangent
 
     def linearise(
-        self, state: State, tension: Array | None = None, integration: Integration | None = None
+        self, state: State, effort: Array | None = None, integration: Integration | None = None
     ) -> System:
         """The system of one step from this state: A, b, v_free (7)-(10).
 
         Args:
             state: where the step starts.
-            tension: (n_a,) last efforts of the actuators, for the curvature they add to A.
+            effort: (n_a,) last efforts of the actuators, for the curvature they add to A.
             integration: replaces the robot's own scheme.
 
         Raises:
@@ -187,7 +187,7 @@ class ReducedDrivenRobot(ReducedRobot):
             D = self.forces(state)[1]
             inertia = J.T @ (self.body.mass @ (v[motion.modes :] ** 2 @ motion.bend(q)))
         return implicit_system(
-            scheme, mass, D, lambda exact: self.forces(state, tension, exact), v,
+            scheme, mass, D, lambda exact: self.forces(state, effort, exact), v,
             np.zeros((self.n, self.n)), inertia,
         )  # fmt: skip
 

@@ -20,13 +20,13 @@ from tauten.reduction.state.tetra.product import symmetric_product
 
 @kernel
 def assemble_sample(
-    alpha: Array, tension: Array, load: Array, exact: bool, body: Body, tendons: Tendons, work: Work
+    alpha: Array, effort: Array, load: Array, exact: bool, body: Body, tendons: Tendons, work: Work
 ) -> None:
     """Force without actuators and contacts and the tangent, into work.force and work.K.
 
     Args:
         alpha: (r,) [m].
-        tension: (n_a,) [N], for the curvature of the cables.
+        effort: (n_a,) [N], for the curvature of the cables.
         load: (r,) Φᵀ of gravity and outer forces [N].
         exact: whether the tangent includes the change of rotations.
         body: the elements.
@@ -37,8 +37,8 @@ def assemble_sample(
     for j in range(alpha.shape[0]):
         work.force[j] = load[j] - body.drift[j] - work.force[j]
     first = assemble_elements(alpha, exact, body, work)
-    pull = tension if exact else np.maximum(tension, 0.0)  # rods that push soften
-    add_curvature(alpha, pull, tendons, first, work.Y)
+    position = effort if exact else np.maximum(effort, 0.0)  # rods that push soften
+    add_curvature(alpha, position, tendons, first, work.Y)
     symmetric_product(work.Z, work.Y, work.lower)
     for i in range(alpha.shape[0]):
         for j in range(i + 1):
@@ -49,12 +49,12 @@ def assemble_sample(
 
 
 @kernel
-def add_curvature(alpha: Array, tension: Array, tendons: Tendons, first: int, Y: Array) -> None:
+def add_curvature(alpha: Array, effort: Array, tendons: Tendons, first: int, Y: Array) -> None:
     """Images of the rows D of the segments.
 
     Args:
         alpha: (r,) state [m].
-        tension: (n_a,) cable tensions [N].
+        effort: (n_a,) cable tensions [N].
         tendons: the cables.
         first: their first column of Y.
         Y: (r, z) output.
@@ -62,13 +62,13 @@ def add_curvature(alpha: Array, tension: Array, tendons: Tendons, first: int, Y:
     d = tendons.rest + np.dot(alpha, tendons.map)
     g = d.shape[0] // 3
     x, y, z, scale, along = d[:g], d[g : 2 * g], d[2 * g :], np.zeros(g), np.zeros(g)
-    for a in range(tension.shape[0]):
+    for a in range(effort.shape[0]):
         for s in range(tendons.starts[a], tendons.starts[a + 1]):
             square = x[s] * x[s] + y[s] * y[s] + z[s] * z[s]
             _, slope, curvature = blunted(np.sqrt(square), tendons.shortest[s])
-            scale[s] = tension[a] * slope
+            scale[s] = effort[a] * slope
             if square > 0.0:
-                along[s] = tension[a] * (slope - curvature) / square
+                along[s] = effort[a] * (slope - curvature) / square
     for j in range(alpha.shape[0]):
         D, out = tendons.map[j], Y[j, first : first + 3 * g]
         for s in range(g):
@@ -80,7 +80,7 @@ def add_curvature(alpha: Array, tension: Array, tendons: Tendons, first: int, Y:
 
 @kernel
 def linearise(
-    alpha: Array, v: Array, tension: Array, load: Array, dynamics: tuple[Array, Scheme],
+    alpha: Array, v: Array, effort: Array, load: Array, dynamics: tuple[Array, Scheme],
     body: Body, tendons: Tendons, work: Work,
 ) -> tuple[float, bool]:  # fmt: skip
     """Factors of A into work.L and v_free into work.v_free, see `implicit_step`.
@@ -88,7 +88,7 @@ def linearise(
     Args:
         alpha: (r,) state [m].
         v: (r,) its rate [m/s].
-        tension: as in `assemble_sample`.
+        effort: as in `assemble_sample`.
         load: as in `assemble_sample`.
         dynamics: mass (r, r) [kg], and the scheme.
         body: the elements.
@@ -101,10 +101,10 @@ def linearise(
     """
     mass, scheme = dynamics
     if not scheme.static and scheme.b_K > 0.0:
-        assemble_sample(alpha, np.zeros_like(tension), load, False, body, tendons, work)
+        assemble_sample(alpha, np.zeros_like(effort), load, False, body, tendons, work)
         work.D[:] = work.K
     for exact in (True, False):  # buckling makes the exact tangent indefinite
-        assemble_sample(alpha, tension, load, exact, body, tendons, work)
+        assemble_sample(alpha, effort, load, exact, body, tendons, work)
         if implicit_step(scheme, mass, work.D, work.K, work.force, v, work.L, work.v_free):
             return float(np.sqrt(np.dot(work.force, work.force))), exact
     return np.nan, False

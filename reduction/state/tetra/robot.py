@@ -109,35 +109,35 @@ class ReducedTetRobot(ReducedRobot):
         return max(float(np.abs(part).max(initial=0.0)) for part in parts)
 
     def forces(
-        self, state: State, tension: Array | None = None, exact: bool = False
+        self, state: State, effort: Array | None = None, exact: bool = False
     ) -> tuple[Array, Array]:
         """Forces without actuators and contacts (r,) [N], and the tangent K (r, r).
 
         Args:
             state: where to evaluate.
-            tension: (n_a,) efforts of the actuators, whose curvature enters the tangent.
+            effort: (n_a,) efforts of the actuators, whose curvature enters the tangent.
             exact: the exact derivative, which is not always positive definite.
         """
-        taut, load = self._loads(state.q, tension)
+        taut, load = self._loads(state.q, effort)
         tendons = self.actuator_set.tendons
         assemble_sample(state.q, taut, load, exact, self.body, tendons, self.work)
         return self.work.force.copy(), self.work.K.copy()
 
     def linearise(
-        self, state: State, tension: Array | None = None, integration: Integration | None = None
+        self, state: State, effort: Array | None = None, integration: Integration | None = None
     ) -> System:
         """The system of one step from this state: A, b, v_free (7)-(10).
 
         Args:
             state: where the step starts.
-            tension: (n_a,) last efforts of the actuators, for the curvature they add to A.
+            effort: (n_a,) last efforts of the actuators, for the curvature they add to A.
             integration: replaces the robot's own scheme.
 
         Raises:
             FactorisationError: A is not positive definite (a state that has blown up).
         """
         scheme, work = integration or self.integration, self.work
-        taut, load = self._loads(state.q, tension)
+        taut, load = self._loads(state.q, effort)
         residual, exact = linearise(
             state.q, state.v, taut, load,
             (self.mass, scheme_of(scheme)),
@@ -159,10 +159,10 @@ class ReducedTetRobot(ReducedRobot):
             contacts=self._contact_rows(state.q) if contacts else self._no_contact_rows(),
         )
 
-    def _loads(self, alpha: Array, tension: Array | None) -> tuple[Array, Array]:
+    def _loads(self, alpha: Array, effort: Array | None) -> tuple[Array, Array]:
         """Tensions of the cables and the load (r,) [N]; sets the curvature of the chambers."""
         actuators = self.actuator_set
-        efforts = actuators.efforts(np.zeros(self.n_a) if tension is None else tension)
+        efforts = actuators.efforts(np.zeros(self.n_a) if effort is None else effort)
         actuators.set_curvature(alpha, efforts, self.work.curvature)
         preload = actuators.preload(alpha)
         load = self.load if preload is None else self.load + preload

@@ -51,17 +51,17 @@ def finger_that_closes(target: float, gap: float = 1.0) -> Qpcc:
 
 
 @pytest.mark.parametrize(
-    ("target", "tension", "force"),
+    ("target", "effort", "force"),
     [(0.5, 0.5, 0.0), (1.0, 1.0, 0.0), (1.4, 3.0, 2.0), (5.0, 10.0, 9.0), (-1.0, 0.0, 0.0)],
 )
-def test_a_finger_by_hand(target: float, tension: float, force: float) -> None:
+def test_a_finger_by_hand(target: float, effort: float, force: float) -> None:
     problem = finger_that_closes(target)
     for warm in (None, np.array([True]), np.array([False])):
         solution = solve_qpcc(problem, warm)
         assert_solves(problem, solution)
-        np.testing.assert_allclose(solution.lam_a, [tension], atol=1e-9)
+        np.testing.assert_allclose(solution.lam_a, [effort], atol=1e-9)
         np.testing.assert_allclose(solution.beta, [force], atol=1e-9)
-        tip = tension - 0.8 * force
+        tip = effort - 0.8 * force
         assert solution.objective == pytest.approx(0.5 * (tip - target) ** 2, abs=1e-12)
 
 

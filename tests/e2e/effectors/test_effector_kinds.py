@@ -94,7 +94,7 @@ def served(robot_file: Path, tmp_path: Path) -> Iterator[Served]:
 def goal_of(robot: Robot) -> Array:
     """Goal values where the upper cable is pulled by 4 mm."""
     simulator = Simulator(robot, contact="none")
-    assert simulator.settle(pull=[0.0, 0.004]).converged
+    assert simulator.settle(position=[0.0, 0.004]).converged
     return simulator.effector_values
 
 

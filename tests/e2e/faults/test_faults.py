@@ -80,7 +80,7 @@ def test_random_bytes_on_every_key_move_nothing(
     assert plant.end() == 0
     ticks, joints, _ = recorded(served.log, beam)
     assert {tick.mode for tick in ticks} == {Mode.IDLE, Mode.STOP}
-    assert {joint.pull for joint in joints} == {(0.0, 0.0)}
+    assert {joint.position for joint in joints} == {(0.0, 0.0)}
     assert whole(ticks)
     # the plant obeyed none of it, and the log can be read with the rubbish in it
     run_ = read_run(served.log)

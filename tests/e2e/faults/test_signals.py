@@ -122,9 +122,9 @@ def check_released(log: Path, beam: Robot) -> None:
     ticks, joints, _ = recorded(log, beam)
     assert ticks[-1].mode is Mode.STOP
     check_limits(joints, beam)
-    assert max(joint.pull[1] for joint in joints) > 2e-4
-    assert joints[-1].pull == (0.0, 0.0)
-    assert joints[-1].tension == (0.0, 0.0)
+    assert max(joint.position[1] for joint in joints) > 2e-4
+    assert joints[-1].position == (0.0, 0.0)
+    assert joints[-1].effort == (0.0, 0.0)
 
 
 @pytest.fixture
@@ -152,7 +152,7 @@ def test_a_second_ctrl_c_releases_as_fast_as_the_rates_permit(slow: tuple[Served
     check_released(served.log, beam)
     ticks, joints, _ = recorded(served.log, beam)
     stopped = [
-        joint.pull for tick, joint in zip(ticks, joints, strict=True) if tick.mode is Mode.STOP
+        joint.position for tick, joint in zip(ticks, joints, strict=True) if tick.mode is Mode.STOP
     ]
     steps = -np.diff(np.array(stopped), axis=0)
     # the slow ramp, then the steps of the rate

@@ -32,12 +32,12 @@ def run(name: str, folder: Path, path: str, seconds: float) -> DemoResult:
 def check_limits(name: str, done: DemoResult) -> None:
     """All that was sent is within the limits of the robot file."""
     limits, slack = load_robot(name).limits, 1.0 + 1e-6
-    pull, tension = done.run.pull.value, done.run.tension.value
-    assert len(pull) > 50
-    assert (pull <= slack * limits.pull_max).all()
-    assert (pull >= slack * limits.pull_min).all()
-    assert (tension <= slack * limits.tension_max).all()
-    assert (tension >= slack * limits.tension_min).all()
+    position, effort = done.run.position.value, done.run.effort.value
+    assert len(position) > 50
+    assert (position <= slack * limits.position_max).all()
+    assert (position >= slack * limits.position_min).all()
+    assert (effort <= slack * limits.effort_max).all()
+    assert (effort >= slack * limits.effort_min).all()
 
 
 @pytest.mark.realtime

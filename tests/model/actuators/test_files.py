@@ -132,9 +132,9 @@ def test_limits_may_lie_on_one_side_of_rest(
 ) -> None:
     """A vacuum, a force that only pushes; the farthest position is the limit that is not zero."""
     limits = pneumatic_robot(**{"chambers": [], **tables}).limits
-    assert (limits.pull_min[0], limits.pull_max[0]) == position
-    assert (limits.tension_min[0], limits.tension_max[0]) == effort
-    assert limits.farthest_pull[0] == position[0] + position[1]
+    assert (limits.position_min[0], limits.position_max[0]) == position
+    assert (limits.effort_min[0], limits.effort_max[0]) == effort
+    assert limits.farthest_position[0] == position[0] + position[1]
 
 
 REFUSED: list[tuple[dict[str, Any], str]] = [

@@ -33,26 +33,26 @@ def test_an_antagonistic_pair_is_one_motor() -> None:
     motor = antagonists()
     pair = Simulator(pneumatic_robot(cables=[CABLE, UPPER], chambers=[]), "none")
     assert motor.robot.actuators.names == ("drum",)
-    assert motor.settle(tension=[1.5]).converged
-    assert pair.settle(tension=[3.5, 0.5]).converged
+    assert motor.settle(effort=[1.5]).converged
+    assert pair.settle(effort=[3.5, 0.5]).converged
     np.testing.assert_allclose(motor.effector, pair.effector, atol=1e-6)
-    assert motor.pull[0] == pytest.approx(pair.pull[0] - pair.pull[1], abs=1e-6)
+    assert motor.position[0] == pytest.approx(pair.position[0] - pair.position[1], abs=1e-6)
 
 
 def test_a_motor_turned_both_ways_bends_both_ways() -> None:
     motor, heights, efforts = antagonists(), [], []
     for position in (-0.002, 0.0, 0.002):
-        assert motor.settle(pull=[position]).converged
-        assert motor.pull[0] == pytest.approx(position, abs=1e-7)
+        assert motor.settle(position=[position]).converged
+        assert motor.position[0] == pytest.approx(position, abs=1e-7)
         heights.append(motor.effector[0, 2])
-        efforts.append(motor.tension[0])
+        efforts.append(motor.effort[0])
     assert heights[0] > heights[1] > heights[2]
     assert efforts[0] < efforts[1] < efforts[2]
 
 
 def test_the_limits_of_members_bound_the_motor() -> None:
     limits = antagonists().robot.limits
-    assert (limits.tension_min[0], limits.tension_max[0]) == (-2.0, 2.0)  # no cable pushes
+    assert (limits.effort_min[0], limits.effort_max[0]) == (-2.0, 2.0)  # no cable pushes
 
 
 def test_pretensions_that_exclude_rest_are_refused() -> None:
@@ -67,10 +67,10 @@ def test_two_chambers_on_one_supply_share_its_pressure() -> None:
               "max_position": 8e-6, "max_effort": 4e4, "held": "force"}  # fmt: skip
     coupled = pneumatic_robot(chambers=[CHAMBER], couplings=[supply])
     alone, through = Simulator(robot, "none"), Simulator(coupled, "none")
-    assert alone.settle(tension=[2e4]).converged
-    assert through.settle(tension=[2e4]).converged
+    assert alone.settle(effort=[2e4]).converged
+    assert through.settle(effort=[2e4]).converged
     np.testing.assert_allclose(alone.effector, through.effector, atol=1e-9)
-    assert coupled.limits.tension_min[0] == -5e3
+    assert coupled.limits.effort_min[0] == -5e3
 
 
 def test_volumes_of_two_chambers_on_one_supply_add() -> None:
@@ -89,9 +89,9 @@ def test_volumes_of_two_chambers_on_one_supply_add() -> None:
               "pretensions": None, "max_position": 8e-6, "max_effort": 4e4}  # fmt: skip
     two = Simulator(pneumatic_robot(mesh, chambers=chambers), "none")
     one = Simulator(pneumatic_robot(mesh, chambers=chambers, couplings=[supply]), "none")
-    assert two.settle(tension=[2e4, 2e4]).converged
-    assert one.settle(pull=[two.pull.sum()]).converged
-    assert one.tension[0] == pytest.approx(2e4, rel=1e-4)
+    assert two.settle(effort=[2e4, 2e4]).converged
+    assert one.settle(position=[two.position.sum()]).converged
+    assert one.effort[0] == pytest.approx(2e4, rel=1e-4)
     np.testing.assert_allclose(one.effector, two.effector, atol=1e-7)
 
 
@@ -101,34 +101,36 @@ def test_a_spring_lengthens_by_its_tension() -> None:
     spring = {"stiffness": stiffness, "pretension": pretension}
     rigid = Simulator(pneumatic_robot(cables=[CABLE], chambers=[]), "none")
     soft = Simulator(pneumatic_robot(cables=[{**CABLE, "spring": spring}], chambers=[]), "none")
-    assert soft.settle(pull=[0.01]).converged
-    tension = soft.tension
-    assert rigid.settle(tension=tension).converged
+    assert soft.settle(position=[0.01]).converged
+    effort = soft.effort
+    assert rigid.settle(effort=effort).converged
     np.testing.assert_allclose(rigid.effector, soft.effector, atol=1e-6)
-    stretch = (tension[0] - pretension) / stiffness
-    assert rigid.pull[0] + stretch == pytest.approx(0.01, abs=1e-7)
-    assert soft.pull[0] == pytest.approx(0.01, abs=1e-7)
-    assert soft.settle(pull=[0.0]).converged
-    assert 0.0 < soft.tension[0] < pretension  # the robot yields a little
-    assert soft.settle(pull=[-0.005]).converged
-    assert soft.tension[0] == 0.0  # more than the pretension has stretched
+    stretch = (effort[0] - pretension) / stiffness
+    assert rigid.position[0] + stretch == pytest.approx(0.01, abs=1e-7)
+    assert soft.position[0] == pytest.approx(0.01, abs=1e-7)
+    assert soft.settle(position=[0.0]).converged
+    assert 0.0 < soft.effort[0] < pretension  # the robot yields a little
+    assert soft.settle(position=[-0.005]).converged
+    assert soft.effort[0] == 0.0  # more than the pretension has stretched
 
 
 @pytest.mark.parametrize(
-    ("pull", "tension", "text"),
+    ("position", "effort", "text"),
     [
         ([0.0, np.nan], [np.nan, np.nan], "each actuator needs a number in one of them"),
         ([0.0, 0.0], [np.nan, 1.0], "each actuator needs a number in one of them"),
-        ([np.nan, 0.0], None, "pull: found"),
-        (None, [-1.0, 0.0], "tension: found"),
-        (None, [1.0, np.inf], "tension: found"),
+        ([np.nan, 0.0], None, "position: found"),
+        (None, [-1.0, 0.0], "effort: found"),
+        (None, [1.0, np.inf], "effort: found"),
         (None, None, "each actuator needs a number in one of them"),
     ],
 )
-def test_bad_commands_are_one_sentence(pull: list[float], tension: list[float], text: str) -> None:
+def test_bad_commands_are_one_sentence(
+    position: list[float], effort: list[float], text: str
+) -> None:
     simulator = Simulator(pneumatic_robot(cables=[CABLE]), "none")
     with pytest.raises(ValueError, match=text):
-        simulator.step(pull=pull, tension=tension)
+        simulator.step(position=position, effort=effort)
 
 
 def test_two_forces_at_one_point_cannot_go_two_ways() -> None:
@@ -136,17 +138,17 @@ def test_two_forces_at_one_point_cannot_go_two_ways() -> None:
             "max_force": 10.0, "max_travel": 0.05, "max_rate": 1.0}  # fmt: skip
     robot = pneumatic_robot(chambers=[], forces=[push, {**push, "name": "two"}])
     simulator = Simulator(robot, "none")
-    assert not simulator.step(pull=[0.001, 0.002]).converged
+    assert not simulator.step(position=[0.001, 0.002]).converged
     simulator.reset()
-    assert simulator.settle(pull=[0.001, 0.001]).converged
-    np.testing.assert_allclose(simulator.pull, 0.001, atol=1e-8)
-    assert simulator.tension[0] == pytest.approx(simulator.tension[1])  # shared evenly
+    assert simulator.settle(position=[0.001, 0.001]).converged
+    np.testing.assert_allclose(simulator.position, 0.001, atol=1e-8)
+    assert simulator.effort[0] == pytest.approx(simulator.effort[1])  # shared evenly
 
 
 def test_a_cavity_that_no_actuator_uses_changes_nothing() -> None:
     mesh = hollow_beam()
     cable = Simulator(pneumatic_robot(mesh, cables=[CABLE], chambers=[]), "none")
     both = Simulator(pneumatic_robot(mesh, cables=[CABLE]), "none")
-    assert cable.settle(pull=[0.004]).converged
-    assert both.settle(pull=[0.004, np.nan], tension=[np.nan, 0.0]).converged
+    assert cable.settle(position=[0.004]).converged
+    assert both.settle(position=[0.004, np.nan], effort=[np.nan, 0.0]).converged
     np.testing.assert_allclose(cable.effector, both.effector, atol=1e-9)

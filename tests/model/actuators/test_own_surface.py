@@ -68,8 +68,8 @@ def test_the_surface_of_the_cavity_gives_what_the_cavity_gives(tmp_path: Path) -
     np.testing.assert_allclose(own, other, atol=1e-9 * np.abs(other).max())
     assert np.abs(own - robot.forces(state, exact=True)[1]).max() > 1.0  # N/m
     simulators = [Simulator(one, contact="none") for one in (robot, whole)]
-    assert simulators[0].settle(tension=[2e4, 0.0]).converged
-    assert simulators[1].settle(tension=[2e4]).converged
+    assert simulators[0].settle(effort=[2e4, 0.0]).converged
+    assert simulators[1].settle(effort=[2e4]).converged
     tips = [simulator.effector[0] for simulator in simulators]
     assert np.linalg.norm(tips[0] - robot.rows(robot.rest()).effectors.delta[:3]) > 5e-4
     np.testing.assert_allclose(*tips, atol=1e-8)

@@ -28,27 +28,27 @@ def built(**changes: object) -> TetRobot:
 def test_a_rod_pushes_where_a_cable_is_slack() -> None:
     pushed, slack = Simulator(built(), "none"), Simulator(built(min_tension=0.0), "none")
     for simulator in (pushed, slack):
-        assert simulator.settle(pull=[-1e-3], tolerance=1e-9).converged
-    assert slack.tension == pytest.approx([0.0], abs=1e-12)
-    assert pushed.tension[0] < -0.1
-    assert pushed.pull == pytest.approx([-1e-3], abs=1e-9)
+        assert simulator.settle(position=[-1e-3], tolerance=1e-9).converged
+    assert slack.effort == pytest.approx([0.0], abs=1e-12)
+    assert pushed.effort[0] < -0.1
+    assert pushed.position == pytest.approx([-1e-3], abs=1e-9)
     assert pushed.effector[0, 2] > slack.effector[0, 2] + 1e-3  # it lifts the end above it
 
 
 def test_it_pushes_as_hard_as_it_pulls_for_small_strokes() -> None:
-    simulator, tension = Simulator(built(), "none"), []
-    for pull in (1e-5, -1e-5):
-        assert simulator.settle(pull=[pull], tolerance=1e-12).converged
-        tension.append(simulator.tension[0])
-    assert tension[1] == pytest.approx(-tension[0], rel=5e-3)
+    simulator, effort = Simulator(built(), "none"), []
+    for position in (1e-5, -1e-5):
+        assert simulator.settle(position=[position], tolerance=1e-12).converged
+        effort.append(simulator.effort[0])
+    assert effort[1] == pytest.approx(-effort[0], rel=5e-3)
 
 
-@pytest.mark.parametrize("tension", [6.0, -6.0])
-def test_the_tangent_is_the_derivative_of_all_forces(tension: float) -> None:
+@pytest.mark.parametrize("effort", [6.0, -6.0])
+def test_the_tangent_is_the_derivative_of_all_forces(effort: float) -> None:
     robot = built()
     rest, rng, step = robot.rest(), np.random.default_rng(0), 1e-6
     state = State(rest.q + 3e-4 * rng.standard_normal(robot.n), rest.v)
-    direction, lam = rng.standard_normal(robot.n), np.array([tension])
+    direction, lam = rng.standard_normal(robot.n), np.array([effort])
 
     def force(by: float) -> Array:
         moved = State(state.q + by * direction, state.v)
@@ -63,14 +63,14 @@ def test_the_tangent_is_the_derivative_of_all_forces(tension: float) -> None:
     ]
     change = -(force(step) - force(-step)) / (2.0 * step)
     np.testing.assert_allclose(matrices[0] @ direction, change, atol=1e-6 * np.abs(change).max())
-    if tension < 0.0:  # the other one stays positive definite, as without the rod
+    if effort < 0.0:  # the other one stays positive definite, as without the rod
         assert np.linalg.eigvalsh(matrices[1].toarray()).min() > 0.0
 
 
 def test_the_inverse_pushes() -> None:
     """A target above the end, on the side of the rod that pulling leads away from."""
     simulator = Simulator(built(), "none")
-    assert simulator.settle(pull=[-1e-3]).converged
+    assert simulator.settle(position=[-1e-3]).converged
     errors = []
     for least in (-20.0, 0.0):
         controller = Controller(

@@ -116,8 +116,8 @@ def test_the_tangent_is_the_derivative_of_the_forces(
     robot: ConstrainedRobot, state: State, direction: Array
 ) -> None:
     """Of rigid rotations the symmetric part of it: without moment of forces on them it is all."""
-    tension = np.zeros(robot.n_a)
-    _, values = robot.forces(state, tension, exact=True)
+    effort = np.zeros(robot.n_a)
+    _, values = robot.forces(state, effort, exact=True)
     K = sp.csc_array((values, robot.pattern.indices, robot.pattern.indptr), shape=(robot.n,) * 2)
     found = -derivative(robot, state, lambda at: robot.forces(at)[0], direction)
     first = 3 * len(robot.coordinates.free)
@@ -183,19 +183,19 @@ def test_a_drive_may_turn_to_one_side_only(side: float) -> None:
         else {"min_angle": 0.0, "max_angle": 0.4}
     )
     robot = constrained(**servo(**one), cables=None)
-    assert robot.limits.farthest_pull[0] == 0.4 * side
+    assert robot.limits.farthest_position[0] == 0.4 * side
     simulator = Simulator(robot, contact="none")
     goals = []
     for angle in (0.2 * side, -0.2 * side):
-        assert simulator.settle(pull=[angle]).converged
+        assert simulator.settle(position=[angle]).converged
         goals.append(simulator.effector_values)
     for goal, expected in zip(goals, (0.2 * side, 0.0), strict=True):
         controller = Controller(robot)
         for _ in range(20):
             actuation = controller.step(goal)
-            assert -1e-12 <= side * actuation.pull[0] <= 0.4
+            assert -1e-12 <= side * actuation.position[0] <= 0.4
         assert actuation.status is Status.OK  # stationary at the limit, too
-        assert actuation.pull[0] == pytest.approx(expected, abs=0.02)
+        assert actuation.position[0] == pytest.approx(expected, abs=0.02)
 
 
 @pytest.mark.parametrize(

@@ -18,7 +18,7 @@ PULL = 0.022  # closes the mouths of all notches
 @pytest.fixture(scope="module")
 def closed(finger: TetRobot) -> Simulator:
     sim = Simulator(finger, contact="full")
-    assert sim.settle(pull=[PULL]).converged
+    assert sim.settle(position=[PULL]).converged
     return sim
 
 

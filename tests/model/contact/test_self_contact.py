@@ -84,15 +84,15 @@ def test_at_rest_only_the_slit_is_in_range(robot: TetRobot) -> None:
 
 def test_bent_it_neither_pushes_itself_nor_passes_through_itself(robot: TetRobot) -> None:
     """Closing the slit: without contact the leaves overlap, with contact they do not."""
-    pull = np.array([0.002])
+    position = np.array([0.002])
     through, beside = Simulator(robot, contact="none"), Simulator(robot, contact="full")
-    assert through.settle(pull=pull).converged
-    assert beside.settle(pull=pull).converged
+    assert through.settle(position=position).converged
+    assert beside.settle(position=position).converged
     assert through.gaps.min() < -5e-4
     assert beside.gaps.min() > -1e-6
     assert beside.smooth_contact_forces().sum() > 0.1
     # in a bend without touching nothing pushes
-    assert beside.settle(pull=np.array([0.0005])).converged
+    assert beside.settle(position=np.array([0.0005])).converged
     assert beside.smooth_contact_forces().max() == 0.0
 
 

@@ -76,9 +76,9 @@ def built(settings: dict[str, object], count: int = 3) -> TetRobot:
     return build_robot(config, [MESH] * count, "gripper.toml")
 
 
-def settled(robot: TetRobot, pull: list[float]) -> Simulator:
+def settled(robot: TetRobot, position: list[float]) -> Simulator:
     simulator = Simulator(robot, contact="none")
-    assert simulator.settle(pull=pull, tolerance=1e-10).converged
+    assert simulator.settle(position=position, tolerance=1e-10).converged
     return simulator
 
 
@@ -92,7 +92,7 @@ def test_three_fingers_of_one_mesh_move_like_one(element: str) -> None:
     one = settled(build_robot(config, MESH, "one.toml"), [0.01])
     bodies = [finger_table(angle, mesh=mesh) for angle in ANGLES]
     three = settled(built(gripper_settings(bodies=bodies)), [0.01] * 3)
-    assert three.tension == pytest.approx(one.tension[0], rel=1e-6)
+    assert three.effort == pytest.approx(one.effort[0], rel=1e-6)
     nodes = three.robot.nodes(three.state).reshape(3, -1, 3)  # type: ignore[attr-defined]
     for angle, found in zip(ANGLES, nodes, strict=True):
         turn, place = pose(angle)
@@ -174,8 +174,8 @@ def test_a_file_with_bodies_loads_refined_and_stiffer(tmp_path: Path) -> None:
     finer = make_robot(contents, tmp_path / "gripper.toml", Changes(refinements=1))
     stiffer = make_robot(contents, tmp_path / "gripper.toml", Changes(young_scale=2.0))
     assert finer.n_elements == 8 * robot.n_elements == 8 * 3 * len(MESH.tets)
-    tensions = [settled(one, [0.005] * 3).tension[1] for one in (robot, stiffer)]  # type: ignore[arg-type]
-    assert tensions[1] == pytest.approx(2.0 * tensions[0], rel=1e-6)
+    efforts = [settled(one, [0.005] * 3).effort[1] for one in (robot, stiffer)]  # type: ignore[arg-type]
+    assert efforts[1] == pytest.approx(2.0 * efforts[0], rel=1e-6)
     with pytest.raises(MeshError, match=r"none.vtu: no such mesh file"):
         table = finger_table(0.0, mesh={"file": "none.vtu"})
         make_robot(gripper_settings(bodies=[table]), tmp_path / "gripper.toml", Changes())

@@ -61,17 +61,17 @@ def test_forces_are_the_derivative_of_the_potential(element: str, law: str) -> N
 
 def bending_tension(robot: TetRobot) -> float:
     simulator = Simulator(robot, contact="none")
-    report = simulator.settle(pull=[0.004])
+    report = simulator.settle(position=[0.004])
     assert report.converged
-    return float(simulator.tension[0])
+    return float(simulator.effort[0])
 
 
 def test_elements_that_do_not_lock_are_softer_and_agree() -> None:
-    tension = {
+    effort = {
         element: bending_tension(beam(element)) for element in ("linear", "quadratic", "smoothed")
     }
-    assert tension["smoothed"] == pytest.approx(tension["quadratic"], rel=0.15)
-    assert tension["linear"] > 1.5 * tension["quadratic"]
+    assert effort["smoothed"] == pytest.approx(effort["quadratic"], rel=0.15)
+    assert effort["linear"] > 1.5 * effort["quadratic"]
 
 
 def test_robots_of_other_elements_step_fork_and_pickle() -> None:
@@ -80,7 +80,7 @@ def test_robots_of_other_elements_step_fork_and_pickle() -> None:
     for one in (robot, again):
         simulator = Simulator(one)
         for _ in range(5):
-            simulator.step(pull=[0.001])
+            simulator.step(position=[0.001])
         assert np.isfinite(simulator.state.q).all()
     assert again.digest == robot.digest != beam("smoothed").digest != beam().digest
 

@@ -91,9 +91,9 @@ def test_one_contact_by_hand() -> None:
 def test_a_wound_cable_and_a_contact_in_one_problem() -> None:
     """δ_a − pull = W_aa T + W_ac λ − pull: the cable remains taut, the contact has a force."""
     W = np.array([[4e-3, -1e-3], [-1e-3, 2e-3]])
-    pull, gap = 8e-3, 1e-3
-    result = solve_lcp(W, np.array([-pull, gap]))
-    expected = np.linalg.solve(W, [pull, -gap])
+    position, gap = 8e-3, 1e-3
+    result = solve_lcp(W, np.array([-position, gap]))
+    expected = np.linalg.solve(W, [position, -gap])
     assert expected.min() > 0.0
     np.testing.assert_allclose(result.lam, expected, rtol=1e-7)
     slack = solve_lcp(W, np.array([1e-3, gap]))  # a cable let out only goes slack

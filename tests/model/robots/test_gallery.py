@@ -48,4 +48,4 @@ def test_they_load_by_name_with_what_they_need(name: str) -> None:
     assert setup.robot.name == name
     robot = load_robot(name)
     assert isinstance(robot, TetRobot) or name in ("tripod", "gripper")
-    assert Simulator(robot).settle(tension=np.zeros(robot.n_a)).converged
+    assert Simulator(robot).settle(effort=np.zeros(robot.n_a)).converged

@@ -28,10 +28,10 @@ def arm() -> BeamRobot:
     return robot
 
 
-def tensions(value: float) -> Array:
-    tension = np.zeros(9)
-    tension[INNER] = value
-    return tension
+def efforts(value: float) -> Array:
+    effort = np.zeros(9)
+    effort[INNER] = value
+    return effort
 
 
 @pytest.fixture(scope="module")
@@ -39,7 +39,7 @@ def bent(arm: BeamRobot) -> Simulator:
     """Pulled far beyond the first touch."""
     simulator = Simulator(arm, contact="full")
     for value in (15.0, 30.0, 45.0, 60.0):
-        assert simulator.settle(tension=tensions(value)).converged
+        assert simulator.settle(effort=efforts(value)).converged
     return simulator
 
 
@@ -94,7 +94,7 @@ def test_settled_arm_is_in_balance(arm: BeamRobot, bent: Simulator) -> None:
     rows = arm.rows(bent.state)
     force, _ = arm.forces(bent.state)
     pushing = bent.lam_c[rows.contacts.slots]
-    tendons = rows.actuators.H.T @ bent.tension
+    tendons = rows.actuators.H.T @ bent.effort
     residual = force + tendons + rows.contacts.rows.H.T @ pushing
     assert pushing.sum() > 100.0
     assert np.abs(residual).max() < 1e-4 * np.abs(tendons).max()
@@ -104,7 +104,7 @@ def test_settled_arm_is_in_balance(arm: BeamRobot, bent: Simulator) -> None:
 def test_base_carries_weight_and_nothing_else(arm: BeamRobot) -> None:
     """Tendons are anchored in the base: what holds the arm up is its weight."""
     hanging = Simulator(arm, contact="none")
-    assert hanging.settle(tension=np.zeros(9)).converged
+    assert hanging.settle(effort=np.zeros(9)).converged
     weightless = arm.loaded(np.zeros(3), np.zeros(3))
     inner, _ = weightless.forces(hanging.state)
     carried = inner.reshape(-1, 6)[:, 2].sum()
@@ -115,16 +115,16 @@ def test_base_carries_weight_and_nothing_else(arm: BeamRobot) -> None:
 def test_tangent_of_tendons_is_their_derivative(arm: BeamRobot, bent: Simulator) -> None:
     """−∂(H_aᵀ λ_a)/∂q along random directions, the symmetric part: dᵀ K d."""
     state, eps = bent.state, 1e-6
-    tension = np.linspace(5.0, 40.0, 9)
-    plain, curved = (arm.forces(state, held, exact=True)[1] for held in (None, tension))
+    effort = np.linspace(5.0, 40.0, 9)
+    plain, curved = (arm.forces(state, held, exact=True)[1] for held in (None, effort))
     K = sp.csc_array((curved - plain, arm.pattern.indices, arm.pattern.indptr))
     for seed in range(3):
         d = np.random.default_rng(seed).standard_normal(arm.n)
-        pulls = [
-            arm.rows(moved(arm, state, sign * eps * d), contacts=False).actuators.H.T @ tension
+        positions = [
+            arm.rows(moved(arm, state, sign * eps * d), contacts=False).actuators.H.T @ effort
             for sign in (1.0, -1.0)
         ]
-        difference = -d @ (pulls[0] - pulls[1]) / (2 * eps)
+        difference = -d @ (positions[0] - positions[1]) / (2 * eps)
         assert d @ (K @ d) == pytest.approx(difference, rel=1e-5)
 
 
@@ -132,35 +132,35 @@ def test_ribs_collide_well_before_the_limits_and_stiffen_the_arm(
     arm: BeamRobot, bent: Simulator
 ) -> None:
     first = Simulator(arm, contact="full")
-    assert first.settle(tension=tensions(20.0)).converged
+    assert first.settle(effort=efforts(20.0)).converged
     assert first.lam_c.sum() == 0.0
     for value in (25.0, 30.0, 35.0):
-        assert first.settle(tension=tensions(value)).converged
+        assert first.settle(effort=efforts(value)).converged
     assert first.lam_c.sum() > 1.0, "touches at less than half of the largest tension"
-    assert (first.pull < 0.5 * arm.limits.pull_max).all()
+    assert (first.position < 0.5 * arm.limits.position_max).all()
     through = Simulator(arm, contact="none")
     for value in np.arange(5.0, 61.0, 5.0):
-        assert through.settle(tension=tensions(value), max_iterations=400).converged
+        assert through.settle(effort=efforts(value), max_iterations=400).converged
     apart = float(np.linalg.norm(through.effector - bent.effector))
     assert apart > 0.2, "bends much further without ribs"
-    assert (bent.pull[INNER] < through.pull[INNER]).all()
+    assert (bent.position[INNER] < through.position[INNER]).all()
 
 
 def test_pull_and_tension_hold_the_same_equilibrium(arm: BeamRobot) -> None:
     by_tension, by_pull = Simulator(arm), Simulator(arm)
-    assert by_tension.settle(tension=tensions(25.0), tolerance=1e-8).converged
-    assert by_pull.settle(pull=by_tension.pull, tolerance=1e-8).converged
+    assert by_tension.settle(effort=efforts(25.0), tolerance=1e-8).converged
+    assert by_pull.settle(position=by_tension.position, tolerance=1e-8).converged
     np.testing.assert_allclose(by_pull.effector, by_tension.effector, atol=1e-6)
-    np.testing.assert_allclose(by_pull.tension, by_tension.tension, atol=1e-3)
+    np.testing.assert_allclose(by_pull.effort, by_tension.effort, atol=1e-3)
 
 
 def test_released_arm_swings_and_comes_to_rest(arm: BeamRobot) -> None:
     """Implicit steps dissipate: bent and let go, the arm ends where it hangs."""
     simulator = Simulator(arm, contact="full")
-    assert simulator.settle(tension=tensions(15.0)).converged
+    assert simulator.settle(effort=efforts(15.0)).converged
     height = simulator.effector[0, 2]
     for _ in range(400):
-        assert simulator.step(tension=np.zeros(9)).converged
+        assert simulator.step(effort=np.zeros(9)).converged
     assert height > -0.79
     np.testing.assert_allclose(simulator.effector[0], [0.0, 0.0, -0.82], atol=2e-3)
 
@@ -187,7 +187,7 @@ def test_halved_beams_are_the_same_body(arm: BeamRobot) -> None:
     tips = []
     for robot in (arm, halved):
         simulator = Simulator(robot, contact="none")
-        assert simulator.settle(tension=np.zeros(robot.n_a)).converged
+        assert simulator.settle(effort=np.zeros(robot.n_a)).converged
         tips.append(simulator.effector[0])
     np.testing.assert_allclose(tips[0], tips[1], atol=1e-5)
 

@@ -50,7 +50,7 @@ def released(
     simulator.start_from(state)
     energies, heights = [energy(robot, state)], [simulator.effector[0, 2]]
     for _ in range(round(duration * robot.integration.rate)):
-        simulator.step(tension=np.zeros(robot.n_a), converged=converged)
+        simulator.step(effort=np.zeros(robot.n_a), converged=converged)
         energies.append(energy(robot, simulator.state))
         heights.append(simulator.effector[0, 2])
     return np.array(energies), np.array(heights)
@@ -104,7 +104,7 @@ def test_energy_of_the_shipped_manipulator_falls_when_a_cable_is_cut() -> None:
     plain = replace(shipped.integration, rayleigh_mass=0.0, rayleigh_stiffness=0.0)
     robot = replace(shipped, gravity=np.zeros(3), integration=plain)
     simulator = Simulator(robot, contact="none")
-    assert simulator.settle(tension=10.0 * np.eye(robot.n_a)[0]).converged
+    assert simulator.settle(effort=10.0 * np.eye(robot.n_a)[0]).converged
     energies, _ = released(robot, simulator.state, 0.5)
     assert np.diff(energies).max() < 0.0
 
@@ -133,7 +133,7 @@ def test_rolling_over_a_potential_hill_gains_no_energy(tmp_path: Path) -> None:
     simulator.start_from(replace(loaded.rest(), v=push.ravel()))
     total = []
     for _ in range(400):
-        assert simulator.step(tension=[0.0], converged=True).converged
+        assert simulator.step(effort=[0.0], converged=True).converged
         state = simulator.state
         total.append(loaded.potential(state) + loaded.kinetic_energy(state.v))
     assert np.diff(total).max() <= 1e-12 * np.ptp(total)

@@ -85,7 +85,7 @@ def fallen(robot: BeamRobot, steps: int, converged: bool) -> Array:
     """The tip (3,) after some steps of a fall from rest."""
     simulator = Simulator(robot, contact="none")
     for _ in range(steps):
-        simulator.step(tension=[0.0], converged=converged)
+        simulator.step(effort=[0.0], converged=converged)
     return robot.pose(simulator.state)[0][-1]
 
 

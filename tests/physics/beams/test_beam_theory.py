@@ -20,7 +20,7 @@ def sag(cells: int, gravity: float) -> float:
     robot = beam_robot(mesh, SIZE, gravity=[0.0, 0.0, -gravity], material=material)
     simulator = Simulator(robot, contact="none")
     rest = simulator.effector[0, 2]
-    assert simulator.settle(tension=[0.0], tolerance=1e-10).converged
+    assert simulator.settle(effort=[0.0], tolerance=1e-10).converged
     return float(rest - simulator.effector[0, 2])
 
 
@@ -43,7 +43,7 @@ def test_free_fall_of_an_unloaded_step() -> None:
         {"lower": [0.0, 0.0, 0.0], "upper": [0.0, SIDE, SIDE]}], material={
         "young_modulus": 100.0, "poisson_ratio": 0.0, "density": RHO})  # fmt: skip
     simulator = Simulator(robot, contact="none")
-    simulator.step(tension=[0.0])
+    simulator.step(effort=[0.0])
     # in one step of 10 ms the elastic wave (0.3 m/s) has not reached the tip
     assert simulator.state.v[2::3].min() == pytest.approx(-G * robot.h, rel=0.02)
 
@@ -54,7 +54,7 @@ def test_bending_frequency_of_a_plucked_beam() -> None:
     material = {"young_modulus": E, "poisson_ratio": 0.0, "density": RHO}
     loaded = beam_robot(mesh, SIZE, gravity=[0.0, 0.0, -0.05 * G], material=material)
     held = Simulator(loaded, contact="none")
-    assert held.settle(tension=[0.0]).converged
+    assert held.settle(effort=[0.0]).converged
     free = beam_robot(
         mesh, SIZE, material=material, controller={"rate": 4000.0}, gravity=[0.0, 0.0, 0.0]
     )
@@ -62,7 +62,7 @@ def test_bending_frequency_of_a_plucked_beam() -> None:
     simulator.start_from(held.state)
     height = []
     for _ in range(1600):
-        simulator.step(tension=[0.0])
+        simulator.step(effort=[0.0])
         height.append(simulator.effector[0, 2] - 0.5 * SIDE)
     crossing = np.flatnonzero(np.diff(np.sign(height)) != 0)
     measured = 0.5 / (np.diff(crossing).mean() * free.h)
@@ -83,7 +83,7 @@ def test_energy_never_grows_without_input() -> None:
     simulator.start_from(State(simulator.state.q, v))
     kinetic = [0.5 * float(robot.mass @ v**2)]
     for _ in range(60):
-        simulator.step(tension=[0.0])
+        simulator.step(effort=[0.0])
         kinetic.append(0.5 * float(robot.mass @ simulator.state.v**2))
     assert max(kinetic[1:]) < kinetic[0]
     assert kinetic[-1] < 0.2 * kinetic[0]  # implicit Euler damps what a step cannot resolve

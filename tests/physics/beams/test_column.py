@@ -84,7 +84,7 @@ def test_a_straight_column_leaves_the_unstable_branch(tmp_path: Path, load: floa
     robot = column(tmp_path, 32).loaded(np.zeros(3), down(load))
     simulator = Simulator(robot, contact="none")
     simulator.start_from(compressed(robot, load))
-    report = simulator.settle(tension=[0.0], tolerance=1e-8)
+    report = simulator.settle(effort=[0.0], tolerance=1e-8)
     assert report.converged
     assert report.ending is Ending.SETTLED
     assert lowest_stiffness(robot, simulator.state) > 0.0
@@ -97,7 +97,7 @@ def test_a_column_that_is_left_no_iterations_is_named_buckled(tmp_path: Path) ->
     robot = column(tmp_path, 16).loaded(np.zeros(3), down(1.5))
     simulator = Simulator(robot, contact="none")
     simulator.start_from(compressed(robot, 1.5))
-    report = simulator.settle(tension=[0.0], max_iterations=4, load_steps=False)
+    report = simulator.settle(effort=[0.0], max_iterations=4, load_steps=False)
     assert not report.converged
     assert report.ending is Ending.BUCKLED
 
@@ -105,7 +105,7 @@ def test_a_column_that_is_left_no_iterations_is_named_buckled(tmp_path: Path) ->
 def test_below_eulers_load_the_straight_column_is_settled(tmp_path: Path) -> None:
     robot = column(tmp_path, 16).loaded(np.zeros(3), down(0.98))
     simulator = Simulator(robot, contact="none")
-    report = simulator.settle(tension=[0.0], tolerance=1e-8)
+    report = simulator.settle(effort=[0.0], tolerance=1e-8)
     assert report.ending is Ending.SETTLED
     assert abs(simulator.effector[0, 0]) < 1e-9
 
@@ -114,9 +114,9 @@ def test_a_cable_along_a_straight_column_bends_it(tmp_path: Path) -> None:
     """Held pulled lengths are constraints: the straight column is unstable under them, too."""
     robot = column(tmp_path, 32)
     simulator = Simulator(robot, contact="none")
-    assert simulator.settle(pull=[0.1 * L], tolerance=1e-8).converged
+    assert simulator.settle(position=[0.1 * L], tolerance=1e-8).converged
     m = brentq(lambda m: 2.0 * ellipe(m) / ellipk(m) - 2.0 + 0.1, 1e-9, 0.99)
-    assert simulator.tension[0] / TIED == pytest.approx((2.0 * ellipk(m) / np.pi) ** 2, rel=1e-3)
+    assert simulator.effort[0] / TIED == pytest.approx((2.0 * ellipk(m) / np.pi) ** 2, rel=1e-3)
 
 
 def test_buckled_cantilever_is_the_elastica(tmp_path: Path) -> None:
@@ -140,12 +140,14 @@ def test_cable_along_a_column_follows_the_elastica(tmp_path: Path) -> None:
     """
     robot = column(tmp_path, 32)
     kick = Simulator(robot.loaded(np.zeros(3), np.array([0.02 * DEAD, 0.0, 0.0])), "none")
-    assert kick.settle(pull=[0.02 * L]).converged
+    assert kick.settle(position=[0.02 * L]).converged
     simulator = Simulator(robot, "none")
     simulator.start_from(kick.state)
-    for pull in (0.001, 0.01, 0.05, 0.1, 0.3, 0.5, 0.8):
-        assert simulator.settle(pull=[pull * L], tolerance=1e-8).converged
-        m = brentq(lambda m, pull=pull: 2.0 * ellipe(m) / ellipk(m) - 2.0 + pull, 1e-9, 0.99)
+    for position in (0.001, 0.01, 0.05, 0.1, 0.3, 0.5, 0.8):
+        assert simulator.settle(position=[position * L], tolerance=1e-8).converged
+        m = brentq(
+            lambda m, position=position: 2.0 * ellipe(m) / ellipk(m) - 2.0 + position, 1e-9, 0.99
+        )
         exact = (2.0 * ellipk(m) / np.pi) ** 2
-        assert simulator.tension[0] / TIED == pytest.approx(exact, rel=1e-3)
-        assert simulator.pull[0] == pytest.approx(pull * L, abs=1e-8)
+        assert simulator.effort[0] / TIED == pytest.approx(exact, rel=1e-3)
+        assert simulator.position[0] == pytest.approx(position * L, abs=1e-8)

@@ -102,8 +102,8 @@ class ExactFrame:
             middle = self.segment(corner, 0.2, inside)
             at[:] = middle[:2]
             to = np.array([0.2 - middle[0], 1.0 - BELOW - middle[1]])
-            pull = u[3] * (to / np.linalg.norm(to) if from_winch else np.array([0.0, -1.0]))
-            end = self.segment(middle, 0.8, inside - pull)
+            position = u[3] * (to / np.linalg.norm(to) if from_winch else np.array([0.0, -1.0]))
+            end = self.segment(middle, 0.8, inside - position)
             return [end[0] - 1.0, end[1] - 1.0, end[3], middle[1] - 1.0 + sag]
 
         found = root(residual, guess, tol=1e-10)
@@ -135,7 +135,7 @@ def carries(robot: BeamRobot, load: float, start: State) -> State | None:
     """The equilibrium near a state under a dead load [E I / L²], None where the frame snaps through."""
     simulator = Simulator(robot.loaded(np.zeros(3), np.array([0.0, -load * EI, 0.0])), "none")
     simulator.start_from(start)
-    report = simulator.settle(tension=[0.0], tolerance=1e-8, max_iterations=100)
+    report = simulator.settle(effort=[0.0], tolerance=1e-8, max_iterations=100)
     above = simulator.effector[0, 1] > 0.5  # beyond the limit the load comes to rest at 0.23 m
     return simulator.state if report.converged and above else None
 
@@ -176,23 +176,23 @@ def test_cable_follows_the_frame_beyond_its_limit_load(tmp_path: Path) -> None:
     pulls, gets slack.
     """
     simulator = Simulator(frame(tmp_path, 40, winch=True), "none")
-    tensions, points = [], []
-    for pull in (0.05, 0.2, 0.3, 0.38, 0.41, 0.45, 0.5):
-        assert simulator.settle(pull=[pull], tolerance=1e-8).converged
-        tensions.append(simulator.tension[0] / EI)
+    efforts, points = [], []
+    for position in (0.05, 0.2, 0.3, 0.38, 0.41, 0.45, 0.5):
+        assert simulator.settle(position=[position], tolerance=1e-8).converged
+        efforts.append(simulator.effort[0] / EI)
         points.append(simulator.effector[0, :2])
-    assert max(tensions) == pytest.approx(PUBLISHED, rel=0.01)
-    assert tensions[-1] < 0.85 * max(tensions)
+    assert max(efforts) == pytest.approx(PUBLISHED, rel=0.01)
+    assert efforts[-1] < 0.85 * max(efforts)
     exact = exact_path([1.0 - float(point[1]) for point in points], from_winch=True)
-    for tension, point, (load, place) in zip(tensions, points, exact, strict=True):
-        assert tension == pytest.approx(load, rel=3e-3)
+    for effort, point, (load, place) in zip(efforts, points, exact, strict=True):
+        assert effort == pytest.approx(load, rel=3e-3)
         np.testing.assert_allclose(point, place, atol=3e-3)
     before, snapped = (simulator.state, simulator.forces), []
-    for pull in (0.515, 0.53):
+    for position in (0.515, 0.53):
         simulator.start_from(*before)
-        assert simulator.settle(pull=[pull], tolerance=1e-8).converged
-        assert simulator.tension[0] == 0.0
-        assert simulator.pull[0] > 0.6
+        assert simulator.settle(position=[position], tolerance=1e-8).converged
+        assert simulator.effort[0] == 0.0
+        assert simulator.position[0] > 0.6
         snapped.append(simulator.effector[0])
     np.testing.assert_allclose(snapped[0], snapped[1], atol=1e-6)
 
@@ -205,11 +205,11 @@ def test_a_soft_spring_in_the_cable_does_not_hold_the_frame_beyond_its_limit_loa
     with a softer spring does not, though every force is in balance.
     """
     held = Simulator(frame(tmp_path, 20, winch=True), "none")
-    for pull in (0.2, 0.38, 0.45):
-        assert held.settle(pull=[pull], tolerance=1e-8).converged
+    for position in (0.2, 0.38, 0.45):
+        assert held.settle(position=[position], tolerance=1e-8).converged
     sprung = Simulator(frame(tmp_path, 20, winch=True, spring=stiffness), "none")
     sprung.start_from(held.state, held.forces)
-    report = sprung.settle(pull=[0.45 + held.tension[0] / stiffness], tolerance=1e-8)
+    report = sprung.settle(position=[0.45 + held.effort[0] / stiffness], tolerance=1e-8)
     moved = float(np.linalg.norm(sprung.effector[0] - held.effector[0]))
     assert (report.converged and moved < 1e-6) is stays
     assert stays or report.ending is Ending.BUCKLED or moved > 0.1

@@ -60,7 +60,7 @@ def add_mapped(forces: Array, model: Any, name: str, on_points: Array) -> None:
 
 
 def imbalance(
-    x: Array, model: Any, young: Array, pressure: float, tensions: Array
+    x: Array, model: Any, young: Array, pressure: float, efforts: Array
 ) -> tuple[float, float]:
     """Largest force on nodes x (n_nodes, 3) that nothing holds, in SOFA's equations, and of elements [N]."""
     tets: Ints = model["tets"].astype(np.int64)
@@ -68,9 +68,9 @@ def imbalance(
     forces, largest = elastic.copy(), np.abs(elastic).max()
     inside = pressure_forces(mapped(x, model, "cavity"), model["cavity_triangles"], pressure)
     add_mapped(forces, model, "cavity", inside)
-    for i, tension in enumerate(tensions):
+    for i, effort in enumerate(efforts):
         route = np.vstack([MM * model["pull"][i], mapped(x, model, f"cable{i + 1}")])
-        add_mapped(forces, model, f"cable{i + 1}", cable_forces(route, tension)[1:])
+        add_mapped(forces, model, f"cable{i + 1}", cable_forces(route, effort)[1:])
     forces[model["fixed"]] = 0.0
     return float(np.abs(forces).max()), float(largest)
 
@@ -84,7 +84,7 @@ def test_the_pneunets_are_in_equilibrium_in_sofas_equations(
     """Up to the pressure at which the sliver of this mesh turns inside out."""
     model, robot = np.load(data / "pneunets_model.npz"), inflated
     simulator = Simulator(robot, "none")
-    assert simulator.settle(tension=[pressure], tolerance=1e-10).converged
+    assert simulator.settle(effort=[pressure], tolerance=1e-10).converged
     tets = model["tets"].tolist()
     young = np.where([sorted(tet) == sorted(model["stiff_tets"][0]) for tet in tets], 300e3, 100e3)
     x = robot.nodes(simulator.state)[: len(model["nodes"])]
@@ -97,7 +97,7 @@ def test_the_sliver_of_the_pneunets_inverts_where_it_does_in_sofa(inflated: TetR
     robot = inflated
     simulator = Simulator(robot, "none")
     for pressure, inverted in ((3.4e3, 0), (4e3, 1), (7e3, 1)):
-        assert simulator.settle(tension=[pressure]).converged
+        assert simulator.settle(effort=[pressure]).converged
         assert robot.inverted(simulator.state) == inverted
 
 
@@ -117,17 +117,17 @@ LOADS = [
 ]
 
 
-@pytest.mark.parametrize(("pull", "pressure"), LOADS)
+@pytest.mark.parametrize(("position", "pressure"), LOADS)
 def test_the_accordion_is_in_equilibrium_in_sofas_equations(
-    data: Path, bellows: TetRobot, pull: list[float], pressure: float
+    data: Path, bellows: TetRobot, position: list[float], pressure: float
 ) -> None:
     model, robot = np.load(data / "accordion_model.npz"), bellows
     simulator = Simulator(robot, "none")
-    given = [*pull, np.nan], [np.nan] * 3 + [pressure]
+    given = [*position, np.nan], [np.nan] * 3 + [pressure]
     assert simulator.settle(*given, tolerance=1e-10).converged
     x = robot.nodes(simulator.state)[: len(model["nodes"])]
     young = np.full(len(model["tets"]), 500e3)
-    left, largest = imbalance(x, model, young, pressure, simulator.tension[:3])
+    left, largest = imbalance(x, model, young, pressure, simulator.effort[:3])
     assert largest > 0.004  # N
     assert left < 4e-11 * max(1.0, abs(pressure) / 2e3)  # N
 
@@ -143,17 +143,17 @@ def follow(robot: TetRobot, target: Array) -> tuple[Array, Array]:
         moved, before = np.abs(controller.effector[0] - before).max(), controller.effector[0]
         if moved < 1e-8:  # m
             break
-    return before, actuation.tension
+    return before, actuation.effort
 
 
-@pytest.mark.parametrize(("pull", "pressure"), LOADS)
+@pytest.mark.parametrize(("position", "pressure"), LOADS)
 def test_the_inverse_of_the_accordion_reaches_what_can_be_reached(
-    bellows: TetRobot, pull: list[float], pressure: float
+    bellows: TetRobot, position: list[float], pressure: float
 ) -> None:
     """Three cables and a chamber for three coordinates of its top."""
     robot = bellows
     simulator = Simulator(robot, "none")
-    assert simulator.settle([*pull, np.nan], [np.nan] * 3 + [pressure]).converged
+    assert simulator.settle([*position, np.nan], [np.nan] * 3 + [pressure]).converged
     reached, _ = follow(robot, simulator.effector)
     assert np.linalg.norm(reached - simulator.effector[0]) < SOFAS_ERROR
 
@@ -163,7 +163,7 @@ def test_the_inverse_of_the_pneunets_finds_the_pressure(
     inflated: TetRobot, pressure: float
 ) -> None:
     simulator = Simulator(inflated, "none")
-    assert simulator.settle(tension=[pressure]).converged
+    assert simulator.settle(effort=[pressure]).converged
     reached, found = follow(inflated, simulator.effector)
     assert np.linalg.norm(reached - simulator.effector[0]) < SOFAS_ERROR
     assert found[0] == pytest.approx(pressure, rel=1e-3)

@@ -52,8 +52,8 @@ class Reached:
     """Where a target has led: tip (3,) [mm], shortenings [mm] and tensions [mN] of the cables."""
 
     tip: Array
-    pull: Array
-    tension: Array
+    position: Array
+    effort: Array
 
 
 def follow(robot: TetRobot, targets: Array, regularisation: float) -> list[Reached]:
@@ -64,12 +64,12 @@ def follow(robot: TetRobot, targets: Array, regularisation: float) -> list[Reach
     for target in targets:
         before = controller.effector[0]
         for _ in range(100):
-            tension = controller.step(MM * target).tension
+            effort = controller.step(MM * target).effort
             moved = float(np.abs(controller.effector[0] - before).max())
             before = controller.effector[0]
             if moved < 1e-9:  # m
                 break
-        reached.append(Reached(before / MM, controller.pull / MM, tension / MM))
+        reached.append(Reached(before / MM, controller.position / MM, effort / MM))
     return reached
 
 
@@ -81,23 +81,23 @@ def test_trunk_with_sofas_points_has_sofas_digits(data: Path, every: int) -> Non
         with points_as_in_sofa(model, *(f"cable_{name}" for name in cables), "tip"):
             simulator = Simulator(trunk(data, cables), contact="none")
         for row in read_curve(data / file)[every::every]:
-            pull = MM * numbers(row, [f"imposed_{name}" for name in cables])
-            if pull.max() > 0.04:
+            position = MM * numbers(row, [f"imposed_{name}" for name in cables])
+            if position.max() > 0.04:
                 continue  # not settled in SOFA
-            assert simulator.settle(pull=pull, tolerance=1e-9).converged
+            assert simulator.settle(position=position, tolerance=1e-9).converged
             assert np.abs(simulator.effector[0] / MM - vector(row, "tip")).max() < DIGITS
-            tension = numbers(row, [f"tension_{name}" for name in cables])
-            assert np.abs(simulator.tension / MM - tension).max() < FORCE_DIGITS
+            effort = numbers(row, [f"tension_{name}" for name in cables])
+            assert np.abs(simulator.effort / MM - effort).max() < FORCE_DIGITS
 
 
 def test_trunk_with_our_points_follows_the_curve_of_three_cables(data: Path) -> None:
     simulator = Simulator(trunk(data, CABLES), contact="none")
     for row in read_curve(data / "trunk_combo_fpolar.csv")[1::2]:
-        pull = MM * numbers(row, [f"imposed_{name}" for name in CABLES])
-        assert simulator.settle(pull=pull).converged
+        position = MM * numbers(row, [f"imposed_{name}" for name in CABLES])
+        assert simulator.settle(position=position).converged
         assert np.linalg.norm(simulator.effector[0] / MM - vector(row, "tip")) < 0.07
-        tension = numbers(row, [f"tension_{name}" for name in CABLES])
-        assert np.abs(simulator.tension / MM - tension).max() < 0.3
+        effort = numbers(row, [f"tension_{name}" for name in CABLES])
+        assert np.abs(simulator.effort / MM - effort).max() < 0.3
 
 
 @pytest.mark.parametrize("states", [slice(4, 5), pytest.param(slice(1, None), marks=slow)])
@@ -110,11 +110,11 @@ def test_the_inverse_of_the_trunk_leads_back_along_its_curve(data: Path, states:
     targets = np.array([vector(row, "tip") for row in rows])
     for row, target, found in zip(rows, targets, follow(robot, targets, 1e-6), strict=True):
         assert np.linalg.norm(found.tip - target) < 1.5e-3
-        tension = numbers(row, [f"tension_{name}" for name in CABLES])
-        assert np.abs(found.tension - tension).max() < 0.4
-        taut = tension > 0.0
+        effort = numbers(row, [f"tension_{name}" for name in CABLES])
+        assert np.abs(found.effort - effort).max() < 0.4
+        taut = effort > 0.0
         wound = numbers(row, [f"imposed_{name}" for name in CABLES])
-        assert np.abs(found.pull - wound)[taut].max() < 3e-3
+        assert np.abs(found.position - wound)[taut].max() < 3e-3
 
 
 @pytest.mark.parametrize("states", [slice(1, 2), pytest.param(slice(None), marks=slow)])
@@ -128,11 +128,11 @@ def test_diamond_with_sofas_elements_and_points_has_sofas_digits(
     monkeypatch.setattr(solid_module, "assemble_corotational", patched)
     simulator = Simulator(robot, contact="none")
     for row in read_curve(data / "diamond_large_settled.csv")[states]:
-        tension = MM * numbers(row, [f"tension{i}" for i in range(4)])
-        assert simulator.settle(tension=tension, tolerance=1e-9).converged
+        effort = MM * numbers(row, [f"tension{i}" for i in range(4)])
+        assert simulator.settle(effort=effort, tolerance=1e-9).converged
         assert np.abs(simulator.effector[0] / MM - vector(row, "tip")).max() < DIGITS
         wound = numbers(row, [f"L0L_{i}" for i in range(4)])
-        assert np.abs(simulator.pull / MM - wound).max() < DIGITS
+        assert np.abs(simulator.position / MM - wound).max() < DIGITS
 
 
 @pytest.mark.parametrize("states", [slice(0, 2), pytest.param(slice(None), marks=slow)])
@@ -145,9 +145,9 @@ def test_the_inverse_of_the_diamond_errs_less_than_sofas(data: Path, states: sli
     for row, target, found in zip(rows, targets, follow(robot, targets, 1e-4), strict=True):
         assert np.linalg.norm(found.tip - target) < 0.25 * row["err"]
         wound = numbers(row, [f"L0L_{i}" for i in range(4)])
-        assert np.abs(found.pull - wound).max() < 0.1
-        tension = numbers(row, [f"tension{i}" for i in range(4)])
-        assert np.abs(found.tension - tension).max() < 0.03 * tension.max()
+        assert np.abs(found.position - wound).max() < 0.1
+        effort = numbers(row, [f"tension{i}" for i in range(4)])
+        assert np.abs(found.effort - effort).max() < 0.03 * effort.max()
 
 
 def test_stiff_finger_under_gravity_has_sofas_digits_until_its_notches_close(data: Path) -> None:
@@ -157,6 +157,6 @@ def test_stiff_finger_under_gravity_has_sofas_digits_until_its_notches_close(dat
     free = curve[curve["active_rows"] == 0]
     assert len(free) == 21
     for row in free:
-        assert simulator.settle(pull=[MM * row["imposed"]], tolerance=1e-9).converged
+        assert simulator.settle(position=[MM * row["imposed"]], tolerance=1e-9).converged
         assert np.abs(simulator.effector[0] / MM - vector(row, "tip")).max() < DIGITS
-        assert abs(simulator.tension[0] / MM - row["tension"]) < FORCE_DIGITS
+        assert abs(simulator.effort[0] / MM - row["tension"]) < FORCE_DIGITS

@@ -27,17 +27,17 @@ from tauten.model.tetra import solid as solid_module
 def pull_curve(robot: TetRobot, reference: Path, every: int) -> tuple[Array, Array, Array]:
     """Pulls [mm], tip errors [mm] and relative tension errors against the reference curve."""
     curve = np.loadtxt(reference / "softrobots_finger_pull_polar.csv", delimiter=",", skiprows=1)
-    simulator, tips, tensions = Simulator(robot, contact="none"), [], []
+    simulator, tips, efforts = Simulator(robot, contact="none"), [], []
     curve = curve[every::every]
-    for pull in curve[:, 0]:
-        report = simulator.settle(pull=[1e-3 * pull], tolerance=1e-9)
-        assert report.converged, f"did not settle at {pull} mm"
+    for position in curve[:, 0]:
+        report = simulator.settle(position=[1e-3 * position], tolerance=1e-9)
+        assert report.converged, f"did not settle at {position} mm"
         tips.append(1e3 * simulator.effector[0])
-        tensions.append(1e3 * simulator.tension[0])
+        efforts.append(1e3 * simulator.effort[0])
     return (
         curve[:, 0],
         np.linalg.norm(np.array(tips) - curve[:, 2:], axis=1),
-        np.array(tensions) / curve[:, 1] - 1.0,
+        np.array(efforts) / curve[:, 1] - 1.0,
     )
 
 
@@ -53,21 +53,21 @@ def test_finger_with_sofas_rotations_gives_sofas_digits(
 
 
 def test_finger_agrees_with_sofa_as_two_corotational_models_do(reference: Path) -> None:
-    pull, tip_error, tension_error = pull_curve(finger(reference), reference, every=4)
-    assert tip_error[pull <= 25.0].max() < 0.15  # mm
-    assert tip_error[pull <= 30.0].max() < 0.25
-    assert np.abs(tension_error[pull <= 30.0]).max() < 0.025
+    position, tip_error, tension_error = pull_curve(finger(reference), reference, every=4)
+    assert tip_error[position <= 25.0].max() < 0.15  # mm
+    assert tip_error[position <= 30.0].max() < 0.25
+    assert np.abs(tension_error[position <= 30.0]).max() < 0.025
 
 
 @pytest.mark.slow
 def test_refined_finger_is_softer_and_converges(reference: Path) -> None:
     """Linear tetrahedra are too stiff: tension falls, and changes less, with every refinement."""
-    tension = []
+    effort = []
     for refinements in range(3):
         simulator = Simulator(finger(reference, refinements), contact="none")
-        assert simulator.settle(pull=[0.002]).converged
-        tension.append(float(simulator.tension[0]))
-    first, second = -np.diff(tension)
+        assert simulator.settle(position=[0.002]).converged
+        effort.append(float(simulator.effort[0]))
+    first, second = -np.diff(effort)
     assert 0.0 < second < 0.6 * first
 
 
@@ -111,7 +111,7 @@ def test_beam_under_gravity_follows_sofas_load_curve(
     for fraction, *displacement in curve[:9, :4]:
         simulator = Simulator(replace(robot, load=fraction * robot.load), contact="none")
         simulator.start_from(state)
-        assert simulator.settle(tension=[0.0], tolerance=1e-9).converged
+        assert simulator.settle(effort=[0.0], tolerance=1e-9).converged
         state = simulator.state
         moved = (robot.nodes(state) - robot.mesh.nodes)[end].mean(axis=0)
         if sofas_rotations:

@@ -43,7 +43,7 @@ def test_the_centre_its_orientation_and_torques_are_those_of_sofa(
     simulator = Simulator(robot, contact="none")
     compared = 0
     for row, torque in zip(curve, torques, strict=True):
-        assert simulator.settle(pull=angles(row), tolerance=1e-9).converged
+        assert simulator.settle(position=angles(row), tolerance=1e-9).converged
         if row["last_max_dx"] > SETTLED:
             continue
         compared += 1
@@ -54,7 +54,7 @@ def test_the_centre_its_orientation_and_torques_are_those_of_sofa(
         sofa = np.array([row[f"R{i}{j}"] for i in (1, 2, 3) for j in (1, 2, 3)]).reshape(3, 3)
         assert np.abs(turn - sofa).max() < 1e-6
         on_arms = 1e-6 * np.array([torque[f"torque{i}"] for i in ("1_mNmm", "2", "3")])
-        assert np.abs(simulator.tension + on_arms).max() < 1e-6
+        assert np.abs(simulator.effort + on_arms).max() < 1e-6
     assert compared == len(curve)
 
 
@@ -63,9 +63,9 @@ def test_the_work_of_the_servos_is_the_energy_stored(robot: ConstrainedRobot) ->
     path = np.linspace(0.0, np.radians([-30.0, -50.0, -10.0]), 25)
     energy, power = [], []
     for command in path:
-        assert simulator.settle(pull=command, tolerance=1e-9).converged
+        assert simulator.settle(position=command, tolerance=1e-9).converged
         energy.append(simulator.robot.potential(simulator.state))  # type: ignore[attr-defined]
-        power.append(simulator.tension @ (path[1] - path[0]))
+        power.append(simulator.effort @ (path[1] - path[0]))
     work = np.trapezoid(power)
     assert work == pytest.approx(energy[-1] - energy[0], rel=1e-4)
 
@@ -74,10 +74,10 @@ def test_the_inverse_finds_the_angles_of_a_pose(robot: ConstrainedRobot) -> None
     """Position and orientation that three servos can reach lead back to the angles that gave them."""
     goal = np.radians([-25.0, -40.0, -35.0])
     simulator = Simulator(robot, contact="none")
-    assert simulator.settle(pull=goal, tolerance=1e-9).converged
+    assert simulator.settle(position=goal, tolerance=1e-9).converged
     target = simulator.robot.effector_values(simulator.state)
     controller = Controller(robot, settings=ControllerSettings(regularisation=1e-6))
     for _ in range(20):
         actuation = controller.step(target)
     assert np.abs(controller.robot.effector_values(controller.state) - target).max() < 2e-6
-    assert np.abs(actuation.pull - goal).max() < 1e-4
+    assert np.abs(actuation.position - goal).max() < 1e-4

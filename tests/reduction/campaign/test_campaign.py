@@ -55,7 +55,7 @@ def short_chunks() -> Iterator[None]:
 @pytest.fixture(scope="module")
 def design(thumb: TetRobot, short_chunks: None) -> Design:
     """Three runs of two chunks each, the second shorter."""
-    ranges = Ranges(pull=(0.5, 1.0), tilt=0.8, force=0.05)
+    ranges = Ranges(position=(0.5, 1.0), tilt=0.8, force=0.05)
     return latin_hypercube(thumb, ranges, runs=3, seed=1, steps=STEPS)
 
 
@@ -75,7 +75,9 @@ def test_snapshots_are_as_in_the_design(
 ) -> None:
     assert len(snapshots) == design.size
     assert np.count_nonzero(~snapshots.converged) <= 2
-    np.testing.assert_array_equal(snapshots.pull, np.hstack([run.pull for run in design.runs]))
+    np.testing.assert_array_equal(
+        snapshots.position, np.hstack([run.position for run in design.runs])
+    )
     np.testing.assert_array_equal(snapshots.run, np.repeat([0, 1, 2], STEPS))
     assert snapshots.lam.min() >= 0.0
     assert (snapshots.lam[:, snapshots.run == 0].sum(axis=0)[-1]) > 1.0, "the notches closed"
@@ -91,11 +93,11 @@ def test_recorded_forces_hold_the_robot_in_place(
         state = dataclasses.replace(robot.rest(), q=snapshots.q[:, i])
         rows = robot.rows(state)
         body, _ = robot.forces(state)
-        cable = rows.actuators.H.T @ snapshots.tension[:, i]
+        cable = rows.actuators.H.T @ snapshots.effort[:, i]
         contact = rows.contacts.rows.H.T @ snapshots.lam[rows.contacts.slots, i]
         assert np.linalg.norm(contact) > 0.1
         assert np.linalg.norm(body + cable + contact) < 1e-3 * np.linalg.norm(contact)
-        np.testing.assert_allclose(rows.actuators.delta, snapshots.pull[:, i], atol=1e-7)
+        np.testing.assert_allclose(rows.actuators.delta, snapshots.position[:, i], atol=1e-7)
         np.testing.assert_allclose(robot.effector(state).ravel(), snapshots.effector[:, i])
 
 
@@ -187,7 +189,7 @@ def test_a_campaign_with_rotations_is_read_again(tmp_path: Path) -> None:
     """A rigid region has seven coordinates and six velocities: snapshots hold the coordinates."""
     end = {"kind": "half_space", "point": [0.0874, 0.0, 0.0], "normal": [1.0, 0.0, 0.0]}
     robot = constrained(rigid=[{"name": "tip", "region": end}])
-    plan = latin_hypercube(robot, Ranges(pull=(0.1, 0.2)), runs=1, seed=0, steps=4)
+    plan = latin_hypercube(robot, Ranges(position=(0.1, 0.2)), runs=1, seed=0, steps=4)
     first, second = (run_campaign(robot, plan, tmp_path, show_progress=False) for _ in range(2))
     assert len(first.q) == robot.n + 1
     assert_same(first, second)

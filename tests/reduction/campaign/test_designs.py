@@ -27,7 +27,7 @@ def test_ramp_is_the_papers(finger: Robot) -> None:
     design = ramp(finger)
     (run,) = design.runs
     assert len(run) == design.size == 500
-    np.testing.assert_allclose(run.pull[0], 5e-5 * np.arange(1, 501))
+    np.testing.assert_allclose(run.position[0], 5e-5 * np.arange(1, 501))
     np.testing.assert_array_equal(run.gravity[:, 0], finger.gravity)
     assert not run.effector_force.any()
     with pytest.raises(DesignError, match=r"ramp step is 0.05 m: allowed are 0 to 0.025 m"):
@@ -47,9 +47,9 @@ def test_exploring_tilts_and_loads_the_robot_on_all_sides(thumb: TetRobot) -> No
         assert np.linalg.norm(gravity) == pytest.approx(9.81)
         assert np.degrees(np.arccos(gravity @ down / 9.81)) == pytest.approx(20.0)
         assert np.linalg.norm(force) == pytest.approx(0.2 * weight)
-        assert run.pull[0, 0] == 0.0
+        assert run.position[0, 0] == 0.0
         assert (
-            run.pull[0, -1] == thumb.limits.pull_max[0]
+            run.position[0, -1] == thumb.limits.position_max[0]
         )  # one actuator: through its range each time
         sides.append(
             np.concatenate(
@@ -91,10 +91,10 @@ def test_latin_hypercube_has_one_run_in_every_class(runs: int, factors: int, see
 
 
 def test_levels_become_pulls_gravity_and_forces(finger: Robot) -> None:
-    ranges = Ranges(pull=(0.25, 0.75), tilt=0.5, force=0.3)
+    ranges = Ranges(position=(0.25, 0.75), tilt=0.5, force=0.3)
     design = plackett_burman(finger, ranges, steps=10)
     assert len(design.runs) == 8  # one cable, two tilts, three force components
-    final = [run.pull[0, -1] for run in design.runs]
+    final = [run.position[0, -1] for run in design.runs]
     np.testing.assert_allclose(sorted(set(np.round(final, 12))), [0.00625, 0.01875])
     g = finger.gravity
     for run in design.runs:
@@ -115,18 +115,18 @@ def test_ranges_of_zero_are_no_factors(finger: Robot) -> None:
 
 
 def test_latin_hypercube_is_in_range_and_repeats_with_its_seed(finger: Robot) -> None:
-    ranges = Ranges(pull=(0.2, 1.0), tilt=1.0, force=0.5)
+    ranges = Ranges(position=(0.2, 1.0), tilt=1.0, force=0.5)
     designs = [latin_hypercube(finger, ranges, runs=9, seed=seed, steps=4) for seed in (0, 0, 1)]
     assert designs[0].digest() == designs[1].digest() != designs[2].digest()
     for run in designs[0].runs:
-        assert 0.2 * 0.025 <= run.pull[0, -1] <= 0.025
+        assert 0.2 * 0.025 <= run.position[0, -1] <= 0.025
         assert np.abs(run.effector_force).max() <= 0.5
     with pytest.raises(DesignError, match="of 0 runs"):
         latin_hypercube(finger, ranges, runs=0)
 
 
 @pytest.mark.parametrize(
-    "ranges", [{"pull": (0.9, 0.1)}, {"pull": (0.0, 1.1)}, {"tilt": -1.0}, {"force": -0.1}]
+    "ranges", [{"position": (0.9, 0.1)}, {"position": (0.0, 1.1)}, {"tilt": -1.0}, {"force": -0.1}]
 )
 def test_ranges_that_make_no_sense(ranges: dict[str, float]) -> None:
     with pytest.raises(DesignError, match="pull must be two shares"):
@@ -146,10 +146,10 @@ def test_csv(finger: Robot, tmp_path: Path) -> None:
         "run,pull_tendon,gravity_x,force_tip_z\na,0.01,1.5,0\na,0.02,1.5,0.2\nb,0.025,0,0\n",
     )
     first, second = design.runs
-    np.testing.assert_array_equal(first.pull, [[0.01, 0.02]])
+    np.testing.assert_array_equal(first.position, [[0.01, 0.02]])
     np.testing.assert_array_equal(first.gravity, [[1.5, 1.5], [0.0, 0.0], [-9.81, -9.81]])
     np.testing.assert_array_equal(first.effector_force[2], [0.0, 0.2])
-    np.testing.assert_array_equal(second.pull, [[0.025]])
+    np.testing.assert_array_equal(second.position, [[0.025]])
     assert design.description == "runs.csv: 2 runs"
 
 
@@ -180,13 +180,13 @@ def test_designs_go_to_the_far_side_of_actuators_that_move_to_one_side_only() ->
     """A drive that turns from 0 to −0.4: its largest position is 0."""
     robot = constrained(drives=[{**TURN, "region": MIDDLE, "min_angle": -0.4, "max_angle": 0.0}])
     (servo,) = (i for i, name in enumerate(robot.actuators.names) if name == "servo")
-    ranges = Ranges(pull=(0.5, 1.0))
+    ranges = Ranges(position=(0.5, 1.0))
     for design in (
         ramp(robot, 1e-2),
         plackett_burman(robot, ranges, 2),
         latin_hypercube(robot, ranges, 2, seed=1, steps=3),
     ):
-        ends = np.array([run.pull[servo, -1] for run in design.runs])
+        ends = np.array([run.position[servo, -1] for run in design.runs])
         assert (ends >= -0.4).all()
         assert ends.min() < -0.2 + 1e-12
         assert ends.max() <= 0.0

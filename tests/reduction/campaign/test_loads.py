@@ -30,7 +30,7 @@ def two_loads(beam: Robot, tmp_path_factory: pytest.TempPathFactory) -> Snapshot
     """Its equilibria under a force to one side and to the other, of two runs."""
     runs = tuple(
         Run(
-            pull=np.zeros((1, 1)),
+            position=np.zeros((1, 1)),
             gravity=np.zeros((3, 1)),
             effector_force=np.array([[0.0], [sign * FORCE], [0.0]]),
         )
@@ -73,7 +73,7 @@ def test_loads_change_by_load_alone(beam: Robot) -> None:
     simulator, tips = Simulator(beam, contact="none"), []
     for sign in (1.0, -1.0, 1.0):
         simulator.load(np.zeros(3), np.array([0.0, sign * FORCE, 0.0]))
-        assert simulator.settle(pull=[0.0]).converged
+        assert simulator.settle(position=[0.0]).converged
         tips.append(simulator.effector[0])
     np.testing.assert_allclose(tips[0], tips[2], atol=1e-6)
     assert tips[0][1] - tips[1][1] > 1e-3

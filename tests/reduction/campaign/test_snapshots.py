@@ -14,8 +14,8 @@ def some(s: int, run: int = 0) -> Snapshots:
     rng = np.random.default_rng(run)
     return Snapshots(
         lam=rng.random((6, s)),
-        pull=rng.random((2, s)),
-        tension=rng.random((2, s)),
+        position=rng.random((2, s)),
+        effort=rng.random((2, s)),
         effector=rng.random((3, s)),
         gravity=np.tile([[0.0], [0.0], [-9.81]], s),
         effector_force=np.zeros((3, s)),
@@ -41,7 +41,9 @@ def test_join_keeps_order_and_select_takes_it_apart() -> None:
     assert len(whole) == 7
     np.testing.assert_array_equal(whole.run, [0, 0, 0, 1, 1, 1, 1])
     np.testing.assert_array_equal(whole.select(whole.run == 1).lam, some(4, run=1).lam)
-    np.testing.assert_array_equal(whole.select(np.array([5])).pull, some(4, run=1).pull[:, 2:3])
+    np.testing.assert_array_equal(
+        whole.select(np.array([5])).position, some(4, run=1).position[:, 2:3]
+    )
 
 
 def test_digest_is_of_the_forces_not_of_their_memory_layout() -> None:
@@ -73,8 +75,8 @@ def test_what_differs_is_said_in_a_few_words(changed: dict[str, Any], said: str)
 
 
 def test_columns_must_agree() -> None:
-    with pytest.raises(SnapshotError, match="different numbers of columns: lam 5, pull 4"):
-        dataclasses.replace(some(5), pull=np.zeros((2, 4)))
+    with pytest.raises(SnapshotError, match="different numbers of columns: lam 5, position 4"):
+        dataclasses.replace(some(5), position=np.zeros((2, 4)))
 
 
 def test_damaged_file(tmp_path: Path) -> None:

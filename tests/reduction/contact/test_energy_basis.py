@@ -122,7 +122,7 @@ def test_first_order_effector_error_is_what_the_simulator_finds(
     problem = thumb_problems[0]
     nothing = np.zeros(len(problem.slots))
     simulator = Simulator(thumb, contact="none")
-    simulator.settle(pull=thumb_ramp.pull[:, problem.column])
+    simulator.settle(position=thumb_ramp.position[:, problem.column])
     apart = simulator.effector.ravel() - thumb_ramp.effector[:, problem.column]
     np.testing.assert_allclose(problem.tip_error(nothing), np.linalg.norm(apart), rtol=0.1)
 
@@ -149,10 +149,10 @@ def equilibria(robot: Robot, run: Run, folder: Path) -> Snapshots:
     return found
 
 
-def run_of(pull: Array, tension: Array | None) -> Run:
+def run_of(position: Array, effort: Array | None) -> Run:
     """A run without loads: positions (1, s), or efforts (1, s)."""
-    s = pull.shape[1]
-    return Run(pull, np.zeros((3, s)), np.zeros((3, s)), tension)
+    s = position.shape[1]
+    return Run(position, np.zeros((3, s)), np.zeros((3, s)), effort)
 
 
 def check_problems(robot: Robot, found: Snapshots, as_held: bool) -> None:
@@ -164,9 +164,13 @@ def check_problems(robot: Robot, found: Snapshots, as_held: bool) -> None:
         assert problem.lam.sum() == pytest.approx(total, rel=5e-3)
     light = problems[1]
     simulator = Simulator(robot, contact="none")
-    pull, tension = found.pull[:, light.column], found.tension[:, light.column]
-    command = robot.actuators.laws.held(pull, tension)
-    report = simulator.settle(command.pull, command.tension) if as_held else simulator.settle(pull)
+    position, effort = found.position[:, light.column], found.effort[:, light.column]
+    command = robot.actuators.laws.held(position, effort)
+    report = (
+        simulator.settle(command.position, command.effort)
+        if as_held
+        else simulator.settle(position)
+    )
     assert report.converged
     apart = float(np.linalg.norm(simulator.effector.ravel() - found.effector[:, light.column]))
     assert light.tip_error(np.zeros(len(light.slots))) == pytest.approx(apart, rel=0.1)

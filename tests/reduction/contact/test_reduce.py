@@ -112,12 +112,12 @@ def test_whole_basis_steps_like_pointwise_contact(thumb: Robot, whole: ContactBa
     tight = Enrichment(tolerance=1e-11, rounds=60, per_pair=8)
     pointwise = Simulator(thumb, contact="full", enrichment=tight)
     reduced = Simulator(thumb, contact=whole)
-    for pull in np.linspace(0.0005, 0.006, 12):
+    for position in np.linspace(0.0005, 0.006, 12):
         reduced.start_from(pointwise.state, reduced.forces)
-        pointwise.step(pull=[pull])
-        reduced.step(pull=[pull])
+        pointwise.step(position=[position])
+        reduced.step(position=[position])
         np.testing.assert_allclose(reduced.effector, pointwise.effector, atol=1e-8)
-        np.testing.assert_allclose(reduced.tension, pointwise.tension, rtol=1e-6)
+        np.testing.assert_allclose(reduced.effort, pointwise.effort, rtol=1e-6)
     assert pointwise.lam_c.sum() > 1.0, "there was contact"
 
 
@@ -126,10 +126,10 @@ def test_modes_carry_the_contact(thumb: Robot, reduction: Reduction) -> None:
     path = reduction.snapshots.select(np.arange(3, len(reduction.snapshots), 4))
     free, reduced = Simulator(thumb, contact="none"), Simulator(thumb, contact=reduction.basis)
     for i in range(len(path)):
-        free.settle(pull=path.pull[:, i])
-        assert reduced.settle(pull=path.pull[:, i]).converged
-        np.testing.assert_allclose(reduced.tension, path.tension[:, i], rtol=0.03)
-    assert free.tension[0] < 0.4 * path.tension[0, -1]
+        free.settle(position=path.position[:, i])
+        assert reduced.settle(position=path.position[:, i]).converged
+        np.testing.assert_allclose(reduced.effort, path.effort[:, i], rtol=0.03)
+    assert free.effort[0] < 0.4 * path.effort[0, -1]
 
 
 def test_modes_keep_the_tip_in_place(thumb: Robot, reduction: Reduction) -> None:

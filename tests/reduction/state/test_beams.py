@@ -40,7 +40,7 @@ def arm(tmp_path_factory: pytest.TempPathFactory) -> BeamRobot:
 
 @pytest.fixture(scope="module")
 def snapshots(arm: BeamRobot, tmp_path_factory: pytest.TempPathFactory) -> Snapshots:
-    design = latin_hypercube(arm, Ranges(tilt=0.0, force=0.0, tension=(0.0, 1.0)), 6, 0, 12)
+    design = latin_hypercube(arm, Ranges(tilt=0.0, force=0.0, effort=(0.0, 1.0)), 6, 0, 12)
     found = run_campaign(arm, design, tmp_path_factory.mktemp("arm"), show_progress=False)
     return found.select(found.converged)
 
@@ -174,16 +174,16 @@ def test_tangent_is_the_derivative_of_forces_and_cables(
 ) -> None:
     """With gravity, tension and an outer force, at small and large strains."""
     robot = complete.loaded(np.array([2.0, -3.0, -9.81]), np.array([2.0, -1.0, 3.0]))
-    rng, tension = np.random.default_rng(3), np.array([20.0, 5.0, 0.0])
+    rng, effort = np.random.default_rng(3), np.array([20.0, 5.0, 0.0])
     alpha = size * rng.normal(size=robot.n) / np.sqrt(robot.n)
 
     def force(at: Array) -> Array:
         state = State(at, at)
         rows = robot.rows(state, contacts=False)
-        result: Array = robot.forces(state)[0] + rows.actuators.dense().T @ tension
+        result: Array = robot.forces(state)[0] + rows.actuators.dense().T @ effort
         return result
 
-    _, K = robot.forces(State(alpha, alpha), tension, exact=True)
+    _, K = robot.forces(State(alpha, alpha), effort, exact=True)
     np.testing.assert_allclose(K, K.T, atol=1e-12 * np.abs(K).max())
     for direction in rng.normal(size=(3, robot.n)):
         step = 1e-6 * direction
@@ -195,15 +195,15 @@ def test_tangent_in_equilibrium_is_that_of_the_full_robot(
     arm: BeamRobot, complete: ReducedBeamRobot
 ) -> None:
     """Where all forces are in balance the change of J does no work."""
-    simulator, tension = Simulator(arm, "none"), np.array([6.0, 0.0, 0.0])
-    assert simulator.settle(tension=tension, tolerance=1e-12).converged
+    simulator, effort = Simulator(arm, "none"), np.array([6.0, 0.0, 0.0])
+    assert simulator.settle(effort=effort, tolerance=1e-12).converged
     full = simulator.state
-    _, values = arm.forces(full, tension, exact=True)
+    _, values = arm.forces(full, effort, exact=True)
     pattern = arm.pattern
     K = csc_array((values, pattern.indices, pattern.indptr), shape=(arm.n, arm.n))
     state = complete.projected(full)
     J = motion_of(complete, state.q)
-    _, found = complete.forces(state, tension, exact=True)
+    _, found = complete.forces(state, effort, exact=True)
     expected = J.T @ (K @ J)
     np.testing.assert_allclose(found, expected, atol=1e-6 * np.abs(expected).max())
 
@@ -220,13 +220,13 @@ def test_other_tangent_is_positive_definite(complete: ReducedBeamRobot) -> None:
 
 def test_step_is_that_of_the_full_robot(arm: BeamRobot, complete: ReducedBeamRobot) -> None:
     """From equilibrium, where both have the same tangent."""
-    simulator, tension = Simulator(arm, "none"), np.array([6.0, 0.0, 0.0])
-    assert simulator.settle(tension=tension, tolerance=1e-12).converged
+    simulator, effort = Simulator(arm, "none"), np.array([6.0, 0.0, 0.0])
+    assert simulator.settle(effort=effort, tolerance=1e-12).converged
     v = 1e-2 * np.random.default_rng(4).normal(size=arm.n)
     full = State(simulator.state.q, v)
-    known = arm.linearise(full, tension, DYNAMIC)
+    known = arm.linearise(full, effort, DYNAMIC)
     state = complete.projected(full)
-    found = complete.linearise(state, tension, DYNAMIC)
+    found = complete.linearise(state, effort, DYNAMIC)
     J = motion_of(complete, state.q)
     scale = np.abs(known.v_free).max()
     np.testing.assert_allclose(J @ found.v_free, known.v_free, atol=1e-5 * scale)
@@ -254,8 +254,10 @@ def test_estimate_of_the_error_is_small_on_the_training_path(
 ) -> None:
     index = len(snapshots) // 3
     simulator = Simulator(reduced, basis)
-    assert simulator.settle(pull=snapshots.pull[:, index], tolerance=1e-6).converged
-    found = TipCheck(reduced, basis)(simulator.state, simulator.tension, snapshots.pull[:, index])
+    assert simulator.settle(position=snapshots.position[:, index], tolerance=1e-6).converged
+    found = TipCheck(reduced, basis)(
+        simulator.state, simulator.effort, snapshots.position[:, index]
+    )
     assert found < 1e-2 * reduced.size
 
 

@@ -74,7 +74,7 @@ def test_reduce_states_of_every_kind(
     for _ in range(20):
         decision = controller.step(goal.ravel())
     assert decision.status.usable
-    assert decision.pull[0] > 5e-4
+    assert decision.position[0] > 5e-4
 
 
 @pytest.mark.slow
@@ -101,4 +101,4 @@ def test_reduce_states_of_beams(tmp_path: Path, capsys: pytest.CaptureFixture[st
     for _ in range(20):
         decision = controller.step(goal.ravel())
     assert decision.status.usable
-    assert np.abs(decision.pull).max() > 5e-4
+    assert np.abs(decision.position).max() > 5e-4

@@ -138,4 +138,4 @@ def test_the_reduced_tripod_takes_the_pose_of_the_full_one() -> None:
             assert controller.step(goal).status.usable
     one, other = (controller.effector_values for controller in controllers)
     assert np.linalg.norm(one[:3] - other[:3]) < 1e-3 * full.size
-    np.testing.assert_allclose(controllers[0].pull, controllers[1].pull, atol=4e-3)
+    np.testing.assert_allclose(controllers[0].position, controllers[1].position, atol=4e-3)

@@ -95,7 +95,7 @@ def test_few_modes_and_elements_find_the_equilibria(body: TetRobot, snapshots: S
     simulator = Simulator(reduced, contact="none")
     travelled = np.ptp(snapshots.effector, axis=1).max()
     for i in range(1, len(snapshots), 6):  # at states that took no part in the training
-        report = simulator.settle(pull=snapshots.pull[:, i], tolerance=1e-7)
+        report = simulator.settle(position=snapshots.position[:, i], tolerance=1e-7)
         assert report.converged
         apart = np.linalg.norm(simulator.effector.ravel() - snapshots.effector[:, i])
         assert apart < 2e-3 * travelled

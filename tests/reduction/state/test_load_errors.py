@@ -45,7 +45,7 @@ def test_payload_error_is_the_distance_of_two_models_that_carry_it(
     tips = []
     for robot in (thumb, reduced_robot(thumb, of_ramp)):
         simulator = Simulator(robot.loaded(thumb.gravity, force), contact="full")
-        assert simulator.settle(pull=[0.0], tolerance=1e-7).converged
+        assert simulator.settle(position=[0.0], tolerance=1e-7).converged
         tips.append(simulator.effector)
     assert found.largest >= 0.999 * np.linalg.norm(tips[0] - tips[1])
     assert found.largest < 2.0 * np.linalg.norm(tips[0] - tips[1])

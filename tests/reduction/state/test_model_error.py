@@ -25,10 +25,10 @@ def reduced(thumb: TetRobot, thumb_ramp: Snapshots, thumb_basis: ContactBasis) -
     return reduced_robot(thumb, states)
 
 
-def settled(robot: TetRobot | ReducedRobot, contact: object, pull: float) -> Simulator:
+def settled(robot: TetRobot | ReducedRobot, contact: object, position: float) -> Simulator:
     simulator = Simulator(robot, contact)  # type: ignore[arg-type]
     for share in (0.25, 0.5, 0.75, 1.0):
-        assert simulator.settle(pull=[share * pull], tolerance=1e-6).converged
+        assert simulator.settle(position=[share * position], tolerance=1e-6).converged
     return simulator
 
 
@@ -42,11 +42,11 @@ def test_estimate_is_the_distance_to_the_full_model(
     outside: bool,
 ) -> None:
     """Trained on bending in one plane: a load across it is outside of the basis."""
-    load, pull = (np.array(gravity), np.zeros(3)), 0.006
+    load, position = (np.array(gravity), np.zeros(3)), 0.006
     near, full = reduced.loaded(*load), reduced.full.loaded(*load)
-    simulator = settled(near, thumb_basis, pull)
-    true = float(np.linalg.norm(simulator.effector - settled(full, "full", pull).effector))
-    found = TipCheck(near, thumb_basis)(simulator.state, simulator.tension, np.array([pull]))
+    simulator = settled(near, thumb_basis, position)
+    true = float(np.linalg.norm(simulator.effector - settled(full, "full", position).effector))
+    found = TipCheck(near, thumb_basis)(simulator.state, simulator.effort, np.array([position]))
     assert (true > 1e-3) == outside
     assert found == pytest.approx(true, rel=0.5, abs=1e-4)
 

@@ -78,7 +78,7 @@ def test_responses_are_where_small_forces_push(thumb: TetRobot) -> None:
     assert found.shape == (thumb.n, 4)
     light = thumb.loaded(np.zeros(3), np.zeros(3))
     simulator = Simulator(light, contact="none")
-    assert simulator.settle(tension=[1e-4], tolerance=1e-10).converged
+    assert simulator.settle(effort=[1e-4], tolerance=1e-10).converged
     moved = simulator.state.q - rest.q
     cosine = moved @ found[:, 3] / np.linalg.norm(moved) / np.linalg.norm(found[:, 3])
     assert cosine > 1.0 - 1e-4

@@ -73,11 +73,11 @@ def test_without_a_tension_no_chamber_stiffens_the_next_call() -> None:
 def test_a_reduced_robot_is_controlled_by_its_pressure() -> None:
     robot = pneumatic_robot()
     simulator = Simulator(robot, "none")
-    assert simulator.settle(tension=[2e4]).converged
+    assert simulator.settle(effort=[2e4]).converged
     goal = simulator.effector
     snapshots = []
     for pressure in np.linspace(-5e3, 4e4, 10):
-        assert simulator.settle(tension=[pressure]).converged
+        assert simulator.settle(effort=[pressure]).converged
         snapshots.append(simulator.state.q - robot.rest().q)
     weight = np.sqrt(3.0 * robot.mass / robot.mass.sum())
     U = np.linalg.svd(weight[:, None] * np.array(snapshots).T, full_matrices=False)[0][:, :4]
@@ -88,7 +88,7 @@ def test_a_reduced_robot_is_controlled_by_its_pressure() -> None:
         actuation = follower.step(goal)
     assert actuation.status.usable
     np.testing.assert_allclose(follower.effector, goal, atol=1e-5)
-    assert actuation.tension[0] == pytest.approx(2e4, rel=0.02)
+    assert actuation.effort[0] == pytest.approx(2e4, rel=0.02)
 
 
 def test_errors_of_a_basis_are_those_at_equal_pressure_too(tmp_path: Path) -> None:

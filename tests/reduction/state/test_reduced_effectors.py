@@ -30,8 +30,8 @@ def complete(robot: TetRobot) -> ReducedRobot:
 def few(robot: TetRobot) -> ReducedRobot:
     """Six modes of a bent beam, all elements."""
     simulator, states = Simulator(robot, contact="none"), []
-    for pull in np.linspace(0.0, 0.006, 13)[1:]:
-        assert simulator.settle(pull=[pull]).converged
+    for position in np.linspace(0.0, 0.006, 13)[1:]:
+        assert simulator.settle(position=[position]).converged
         states.append(simulator.state.q - robot.rest().q)
     Phi = pod(np.array(states).T, ReducibleTetRobot(robot).weight, 6).Phi
     every = np.arange(robot.n_elements)
@@ -73,14 +73,14 @@ def test_rows_of_a_few_modes_are_derivatives(few: ReducedRobot) -> None:
 
 def test_a_reduced_robot_reaches_values_of_the_full_one(robot: TetRobot, few: ReducedRobot) -> None:
     simulator = Simulator(robot, contact="none")
-    assert simulator.settle(pull=[0.004]).converged
+    assert simulator.settle(position=[0.004]).converged
     goal, layout = simulator.effector_values, robot.effector_layout
     settings = ControllerSettings(qp_solver="daqp", regularisation=1e-6, basis=None, max_pivots=100)
     controller = Controller(few, settings=settings)
     for _ in range(60):
         controller.step(goal)
     assert layout.error(controller.effector_values, goal) < 0.01 * robot.size
-    assert controller.pull == pytest.approx([0.004], abs=2e-4)
+    assert controller.position == pytest.approx([0.004], abs=2e-4)
 
 
 def test_outer_forces_act_on_the_same_places(robot: TetRobot, complete: ReducedRobot) -> None:

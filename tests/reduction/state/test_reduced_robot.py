@@ -50,10 +50,10 @@ def test_complete_basis_gives_forces_and_tangent(
     thumb: TetRobot, complete: ReducedRobot, bent: tuple[State, State], exact: bool
 ) -> None:
     full, alpha = bent
-    Phi, tension = complete.Phi, np.array([2.0])
-    force, values = thumb.forces(full, tension, exact)
+    Phi, effort = complete.Phi, np.array([2.0])
+    force, values = thumb.forces(full, effort, exact)
     K = matrix(thumb, values)
-    found, tangent = complete.forces(alpha, tension, exact)
+    found, tangent = complete.forces(alpha, effort, exact)
     np.testing.assert_allclose(found, Phi.T @ force, atol=1e-9 * np.abs(force).max())
     expected = Phi.T @ (K @ Phi)
     np.testing.assert_allclose(tangent, expected, atol=1e-9 * np.abs(expected).max())
@@ -64,10 +64,10 @@ def test_complete_basis_gives_the_step(
     thumb: TetRobot, complete: ReducedRobot, bent: tuple[State, State], scheme: Integration
 ) -> None:
     full, alpha = bent
-    Phi, tension = complete.Phi, np.array([2.0])
+    Phi, effort = complete.Phi, np.array([2.0])
     known, found = (
-        thumb.linearise(full, tension, scheme),
-        complete.linearise(alpha, tension, scheme),
+        thumb.linearise(full, effort, scheme),
+        complete.linearise(alpha, effort, scheme),
     )
     scale = np.abs(known.v_free).max()
     np.testing.assert_allclose(Phi @ found.v_free, known.v_free, atol=1e-7 * scale)
@@ -122,7 +122,7 @@ def test_short_segments_of_cables_are_rounded_as_in_the_full_robot(
 ) -> None:
     """Two stations of a cable at a distance of 0.3 of that from which lengths are rounded, and at none."""
     cables, dof = thumb.actuator_set.cables, thumb.pattern.dof
-    x, tension = thumb.mesh.nodes, np.array([2.0])
+    x, effort = thumb.mesh.nodes, np.array([2.0])
     ends = cables.paths.segments(cables.stations(x))[0]  # (2, 3)
     across = ends[1] - ends[0]
     along = across / np.linalg.norm(across)
@@ -137,11 +137,11 @@ def test_short_segments_of_cables_are_rounded_as_in_the_full_robot(
     ours, theirs = (item.actuators for item in (complete.rows(short), thumb.rows(full)))
     np.testing.assert_allclose(ours.delta, theirs.delta, atol=1e-9)
     np.testing.assert_allclose(ours.dense(), theirs.dense() @ complete.Phi, atol=1e-6)
-    _, with_tension = complete.forces(short, tension)
+    _, with_tension = complete.forces(short, effort)
     _, without = complete.forces(short)
     taut, slack = (
         complete.Phi.T @ (matrix(thumb, thumb.forces(full, lam)[1]) @ complete.Phi)
-        for lam in (tension, None)
+        for lam in (effort, None)
     )
     expected = taut - slack
     np.testing.assert_allclose(with_tension - without, expected, atol=1e-6 * np.abs(expected).max())
@@ -185,7 +185,7 @@ def test_equilibria_are_those_of_the_full_thumb(
     simulator = Simulator(reduced, contact="full")
     apart = []
     for i in range(0, len(thumb_ramp), 4):
-        report = simulator.settle(pull=thumb_ramp.pull[:, i], tolerance=1e-6)
+        report = simulator.settle(position=thumb_ramp.position[:, i], tolerance=1e-6)
         assert report.converged
         assert report.deepest_gap > -1e-6
         apart.append(np.linalg.norm(simulator.effector.ravel() - thumb_ramp.effector[:, i]))
@@ -197,13 +197,13 @@ def test_controller_decides_the_same_with_either(thumb: TetRobot, reduced: Reduc
     goals = [
         np.array([0.0075 + 0.006 * s, 0.0075, -0.05 + 0.001 * s]) for s in np.linspace(0, 1, 25)
     ]
-    pulls = []
+    positions = []
     robots: tuple[Robot, ...] = (thumb, reduced)
     for robot in robots:
         controller = Controller(robot, "full")
-        pulls.append([float(controller.step(goal).pull[0]) for goal in goals])
-    assert max(pulls[0]) > 2e-3
-    np.testing.assert_allclose(pulls[1], pulls[0], atol=5e-5)
+        positions.append([float(controller.step(goal).position[0]) for goal in goals])
+    assert max(positions[0]) > 2e-3
+    np.testing.assert_allclose(positions[1], positions[0], atol=5e-5)
 
 
 def test_fork_leaves_the_other_systems_alone(reduced: ReducedRobot) -> None:
@@ -217,9 +217,9 @@ def test_fork_leaves_the_other_systems_alone(reduced: ReducedRobot) -> None:
 def test_gravity_and_outer_forces_are_those_of_the_full_robot(
     thumb: TetRobot, complete: ReducedRobot
 ) -> None:
-    gravity, pull = np.array([1.0, -2.0, 3.0]), np.array([0.1, 0.0, 0.2])
-    expected = complete.Phi.T @ thumb.loaded(gravity, pull).load
-    np.testing.assert_allclose(complete.loaded(gravity, pull).load, expected)
+    gravity, position = np.array([1.0, -2.0, 3.0]), np.array([0.1, 0.0, 0.2])
+    expected = complete.Phi.T @ thumb.loaded(gravity, position).load
+    np.testing.assert_allclose(complete.loaded(gravity, position).load, expected)
 
 
 def test_projection_undoes_lifting(reduced: ReducedRobot) -> None:

@@ -52,8 +52,8 @@ def make_basis(robot: Robot, k: int) -> ContactBasis:
     """Modes of the forces met while the notches close."""
     simulator = Simulator(robot, contact="full")
     columns = []
-    for pull in np.linspace(0.008, 0.036, 29):
-        simulator.settle(pull=[pull])
+    for position in np.linspace(0.008, 0.036, 29):
+        simulator.settle(position=[position])
         columns.append(simulator.smooth_contact_forces())
     found = factorise(np.array(columns).T, k)
     nowhere = Provenance(
@@ -101,24 +101,26 @@ def record(
         name: of the file, without its ending.
     """
     controller = Controller(robot, contact)
-    robot, settings, pull = controller.robot, controller.settings, controller.pull
+    robot, settings, position = controller.robot, controller.settings, controller.position
     state, forces, found = controller.state, controller.forces, []
     for target in targets(robot, rng, steps):
-        prepared = prepare(controller.horizon, contact, state, forces, pull, settings.enrichment)
-        decision = decide(robot, prepared, target, pull, settings)
+        prepared = prepare(
+            controller.horizon, contact, state, forces, position, settings.enrichment
+        )
+        decision = decide(robot, prepared, target, position, settings)
         assert decision.plan is not None
         compliance, start = decision.plan.predicted.step.compliance, decision.plan.start
         if 0 < len(start.piece) <= MOST_MODES:
             found.append(
                 Recorded(
-                    compliance.W, compliance.delta_free, target, robot.limits, pull, robot.h,
+                    compliance.W, compliance.delta_free, target, robot.limits, position, robot.h,
                     settings.epsilon, start,
                 )
             )  # fmt: skip
         if not decision.status.usable:
-            held = Command.of(pull, None)
-            decision = hold(robot, prepared, held, pull, settings.enrichment)
-        pull, step = decision.pull, decision.predicted.step
+            held = Command.of(position, None)
+            decision = hold(robot, prepared, held, position, settings.enrichment)
+        position, step = decision.position, decision.predicted.step
         state = robot.advance(step.state, step.system, decision.predicted.dv)
         forces = decision.predicted.step.split(decision.predicted.lam, contact.k)
     kept = sorted(rng.choice(len(found), size=min(KEPT, len(found)), replace=False))

@@ -51,8 +51,11 @@ def write(
     """One tick as the node records it, its times made up."""
     robot, keys = setup.robot, Keys(setup.robot.name)
     stamp = START + round(index * 1e9 * robot.h)
-    pull, tension = tuple(action.actuation.pull.tolist()), tuple(action.actuation.tension.tolist())
-    joints = Joints(stamp, robot.frame, robot.actuators.names, pull, tension)
+    position, effort = (
+        tuple(action.actuation.position.tolist()),
+        tuple(action.actuation.effort.tolist()),
+    )
+    joints = Joints(stamp, robot.frame, robot.actuators.names, position, effort)
     decided = action.decided
     certificate = action.actuation.certificate
     tick = Tick(
@@ -92,7 +95,7 @@ def record(name: str, folder: Path) -> Path:
         action = loop.tick(goal_of_model, Signals(following, shutdown=done >= STOP))
         write(recorder, setup, index, action, goal, feedback.correction)
         loop.prepare()
-        plant.step(tension=action.actuation.tension)
+        plant.step(effort=action.actuation.effort)
         if done > HOLD:
             feedback.observe(loop.controller.effector_values, plant.effector_values, robot.h)
     recorder.close()
@@ -108,7 +111,7 @@ def reached(setup: Setup, share: float, ticks: int) -> np.ndarray:
         phase = 2.0 * np.pi * index / ticks
         swing = 0.5 * (1.0 - np.cos(phase))
         turn = np.ones(1) if robot.n_a == 1 else np.maximum(np.cos(2.0 * phase - lag), 0.0)
-        simulator.step(pull=share * swing * turn * robot.limits.pull_max)
+        simulator.step(position=share * swing * turn * robot.limits.position_max)
         found.append(simulator.effector_values)
     return np.array(found)
 

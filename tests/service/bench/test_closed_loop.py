@@ -74,7 +74,7 @@ def test_a_run_is_deterministic(beam: Robot, cases: list[Case]) -> None:
         for _ in range(2)
     ]
     np.testing.assert_array_equal(traces[0].effector, traces[1].effector)
-    np.testing.assert_array_equal(traces[0].pull, traces[1].pull)
+    np.testing.assert_array_equal(traces[0].position, traces[1].position)
 
 
 def made_up(error: list[float]) -> Trace:

@@ -15,8 +15,8 @@ from tauten.service.bench import compare_equilibria, equilibrium
 
 
 def test_contact_opens_what_overlaps(finger: Robot) -> None:
-    pull = finger.limits.pull_max
-    passing, touching = (equilibrium(finger, kind, pull, None) for kind in ("none", "full"))
+    position = finger.limits.position_max
+    passing, touching = (equilibrium(finger, kind, position, None) for kind in ("none", "full"))
     found = compare_equilibria(finger, touching, passing)
     assert found.deepest_overlap_mm > 0.5
     assert finger.rows(touching.state).contacts.rows.delta.min() > -1e-5
@@ -31,10 +31,10 @@ def test_contact_opens_what_overlaps(finger: Robot) -> None:
 
 @pytest.mark.slow
 def test_a_load_without_equilibrium_is_shortened(finger: Robot) -> None:
-    pull = np.array([0.5])  # m, four times the length of the finger
-    passing = equilibrium(finger, "none", pull, None)
+    position = np.array([0.5])  # m, four times the length of the finger
+    passing = equilibrium(finger, "none", position, None)
     assert 0.0 < passing.share < 1.0
-    assert passing.pull[0] == pytest.approx(passing.share * pull[0], abs=1e-6)
+    assert passing.position[0] == pytest.approx(passing.share * position[0], abs=1e-6)
     assert compare_equilibria(finger, passing, passing).share == (passing.share, passing.share)
 
 

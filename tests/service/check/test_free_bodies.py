@@ -78,5 +78,5 @@ def test_a_free_body_on_a_floor_is_not_wrong(tmp_path: Path) -> None:
     assert result.estimate is None
     simulator = Simulator(load_robot(path), contact="full")
     for _ in range(100):
-        simulator.step(pull=[0.0])
+        simulator.step(position=[0.0])
     assert simulator.lam_c.sum() == pytest.approx(9.81 * 1000.0 * 0.02**3, rel=0.02)

@@ -87,8 +87,8 @@ def test_meshes_are_compared_under_angles_of_drives(robot: str) -> None:
     assert estimate is not None
     assert [load.label for load in estimate.loads] == ["servo 5.73 deg"]
     own = estimate.variants[0]
-    assert own.tension is not None
-    assert own.tension > 0.0  # linear elements are too stiff, whatever the sign of the torque
+    assert own.effort is not None
+    assert own.effort > 0.0  # linear elements are too stiff, whatever the sign of the torque
 
 
 def test_the_command_draws_them(robot: str, tmp_path: Path) -> None:

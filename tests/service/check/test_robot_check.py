@@ -97,20 +97,20 @@ def test_the_error_of_a_coarse_cantilever_is_that_against_beam_theory(
     robot = write(tmp_path, box_mesh(SIZE, (10, 2, 2)))
     result = checked(robot, shares=(0.04,), refinements=refinements)
     simulator = Simulator(load_robot(robot), contact="none")
-    assert simulator.settle(pull=[0.002], tolerance=1e-8).converged
+    assert simulator.settle(position=[0.002], tolerance=1e-8).converged
     theory = 3.0 * 1e6 * (0.02**4 / 12.0) * 0.002 / REACH**3
-    error = simulator.tension[0] / theory - 1.0
+    error = simulator.effort[0] / theory - 1.0
     assert error > 0.5
     estimate = result.estimate
     assert estimate is not None
     assert estimate.complete
     own = estimate.variants[0]
-    assert own.tension == pytest.approx(error, rel=0.15)
+    assert own.effort == pytest.approx(error, rel=0.15)
     assert own.contact is None
     (reference,) = estimate.references
     assert reference is not None
     assert reference.source.startswith(source)
-    assert reference.state.tension[0] == pytest.approx(theory, rel=0.06)
+    assert reference.state.effort[0] == pytest.approx(theory, rel=0.06)
     assert (reference.order is not None) == (refinements == 2)
     if (
         refinements == 2
@@ -278,7 +278,7 @@ def test_beams_are_halved_until_their_limit_is_known(tmp_path: Path) -> None:
     orders = [item.order for item in result.estimate.references if item is not None]
     assert len(orders) == 3
     assert all(order is not None and 1.9 < order < 4.0 for order in orders)
-    own, halved, _ = (item.tension for item in result.estimate.variants)
+    own, halved, _ = (item.effort for item in result.estimate.variants)
     assert own is not None
     assert halved is not None
     assert 0.0 < halved < 0.3 * own
@@ -295,8 +295,8 @@ def test_a_coarse_finger_is_too_stiff_with_linear_elements(tmp_path: Path) -> No
     assert "linear elements are too stiff" in result.estimate.verdict
     own = result.estimate.variants[0]
     assert own.variant == Variant("linear", 0)
-    assert own.tension is not None
-    assert own.tension > 0.2
+    assert own.effort is not None
+    assert own.effort > 0.2
 
 
 def test_errors_are_saved_for_the_robot_that_was_checked(tmp_path: Path) -> None:
@@ -307,9 +307,9 @@ def test_errors_are_saved_for_the_robot_that_was_checked(tmp_path: Path) -> None
     assert run_main("--log-level", "error", "check", path, *options) == 1
     own = checked(str(path), shares=(0.2,), refinements=0).estimate
     assert own is not None
-    assert own.variants[0].tension is not None
+    assert own.variants[0].effort is not None
     said = mesh_error_text(path, digest)
-    assert said.startswith(f"tension {100.0 * own.variants[0].tension:+.1f} %, tip ")
+    assert said.startswith(f"tension {100.0 * own.variants[0].effort:+.1f} %, tip ")
     assert "tauten check, 20" in said
     other = load_robot(path, young_scale=1.1).digest
     assert mesh_error_text(path, other).startswith(
@@ -381,10 +381,10 @@ def test_a_mesh_that_fails_does_not_cost_the_others(
     result = checked(write(tmp_path), shares=(0.04,))
     assert result.complete
     assert result.estimate is not None
-    tensions = {item.variant.name: item.tension for item in result.estimate.variants}
-    assert tensions.pop("smoothed") is None
-    assert len(tensions) == 3
-    assert None not in tensions.values()
+    efforts = {item.variant.name: item.effort for item in result.estimate.variants}
+    assert efforts.pop("smoothed") is None
+    assert len(efforts) == 3
+    assert None not in efforts.values()
     failed = about(result, "meshes to compare with")
     assert failed.level == "doubtful"
     assert failed.found == "smoothed elements: NotImplementedError: no smoothed elements today"

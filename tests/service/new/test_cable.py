@@ -21,7 +21,7 @@ def test_comments_and_all_other_text_remain(tmp_path: Path) -> None:
     assert file.read_text(encoding="utf-8").startswith(text + "\n")
     robot = load_robot(file)
     assert robot.actuators.names == ("lower", "upper", "side")
-    assert robot.limits.tension_max[2] == 20.0
+    assert robot.limits.effort_max[2] == 20.0
     ends = robot.actuator_segments(robot.rest())[robot.segment_owners == 2]
     assert ends[0, 0] == pytest.approx(POINTS[0])
     assert ends[:, 1] == pytest.approx(POINTS[1:], abs=1e-5)

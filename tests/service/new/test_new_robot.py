@@ -51,12 +51,12 @@ def test_a_box_becomes_a_robot_that_bends(tmp_path: Path) -> None:
     robot = load_robot(made.file)
     assert len(made.trials) == 1 and np.isnan(made.trials[0].error)
     sim = Simulator(robot, contact="none")
-    sim.settle(pull=[0.0])
+    sim.settle(position=[0.0])
     start = sim.effector[0]
-    report = sim.settle(pull=[float(robot.limits.pull_max[0])])
+    report = sim.settle(position=[float(robot.limits.position_max[0])])
     assert report.converged
     assert np.linalg.norm(sim.effector[0] - start) > 5e-3
-    assert sim.tension[0] < robot.limits.tension_max[0]
+    assert sim.effort[0] < robot.limits.effort_max[0]
 
 
 @pytest.mark.slow

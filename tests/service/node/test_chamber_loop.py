@@ -55,10 +55,12 @@ def test_everything_that_leaves_is_within_the_limits(
         target = None if goal is None else rest + goal
         left = loop.tick(target, Signals(target=target is not None)).actuation
         loop.prepare()
-        assert ((limits.pull_min <= left.pull) & (left.pull <= limits.pull_max)).all()
-        assert ((limits.tension_min <= left.tension) & (left.tension <= limits.tension_max)).all()
-        assert (np.abs(left.pull - last) <= limits.rate * robot.h * (1.0 + 1e-12)).all()
-        last = left.pull
+        assert (
+            (limits.position_min <= left.position) & (left.position <= limits.position_max)
+        ).all()
+        assert ((limits.effort_min <= left.effort) & (left.effort <= limits.effort_max)).all()
+        assert (np.abs(left.position - last) <= limits.rate * robot.h * (1.0 + 1e-12)).all()
+        last = left.position
 
 
 def test_a_lock_waits_while_idle_and_moves_while_following(robot: TetRobot) -> None:
@@ -70,9 +72,9 @@ def test_a_lock_waits_while_idle_and_moves_while_following(robot: TetRobot) -> N
     for tick in range(60):
         action = loop.tick(goal if tick > 20 else None, Signals(target=tick > 20))
         loop.prepare()
-        assert tick > 20 or action.actuation.tension[1] == 0.0
+        assert tick > 20 or action.actuation.effort[1] == 0.0
     assert action.mode is Mode.RUN
-    assert action.actuation.tension[1] == pytest.approx(1e4)
+    assert action.actuation.effort[1] == pytest.approx(1e4)
     assert not action.actuation.clamped
     assert loop.obey(LockOrder("bellows")) is None
     assert loop.locks.values == {}
@@ -124,9 +126,9 @@ def test_no_lock_moves_anything_while_the_node_does_not_follow(
     for _ in range(40):
         held = tick(loop, goal, **seen)
         assert held.mode in (Mode.HOLD, Mode.IDLE)
-        assert held.actuation.pull[0] == before.pull[0]
-        assert sealed or held.actuation.tension[1] == before.tension[1]
-        assert not sealed or held.actuation.pull[1] == before.pull[1]
+        assert held.actuation.position[0] == before.position[0]
+        assert sealed or held.actuation.effort[1] == before.effort[1]
+        assert not sealed or held.actuation.position[1] == before.position[1]
     check_locks_are_reached(loop, locks)
 
 
@@ -143,9 +145,9 @@ def check_locks_are_reached(loop: ControlLoop, locks: tuple[LockOrder, ...]) -> 
     for order in locks:
         i = robot.actuators.names.index(order.actuator)
         if order.position is None:
-            assert moved.actuation.tension[i] == pytest.approx(order.force)
+            assert moved.actuation.effort[i] == pytest.approx(order.force)
         else:
-            assert moved.actuation.pull[i] == pytest.approx(order.position)
+            assert moved.actuation.position[i] == pytest.approx(order.position)
 
 
 def test_an_actuator_on_its_way_to_a_lock_stops_with_the_others(robot: TetRobot) -> None:
@@ -153,10 +155,10 @@ def test_an_actuator_on_its_way_to_a_lock_stops_with_the_others(robot: TetRobot)
     near = robot.effector(robot.rest()) + np.array([0.0, 0.0, -0.004])
     tick(loop, near)
     loop.obey(LockOrder("tendon", position=0.015))
-    on_the_way = tick(loop, near).actuation.pull[0]
+    on_the_way = tick(loop, near).actuation.position[0]
     assert 0.0 < on_the_way < 0.015
     loop.obey(OperatorCommand.HOLD)
-    assert all(tick(loop, near).actuation.pull[0] == on_the_way for _ in range(20))
+    assert all(tick(loop, near).actuation.position[0] == on_the_way for _ in range(20))
 
 
 @pytest.mark.parametrize(
@@ -187,14 +189,14 @@ def test_a_stop_releases_what_is_locked_and_a_reset_forgets_it(robot: TetRobot) 
     loop.obey(LockOrder("bellows", force=1e4))
     for _ in range(20):
         tick(loop, robot.effector(robot.rest()))
-    assert loop.controller.pull[0] == pytest.approx(0.003)
-    assert loop.controller.tension[1] == pytest.approx(1e4)
+    assert loop.controller.position[0] == pytest.approx(0.003)
+    assert loop.controller.effort[1] == pytest.approx(1e4)
     loop.obey(OperatorCommand.STOP)
     refused = loop.obey(LockOrder("tendon", position=0.001))
     assert refused is not None
     assert refused.reason is RejectionReason.NOT_NOW
     while not loop.released:
         loop.tick(None, Signals(target=False))
-    np.testing.assert_array_equal(loop.controller.tension, 0.0)
+    np.testing.assert_array_equal(loop.controller.effort, 0.0)
     assert loop.obey(OperatorCommand.RESET) is None
     assert loop.locks.message == "none"

@@ -74,7 +74,7 @@ class Rig:
     clock: Clock
     outside: zenoh.Session
     seen: Seen
-    pull: np.ndarray
+    position: np.ndarray
     probed: queue.SimpleQueue[bytes]
     probes: int = 0
 
@@ -109,7 +109,7 @@ class Rig:
         last = self.seen.take(KEYS.actuation)[-1]
         joints = decode_joints(last, CDR, self.node._robot.actuators.names)
         assert isinstance(joints, Joints)
-        self.pull = np.array(joints.pull)
+        self.position = np.array(joints.position)
 
 
 def order(command: OperatorCommand) -> tuple[str, bytes, str]:
@@ -195,12 +195,12 @@ def test_everything_that_leaves_is_within_the_limits(
         joints = decode_joints(payload, CDR, robot.actuators.names)
         assert isinstance(joints, Joints), joints
         assert joints.frame == robot.frame
-        pull, tension = np.array(joints.pull), np.array(joints.tension)
-        step, rig.pull = np.abs(pull - rig.pull), pull
-        assert (limits.pull_min <= pull).all()
-        assert (pull <= limits.pull_max).all()
-        assert (limits.tension_min <= tension).all()
-        assert (tension <= limits.tension_max).all()
+        position, effort = np.array(joints.position), np.array(joints.effort)
+        step, rig.position = np.abs(position - rig.position), position
+        assert (limits.position_min <= position).all()
+        assert (position <= limits.position_max).all()
+        assert (limits.effort_min <= effort).all()
+        assert (effort <= limits.effort_max).all()
         assert (step <= limits.rate * robot.h * (1.0 + ROUNDING)).all()
     for payload in rig.seen.take(KEYS.effectors(("tip",))[0]):
         assert isinstance(decode_point(payload, CDR), Point)

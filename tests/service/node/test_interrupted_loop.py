@@ -59,7 +59,7 @@ def at_rest(robots: tuple[Robot, Robot], goal: Array) -> Array:
             left = controller.decide(layout.moved(values, feedback.correction))
             assert left.status is Status.OK
         controller.advance()
-        driven.move(none, left.tension)
+        driven.move(none, left.effort)
     return driven.simulator.effector_values
 
 
@@ -67,6 +67,6 @@ def test_a_hold_on_the_way_and_streams_that_start_apart_do_not_change_where_it_r
     robots: tuple[Robot, Robot],
 ) -> None:
     layout, simulator = robots[0].effector_layout, Simulator(robots[0], "none")
-    assert simulator.settle(pull=[0.0, 0.004]).converged
+    assert simulator.settle(position=[0.0, 0.004]).converged
     goal = simulator.effector_values
     assert layout.error(at_rest(robots, goal), goal) < 1e-4  # 3 mm apart without feedback

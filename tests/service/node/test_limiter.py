@@ -12,17 +12,17 @@ from tauten.service.node import ActuationLimiter
 
 H = 0.02
 LIMITS = Limits(
-    tension_min=np.array([0.0, 0.5]),
-    tension_max=np.array([20.0, 3.0]),
-    pull_min=np.array([0.0, -0.002]),
-    pull_max=np.array([0.04, 0.01]),
+    effort_min=np.array([0.0, 0.5]),
+    effort_max=np.array([20.0, 3.0]),
+    position_min=np.array([0.0, -0.002]),
+    position_max=np.array([0.04, 0.01]),
     rate=np.array([0.04, 0.1]),
 )
 LIMITER = ActuationLimiter(LIMITS, H)
 REST = Actuation(
-    LIMITER.rest_pull,
-    LIMITER.rest_tension,
-    LIMITER.rest_tension,
+    LIMITER.rest_position,
+    LIMITER.rest_effort,
+    LIMITER.rest_effort,
     np.zeros((1, 3)),
     np.zeros(3),
     Status.OK,
@@ -30,10 +30,10 @@ REST = Actuation(
 )
 # chambers: one with pressure and vacuum, one with vacuum only
 CHAMBERS = Limits(
-    tension_min=np.array([-5e3, -2e4]),
-    tension_max=np.array([4e4, 0.0]),
-    pull_min=np.array([-8e-6, -3e-5]),
-    pull_max=np.array([8e-6, 0.0]),
+    effort_min=np.array([-5e3, -2e4]),
+    effort_max=np.array([4e4, 0.0]),
+    position_min=np.array([-8e-6, -3e-5]),
+    position_max=np.array([8e-6, 0.0]),
     rate=np.array([2e-5, 1e-4]),
 )
 anything = st.lists(st.floats() | st.floats(-0.05, 0.05), min_size=2, max_size=2).map(np.array)
@@ -47,18 +47,18 @@ def test_every_output_is_within_limits_and_rate(
     limits: Limits, inputs: list[tuple[Array, Array]], unit: float
 ) -> None:
     limiter = ActuationLimiter(limits, H)
-    last = REST.with_values(limiter.rest_pull, limiter.rest_tension, clamped=False)
-    for pull, tension in inputs:
+    last = REST.with_values(limiter.rest_position, limiter.rest_effort, clamped=False)
+    for position, effort in inputs:
         with np.errstate(over="ignore"):
-            wanted = REST.with_values(pull * unit, tension * unit, clamped=False)
+            wanted = REST.with_values(position * unit, effort * unit, clamped=False)
         out = limiter.limit(wanted, last)
-        assert np.isfinite(out.pull).all()
-        assert np.isfinite(out.tension).all()
-        assert (limits.pull_min <= out.pull).all()
-        assert (out.pull <= limits.pull_max).all()
-        assert (limits.tension_min <= out.tension).all()
-        assert (out.tension <= limits.tension_max).all()
-        assert (np.abs(out.pull - last.pull) <= limits.rate * H * (1.0 + 1e-12)).all()
+        assert np.isfinite(out.position).all()
+        assert np.isfinite(out.effort).all()
+        assert (limits.position_min <= out.position).all()
+        assert (out.position <= limits.position_max).all()
+        assert (limits.effort_min <= out.effort).all()
+        assert (out.effort <= limits.effort_max).all()
+        assert (np.abs(out.position - last.position) <= limits.rate * H * (1.0 + 1e-12)).all()
         last = out
 
 
@@ -68,29 +68,31 @@ def test_chambers_are_released_to_the_pressure_outside() -> None:
     last = start
     for wanted in limiter.release(start, 0.1):
         out = limiter.limit(wanted, last)
-        assert (np.abs(out.tension) <= np.abs(last.tension)).all()
+        assert (np.abs(out.effort) <= np.abs(last.effort)).all()
         if limiter.at_rest(out):
             break
         last = out
-    np.testing.assert_array_equal(out.tension, 0.0)
-    np.testing.assert_array_equal(out.pull, 0.0)
+    np.testing.assert_array_equal(out.effort, 0.0)
+    np.testing.assert_array_equal(out.position, 0.0)
 
 
-def limited(pull: list[float], tension: list[float]) -> Actuation:
+def limited(position: list[float], effort: list[float]) -> Actuation:
     """What leaves right after rest."""
-    return LIMITER.limit(REST.with_values(np.array(pull), np.array(tension), clamped=False), REST)
+    return LIMITER.limit(
+        REST.with_values(np.array(position), np.array(effort), clamped=False), REST
+    )
 
 
 def test_what_is_within_limits_leaves_unchanged() -> None:
     out = limited([0.0007, -0.0015], [5.0, 1.0])
-    np.testing.assert_array_equal(out.pull, [0.0007, -0.0015])
-    np.testing.assert_array_equal(out.tension, [5.0, 1.0])
+    np.testing.assert_array_equal(out.position, [0.0007, -0.0015])
+    np.testing.assert_array_equal(out.effort, [5.0, 1.0])
     assert not out.clamped
 
 
 def test_rounding_is_clamped_but_not_reported() -> None:
     out = limited([-1e-12, 0.0], [0.0, 0.5])
-    assert out.pull[0] == 0.0
+    assert out.position[0] == 0.0
     assert not out.clamped
     assert limited([-1e-5, 0.0], [0.0, 0.5]).clamped
 
@@ -107,7 +109,7 @@ def test_a_release_takes_its_time_and_at_least_that_of_the_rate(
         if LIMITER.at_rest(last):
             break
     steps = len(ramp)
-    np.testing.assert_allclose(ramp[-1].pull, 0.0, atol=1e-15)
+    np.testing.assert_allclose(ramp[-1].position, 0.0, atol=1e-15)
     assert not any(safe.clamped for safe in ramp)
     assert steps * H >= seconds * (1.0 - 1e-12)
     assert pulled / steps <= LIMITS.rate[0] * H * (1.0 + 1e-12)
@@ -116,4 +118,4 @@ def test_a_release_takes_its_time_and_at_least_that_of_the_rate(
 
 
 def test_rest_respects_limits_that_exclude_zero_tension() -> None:
-    assert LIMITER.rest_tension == pytest.approx([0.0, 0.5])
+    assert LIMITER.rest_effort == pytest.approx([0.0, 0.5])

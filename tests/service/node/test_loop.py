@@ -29,10 +29,10 @@ def loop(beam: Robot) -> ControlLoop:
     return ControlLoop(Controller(beam))
 
 
-def goal_at(loop: ControlLoop, pull: float) -> Array:
+def goal_at(loop: ControlLoop, position: float) -> Array:
     """Where the effectors are when the upper cable is pulled."""
     simulator = Simulator(loop.controller.robot, contact="none")
-    assert simulator.settle(pull=[0.0, pull]).converged
+    assert simulator.settle(position=[0.0, position]).converged
     return simulator.effector
 
 
@@ -54,15 +54,15 @@ def test_it_idles_at_rest_then_follows_then_holds(loop: ControlLoop) -> None:
     idle = run(loop, None, 3)
     assert idle.mode is Mode.IDLE
     assert idle.status is None
-    np.testing.assert_array_equal(idle.actuation.pull, 0.0)
+    np.testing.assert_array_equal(idle.actuation.position, 0.0)
     goal = goal_at(loop, 0.004)
     following = run(loop, goal, 60)
     assert following.mode is Mode.RUN
-    assert following.actuation.pull[1] == pytest.approx(0.004, rel=0.02)
+    assert following.actuation.position[1] == pytest.approx(0.004, rel=0.02)
     assert np.linalg.norm(following.actuation.effector - goal, axis=1).max() < 2e-4
     held = run(loop, None, 50)
     assert held.mode is Mode.HOLD
-    np.testing.assert_array_equal(held.actuation.pull, following.actuation.pull)
+    np.testing.assert_array_equal(held.actuation.position, following.actuation.position)
     # a robot whose cables are held does not move
     assert (
         np.linalg.norm(held.actuation.effector - following.actuation.effector, axis=1).max() < 5e-4
@@ -76,8 +76,8 @@ def test_a_goal_out_of_reach_is_approached_within_the_limits(loop: ControlLoop) 
     action = run(loop, rest + np.array([0.0, 0.0, 0.4]), 200)
     assert action.mode is Mode.RUN
     assert action.actuation.effector[0, 2] > rest[0, 2] + 0.02
-    assert (action.actuation.pull <= limits.pull_max).all()
-    assert (action.actuation.tension <= limits.tension_max).all()
+    assert (action.actuation.position <= limits.position_max).all()
+    assert (action.actuation.effort <= limits.effort_max).all()
 
 
 def test_a_release_ends_slack_after_its_time(loop: ControlLoop) -> None:
@@ -85,15 +85,17 @@ def test_a_release_ends_slack_after_its_time(loop: ControlLoop) -> None:
     actions = release(loop)
     h, least = loop.controller.robot.h, ServiceSettings().release_time
     assert len(actions) == max(
-        round(least / h), int(np.ceil(before.actuation.pull.max() / (0.05 * h)))
+        round(least / h), int(np.ceil(before.actuation.position.max() / (0.05 * h)))
     )
     assert {(action.mode, action.cause) for action in actions} == {(Mode.STOP, Cause.SHUTDOWN)}
-    np.testing.assert_array_equal(actions[-1].actuation.pull, 0.0)
-    np.testing.assert_array_equal(actions[-1].actuation.tension, 0.0)
-    pulls = np.array([before.actuation.pull, *(action.actuation.pull for action in actions)])
-    steps = -np.diff(pulls[:, 1])
+    np.testing.assert_array_equal(actions[-1].actuation.position, 0.0)
+    np.testing.assert_array_equal(actions[-1].actuation.effort, 0.0)
+    positions = np.array(
+        [before.actuation.position, *(action.actuation.position for action in actions)]
+    )
+    steps = -np.diff(positions[:, 1])
     np.testing.assert_allclose(
-        steps, before.actuation.pull[1] / len(actions), rtol=1e-9
+        steps, before.actuation.position[1] / len(actions), rtol=1e-9
     )  # a straight ramp
     assert not any(action.actuation.clamped for action in actions)
 
@@ -106,13 +108,13 @@ def test_after_an_operators_stop_and_reset_it_follows_as_at_first(loop: ControlL
     assert (stopped.mode, stopped.cause) == (Mode.STOP, Cause.OPERATOR)
     assert not loop.command(OperatorCommand.RESET)  # not while cables are pulled
     slack = run(loop, goal, 100)
-    np.testing.assert_array_equal(slack.actuation.pull, 0.0)
+    np.testing.assert_array_equal(slack.actuation.position, 0.0)
     assert loop.released
     assert not loop.command(OperatorCommand.ENABLE)
     assert loop.command(OperatorCommand.RESET)
     assert run(loop, None, 1).mode is Mode.IDLE
     again = run(loop, goal, 40)
-    np.testing.assert_allclose(again.actuation.pull, first.actuation.pull, atol=1e-6)
+    np.testing.assert_allclose(again.actuation.position, first.actuation.position, atol=1e-6)
     assert loop.command(OperatorCommand.HOLD)
     assert run(loop, goal, 1).mode is Mode.HOLD
 
@@ -131,17 +133,19 @@ goals = st.none() | st.lists(numbers, min_size=6, max_size=6).map(
 def test_hostile_goals_move_no_cable_out_of_its_limits(wanted: list[Array | None]) -> None:
     robot = beam_robot(box_mesh(SIZE, (6, 2, 2)), SIZE, effectors=EFFECTORS)
     loop, limits = ControlLoop(Controller(robot)), robot.limits
-    pull = np.zeros(1)
+    position = np.zeros(1)
     actions = [run(loop, goal, 1) for goal in wanted]
     for action in [*actions, *release(loop)]:
-        assert np.isfinite([action.actuation.pull, action.actuation.tension]).all()
-        assert (limits.pull_min <= action.actuation.pull).all()
-        assert (action.actuation.pull <= limits.pull_max).all()
-        assert (limits.tension_min <= action.actuation.tension).all()
-        assert (action.actuation.tension <= limits.tension_max).all()
-        assert (np.abs(action.actuation.pull - pull) <= limits.rate * robot.h * (1.0 + 1e-12)).all()
-        pull = action.actuation.pull
-    np.testing.assert_array_equal(pull, 0.0)
+        assert np.isfinite([action.actuation.position, action.actuation.effort]).all()
+        assert (limits.position_min <= action.actuation.position).all()
+        assert (action.actuation.position <= limits.position_max).all()
+        assert (limits.effort_min <= action.actuation.effort).all()
+        assert (action.actuation.effort <= limits.effort_max).all()
+        assert (
+            np.abs(action.actuation.position - position) <= limits.rate * robot.h * (1.0 + 1e-12)
+        ).all()
+        position = action.actuation.position
+    np.testing.assert_array_equal(position, 0.0)
 
 
 def one_cable(max_tension: float) -> Robot:
@@ -165,17 +169,17 @@ def one_cable(max_tension: float) -> Robot:
 def test_a_hold_above_the_largest_tension_reports_both_and_keeps_the_pull() -> None:
     """The winches of a weaker cable are wound to where the stronger one pulls with 3 N."""
     simulator = Simulator(one_cable(20.0), contact="none")
-    assert simulator.settle(tension=[3.0]).converged
+    assert simulator.settle(effort=[3.0]).converged
     weak = Controller(one_cable(2.0))
-    weak.start_from(simulator.state, simulator.forces, simulator.pull)
+    weak.start_from(simulator.state, simulator.forces, simulator.position)
     action = run(ControlLoop(weak), None, 1)
     assert action.wanted.status is Status.INFEASIBLE
     assert action.wanted.conflict == ("tension of cable lower",)
     assert action.wanted.needed[0] > 2.5
-    assert action.actuation.tension[0] == 2.0
+    assert action.actuation.effort[0] == 2.0
     assert action.actuation.clamped
     assert action.status is None
-    np.testing.assert_array_equal(action.actuation.pull, simulator.pull)
+    np.testing.assert_array_equal(action.actuation.position, simulator.position)
 
 
 def test_after_a_clamp_the_next_decision_starts_from_what_left(loop: ControlLoop) -> None:
@@ -191,8 +195,8 @@ def test_after_a_clamp_the_next_decision_starts_from_what_left(loop: ControlLoop
         controller.limit(left)
         controller.advance()
         clamped += left.clamped
-        np.testing.assert_array_equal(controller.pull, left.pull)
+        np.testing.assert_array_equal(controller.position, left.position)
         # the decision itself is within its own rate of what left, not of what it wanted before
-        step = np.abs(wanted.pull - last.pull)
+        step = np.abs(wanted.position - last.position)
         assert (step <= limits.rate * controller.robot.h * (1.0 + 1e-6)).all()
     assert clamped > 5

@@ -72,7 +72,7 @@ class Rig:
         self.measured.subscriber.read(self._now, 1.8e9)
         cause = self.measured.correct(self._now, loop.controller.effector_values)
         action = loop.tick(target.ravel() + feedback.correction, Signals(True, measurement=cause))
-        self.plant.step(pull=action.actuation.pull)
+        self.plant.step(position=action.actuation.position)
         loop.prepare()
         self.largest = max(self.largest, feedback.length)
         away = float(np.linalg.norm(self.plant.effector - target, axis=1).max())
@@ -83,7 +83,7 @@ class Rig:
 def swing(robot: Robot, ticks: int) -> list[Array]:
     """Targets up and down, where the cables can take the effectors."""
     simulator = Simulator(robot, contact="none")
-    assert simulator.settle(pull=[0.0, 0.006]).converged
+    assert simulator.settle(position=[0.0, 0.006]).converged
     rest, up = robot.effector(robot.rest()), simulator.effector
     phases = 2.0 * np.pi * np.arange(ticks) / 150.0
     return [rest + np.sin(phase) ** 2 * (up - rest) for phase in phases]

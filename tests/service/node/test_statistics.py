@@ -31,7 +31,7 @@ class Overloaded(Controller):
     """A controller whose model is under a load that its held cable carries."""
 
     def hold(self) -> Actuation:
-        return replace(super().hold(), tension=np.array([157.0]))
+        return replace(super().hold(), effort=np.array([157.0]))
 
 
 def tick_of(action: Action) -> Tick:
@@ -43,7 +43,7 @@ def tick_of(action: Action) -> Tick:
     )  # fmt: skip
 
 
-def tensions(action: Action) -> Diagnostic:
+def efforts(action: Action) -> Diagnostic:
     statistics = LoopStatistics(cable_actuators(NAMES))
     statistics.add(tick_of(action), action)
     found = statistics.diagnostics(Clock(0.02), [], None, {})
@@ -56,13 +56,13 @@ def test_health_has_the_tension_that_left_and_the_models(overloaded: bool) -> No
     loop = ControlLoop(Overloaded(robot) if overloaded else Controller(robot))
     action = loop.tick(None, Signals(target=False))
     assert (action.mode, action.cause) == (Mode.IDLE, Cause.NO_TARGET)
-    largest = float(robot.limits.tension_max[0])
-    health = tensions(action)
+    largest = float(robot.limits.effort_max[0])
+    health = efforts(action)
     if not overloaded:
         assert (health.level, health.message) == (Level.OK, "as in the model")
         return
     assert largest < 157.0
-    assert action.actuation.tension.tolist() == [largest]
+    assert action.actuation.effort.tolist() == [largest]
     assert action.actuation.clamped
     assert health.level is Level.WARN
     assert health.message == f"cable: {largest:.3g} N have left, the model has 157 N"

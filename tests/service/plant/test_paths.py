@@ -109,7 +109,9 @@ def test_other_names_are_refused(finger: Robot, tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_reach_goes_on_where_there_is_no_equilibrium(finger: TetRobot) -> None:
     """Ten times the pull that the winch has: the path goes as far as the finger does."""
-    far = replace(finger, limits=replace(finger.limits, pull_max=10.0 * finger.limits.pull_max))
+    far = replace(
+        finger, limits=replace(finger.limits, position_max=10.0 * finger.limits.position_max)
+    )
     path = make_path("reach", far, PathSettings(period=4.0, fraction=1.0))
     assert path.shortened > 0
     assert np.isfinite(path.values).all()
@@ -119,26 +121,26 @@ def test_reach_goes_on_where_there_is_no_equilibrium(finger: TetRobot) -> None:
 def test_cables_on_the_other_side_do_not_pull(beam: TetRobot) -> None:
     """The load of `tauten compare`: one of two antagonistic cables."""
     command = bending_command(beam)
-    assert command.pull == pytest.approx([0.02, 0.0])
-    assert Simulator(beam).settle(pull=command.pull).converged
+    assert command.position == pytest.approx([0.02, 0.0])
+    assert Simulator(beam).settle(position=command.position).converged
 
 
 def test_cables_that_may_be_let_out_get_tensions_within_their_range(beam: TetRobot) -> None:
     """Antagonists with winches so strong that their largest tension crushes the robot."""
-    pulls, strong = beam.limits.pull_max, np.full(2, 1e5)
-    limits = replace(beam.limits, pull_min=-pulls, tension_max=strong)
+    positions, strong = beam.limits.position_max, np.full(2, 1e5)
+    limits = replace(beam.limits, position_min=-positions, effort_max=strong)
     found = command_range(replace(beam, limits=limits))
     assert found.by_force.all()
     assert (found.least == 0.0).all()
     simulator = Simulator(beam)
     for cable in range(2):
-        tension = found.command(np.eye(2)[cable]).tension
-        assert simulator.settle(tension=tension).converged
-        assert simulator.pull[cable] == pytest.approx(pulls[cable], rel=1e-3)
+        effort = found.command(np.eye(2)[cable]).effort
+        assert simulator.settle(effort=effort).converged
+        assert simulator.position[cable] == pytest.approx(positions[cable], rel=1e-3)
 
 
 def test_winches_that_do_not_pay_out_are_commanded_by_pull(beam: TetRobot) -> None:
     found = command_range(beam)
     command = found.command(np.array([0.5, -1.0]))
-    assert np.isnan(command.tension).all()
-    assert command.pull == pytest.approx([0.01, 0.0])
+    assert np.isnan(command.effort).all()
+    assert command.position == pytest.approx([0.01, 0.0])

@@ -49,5 +49,5 @@ def test_drives_keep_their_rates(robot: Robot) -> None:
     found = []
     for _ in range(5):
         driven.move(far, none)
-        found.append(driven.simulator.pull[0] / step)
+        found.append(driven.simulator.position[0] / step)
     np.testing.assert_allclose(found, [1.0, 2.0, 3.0, 3.5, 3.5], atol=0.02)

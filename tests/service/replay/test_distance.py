@@ -53,12 +53,12 @@ def write_run(file: Path, log: Path, kind: str) -> None:
         action = loop.tick(goal, Signals(target=True))
         loop.prepare()
         if kind == "own":
-            plant.move(pull=command, steps=2)
+            plant.move(position=command, steps=2)
         else:
-            plant.step(pull=command, converged=kind == "converged")
-        command = action.actuation.pull
+            plant.step(position=command, converged=kind == "converged")
+        command = action.actuation.position
         names = robot.actuators.names
-        pull, tension = tuple(command.tolist()), tuple(action.actuation.tension.tolist())
+        position, effort = tuple(command.tolist()), tuple(action.actuation.effort.tolist())
         x, y, z = action.actuation.effector[0].tolist()
         tick = Tick(
             stamp, robot.frame, index, action.mode, action.cause,
@@ -75,7 +75,7 @@ def write_run(file: Path, log: Path, kind: str) -> None:
             (
                 keys.actuation,
                 JOINTS,
-                encode_joints(Joints(stamp, robot.frame, names, pull, tension)),
+                encode_joints(Joints(stamp, robot.frame, names, position, effort)),
             ),
             (keys.effectors(("",))[0], POINT, model),
             (keys.plant_effectors(("",))[0], POINT, real),

@@ -74,8 +74,8 @@ def entries(ticks: int, change: random.Random | None = None) -> list[Entry]:
             triples() if change and change.random() < 0.1 else (), stamp, number(1e-4), number(2e-3),
             number(1e-3), number(5e-3), number(1e-2), 0, number(1e-3), number(0.0), number(0.0), 0, False,
         )  # fmt: skip
-        pull = tuple(number(1e-4 * index) for _ in range(count(2)))
-        joints = Joints(stamp, "beam_base", CABLES[: count(2)], pull, (1.0,) * count(2))
+        position = tuple(number(1e-4 * index) for _ in range(count(2)))
+        joints = Joints(stamp, "beam_base", CABLES[: count(2)], position, (1.0,) * count(2))
         effector = Point(stamp, "beam_base", (number(0.1), 0.01, 0.01))
         for key, kind, payload in (
             (KEYS.actuation, JOINTS, encode_joints(joints)),

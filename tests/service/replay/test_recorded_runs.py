@@ -23,6 +23,6 @@ def test_a_recorded_run_is_decided_again(name: str) -> None:
     run = read_run(log)
     assert {tick.mode for tick in run.ticks} == set(Mode)  # all there is to a run
     assert any(tick.correction for tick in run.ticks)
-    assert np.nanmax(run.pull.value) > 2e-3
+    assert np.nanmax(run.position.value) > 2e-3
     result = replay(log, TOLERANCES[name], against=name)
     assert result.same, (result.fraction, result.worst_tick, result.statuses, result.notes)

@@ -50,8 +50,8 @@ def test_a_replay_on_the_same_robot_is_exact(log: Path) -> None:
     result = replay(log, tolerance=0.0)
     assert result.same
     assert result.ticks == TICKS + 20
-    np.testing.assert_array_equal(result.pull, 0.0)
-    np.testing.assert_array_equal(result.tension, 0.0)
+    np.testing.assert_array_equal(result.position, 0.0)
+    np.testing.assert_array_equal(result.effort, 0.0)
     assert result.statuses == 0
     assert result.notes == ()
 
@@ -60,7 +60,7 @@ def test_a_stiffer_robot_is_found_out(log: Path, tmp_path: Path) -> None:
     text = HEAVY.replace("young_modulus = 1e6", "young_modulus = 1.1e6")
     result = replay(log, tolerance=1e-4, against=str(write_robot(tmp_path, text)))
     assert not result.same
-    assert result.tension.max() > 0.01
+    assert result.effort.max() > 0.01
     assert "robot digest has changed" in result.notes
     # and a tolerance that wide accepts it
     assert replay(log, 1.0, str(tmp_path / "beam.toml")).same
@@ -130,8 +130,8 @@ def test_the_report_has_the_numbers_of_the_run(log: Path) -> None:
     assert report.modes == {"idle": 5, "run": following, "hold": 10, "stop": 20}
     upper = report.peaks[1]
     assert (upper.name, upper.kind, upper.position_unit) == ("upper", "cable", "m")
-    assert upper.position == pytest.approx(run.pull.value[:, 1].max())
-    assert upper.effort == pytest.approx(run.tension.value[:, 1].max())
+    assert upper.position == pytest.approx(run.position.value[:, 1].max())
+    assert upper.effort == pytest.approx(run.effort.value[:, 1].max())
     assert report.complete
 
 
@@ -185,13 +185,13 @@ def test_a_report_shows_every_tick_and_the_difference(log: Path, tmp_path: Path)
     write_report(result, "log.mcap", tmp_path / "out")
     verdict = json.loads((tmp_path / "out" / VERDICT).read_text())
     assert verdict["same"] is False
-    assert verdict["actuators"]["upper"]["tension"] == pytest.approx(result.tension[1])
+    assert verdict["actuators"]["upper"]["tension"] == pytest.approx(result.effort[1])
     assert verdict["notes"] == list(result.notes)
     rows = list(csv.DictReader((tmp_path / "out" / TABLE).read_text().splitlines()))
     assert len(rows) == result.ticks
     worst = rows[result.worst_tick]
     off = float(worst["tension upper replayed"]) - float(worst["tension upper recorded"])
-    assert abs(off) == pytest.approx(result.tension[1], rel=1e-6)
+    assert abs(off) == pytest.approx(result.effort[1], rel=1e-6)
     draw_replay(result, "log.mcap", tmp_path / "out" / "replay.png")
     assert (tmp_path / "out" / "replay.png").read_bytes().startswith(b"\x89PNG")
     assert result.speed > 0.0
@@ -304,7 +304,7 @@ def test_the_problem_of_a_tick_is_written_and_solved_alike(
     recorded = joints[30]
     assert isinstance(recorded, Joints)
     # the tick is on the way to what the problem decides over the horizon
-    np.testing.assert_allclose(solution.lam_a, recorded.tension, rtol=0.05, atol=1e-9)
+    np.testing.assert_allclose(solution.lam_a, recorded.effort, rtol=0.05, atol=1e-9)
     monkeypatch.setattr(sys, "argv", ["tauten", "solve", str(file)])
     with pytest.raises(SystemExit) as ended:
         main()

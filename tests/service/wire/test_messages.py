@@ -53,8 +53,8 @@ def test_the_bytes_of_a_point_are_what_ros_2_writes() -> None:
 
 @given(st.lists(st.tuples(names, finite, finite), max_size=5), stamps)
 def test_joints_survive_cdr(cables: list[tuple[str, float, float]], stamp: int) -> None:
-    labels, pull, tension = (tuple(c[i] for c in cables) for i in range(3))
-    joints = Joints(stamp, "base", labels, pull, tension)  # type: ignore[arg-type]
+    labels, position, effort = (tuple(c[i] for c in cables) for i in range(3))
+    joints = Joints(stamp, "base", labels, position, effort)  # type: ignore[arg-type]
     assert decode_joints(encode_joints(joints), CDR, joints.names) == joints
 
 

@@ -108,7 +108,7 @@ def under_force(
     for force in forces:
         simulator.load(np.zeros(3), force)
         report = simulator.settle(
-            tension=np.zeros(robot.n_a), tolerance=tolerance, max_iterations=most
+            effort=np.zeros(robot.n_a), tolerance=tolerance, max_iterations=most
         )
         assert report.converged, (
             f"no equilibrium under {force.tolist()} N, moved {report.movement:.1e} m"
