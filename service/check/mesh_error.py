@@ -177,7 +177,7 @@ def extrapolated_state(
     Returns:
         None where the tension has no order of convergence, or there is no such mesh where one is needed.
     """
-    names = {"tension": "tension", "tip": "tip", "contact_force": "contact force"}
+    names = {"effort": "tension", "tip": "tip", "contact_force": "contact force"}
     limits: dict[str, tuple[Array, float | None]] = {}
     for name in names:
         found = richardson(*(np.atleast_1d(getattr(state, name)) for state in levels))
@@ -194,9 +194,9 @@ def extrapolated_state(
     changed = {name: tuple(limit.tolist()) for name, (limit, _) in limits.items()}
     contact = changed.get("contact_force", (state.contact_force,))
     state = LoadedState(
-        True, changed["tension"], changed.get("tip", state.tip), max(contact[0], 0.0)
+        True, changed["effort"], changed.get("tip", state.tip), max(contact[0], 0.0)
     )
-    return Reference(state, source, limits["tension"][1])
+    return Reference(state, source, limits["effort"][1])
 
 
 def richardson(coarse: Array, middle: Array, fine: Array) -> tuple[Array, float | None] | None:
@@ -243,7 +243,7 @@ def variant_errors(
     effort, tip, contact = (
         max((getattr(item, name) for item in errors if getattr(item, name) is not None),
             key=abs, default=None)
-        for name in ("tension", "tip", "contact")
+        for name in ("effort", "tip", "contact")
     )  # fmt: skip
     levels = [graded(abs(value), *FORCE) for value in (effort, contact) if value is not None]
     levels += [] if tip is None else [graded(tip / size, *TIP)]

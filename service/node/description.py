@@ -26,9 +26,9 @@ def description(setup: Setup, start: Array) -> dict[str, Any]:
         {
             "name": name,
             "kind": kind.value,
-            "units": {"tension": kind.effort.unit, "pull": kind.position.unit},
-            "tension": [float(limits.effort_min[i]), float(limits.effort_max[i])],
-            "pull": [float(limits.position_min[i]), float(limits.position_max[i])],
+            "units": {"effort": kind.effort.unit, "position": kind.position.unit},
+            "effort": [float(limits.effort_min[i]), float(limits.effort_max[i])],
+            "position": [float(limits.position_min[i]), float(limits.position_max[i])],
             "rate": float(limits.rate[i]),
             "flexibility": float(springs.flexibility[i]) if springs is not None else 0.0,
         }

@@ -13,7 +13,7 @@ from tauten.service.check import MeshErrorEstimate
 
 COLOURS = {"linear": "#d55e00", "smoothed": "#009e73", "quadratic": "#0072b2"}
 QUANTITIES = (
-    ("tension", "tension [%]", 1e2),
+    ("effort", "tension [%]", 1e2),
     ("tip", "tip [mm]", 1e3),
     ("contact", "contact force [%]", 1e2),
 )

@@ -140,7 +140,7 @@ def test_the_description_answers(shared: Served, beam: Robot) -> None:
     assert found["robot"] == "beam"
     assert found["frame"] == "beam_base"
     assert [cable["name"] for cable in found["actuators"]] == ["lower", "upper"]
-    assert found["actuators"][0]["pull"] == [0.0, 0.02]
+    assert found["actuators"][0]["position"] == [0.0, 0.02]
     assert [e["target"] for e in found["effectors"]] == [
         "tauten/beam/target",
         "tauten/beam/target/middle",

@@ -234,7 +234,7 @@ def test_the_command_writes_all_its_files(
     assert "linear elements are too stiff" in " ".join(capsys.readouterr().out.split())
     written = json.loads(numbers.read_text(encoding="utf-8"))
     assert written["level"] == "wrong"
-    assert written["estimate"]["variants"][0]["tension"] > 0.1
+    assert written["estimate"]["variants"][0]["effort"] > 0.1
     assert figure.read_bytes().startswith(b"\x89PNG")
     assert "| linear | 44 |" in page.read_text(encoding="utf-8")
     assert run_main("--log-level", "error", "check", robot, "--no-compare") == 0
@@ -315,7 +315,7 @@ def test_errors_are_saved_for_the_robot_that_was_checked(tmp_path: Path) -> None
     assert mesh_error_text(path, other).startswith(
         "unknown since the robot was changed (materials), "
     )
-    certificate_file(path).write_text('{"tension": 1.0}', encoding="utf-8")
+    certificate_file(path).write_text('{"effort": 1.0}', encoding="utf-8")
     assert "cannot be read" in mesh_error_text(path, digest)
 
 
