@@ -85,7 +85,7 @@ def error_of(case: ElementCase, name: str) -> float | None:
     """
     last = case.equilibria[-1]
     return {
-        "tension": last.tension_error,
+        "effort": last.tension_error,
         "tip": last.tip_error,
         "contact": last.contact_error,
     }[name]
