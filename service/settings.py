@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import Field, ValidationInfo, field_validator
 
 from tauten.model.load import robot_path
 from tauten.model.schema import Positive, Rate, Section, in_range, read_toml, validated
@@ -67,9 +67,24 @@ class ServiceSettings(Section):
         default=2.0,
         description="Gain with which a closed loop corrects targets [1/s], by default 2.",
     )
-    measurement_delay: Annotated[float, in_range(0.0, 10.0, "s")] = Field(
+    measurement_delay: Annotated[float, Field(ge=0.0, le=10.0)] = Field(
         default=0.0, description="Age of a measurement when it arrives [s], by default 0."
     )
+    interpolation_delay: Annotated[float, Field(ge=0.0, le=10.0)] = Field(
+        default=0.0,
+        description="Delay with which targets are followed on straight lines between them [s], shorter than "
+        "`target_timeout`; by default 0, the latest target is followed.",
+    )
+
+    @field_validator("interpolation_delay")
+    @classmethod
+    def _shorter_than_the_timeout(cls, delay: float, info: ValidationInfo) -> float:
+        timeout = info.data.get("target_timeout", delay)  # missing where it is wrong itself
+        if delay > 0.0 and not delay < timeout:
+            raise ValueError(
+                f"must be shorter than target_timeout, {timeout:g} s: targets are too old after it"
+            )
+        return delay
 
 
 def model_settings(contents: dict[str, Any], path: Path) -> ModelSettings:

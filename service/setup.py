@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import logging
 import platform
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal, TypeAlias
 
@@ -143,6 +143,20 @@ def load_setup(
     states = load_states(loaded, path, kind, accept_error)
     reduced = reduced_robot(loaded, states)
     return Setup(reduced, path, contact, name, controller, kind, service, states)
+
+
+def interpolated(setup: Setup, delay: float) -> Setup:
+    """A setup whose node follows targets on straight lines between them.
+
+    Args:
+        setup: as loaded.
+        delay: with which they are followed [s]; 0: the latest target is followed.
+
+    Raises:
+        RobotFileError: the delay is not allowed.
+    """
+    service = setup.service.model_dump() | {"interpolation_delay": delay}
+    return replace(setup, service=validated(ServiceSettings, service, "--interpolate"))
 
 
 def load_contact(robot: Robot, path: Path, name: str) -> Literal["none", "full"] | ContactBasis:

@@ -65,6 +65,14 @@ def serve(
             "--event", help="Start a tick when its target arrives, at most half a period late."
         ),
     ] = False,
+    interpolate: Annotated[
+        float | None,
+        typer.Option(
+            metavar="SECONDS",
+            help="Follow targets on straight lines between them, so much later; 0: follow the latest. "
+            "Default: the robot file's.",
+        ),
+    ] = None,
     priority: Annotated[
         int | None, typer.Option(min=1, max=99, help="Priority of the loop under SCHED_FIFO.")
     ] = None,
@@ -78,7 +86,7 @@ def serve(
     from tauten.service.node import ServeSettings
     from tauten.service.node import serve as run
     from tauten.service.process import RealtimeSettings, stop_on_signals
-    from tauten.service.setup import load_setup
+    from tauten.service.setup import interpolated, load_setup
 
     settings = ServeSettings(
         record, closed_loop, wait, rate is not None,
@@ -87,6 +95,12 @@ def serve(
     with stop_on_signals() as stop:
         with stop.interruptible():
             setup = load_setup(robot, rate, basis, model, accept_error)
+            if interpolate is not None:
+                setup = interpolated(setup, interpolate)
+        if event and setup.service.interpolation_delay > 0.0:
+            raise typer.BadParameter(
+                "--event answers a target when it arrives, interpolation later: choose one"
+            )
         run(setup, _network(port, zenoh_config), settings, stop)
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import logging
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import zenoh
@@ -62,12 +62,14 @@ class Goal:
         correction: (n_e,) added to them in a closed loop; None in an open one.
         corrected: (n_v,) goal of the model.
         stamp: time in the header of the target that arrived last [ns since the epoch].
+        delay: with which targets are interpolated [s]; 0: the latest are followed.
     """
 
     values: Array
     correction: Array | None
     corrected: Array
     stamp: int
+    delay: float = 0.0
 
 
 class NodeInputs:
@@ -95,18 +97,21 @@ class NodeInputs:
         self._layout = layout = robot.effector_layout
         self._kinds = [MESSAGE_TYPES[kind] for kind in layout.kinds]
 
-        def subscriber(of_effectors: tuple[str, ...], timeout: float) -> EffectorSubscriber:
+        def subscriber(
+            of_effectors: tuple[str, ...], timeout: float, delay: float = 0.0
+        ) -> EffectorSubscriber:
             rings = [
                 session.declare_subscriber(key, zenoh.handlers.RingChannel(EFFECTOR_RING))
                 for key in of_effectors
             ]
-            return EffectorSubscriber(rings, robot.frame, layout, rest, reach, timeout)
+            return EffectorSubscriber(rings, robot.frame, layout, rest, reach, timeout, delay)
 
         self._recorder = recorder
         self._next_line = 0.0  # monotonic time [s]
         self._target_keys, self._measured_keys = keys.targets(names), keys.measurements(names)
         self._command_key = keys.command
-        self._targets = subscriber(self._target_keys, settings.target_timeout)
+        self._delay = settings.interpolation_delay
+        self._targets = subscriber(self._target_keys, settings.target_timeout, self._delay)
         self._commands = CommandSubscriber(
             session.declare_subscriber(keys.command, zenoh.handlers.RingChannel(COMMAND_RING))
         )
@@ -148,10 +153,11 @@ class NodeInputs:
         if values is None:
             return None
         if self._loop is None:
-            return Goal(values, None, values, self._targets.stamp)
+            return Goal(values, None, values, self._targets.stamp, self._delay)
         followed = self._targets.followed(now)
         correction = np.where(followed, self._loop.feedback.correction, 0.0)
-        return Goal(values, correction, self._layout.moved(values, correction), self._targets.stamp)
+        corrected = self._layout.moved(values, correction)
+        return Goal(values, correction, corrected, self._targets.stamp, self._delay)
 
     def read_commands(self, tick: int) -> list[OperatorOrder]:
         """Read the operator's commands, oldest first; `count` each when it has been carried out."""
@@ -224,6 +230,8 @@ class NodeInputs:
     def _of_targets(self) -> Diagnostic:
         """Counts of targets, and for which effectors they no longer arrive."""
         found = self._targets.counts.diagnostic("targets")
+        values = {**found.values, "interpolation_delay_s": f"{self._delay:g}"}
+        found = replace(found, values=values)
         outdated = ", ".join(self._targets.outdated(time.monotonic()))
         if not outdated:
             return found

@@ -271,11 +271,11 @@ class Node:
 
 
 def _latency(goal: Goal | None, fresh: bool, stamp: int) -> float:
-    """Seconds from a target's header to its actuation; NaN where unknown."""
+    """Seconds from a target's header to the actuation that follows it; NaN where unknown."""
     if goal is None or not fresh or goal.stamp == 0:
         return math.nan
     latency = 1e-9 * (stamp - goal.stamp)
-    return latency if 0.0 <= latency < _CREDIBLE else math.nan
+    return max(latency, goal.delay) if 0.0 <= latency < _CREDIBLE else math.nan
 
 
 def _positions(points: Array) -> Positions:

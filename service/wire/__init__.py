@@ -55,6 +55,7 @@ from tauten.service.wire.health import (
     decode_health,
     encode_health,
 )
+from tauten.service.wire.interpolation import TargetCourse
 from tauten.service.wire.messages import (
     CDR,
     FLOAT,
@@ -128,6 +129,7 @@ __all__ = [
     "Source",
     "TEXT",
     "TICK",
+    "TargetCourse",
     "Tick",
     "Window",
     "ask_description",

@@ -19,6 +19,7 @@ from tauten.model import EffectorLayout
 from tauten.model.numerics import Array, Bools
 from tauten.service.wire.effector_messages import EffectorMessage, decode_effector
 from tauten.service.wire.health import MessageCounts
+from tauten.service.wire.interpolation import TargetCourse
 from tauten.service.wire.messages import MAX_PAYLOAD
 from tauten.service.wire.rejection import Rejection, RejectionReason, quoted
 
@@ -105,6 +106,7 @@ class EffectorSubscriber:
         rest: Array,
         reach: float,
         timeout: float,
+        delay: float = 0.0,
     ) -> None:
         """Start without messages.
 
@@ -116,6 +118,7 @@ class EffectorSubscriber:
             reach: positions farther than this from the effector at rest are refused, and scalars that
                 differ by as much, in metres by the layout's units [m].
             timeout: age from which on a message is not used [s].
+            delay: with which values are interpolated between messages [s]; 0: the latest are used.
         """
         self.counts = MessageCounts()
         self.stamp = 0
@@ -128,6 +131,7 @@ class EffectorSubscriber:
         self._timeout = timeout
         self._values = np.full_like(rest, np.nan)  # (n_v,), NaN before the first
         self._made = [-math.inf] * len(layout)  # monotonic time of the latest of each effector [s]
+        self._course = TargetCourse(layout, delay, timeout) if delay > 0.0 else None
 
     def read(self, now: float, wall: float) -> list[Received]:
         """Read what has arrived; returns what was accepted, oldest first.
@@ -149,6 +153,8 @@ class EffectorSubscriber:
                 accepted.append(found)
                 self._values[self._layout.values_of(effector)] = found.message.values
                 self._made[effector] = now - found.age
+                if self._course is not None:
+                    self._course.add(effector, now - found.age, found.message.values)
                 self.stamp = found.message.stamp
         self.fresh = self.fresh or bool(accepted)
         self.counts.accepted += len(accepted)
@@ -171,6 +177,8 @@ class EffectorSubscriber:
         young = [now - made <= self._timeout for made in self._made]
         if not any(young):
             return None
+        if self._course is not None:
+            return self._course.at(now, default, young)
         values = default.copy()
         for effector, counts in enumerate(young):
             if counts:
