@@ -45,7 +45,7 @@ from tauten.model import (
     PredictedStep,
     Robot,
     State,
-    condense_step,
+    condensed,
     forward_step,
     one_blas_thread,
     recondensed,
@@ -188,15 +188,15 @@ def prepare(
     """
     robot, ahead = horizon.robot, horizon.ahead
     contacts = space.k > 0 or enrichment.rounds > 0
-    step = farther = condense_step(robot, space, state, forces, contacts, effectors=True)
+    assembled = robot.assemble(state, forces.effort)
+    system = robot.system(assembled, robot.integration)
+    step = farther = condensed(robot, space, state, forces, system, contacts, effectors=True)
     if ahead is not None:
-        system = ahead.linearise(state, forces.effort, horizon.integration)
-        farther = recondensed(robot, step, system)
+        farther = recondensed(robot, step, ahead.system(assembled, horizon.integration))
     here = np.where(robot.actuators.laws.held_by_force, step.rows.actuators.delta, position)
     held = forward_step(farther, enrichment, forces, Command.of(here, None)).prediction
-    layout = held.step.layout
-    found, scale = held.step.compliance, robot.effector_layout.scale
-    W, _ = weighted_rows(found.W, found.delta_free, scale)
+    found, layout = held.step.compliance, held.step.layout
+    W, _ = weighted_rows(found.W, found.delta_free, robot.effector_layout.scale)
     pushing = held.lam[layout.contacts] > 0.0
     return Prepared(step, held, forces, energy_scale(W, layout, pushing, robot.actuators.groups))
 

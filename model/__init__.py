@@ -5,6 +5,7 @@ from tauten.model.condensed_step import (
     CondensedStep,
     Forces,
     condense_step,
+    condensed,
     no_forces,
     recondensed,
 )
@@ -38,7 +39,7 @@ from tauten.model.interface import (
 from tauten.model.layout import Layout, row_layout
 from tauten.model.load.robot import load_robot
 from tauten.model.mesh.tet_mesh import MeshError
-from tauten.model.robot import Robot, RobotRows, State
+from tauten.model.robot import Assembled, Robot, RobotRows, State
 from tauten.model.rows import ChainedRows, ContactRows, EffectorRows, PairSlots, Rows
 from tauten.model.schema.section import RobotFileError
 from tauten.model.simulation import Ending, Report, Simulator, Travel, travel
@@ -58,6 +59,7 @@ from tauten.model.threads import one_blas_thread
 __all__ = [
     "ActuatorKind",
     "Actuators",
+    "Assembled",
     "ChainedRows",
     "Command",
     "Compliance",
@@ -104,6 +106,7 @@ __all__ = [
     "VALUES",
     "cable_actuators",
     "condense_step",
+    "condensed",
     "contact_model",
     "default_enrichment",
     "eliminate_rows",

@@ -1,8 +1,9 @@
 """The robot: the interface that a step uses, for every kind of body.
 
 `linearise` gives the system of one step, `rows` the rows of effectors, actuators and contacts,
-`advance` the next state, `rest` the initial one. A robot is immutable except for the workspace
-of its linear solver: code that steps a robot uses a `fork` of it.
+`advance` the next state, `rest` the initial one. Where steps of several lengths start from one state,
+`assemble` gives forces and tangents there, and `system` the system of each step. A robot is immutable except
+for its workspace: code that steps a robot uses a `fork` of it.
 """
 
 from __future__ import annotations
@@ -37,6 +38,19 @@ class State:
     def copy(self) -> State:
         """The same state in arrays of its own."""
         return State(self.q.copy(), self.v.copy(), self.memory.copy())
+
+
+@dataclass(frozen=True, slots=True)
+class Assembled:
+    """Forces and tangents at a state, of which `Robot.system` makes systems; each kind of robot adds its own.
+
+    Attributes:
+        state: where they were evaluated.
+        effort: (n_a,) efforts of the actuators whose curvature is in the tangent; None: none is.
+    """
+
+    state: State
+    effort: Array | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -241,6 +255,28 @@ class Robot(Protocol):
             state: where the step starts.
             effort: (n_a,) last efforts of the actuators, for the curvature they add to A.
             integration: another scheme than the robot's.
+
+        Raises:
+            FactorisationError: A is not positive definite (a state that has blown up).
+        """
+
+    def assemble(
+        self, state: State, effort: Array | None = None, integration: Integration | None = None
+    ) -> Assembled:
+        """Forces and tangents at a state, valid until this robot assembles others.
+
+        Args:
+            state: where steps start.
+            effort: (n_a,) last efforts of the actuators, for the curvature they add to A.
+            integration: another scheme than the robot's. The steps may have any length, but its damping.
+        """
+
+    def system(self, assembled: Assembled, integration: Integration) -> System:
+        """The system of one step, `linearise` where forces and tangents are known.
+
+        Args:
+            assembled: by this robot or one that it is a fork of or that is a fork of it.
+            integration: scheme and length of the step.
 
         Raises:
             FactorisationError: A is not positive definite (a state that has blown up).

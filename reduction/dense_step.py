@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
-from tauten.model import Integration, System
+from tauten.model import Assembled, Integration, System
 from tauten.model.numerics import (
     Array,
     DenseFactors,
@@ -47,10 +48,33 @@ def scheme_of(integration: Integration) -> Scheme:
     )
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class DenseAssembled(Assembled):
+    """What all reduced robots know of a state; attributes beside those of `Assembled`.
+
+    Attributes:
+        mass: (r, r); without entries where steps are static.
+        force: (r,) without actuators and contacts.
+        inertia: (r,) forces of inertia at constant velocities.
+        resisting: (r,) D v: what damping is proportional to.
+    """
+
+    mass: Array
+    force: Array
+    inertia: Array
+    resisting: Array
+
+
+def shares_of(scheme: Scheme) -> tuple[float, float]:
+    """Factors h b_K and h² of the stiffness of the material D and the tangent K in A."""
+    return 0.0 if scheme.static else scheme.h * scheme.b_K, scheme.h * scheme.h
+
+
 @kernel
 def implicit_step(
-    scheme: Scheme, mass: Array, D: Array, K: Array, force: Array, v: Array, L: Array, v_free: Array
-) -> bool:
+    scheme: Scheme, mass: Array, forces: tuple[Array, Array], S: Array, v: Array, L: Array,
+    v_free: Array,
+) -> bool:  # fmt: skip
     """Factors of A into L and the velocity after a step without constraint forces into v_free (7)-(10).
 
     Where the scheme is linearised ahead, its change.
@@ -58,9 +82,8 @@ def implicit_step(
     Args:
         scheme: damping and time step.
         mass: (r, r), not read where the scheme is static.
-        D: (r, r) stiffness of the material, to which damping is proportional; not read where static.
-        K: (r, r) tangent.
-        force: (r,) without constraint forces.
+        forces: (r,) without constraint forces, and D v; the second is read where the scheme is ahead.
+        S: (r, r) h b_K D + h² K, of a static scheme h² K.
         v: (r,) velocity.
         L: (r, r) output, lower Cholesky factor.
         v_free: (r,) output.
@@ -68,17 +91,20 @@ def implicit_step(
     Returns:
         Whether A is positive definite; where it is not, v_free is of no use.
     """
-    h, a, b_K = scheme.h, scheme.a, scheme.b_K
+    h, a = scheme.h, scheme.a
+    force, resisting = forces
     if scheme.static:
-        A = h * h * K
+        if not cholesky(S, L):
+            return False
         v_free[:] = h * force
     else:
-        A = (1.0 + h * a) * mass + h * b_K * D + h * h * K
-        v_free[:] = h * (force - a * np.dot(mass, v) - b_K * np.dot(D, v))
-        if not scheme.ahead:
-            v_free[:] -= h * h * np.dot(K, v)
-    if not cholesky(A, L):
-        return False
+        if not cholesky((1.0 + h * a) * mass + S, L):
+            return False
+        v_free[:] = h * force - h * a * np.dot(mass, v)
+        if scheme.ahead:
+            v_free[:] -= h * scheme.b_K * resisting
+        else:
+            v_free[:] -= np.dot(S, v)
     solve_in_place(L, v_free)
     if not (scheme.static or scheme.ahead):
         v_free[:] += v
@@ -86,35 +112,26 @@ def implicit_step(
 
 
 def implicit_system(
-    scheme: Scheme,
-    mass: Array,
-    D: Array,
-    forces: Callable[[bool], tuple[Array, Array]],
-    v: Array,
-    L: Array,
-    inertia: Array | None = None,
+    scheme: Scheme, at: DenseAssembled, stiffness: Callable[[bool], Array], L: Array
 ) -> System:
-    """The system of one step, with the exact tangent where it is positive definite.
+    """The system of one step, with the exact tangent where A is positive definite.
 
     Args:
         scheme: damping and time step.
-        mass: (r, r), not read where the scheme is static.
-        D: (r, r) stiffness of the material, not read either.
-        forces: forces (r,) and tangent (r, r), exact or not, see `ReducedRobot.forces`.
-        v: (r,) velocity.
+        at: the state where the step starts.
+        stiffness: S of `implicit_step` (r, r), with the exact tangent or the semidefinite one.
         L: (r, r) memory of the factor.
-        inertia: (r,) forces of inertia at constant velocities; None: there are none.
 
     Raises:
         FactorisationError: neither matrix is positive definite (a state that has blown up).
     """
-    v_free = np.empty_like(v)
+    v = np.zeros_like(at.force) if scheme.static else at.state.v
+    forces, v_free = (at.force - at.inertia, at.resisting), np.empty_like(v)
     for exact in (True, False):  # buckling makes the exact tangent indefinite
-        force, K = forces(exact)
-        moving = force if inertia is None else force - inertia
-        if implicit_step(scheme, mass, D, K, moving, v, L, v_free):
-            residual = float(np.linalg.norm(force))
-            tangent = K if scheme.static else None
+        S = stiffness(exact)
+        if implicit_step(scheme, at.mass, forces, S, v, L, v_free):
+            residual = float(np.linalg.norm(at.force))
+            tangent = S / scheme.h**2 if scheme.static else None
             before = np.zeros_like(v) if scheme.ahead else v
             return System(scheme.h, before, v_free, residual, DenseFactors(L), exact, tangent)
     raise FactorisationError("the reduced model's matrix is not positive definite")

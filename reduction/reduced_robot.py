@@ -10,6 +10,7 @@ import numpy as np
 
 from tauten.model import (
     Actuators,
+    Assembled,
     EffectorLayout,
     Integration,
     Layout,
@@ -219,7 +220,6 @@ class ReducedRobot(ABC):
             exact: the exact derivative, which is not always positive definite.
         """
 
-    @abstractmethod
     def linearise(
         self, state: State, effort: Array | None = None, integration: Integration | None = None
     ) -> System:
@@ -229,6 +229,32 @@ class ReducedRobot(ABC):
             state: where the step starts.
             effort: (n_a,) last efforts of the actuators, for the curvature they add to A.
             integration: replaces the robot's own scheme.
+
+        Raises:
+            FactorisationError: A is not positive definite (a state that has blown up).
+        """
+        scheme = integration or self.integration
+        return self.system(self.assemble(state, effort, scheme), scheme)
+
+    @abstractmethod
+    def assemble(
+        self, state: State, effort: Array | None = None, integration: Integration | None = None
+    ) -> Assembled:
+        """Forces and tangents at a state, valid until this robot assembles others.
+
+        Args:
+            state: where steps start.
+            effort: (n_a,) last efforts of the actuators, for the curvature they add to A.
+            integration: another scheme than the robot's. The steps may have any length, but its damping.
+        """
+
+    @abstractmethod
+    def system(self, assembled: Assembled, integration: Integration) -> System:
+        """The system of one step, `linearise` where forces and tangents are known.
+
+        Args:
+            assembled: by this robot or a fork.
+            integration: scheme and length of the step.
 
         Raises:
             FactorisationError: A is not positive definite (a state that has blown up).

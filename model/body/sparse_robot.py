@@ -16,9 +16,24 @@ from tauten.model.effectors import BeamEffectors, NodalEffectors
 from tauten.model.interface import Actuators, EffectorLayout, Limits
 from tauten.model.layout import Layout, row_layout
 from tauten.model.numerics import Array, Factorisation, FactorisationError, Ints
-from tauten.model.robot import RobotNames, State
+from tauten.model.robot import Assembled, RobotNames, State
 from tauten.model.rows import ContactRows, PairSlots
 from tauten.model.system import Integration, Pattern, System, make_system, semidefinite_shares
+
+
+@dataclass(frozen=True, slots=True)
+class SparseAssembled(Assembled):
+    """Forces and tangents of a robot with a sparse tangent; attributes beside those of `Assembled`.
+
+    Attributes:
+        force: (n,) without actuators, contacts and viscosity [N].
+        K: (nnz,) exact tangent.
+        D: (nnz,) stiffness to which damping is proportional; None: no damping is.
+    """
+
+    force: Array
+    K: Array
+    D: Array | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,14 +155,41 @@ class SparseRobot(ABC):
             FactorisationError: A is not positive definite (a state that has blown up).
         """
         scheme = integration or self.integration
-        remembered, damping = (None, None) if scheme.static else self.damping_at(state, scheme)
-        force, K = self.forces(state, effort, exact=True)
-        if remembered is not None:
-            force += remembered
+        return self.system(self.assemble(state, effort, scheme), scheme)
+
+    def assemble(
+        self, state: State, effort: Array | None = None, integration: Integration | None = None
+    ) -> SparseAssembled:
+        """Forces and tangents at a state.
+
+        Args:
+            state: where steps start.
+            effort: (n_a,) last efforts of the actuators, for the curvature they add to A.
+            integration: another scheme than the robot's. The steps may have any length, but its damping.
+        """
+        D = self.stiffness_of(state, integration or self.integration)
+        return SparseAssembled(state, effort, *self.forces(state, effort, exact=True), D)
+
+    def system(self, assembled: Assembled, integration: Integration) -> System:
+        """The system of one step, `linearise` where forces and tangents are known.
+
+        Args:
+            assembled: by this robot or a fork.
+            integration: scheme and length of the step.
+
+        Raises:
+            FactorisationError: A is not positive definite (a state that has blown up).
+        """
+        assert isinstance(assembled, SparseAssembled)
+        state, force, K, scheme = assembled.state, assembled.force, assembled.K, integration
+        damping: Array | None = None
+        if not scheme.static:
+            remembered, damping = self.damping_with(assembled.D, state, scheme)
+            force = force if remembered is None else force + remembered
         semidefinite: Array | None = None
         for share in semidefinite_shares(scheme):
             if share > 0.0 and semidefinite is None:
-                semidefinite = self.forces(state, effort, exact=False)[1]
+                semidefinite = self.forces(state, assembled.effort, exact=False)[1]
             tangent = K
             if semidefinite is not None and share < 1.0:
                 tangent = (1.0 - share) * K + share * semidefinite
@@ -187,13 +229,30 @@ class SparseRobot(ABC):
             state: where a step is linearised.
             scheme: its length and damping.
         """
+        return self.damping_with(self.stiffness_of(state, scheme), state, scheme)
+
+    def damping_with(
+        self, D: Array | None, state: State, scheme: Integration
+    ) -> tuple[Array | None, Array]:
+        """`damping_at` where the stiffness is known.
+
+        Args:
+            D: (nnz,) of `stiffness_of`.
+            state: where a step is linearised.
+            scheme: its length and damping.
+        """
         damping = np.zeros(len(self.pattern.indices))
-        if scheme.rayleigh_stiffness > 0.0:
-            damping = scheme.rayleigh_stiffness * self.stiffness(state)
+        if D is not None:
+            damping = scheme.rayleigh_stiffness * D
         remembered, viscous = self.viscosity_at(state, scheme.h)
         if viscous is not None:
             damping += viscous
         return remembered, damping
+
+    def stiffness_of(self, state: State, scheme: Integration) -> Array | None:
+        """`stiffness` at a state where the damping of a scheme needs it, else None."""
+        needed = scheme.rayleigh_stiffness > 0.0 and not scheme.static
+        return self.stiffness(state) if needed else None
 
     def stiffness(self, state: State) -> Array:
         """D, to which damping is proportional: positive semidefinite, without actuators, as CSC (nnz,)."""

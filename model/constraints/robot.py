@@ -11,12 +11,13 @@ import numpy as np
 import scipy.sparse as sp
 
 from tauten.model.actuators import motor_rows
+from tauten.model.body import SparseAssembled
 from tauten.model.constraints.coordinates import ProductPattern
 from tauten.model.constraints.drums import Drums, with_unit_rows
 from tauten.model.constraints.placed_robot import PlacedRobot
 from tauten.model.materials import EXACT, HELD
 from tauten.model.numerics import Array, FactorisationError, Ints
-from tauten.model.robot import RobotRows, State
+from tauten.model.robot import Assembled, RobotRows, State
 from tauten.model.rows import ContactRows, Rows
 from tauten.model.system import Integration, System, make_system
 
@@ -154,40 +155,36 @@ class ConstrainedRobot(PlacedRobot):
             (values, self.pattern.indices, self.pattern.indptr), shape=(self.n,) * 2
         )
 
-    def linearise(
-        self, state: State, effort: Array | None = None, integration: Integration | None = None
-    ) -> System:
-        """The system of one step from this state: A, b, v_free (7)-(10).
+    def system(self, assembled: Assembled, integration: Integration) -> System:
+        """The system of one step, `linearise` where forces and tangents are known.
 
         Args:
-            state: where the step starts.
-            effort: (n_a,) last efforts, for the curvature they add to A.
-            integration: another scheme than the robot's.
+            assembled: by this robot or a fork.
+            integration: scheme and length of the step.
 
         Raises:
             FactorisationError: A is not positive definite (a state that has blown up).
         """
-        scheme = integration or self.integration
-        raw_state, levers = self.placed(state)
+        assert isinstance(assembled, SparseAssembled)
+        state, scheme, K = assembled.state, integration, assembled.K
+        levers = self.placed(state)[1]
         T = self.coordinates.values(levers)
-        mass, inertia = self.mass_values(T), np.zeros(self.n)
+        mass, force = self.mass_values(T), assembled.force
         if not scheme.static and len(self.frames.nodes):
-            inertia = self.inertia_force(levers, T, state.v)
-        damping = None if scheme.static else self.damping_at(state, scheme)[1]
+            force = force + self.inertia_force(levers, T, state.v)
+        damping = None if scheme.static else self.damping_with(assembled.D, state, scheme)[1]
         make = partial(make_system, self.pattern, self.factorisation, scheme, damping=damping)
-        force, K = self.forces_at(state, raw_state, levers, effort, EXACT)
         try:
-            return make(K.copy(), mass, force + inertia, state.v)
+            return make(K, mass, force, state.v)
         except FactorisationError:
-            kind = self.raw.elements.semidefinite
-            semidefinite = self.forces_at(state, raw_state, levers, effort, kind)[1]
+            semidefinite, K = self.forces(state, assembled.effort)[1], K.copy()
         # past the largest torque a drive holds the robot against its own tangent: stiffness on the diagonal
         # of a drive that is held changes no step towards equilibrium, the semidefinite tangent does
         drives = self.product.drive_places[self.driven]
         K[drives] += semidefinite[drives] + 2.0 * np.abs(K[drives]) + mass[drives] / scheme.h**2
         for tangent in [K, semidefinite] if len(drives) else [semidefinite]:
             try:
-                system = make(tangent, mass, force + inertia, state.v)
+                system = make(tangent, mass, force, state.v)
                 return dataclasses.replace(system, exact=False)
             except FactorisationError:
                 if tangent is semidefinite:

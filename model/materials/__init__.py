@@ -1,7 +1,16 @@
 """Hyperelastic materials: laws, named silicones, and the kernels that evaluate them."""
 
 from tauten.model.materials.densities import COROTATIONAL
-from tauten.model.materials.evaluation import EXACT, HELD, NO_TANGENT, PROJECTED, WORK, response
+from tauten.model.materials.evaluation import (
+    EXACT,
+    HELD,
+    NO_TANGENT,
+    PROJECTED,
+    WORK,
+    response,
+    stress,
+    tangent_at,
+)
 from tauten.model.materials.law import (
     Law,
     MaterialError,
@@ -37,6 +46,8 @@ __all__ = [
     "neo_hookean",
     "response",
     "stable_neo_hookean",
+    "stress",
     "symmetric_eigen",
+    "tangent_at",
     "yeoh",
 ]

@@ -46,6 +46,24 @@ def response(
     Returns:
         ψ [Pa].
     """
+    stress(kind, c, F, R, P, work)
+    if tangent != NO_TANGENT:
+        tangent_at(kind, c, F, R, tangent, C, work)
+    return float(work[0])
+
+
+@kernel
+def stress(kind: int, c: Array, F: Array, R: Array, P: Array, work: Array) -> None:
+    """The stress of `response`, and in `work` what `tangent_at` needs.
+
+    Args:
+        kind: the density.
+        c: (5,) its constants [Pa].
+        F: (3, 3) deformation gradient.
+        R: (3, 3) rotation of its polar decomposition.
+        P: (3, 3) output, ∂ψ/∂F [Pa].
+        work: (WORK,) output: ψ and its derivatives, the invariants, gradients of J and I₂.
+    """
     d, I = work[0:10], work[10:14]  # noqa: E741
     G, Y = work[14:23], work[23:32]
     invariants(F, R, G, I)
@@ -60,13 +78,30 @@ def response(
                 P[i, j] += d[3] * Y[3 * i + j]
     else:
         Y[:] = 0.0
+
+
+@kernel
+def tangent_at(
+    kind: int, c: Array, F: Array, R: Array, tangent: int, C: Array, work: Array
+) -> None:
+    """A tangent of `response` where the stress is known.
+
+    Args:
+        kind: the density.
+        c: (5,) its constants [Pa].
+        F: (3, 3) deformation gradient.
+        R: (3, 3) rotation of its polar decomposition.
+        tangent: EXACT, PROJECTED or HELD.
+        C: (9, 9) output [Pa].
+        work: (WORK,) of `stress`.
+    """
+    d, G, Y = work[0:10], work[14:23], work[23:32]
     if tangent == EXACT:
         exact_tangent(d, F, R, G, Y, C)
     elif tangent == HELD and kind == COROTATIONAL:
         held_tangent(c[0], c[1], R, C)
-    elif tangent != NO_TANGENT:
+    else:
         projected_tangent(d, F, R, C)
-    return float(d[0])
 
 
 @kernel

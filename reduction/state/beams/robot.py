@@ -19,6 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tauten.model import (
+    Assembled,
     ChainedRows,
     ContactRows,
     EffectorRows,
@@ -33,7 +34,7 @@ from tauten.model.beams import BeamRobot, BeamTree, follow
 from tauten.model.contact import gap_entries
 from tauten.model.numerics import Array, Ints
 from tauten.model.points import AttachedPoints, Entries, coordinates, path_lengths
-from tauten.reduction.dense_step import implicit_system, scheme_of
+from tauten.reduction.dense_step import DenseAssembled, implicit_system, scheme_of, shares_of
 from tauten.reduction.reduced_robot import ReducedRobot
 from tauten.reduction.state.beams.loads import (
     add_point_loads,
@@ -68,6 +69,13 @@ class BeamWork:
     Y: Array
     load_Y: Array
     L: Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BeamAssembled(DenseAssembled):
+    """Forces and tangent of beams at a state: K (r, r) is the exact one."""
+
+    K: Array
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -232,31 +240,27 @@ class ReducedBeamRobot(ReducedRobot):
         K -= product + product.T
         return K
 
-    def linearise(
+    def assemble(
         self, state: State, effort: Array | None = None, integration: Integration | None = None
-    ) -> System:
-        """The system of one step from this state: A, b, v_free (7)-(10).
-
-        Args:
-            state: where the step starts.
-            effort: (n_a,) last efforts of the actuators, for the curvature they add to A.
-            integration: replaces the robot's own scheme.
-
-        Raises:
-            FactorisationError: A is not positive definite (a state that has blown up).
-        """
-        integration = integration or self.integration
-        scheme, work = scheme_of(integration), self.moved(state.q)
+    ) -> BeamAssembled:
+        """Forces and tangent at a state, see `ReducedRobot`."""
+        scheme, work, still = integration or self.integration, self.moved(state.q), np.zeros(self.n)
         mass = np.zeros((0, 0)) if scheme.static else self.projected_mass(work)
-        v = np.zeros(self.n) if scheme.static else state.v
-        return implicit_system(
-            scheme,
-            mass,
-            self.stiffness,
-            lambda exact: self.forces(state, effort, exact),
-            v,
-            work.L,
-        )
+        force, K = self.forces(state, effort, exact=True)
+        resisting = still if scheme.static else self.stiffness @ state.v
+        return BeamAssembled(state, effort, mass, force, still, resisting, K)
+
+    def system(self, assembled: Assembled, integration: Integration) -> System:
+        """The system of one step, see `ReducedRobot`."""
+        assert isinstance(assembled, BeamAssembled)
+        at, scheme = assembled, scheme_of(integration)
+        of_D, of_K = shares_of(scheme)
+
+        def stiffness(exact: bool) -> Array:
+            K = at.K if exact else self.forces(at.state, at.effort)[1]
+            return of_D * self.stiffness + of_K * K
+
+        return implicit_system(scheme, at, stiffness, self.work.L)
 
     def projected_mass(self, work: BeamWork) -> Array:
         """The mass Jᵀ M J (r, r)."""

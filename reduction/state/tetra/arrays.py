@@ -16,24 +16,22 @@ from tauten.reduction.state.tetra.product import ROWS
 
 
 class Body(NamedTuple):
-    """Sampled elements, s in b blocks of LANES.
+    """Sampled elements, s in b blocks of LANES, and r modes. R is r up to a multiple of ROWS.
 
     Attributes:
         elements: s.
-        rows: of Z and Y that an element contributes.
-        gradient: (b, r, 9 LANES) G, the change of F_ij of a block's elements from (3 i + j) LANES on.
+        gradient: (b, R, 9 LANES) G, the change of F_ij of a block's elements from (3 i + j) LANES on; zero
+            from row r on.
         volume: (b, LANES) weighted volumes w V [m³].
         kind: (b LANES,) density of each element's law.
         constants: (b LANES, 5) constants of its law [Pa].
         lame: (b, 2 LANES) w V λ and w V μ of corotational laws, else zero [N m].
         corotational: whether all laws are corotational.
         turns: whether any is, and needs the rotations of F.
-        stiffness: (r, r) Σ 2 μ w V GᵀG where they are, else zero.
-        drift: (r,) Σ 2 μ w V Gᵀ I where they are, else zero.
+        stiffness: (r, r) Σ 2 μ w V GᵀG where all are corotational, else zero.
     """
 
     elements: int
-    rows: int
     gradient: Array
     volume: Array
     kind: Ints
@@ -42,7 +40,6 @@ class Body(NamedTuple):
     corotational: bool
     turns: bool
     stiffness: Array
-    drift: Array
 
 
 class Tendons(NamedTuple):
@@ -50,7 +47,7 @@ class Tendons(NamedTuple):
 
     Attributes:
         starts: (n_a + 1,) first segment of each cable.
-        map: (r, 3 g) Dᵀ, change of the differences of their stations.
+        map: (R, 3 g) Dᵀ, change of the differences of their stations; zero from row r on.
         rest: (3 g,) d₀ [m].
         shortest: (g,) distance of the ends below which the length is rounded [m].
     """
@@ -61,32 +58,48 @@ class Tendons(NamedTuple):
     shortest: Array
 
 
+class Response(NamedTuple):
+    """What the elements answer at a state, and what chambers add to a tangent there.
+
+    Attributes:
+        force: (r,) without actuators and contacts [N].
+        resisting: (r,) D v [N/s].
+        turned: (b, 9 LANES) rotations of F.
+        exact: of the exact tangent, times the volume [N m]: (b, 6 LANES) symmetric matrices of corotational
+            laws, (b, 81 LANES) of others.
+        held: of the semidefinite tangent, to which damping is proportional: (b, 81 LANES) where not all laws
+            are corotational [N m].
+        curvature: (r, r) what chambers add to an exact tangent [N/m].
+    """
+
+    force: Array
+    resisting: Array
+    turned: Array
+    exact: Array
+    held: Array
+    curvature: Array
+
+
 class Work(NamedTuple):
     """Workspace of the kernels, allocated once.
 
     Attributes:
-        Z, Y: rows that elements and then cables contribute and their images, as columns: (r, z) with zeros up
-            to multiples of ROWS and LANES. Those of a block of elements follow each other, LANES columns for
-            each row. Columns of Z that do not change, D and those of laws that are not corotational, are
-            written once.
-        lower: (r, r) lower triangle of the product of Z and Y, zeros included.
-        force: (r,) [N].
-        K: (r, r) tangent [N/m].
-        D: (r, r) stiffness of the material [N/m]; zero without damping.
-        curvature: (r, r) what chambers add to an exact tangent [N/m], set before a call.
-        L: (r, r) its Cholesky factor.
-        v_free: (r,) [m/s].
+        response: at the state that was assembled last.
+        Z, Y: (R, 4 LANES) or (R, 9 LANES) rows that a block of elements contributes and their images, as
+            columns, LANES for each row; zero from row r on. Z is that of corotational laws.
+        segments: (R, 3 g) images of the rows of the cable segments.
+        lower: (R, R) lower triangle of the sum of products of rows and images.
+        S: (r, r) a sum of tangents [N/m].
+        L: (r, r) Cholesky factor of the last system.
     """
 
+    response: Response
     Z: Array
     Y: Array
+    segments: Array
     lower: Array
-    force: Array
-    K: Array
-    D: Array
-    curvature: Array
+    S: Array
     L: Array
-    v_free: Array
 
 
 def in_lanes(values: Array) -> Array:
@@ -98,23 +111,34 @@ def in_lanes(values: Array) -> Array:
     return lanes
 
 
+def in_rows(values: Array) -> Array:
+    """Rows (…, r, m) with rows of zeros up to a multiple of ROWS: (…, R, m)."""
+    *others, r, m = values.shape
+    padded = np.zeros((*others, -(-r // ROWS) * ROWS, m))
+    padded[..., :r, :] = values
+    return padded
+
+
 def make_work(body: Body, tendons: Tendons) -> Work:
     """A workspace for these elements and cables."""
-    blocks, r, _ = body.gradient.shape
-    first, segments = body.rows * LANES * blocks, tendons.map.shape[1]
-    shape = -(-r // ROWS) * ROWS, -(-(first + segments) // LANES) * LANES
-    Z = np.zeros(shape)
-    if not body.corotational:
-        Z[:r, :first] = body.gradient.swapaxes(0, 1).reshape(r, first)
-    Z[:r, first : first + segments] = tendons.map
-    return Work(
-        Z=Z,
-        Y=np.zeros(shape),
-        lower=np.zeros((shape[0], shape[0])),
-        force=np.empty(r),
-        K=np.empty((r, r)),
-        D=np.zeros((r, r)),
+    blocks, R, _ = body.gradient.shape
+    r, rows, entries = len(body.stiffness), 9, 81
+    if body.corotational:
+        rows, entries = 4, 6
+    response = Response(
+        force=np.zeros(r),
+        resisting=np.zeros(r),
+        turned=np.zeros((blocks, 9 * LANES)),
+        exact=np.zeros((blocks, entries * LANES)),
+        held=np.zeros((0 if body.corotational else blocks, entries * LANES)),
         curvature=np.zeros((r, r)),
+    )
+    return Work(
+        response=response,
+        Z=np.zeros((R, rows * LANES)),
+        Y=np.zeros((R, rows * LANES)),
+        segments=np.zeros_like(tendons.map),
+        lower=np.zeros((R, R)),
+        S=np.zeros((r, r)),
         L=np.zeros((r, r)),
-        v_free=np.empty(r),
     )

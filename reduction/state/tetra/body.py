@@ -11,7 +11,7 @@ from tauten.model.materials import COROTATIONAL
 from tauten.model.numerics import LANES, Array, Ints
 from tauten.model.points import PlacedByMap
 from tauten.model.tetra import TetRobot
-from tauten.reduction.state.tetra.arrays import Body, Tendons, in_lanes
+from tauten.reduction.state.tetra.arrays import Body, Tendons, in_lanes, in_rows
 from tauten.reduction.state.tetra.points import gradients_of, integration_points, node_rows
 
 
@@ -52,17 +52,16 @@ def sampled_body(robot: TetRobot, Phi: Array, elements: Ints, weights: Array) ->
     G = gradients_of(robot, points, Phi, elements)  # (9 s, r)
     s, r = len(elements), Phi.shape[1]
     corotational = bool((kind == COROTATIONAL).all())
-    lame, stiffness, drift = np.zeros((s, 2)), np.zeros((r, r)), np.zeros(r)
+    lame, stiffness = np.zeros((s, 2)), np.zeros((r, r))
     if corotational:
         lame = volume[:, None] * constants[:, :2]
         weighted = np.repeat(2.0 * lame[:, 1], 9)[:, None] * G  # (9 s, r)
-        stiffness, drift = G.T @ weighted, np.tile(np.eye(3).ravel(), s) @ weighted
+        stiffness = G.T @ weighted
     gradient = in_lanes(G.reshape(s, 9, r).swapaxes(1, 2).reshape(s, r * 9))
     filled = np.minimum(np.arange(len(gradient) * LANES), s - 1)  # lanes past the last repeat it
     return Body(
         elements=s,
-        rows=4 if corotational else 9,
-        gradient=gradient.reshape(-1, r, 9 * LANES),
+        gradient=in_rows(gradient.reshape(-1, r, 9 * LANES)),
         volume=in_lanes(volume[:, None]),
         kind=kind[filled],
         constants=constants[filled],
@@ -70,7 +69,6 @@ def sampled_body(robot: TetRobot, Phi: Array, elements: Ints, weights: Array) ->
         corotational=corotational,
         turns=bool((kind == COROTATIONAL).any()),
         stiffness=stiffness,
-        drift=drift,
     )
 
 
@@ -82,7 +80,7 @@ def reduced_tendons(robot: TetRobot, Phi: Array) -> Tendons:
     D = np.einsum("sa,sair->ris", cables.segment_weights, rows)
     return Tendons(
         np.searchsorted(cables.paths.owner, np.arange(cables.n_a + 1)),
-        np.ascontiguousarray(D.reshape(Phi.shape[1], -1)),
+        in_rows(D.reshape(Phi.shape[1], -1)),
         (y[first + 1] - y[first]).T.ravel(),
         cables.paths.shortest,
     )

@@ -13,18 +13,18 @@ and H J.
 from __future__ import annotations
 
 import dataclasses
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tauten.model import ContactRows, Integration, RobotRows, Rows, State, System
+from tauten.model import Assembled, ContactRows, Integration, RobotRows, Rows, State, System
 from tauten.model.actuators import motor_rows
 from tauten.model.constraints import ConstrainedRobot
 from tauten.model.numerics import Array, Ints
-from tauten.reduction.dense_step import implicit_system, scheme_of
+from tauten.reduction.dense_step import DenseAssembled, implicit_system, scheme_of, shares_of
 from tauten.reduction.reduced_robot import ElementSample, ReducedRobot, StateBasisError
 from tauten.reduction.state.tetra.ecsw import sample_elements
-from tauten.reduction.state.tetra.robot import ReducedTetRobot, ReducibleTetRobot
+from tauten.reduction.state.tetra.robot import ReducedTetRobot, ReducibleTetRobot, SampledAssembled
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -68,6 +68,19 @@ class DriveMotion:
         second[self.turning, columns] = -np.sin(theta)
         second[self.turning, len(q) + np.arange(len(columns))] = np.cos(theta)
         return second
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DrivenAssembled(DenseAssembled):
+    """Forces and tangents of a robot with drives at a state; attributes beside those of `DenseAssembled`.
+
+    Attributes:
+        body: those of the robot without drives, over β.
+        J: (R, r + m) ∂β/∂(α, θ).
+    """
+
+    body: SampledAssembled
+    J: Array
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -148,48 +161,49 @@ class ReducedDrivenRobot(ReducedRobot):
             effort: (n_a,) efforts of the actuators, whose curvature enters the tangent.
             exact: the exact derivative, which is not always positive definite.
         """
-        motion, q, efforts = self.motion, state.q, self.full.efforts(effort)
-        at, J = self.moved(state), motion.jacobian(q)
-        force, K = self.body.forces(at, efforts, exact)
-        tangent = J.T @ K @ J
-        if exact and len(motion.turning) > 0:
-            others = force
-            if efforts is not None and len(efforts) > 0:
-                others = force + efforts @ self.body.actuator_set.rows(at.q).dense()
-            diagonal = np.einsum("ii->i", tangent)[motion.modes :]
-            diagonal -= motion.bend(q) @ others
-        mapped = J.T @ force
-        coupling = self.full.coupling
-        if coupling is not None and coupling.is_preloaded:
-            mapped = mapped + coupling.offsets @ self.member_rows(state, J).dense()
-        return mapped, tangent
+        at = self.assemble(state, effort, replace(self.integration, static=True))
+        return at.force, self.tangent(at, (0.0, 1.0), exact)
 
-    def linearise(
+    def assemble(
         self, state: State, effort: Array | None = None, integration: Integration | None = None
-    ) -> System:
-        """The system of one step from this state: A, b, v_free (7)-(10).
+    ) -> DrivenAssembled:
+        """Forces and tangents at a state, see `ReducedRobot`."""
+        scheme, motion, q = integration or self.integration, self.motion, state.q
+        J, mass, inertia = motion.jacobian(q), np.zeros((0, 0)), np.zeros(self.n)
+        moved = State(motion.beta(q), np.zeros(motion.size) if scheme.static else J @ state.v)
+        body = self.body.assemble(moved, self.full.efforts(effort), scheme)
+        if not scheme.static:
+            centripetal = state.v[motion.modes :] ** 2 @ motion.bend(q)
+            mass, inertia = J.T @ body.mass @ J, J.T @ (body.mass @ centripetal)
+        force, coupling = J.T @ body.force, self.full.coupling
+        if coupling is not None and coupling.is_preloaded:
+            force = force + coupling.offsets @ self.member_rows(state, J).dense()
+        return DrivenAssembled(state, effort, mass, force, inertia, J.T @ body.resisting, body, J)
+
+    def tangent(self, at: DrivenAssembled, shares: tuple[float, float], exact: bool) -> Array:
+        """A sum of the stiffness of the material and the tangent (r + m, r + m).
 
         Args:
-            state: where the step starts.
-            effort: (n_a,) last efforts of the actuators, for the curvature they add to A.
-            integration: replaces the robot's own scheme.
-
-        Raises:
-            FactorisationError: A is not positive definite (a state that has blown up).
+            at: the state.
+            shares: of D and of K.
+            exact: whether K is the derivative, or positive semidefinite.
         """
-        integration = integration or self.integration
-        scheme, motion, q = scheme_of(integration), self.motion, state.q
-        mass, inertia, v = np.zeros((0, 0)), np.zeros(self.n), np.zeros(self.n)
-        D = np.zeros((0, 0))
-        if not scheme.static:
-            J, v = motion.jacobian(q), state.v
-            mass = J.T @ self.body.mass @ J
-            D = self.forces(state)[1]
-            inertia = J.T @ (self.body.mass @ (v[motion.modes :] ** 2 @ motion.bend(q)))
-        return implicit_system(
-            scheme, mass, D, lambda exact: self.forces(state, effort, exact), v,
-            np.zeros((self.n, self.n)), inertia,
-        )  # fmt: skip
+        motion, body = self.motion, at.body
+        tangent: Array = at.J.T @ self.body.tangent(body, shares, exact) @ at.J
+        if exact and len(motion.turning) > 0:
+            others, efforts = body.force, body.effort
+            if efforts is not None and len(efforts) > 0:
+                others = others + efforts @ self.body.actuator_set.rows(body.state.q).dense()
+            diagonal = np.einsum("ii->i", tangent)[motion.modes :]
+            diagonal -= shares[1] * (motion.bend(at.state.q) @ others)
+        return tangent
+
+    def system(self, assembled: Assembled, integration: Integration) -> System:
+        """The system of one step, see `ReducedRobot`."""
+        assert isinstance(assembled, DrivenAssembled)
+        at, scheme = assembled, scheme_of(integration)
+        shares, L = shares_of(scheme), np.zeros((self.n, self.n))
+        return implicit_system(scheme, at, lambda exact: self.tangent(at, shares, exact), L)
 
     def rows(self, state: State, contacts: bool = True) -> RobotRows:
         """Rows of effectors, actuators and, where `contacts` is true, contacts at this state."""

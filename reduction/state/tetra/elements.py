@@ -1,13 +1,12 @@
 """Forces and tangents of sampled elements in reduced coordinates, a block of LANES at a time.
 
 **Corotational laws.** The stress (`tauten.model.tetra.corotational`) is P = 2 μ F + c R with
-c = λ tr(S − I) − 2 μ, and F = I + G α is linear in α. So the force and its exact tangent are
+c = λ tr(S − I) − 2 μ, and F = I + G α is linear in α. So the exact tangent is
 
-    f = −V Gᵀ(2 μ (I + G α)) − V c t                   t = Gᵀ R, the gradient of tr S
     K = V (2 μ Gᵀ G + λ t tᵀ + c aᵀ (tr(S) I − S)⁻¹ a)   a: axial vector of Rᵀ dF − (Rᵀ dF)ᵀ
 
-of which only t (r,) and a (3, r) change: all other terms are summed once. With the rotation held
-c (tr(S) I − S)⁻¹ is −μ I.
+with t = Gᵀ R, the gradient of tr S. Only t (r,) and a (3, r) change: 2 μ V Gᵀ G is summed once. With the
+rotation held c (tr(S) I − S)⁻¹ is −μ I.
 
 **Other laws.** f = −V Gᵀ P and K = V Gᵀ C G with the stress and the tangent of `tauten.model.materials`.
 
@@ -18,69 +17,126 @@ from __future__ import annotations
 
 import numpy as np
 
-from tauten.model.materials import EXACT, HELD, WORK, response
+from tauten.model.materials import EXACT, HELD, WORK, stress, tangent_at
 from tauten.model.numerics import LANES, Array, Ints, kernel, polar_lanes
-from tauten.reduction.state.tetra.arrays import Body, Work
+from tauten.reduction.state.tetra.arrays import Body, Response, Work
+from tauten.reduction.state.tetra.product import add_symmetric_product
 
 
 @kernel
-def assemble_elements(alpha: Array, exact: bool, body: Body, work: Work) -> int:
-    """Subtract the force of the elements from work.force, and write their columns of work.Z and work.Y.
+def assemble_response(
+    alpha: Array, v: Array, load: Array, damped: bool, body: Body, response: Response
+) -> None:
+    """Forces and tangents of the elements at a state.
 
     Args:
         alpha: (r,) [m].
-        exact: whether the tangent is the derivative, or positive semidefinite, with rotations held.
+        v: (r,) its rate [m/s]; read where damped.
+        load: (r,) Φᵀ of gravity and outer forces [N].
+        damped: whether D is needed.
         body: the elements.
-        work: overwritten.
-
-    Returns:
-        Number of columns written.
+        response: overwritten, but for the curvature of chambers.
     """
-    F, R, T = np.empty(9 * LANES), np.zeros(9 * LANES), np.empty(7 * LANES)
-    P, C = np.empty(9 * LANES), np.empty(81 * LANES)
-    width = body.rows * LANES
+    F, rate = np.empty(9 * LANES), np.zeros(9 * LANES)
+    P, Q = np.empty(9 * LANES), np.zeros(9 * LANES)
+    force, resisting = response.force, response.resisting
+    force[:] = load
+    resisting[:] = 0.0
     for block in range(body.gradient.shape[0]):
-        G, first = body.gradient[block], block * width
-        deformation_gradients(alpha, G, F)
-        if body.turns or not exact:  # else no law reads R
+        G, R = body.gradient[block], response.turned[block]
+        for m in range(9 * LANES):
+            F[m] = 1.0 if (m // LANES) % 4 == 0 else 0.0
+        add_gradients(alpha, G, F)
+        if damped:
+            rate[:] = 0.0
+            add_gradients(v, G, rate)
+        if body.turns or damped:  # else no law reads R
             polar_lanes(F, R)
         if body.corotational:
-            stress_and_turning(F, R, body.lame[block], exact, T)
-            project(first, G, R, T, body.lame[block], work)
+            turning_response(F, R, body.lame[block], P, response.exact[block])
+            if damped:
+                turned_stress(rate, R, body.lame[block], Q)
         else:
             laws = (body.kind[block * LANES :], body.constants[block * LANES :])
-            respond(F, R, body.volume[block], laws, EXACT if exact else HELD, P, C)
-            project_laws(first, G, P, C, work)
-    return int(body.gradient.shape[0] * width)
+            tangents = (response.exact[block], response.held[block])
+            respond(F, R, body.volume[block], laws, damped, P, tangents)
+            if damped:
+                held_stress(rate, response.held[block], Q)
+        for j in range(alpha.shape[0]):
+            g, total, resisted = G[j], 0.0, 0.0
+            for m in range(9 * LANES):
+                total += P[m] * g[m]
+                resisted += Q[m] * g[m]
+            force[j] -= total
+            resisting[j] += resisted
 
 
 @kernel
-def deformation_gradients(alpha: Array, G: Array, F: Array) -> None:
-    """F = I + G α of a block.
+def add_elements(
+    shares: tuple[float, float], exact: bool, response: Response, body: Body, work: Work
+) -> None:
+    """Add a sum of the stiffness of the material D and the tangent K of the elements to work.lower.
+
+    Of corotational laws the constant part is left out.
+
+    Args:
+        shares: of D and of K.
+        exact: whether K is the derivative, or positive semidefinite as D.
+        response: of the elements.
+        body: the elements.
+        work: Z, Y and lower are written.
+    """
+    of_D, of_K = shares if exact else (shares[0] + shares[1], 0.0)
+    r = body.stiffness.shape[0]
+    C = np.empty(response.exact.shape[1])
+    for block in range(body.gradient.shape[0]):
+        G = body.gradient[block]
+        if body.corotational:
+            turning = response.exact[block]
+            for m in range(6 * LANES):
+                C[m] = of_K * turning[m]
+            lame = body.lame[block]
+            for k in range(LANES):
+                held = of_D * lame[LANES + k]
+                C[k] -= held
+                C[3 * LANES + k] -= held
+                C[5 * LANES + k] -= held
+            project(r, G, response.turned[block], C, (of_D + of_K) * lame, work)
+            add_symmetric_product(work.Z, work.Y, work.lower)
+            continue
+        if of_D == 0.0:
+            C[:] = of_K * response.exact[block]
+        else:
+            C[:] = of_D * response.held[block] + of_K * response.exact[block]
+        project_laws(r, G, C, work.Y)
+        add_symmetric_product(G, work.Y, work.lower)
+
+
+@kernel
+def add_gradients(alpha: Array, G: Array, F: Array) -> None:
+    """Add G α of a block to F.
 
     Args:
         alpha: (r,) [m].
-        G: (r, 9 LANES) of the block.
-        F: (9 LANES,) output.
+        G: (R, 9 LANES) of the block.
+        F: (9 LANES,) added to.
     """
-    for m in range(9 * LANES):
-        F[m] = 1.0 if (m // LANES) % 4 == 0 else 0.0
-    for j in range(G.shape[0]):
+    for j in range(alpha.shape[0]):
         step = alpha[j]
         for m in range(9 * LANES):
             F[m] += step * G[j, m]
 
 
 @kernel
-def stress_and_turning(F: Array, R: Array, lame: Array, exact: bool, T: Array) -> None:
-    """The stress coefficients c, and c (tr(S) I − S)⁻¹, or −μ I with rotations held, times the volume.
+def turning_response(F: Array, R: Array, lame: Array, P: Array, T: Array) -> None:
+    """The stress 2 μ F + c R, and c (tr(S) I − S)⁻¹ of corotational laws, times the volume.
 
     Args:
         F: (9 LANES,) deformation gradients.
         R: (9 LANES,) their rotations.
         lame: (2 LANES,) V λ and V μ [N m].
-        exact: whether the tangent includes the change of rotations.
-        T: (7 LANES,) output, entries 00, 01, 02, 11, 12, 22 of the symmetric matrix, then c [N m].
+        P: (9 LANES,) output, stresses [N m].
+        T: (6 LANES,) output, entries 00, 01, 02, 11, 12, 22 of the symmetric matrix [N m].
     """
     for k in range(LANES):
         F00, F01, F02 = F[k], F[LANES + k], F[2 * LANES + k]
@@ -95,36 +151,89 @@ def stress_and_turning(F: Array, R: Array, lame: Array, exact: bool, T: Array) -
         S01 = R00 * F01 + R10 * F11 + R20 * F21
         S02 = R00 * F02 + R10 * F12 + R20 * F22
         S12 = R01 * F02 + R11 * F12 + R21 * F22
-        mu = lame[LANES + k]
-        c = lame[k] * (S00 + S11 + S22 - 3.0) - 2.0 * mu
+        mu, m2 = lame[LANES + k], 2.0 * lame[LANES + k]
+        c = lame[k] * (S00 + S11 + S22 - 3.0) - m2
         # tr(S) I − S has −S01, −S02, −S12 beside its diagonal
         a, b, d = S11 + S22, S00 + S22, S00 + S11
         C00, C11, C22 = b * d - S12 * S12, a * d - S02 * S02, a * b - S01 * S01
         C01, C02, C12 = S01 * d + S02 * S12, S01 * S12 + b * S02, a * S12 + S01 * S02
         det = a * C00 - S01 * C01 - S02 * C02
         # singular only for inverted elements, which keep the tangent with fixed rotations
-        turns = exact and det > 1e-3
+        turns = det > 1e-3
         w, held = c / det if turns else 0.0, 0.0 if turns else -mu
         T[k], T[LANES + k], T[2 * LANES + k] = w * C00 + held, w * C01, w * C02
         T[3 * LANES + k], T[4 * LANES + k] = w * C11 + held, w * C12
-        T[5 * LANES + k], T[6 * LANES + k] = w * C22 + held, c
+        T[5 * LANES + k] = w * C22 + held
+        P[k], P[LANES + k], P[2 * LANES + k] = (
+            m2 * F00 + c * R00,
+            m2 * F01 + c * R01,
+            m2 * F02 + c * R02,
+        )
+        P[3 * LANES + k], P[4 * LANES + k] = m2 * F10 + c * R10, m2 * F11 + c * R11
+        P[5 * LANES + k], P[6 * LANES + k] = m2 * F12 + c * R12, m2 * F20 + c * R20
+        P[7 * LANES + k], P[8 * LANES + k] = m2 * F21 + c * R21, m2 * F22 + c * R22
 
 
 @kernel
-def project(first: int, G: Array, R: Array, T: Array, lame: Array, work: Work) -> None:
-    """The rows t and a of a block and their images; its part of the force that is not linear in α.
+def turned_stress(rate: Array, R: Array, lame: Array, Q: Array) -> None:
+    """The stress λ tr(RᵀḞ) R + μ (Ḟ + R Ḟᵀ R) of a rate Ḟ with rotations held, times the volume.
 
     Args:
-        first: its first column of Z and Y.
-        G: (r, 9 LANES) of the block.
+        rate: (9 LANES,) Ḟ.
         R: (9 LANES,) rotations.
-        T: (7 LANES,) of `stress_and_turning`.
         lame: (2 LANES,) V λ and V μ [N m].
-        work: Z, Y and force are written.
+        Q: (9 LANES,) output.
     """
-    end = first + 4 * LANES
-    for j in range(G.shape[0]):
-        g, z, y, total = G[j], work.Z[j, first:end], work.Y[j, first:end], 0.0
+    for k in range(LANES):
+        trace = 0.0
+        for m in range(9):
+            trace += R[m * LANES + k] * rate[m * LANES + k]
+        for i in range(3):
+            for j in range(3):
+                turned = 0.0
+                for a in range(3):
+                    for b in range(3):
+                        turned += (
+                            R[(3 * i + a) * LANES + k]
+                            * rate[(3 * b + a) * LANES + k]
+                            * R[(3 * b + j) * LANES + k]
+                        )
+                m = (3 * i + j) * LANES + k
+                Q[m] = lame[k] * trace * R[m] + lame[LANES + k] * (rate[m] + turned)
+
+
+@kernel
+def held_stress(rate: Array, held: Array, Q: Array) -> None:
+    """Held tangents times a rate: (9 LANES,) into Q.
+
+    Args:
+        rate: (9 LANES,) Ḟ.
+        held: (81 LANES,) of `respond`.
+        Q: (9 LANES,) output.
+    """
+    for m in range(9):
+        q = Q[m * LANES : (m + 1) * LANES]
+        q[:] = 0.0
+        for n in range(9):
+            c = held[(9 * m + n) * LANES : (9 * m + n + 1) * LANES]
+            for k in range(LANES):
+                q[k] += c[k] * rate[n * LANES + k]
+
+
+@kernel
+def project(r: int, G: Array, R: Array, T: Array, lame: Array, work: Work) -> None:
+    """The rows t and a of a block and their images.
+
+    Args:
+        r: number of modes.
+        G: (R, 9 LANES) of the block.
+        R: (9 LANES,) rotations.
+        T: (6 LANES,) images of a, entries as of `turning_response`.
+        lame: (2 LANES,) images of t, and numbers that are not read.
+        work: Z and Y are written.
+    """
+    for j in range(r):
+        g, z, y = G[j], work.Z[j], work.Y[j]
         for k in range(LANES):
             R00, R01, R02 = R[k], R[LANES + k], R[2 * LANES + k]
             R10, R11, R12 = R[3 * LANES + k], R[4 * LANES + k], R[5 * LANES + k]
@@ -143,14 +252,13 @@ def project(first: int, G: Array, R: Array, T: Array, lame: Array, work: Work) -
             y[k], y[LANES + k] = lame[k] * t, T00 * a0 + T01 * a1 + T02 * a2
             y[2 * LANES + k] = T01 * a0 + T11 * a1 + T12 * a2
             y[3 * LANES + k] = T02 * a0 + T12 * a1 + T22 * a2
-            total += T[6 * LANES + k] * t
-        work.force[j] -= total
 
 
 @kernel
 def respond(
-    F: Array, R: Array, volume: Array, laws: tuple[Ints, Array], tangent: int, P: Array, C: Array
-) -> None:
+    F: Array, R: Array, volume: Array, laws: tuple[Ints, Array], damped: bool, P: Array,
+    tangents: tuple[Array, Array],
+) -> None:  # fmt: skip
     """Stresses and tangents of a block of any laws, times the volume.
 
     Args:
@@ -158,44 +266,49 @@ def respond(
         R: (9 LANES,) their rotations.
         volume: (LANES,) weighted volumes [m³].
         laws: kind (LANES, …) and constants (LANES, 5) of each element's law.
-        tangent: EXACT or HELD.
+        damped: whether the second tangent is needed.
         P: (9 LANES,) output [N m].
-        C: (81 LANES,) output, ∂P_m/∂F_n from (9 m + n) LANES on [N m].
+        tangents: (81 LANES,) outputs, EXACT and HELD: ∂P_m/∂F_n from (9 m + n) LANES on [N m].
     """
     F_k, R_k, P_k = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
     C_k, scratch = np.empty((9, 9)), np.empty(WORK)
+    exact, held = tangents
     for k in range(LANES):
+        kind, c, V = laws[0][k], laws[1][k], volume[k]
         for m in range(9):
             F_k[m // 3, m % 3], R_k[m // 3, m % 3] = F[m * LANES + k], R[m * LANES + k]
-        response(laws[0][k], laws[1][k], F_k, R_k, tangent, P_k, C_k, scratch)
+        stress(kind, c, F_k, R_k, P_k, scratch)
+        tangent_at(kind, c, F_k, R_k, EXACT, C_k, scratch)
         for m in range(9):
-            P[m * LANES + k] = volume[k] * P_k[m // 3, m % 3]
+            P[m * LANES + k] = V * P_k[m // 3, m % 3]
             for n in range(9):
-                C[(9 * m + n) * LANES + k] = volume[k] * C_k[m, n]
+                exact[(9 * m + n) * LANES + k] = V * C_k[m, n]
+        if damped:
+            tangent_at(kind, c, F_k, R_k, HELD, C_k, scratch)
+            for m in range(9):
+                for n in range(9):
+                    held[(9 * m + n) * LANES + k] = V * C_k[m, n]
 
 
 @kernel
-def project_laws(first: int, G: Array, P: Array, C: Array, work: Work) -> None:
-    """The force of a block, and the images V C G of its rows G.
+def project_laws(r: int, G: Array, C: Array, Y: Array) -> None:
+    """The images C G of a block's rows G.
 
     Args:
-        first: its first column of Y.
-        G: (r, 9 LANES) of the block.
-        P: (9 LANES,) of `respond`.
-        C: (81 LANES,) of `respond`.
-        work: Y and force are written.
+        r: number of modes.
+        G: (R, 9 LANES) of the block.
+        C: (81 LANES,) tangents, as of `respond`.
+        Y: (R, 9 LANES) output.
     """
-    for j in range(G.shape[0]):
-        g, total = G[j], 0.0
-        for m in range(9 * LANES):
-            total += P[m] * g[m]
-        work.force[j] -= total
-        for m in range(9):
-            begin = first + m * LANES
-            c, y = C[9 * m * LANES : 9 * (m + 1) * LANES], work.Y[j, begin : begin + LANES]
-            for k in range(LANES):
-                value = c[k] * g[k] + c[LANES + k] * g[LANES + k]
-                value += c[2 * LANES + k] * g[2 * LANES + k] + c[3 * LANES + k] * g[3 * LANES + k]
-                value += c[4 * LANES + k] * g[4 * LANES + k] + c[5 * LANES + k] * g[5 * LANES + k]
-                value += c[6 * LANES + k] * g[6 * LANES + k] + c[7 * LANES + k] * g[7 * LANES + k]
-                y[k] = value + c[8 * LANES + k] * g[8 * LANES + k]
+    for j in range(r):
+        g, y = G[j], Y[j]
+        for k in range(LANES):
+            g0, g1, g2 = g[k], g[LANES + k], g[2 * LANES + k]
+            g3, g4, g5 = g[3 * LANES + k], g[4 * LANES + k], g[5 * LANES + k]
+            g6, g7, g8 = g[6 * LANES + k], g[7 * LANES + k], g[8 * LANES + k]
+            for m in range(9):
+                c = 9 * m * LANES + k
+                value = C[c] * g0 + C[c + LANES] * g1 + C[c + 2 * LANES] * g2
+                value += C[c + 3 * LANES] * g3 + C[c + 4 * LANES] * g4 + C[c + 5 * LANES] * g5
+                value += C[c + 6 * LANES] * g6 + C[c + 7 * LANES] * g7 + C[c + 8 * LANES] * g8
+                y[m * LANES + k] = value

@@ -1,9 +1,12 @@
 """Kernels of a robot in reduced coordinates q = q₀ + Φ α: no array here is as long as the mesh.
 
 **Elements** (`tauten.reduction.state.tetra.elements`) and **cables** contribute rows, the columns of Z
-(r, z), with their images in Y (r, z), so that one matrix product Z Yᵀ is the tangent. A cable segment's
-difference of stations is d = d₀ + D α; its tension adds λ Dᵀ (I − d dᵀ/ℓ²) D / ℓ. Lengths of short segments
-are rounded as in `tauten.model.points.cable`.
+(r, z), with their images in Y (r, z), so that the product Z Yᵀ is a tangent. It is summed over blocks of
+elements, whose rows fit into the processor's cache. A system needs a sum h b_K D + h² K of the stiffness of
+the material and the tangent: their images are added, so that it costs one product.
+
+A cable segment's difference of stations is d = d₀ + D α; its tension adds λ Dᵀ (I − d dᵀ/ℓ²) D / ℓ. Lengths
+of short segments are rounded as in `tauten.model.points.cable`.
 """
 
 from __future__ import annotations
@@ -12,54 +15,55 @@ import numpy as np
 
 from tauten.model.numerics import Array, Ints, kernel
 from tauten.model.points import blunted
-from tauten.reduction.dense_step import Scheme, implicit_step
-from tauten.reduction.state.tetra.arrays import Body, Tendons, Work
-from tauten.reduction.state.tetra.elements import assemble_elements
-from tauten.reduction.state.tetra.product import symmetric_product
+from tauten.reduction.state.tetra.arrays import Body, Response, Tendons, Work
+from tauten.reduction.state.tetra.elements import add_elements
+from tauten.reduction.state.tetra.product import add_symmetric_product
 
 
 @kernel
-def assemble_sample(
-    alpha: Array, effort: Array, load: Array, exact: bool, body: Body, tendons: Tendons, work: Work
-) -> None:
-    """Force without actuators and contacts and the tangent, into work.force and work.K.
+def combine(
+    alpha: Array, effort: Array, shares: tuple[float, float], exact: bool, response: Response,
+    body: Body, tendons: Tendons, work: Work,
+) -> None:  # fmt: skip
+    """A sum of the stiffness of the material D and the tangent K into work.S.
 
     Args:
-        alpha: (r,) [m].
-        effort: (n_a,) [N], for the curvature of the cables.
-        load: (r,) Φᵀ of gravity and outer forces [N].
-        exact: whether the tangent includes the change of rotations.
+        alpha: (r,) state [m].
+        effort: (n_a,) cable tensions, for their curvature [N].
+        shares: of D and of K.
+        exact: whether K is the derivative, or positive semidefinite.
+        response: of the elements and chambers at the state.
         body: the elements.
         tendons: the cables.
         work: overwritten.
     """
-    np.dot(body.stiffness, alpha, work.force)
-    for j in range(alpha.shape[0]):
-        work.force[j] = load[j] - body.drift[j] - work.force[j]
-    first = assemble_elements(alpha, exact, body, work)
-    position = effort if exact else np.maximum(effort, 0.0)  # rods that push soften
-    add_curvature(alpha, position, tendons, first, work.Y)
-    symmetric_product(work.Z, work.Y, work.lower)
+    of_D, of_K = shares
+    work.lower[:] = 0.0
+    add_elements(shares, exact, response, body, work)
+    if tendons.map.shape[1] > 0:
+        pulling = effort if exact else np.maximum(effort, 0.0)  # rods that push soften
+        curve(alpha, of_K * pulling, tendons, work.segments)
+        add_symmetric_product(tendons.map, work.segments, work.lower)
     for i in range(alpha.shape[0]):
         for j in range(i + 1):
-            work.K[i, j] = work.K[j, i] = work.lower[i, j]
-    work.K[:] += body.stiffness
+            work.S[i, j] = work.S[j, i] = work.lower[i, j]
+    if body.corotational:
+        work.S[:] += (of_D + of_K) * body.stiffness
     if exact:
-        work.K[:] += work.curvature
+        work.S[:] += of_K * response.curvature
 
 
 @kernel
-def add_curvature(alpha: Array, effort: Array, tendons: Tendons, first: int, Y: Array) -> None:
+def curve(alpha: Array, effort: Array, tendons: Tendons, Y: Array) -> None:
     """Images of the rows D of the segments.
 
     Args:
         alpha: (r,) state [m].
-        effort: (n_a,) cable tensions [N].
+        effort: (n_a,) cable tensions, or multiples of them [N].
         tendons: the cables.
-        first: their first column of Y.
-        Y: (r, z) output.
+        Y: (R, 3 g) output, rows below r.
     """
-    d = tendons.rest + np.dot(alpha, tendons.map)
+    d = tendons.rest + np.dot(alpha, tendons.map[: alpha.shape[0]])
     g = d.shape[0] // 3
     x, y, z, scale, along = d[:g], d[g : 2 * g], d[2 * g :], np.zeros(g), np.zeros(g)
     for a in range(effort.shape[0]):
@@ -70,44 +74,12 @@ def add_curvature(alpha: Array, effort: Array, tendons: Tendons, first: int, Y: 
             if square > 0.0:
                 along[s] = effort[a] * (slope - curvature) / square
     for j in range(alpha.shape[0]):
-        D, out = tendons.map[j], Y[j, first : first + 3 * g]
+        D, out = tendons.map[j], Y[j]
         for s in range(g):
             D0, D1, D2 = D[s], D[g + s], D[2 * g + s]
             dot = along[s] * (x[s] * D0 + y[s] * D1 + z[s] * D2)
             out[s], out[g + s] = scale[s] * D0 - dot * x[s], scale[s] * D1 - dot * y[s]
             out[2 * g + s] = scale[s] * D2 - dot * z[s]
-
-
-@kernel
-def linearise(
-    alpha: Array, v: Array, effort: Array, load: Array, dynamics: tuple[Array, Scheme],
-    body: Body, tendons: Tendons, work: Work,
-) -> tuple[float, bool]:  # fmt: skip
-    """Factors of A into work.L and v_free into work.v_free, see `implicit_step`.
-
-    Args:
-        alpha: (r,) state [m].
-        v: (r,) its rate [m/s].
-        effort: as in `assemble_sample`.
-        load: as in `assemble_sample`.
-        dynamics: mass (r, r) [kg], and the scheme.
-        body: the elements.
-        tendons: the cables.
-        work: overwritten.
-
-    Returns:
-        Norm of the forces out of balance [N], NaN when A is not positive definite; whether A has the exact
-        tangent.
-    """
-    mass, scheme = dynamics
-    if not scheme.static and scheme.b_K > 0.0:
-        assemble_sample(alpha, np.zeros_like(effort), load, False, body, tendons, work)
-        work.D[:] = work.K
-    for exact in (True, False):  # buckling makes the exact tangent indefinite
-        assemble_sample(alpha, effort, load, exact, body, tendons, work)
-        if implicit_step(scheme, mass, work.D, work.K, work.force, v, work.L, work.v_free):
-            return float(np.sqrt(np.dot(work.force, work.force))), exact
-    return np.nan, False
 
 
 @kernel

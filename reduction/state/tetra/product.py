@@ -8,13 +8,13 @@ ROWS = 4  # of Z that are multiplied with two of Y at a time: eight sums fit int
 
 
 @kernel
-def symmetric_product(Z: Array, Y: Array, lower: Array) -> None:
-    """The lower triangle of Z Yᵀ, and some entries above it.
+def add_symmetric_product(Z: Array, Y: Array, lower: Array) -> None:
+    """Add the lower triangle of Z Yᵀ, and some entries above it.
 
     Args:
         Z: (n, z), n a multiple of ROWS.
         Y: (n, z).
-        lower: (n, n) output.
+        lower: (n, n) added to.
     """
     for i in range(0, Z.shape[0], ROWS):
         z0, z1, z2, z3 = Z[i], Z[i + 1], Z[i + 2], Z[i + 3]
@@ -26,7 +26,11 @@ def symmetric_product(Z: Array, Y: Array, lower: Array) -> None:
                 s10, s11 = s10 + z1[k] * y0[k], s11 + z1[k] * y1[k]
                 s20, s21 = s20 + z2[k] * y0[k], s21 + z2[k] * y1[k]
                 s30, s31 = s30 + z3[k] * y0[k], s31 + z3[k] * y1[k]
-            lower[i, j], lower[i, j + 1] = s00, s01
-            lower[i + 1, j], lower[i + 1, j + 1] = s10, s11
-            lower[i + 2, j], lower[i + 2, j + 1] = s20, s21
-            lower[i + 3, j], lower[i + 3, j + 1] = s30, s31
+            lower[i, j] += s00
+            lower[i, j + 1] += s01
+            lower[i + 1, j] += s10
+            lower[i + 1, j + 1] += s11
+            lower[i + 2, j] += s20
+            lower[i + 2, j + 1] += s21
+            lower[i + 3, j] += s30
+            lower[i + 3, j + 1] += s31

@@ -12,29 +12,50 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tauten.model import ContactRows, Integration, RobotRows, Rows, State, System, TetRobot
+from tauten.model import (
+    Assembled,
+    ContactRows,
+    Integration,
+    RobotRows,
+    Rows,
+    State,
+    System,
+    TetRobot,
+)
 from tauten.model.contact import ContactSet
-from tauten.model.numerics import Array, DenseFactors, FactorisationError, Ints
-from tauten.reduction.dense_step import scheme_of
+from tauten.model.numerics import Array, Ints
+from tauten.reduction.dense_step import DenseAssembled, implicit_system, scheme_of, shares_of
 from tauten.reduction.reduced_robot import ElementSample, ReducedRobot
 from tauten.reduction.state.tetra.actuators import ReducedActuators, reduced_actuators
-from tauten.reduction.state.tetra.arrays import Body, Work, make_work
+from tauten.reduction.state.tetra.arrays import Body, Response, Work, make_work
 from tauten.reduction.state.tetra.body import (
     ReducedPoints,
     contact_surface,
     sampled_body,
 )
 from tauten.reduction.state.tetra.ecsw import sample_elements
-from tauten.reduction.state.tetra.kernels import (
-    assemble_sample,
-    contact_jacobian,
-    linearise,
-)
+from tauten.reduction.state.tetra.elements import assemble_response
+from tauten.reduction.state.tetra.kernels import combine, contact_jacobian
 from tauten.reduction.state.tetra.points import integration_points
 
 _VOLUME = (
     2.0  # factor between the volume of the weighted elements and the body's; samples reach 1.02
 )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SampledAssembled(DenseAssembled):
+    """Forces and tangents of sampled elements at a state; attributes beside those of `DenseAssembled`.
+
+    Attributes:
+        tension: of each cable [N].
+        response: of the elements, in the workspace of the robot that assembled it.
+        damped: whether it has the stiffness of the material.
+    """
+
+    tension: Array
+    response: Response
+    damped: bool
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -118,37 +139,49 @@ class ReducedTetRobot(ReducedRobot):
             effort: (n_a,) efforts of the actuators, whose curvature enters the tangent.
             exact: the exact derivative, which is not always positive definite.
         """
-        taut, load = self._loads(state.q, effort)
-        tendons = self.actuator_set.tendons
-        assemble_sample(state.q, taut, load, exact, self.body, tendons, self.work)
-        return self.work.force.copy(), self.work.K.copy()
+        at = self.assemble(state, effort, dataclasses.replace(self.integration, static=True))
+        return at.force, self.tangent(at, (0.0, 1.0), exact)
 
-    def linearise(
+    def assemble(
         self, state: State, effort: Array | None = None, integration: Integration | None = None
-    ) -> System:
-        """The system of one step from this state: A, b, v_free (7)-(10).
+    ) -> SampledAssembled:
+        """Forces and tangents at a state, see `ReducedRobot`."""
+        scheme, response = integration or self.integration, self.work.response
+        actuators, alpha = self.actuator_set, state.q
+        efforts = actuators.efforts(np.zeros(self.n_a) if effort is None else effort)
+        actuators.set_curvature(alpha, efforts, response.curvature)
+        preload = actuators.preload(alpha)
+        load = self.load if preload is None else self.load + preload
+        damped = not scheme.static and scheme.rayleigh_stiffness > 0.0
+        assemble_response(alpha, state.v, load, damped, self.body, response)
+        return SampledAssembled(
+            state, effort, self.mass, response.force.copy(), np.zeros(self.n),
+            response.resisting.copy(), actuators.tensions(efforts), response, damped,
+        )  # fmt: skip
+
+    def tangent(self, at: SampledAssembled, shares: tuple[float, float], exact: bool) -> Array:
+        """A sum of the stiffness of the material and the tangent (r, r), in the workspace.
 
         Args:
-            state: where the step starts.
-            effort: (n_a,) last efforts of the actuators, for the curvature they add to A.
-            integration: replaces the robot's own scheme.
-
-        Raises:
-            FactorisationError: A is not positive definite (a state that has blown up).
+            at: the state.
+            shares: of D and of K.
+            exact: whether K is the derivative, or positive semidefinite.
         """
-        scheme, work = integration or self.integration, self.work
-        taut, load = self._loads(state.q, effort)
-        residual, exact = linearise(
-            state.q, state.v, taut, load,
-            (self.mass, scheme_of(scheme)),
-            self.body, self.actuator_set.tendons, work,
+        if not (exact or at.damped or self.body.corotational):
+            assemble_response(at.state.q, at.state.v, self.load, True, self.body, at.response)
+        tendons = self.actuator_set.tendons
+        combine(
+            at.state.q, at.tension, shares, exact, at.response, self.body, tendons, self.work
         )  # fmt: skip
-        if not np.isfinite(residual):
-            raise FactorisationError("the reduced model's matrix is not positive definite")
-        v = np.zeros(self.n) if scheme.static or scheme.ahead else state.v
-        tangent = work.K.copy() if scheme.static else None
-        return System(
-            scheme.h, v, work.v_free.copy(), residual, DenseFactors(work.L), exact, tangent
+        return self.work.S.copy()
+
+    def system(self, assembled: Assembled, integration: Integration) -> System:
+        """The system of one step, see `ReducedRobot`."""
+        assert isinstance(assembled, SampledAssembled)
+        at, scheme = assembled, scheme_of(integration)
+        shares = shares_of(scheme)
+        return implicit_system(
+            scheme, at, lambda exact: self.tangent(at, shares, exact), self.work.L
         )
 
     def rows(self, state: State, contacts: bool = True) -> RobotRows:
@@ -158,15 +191,6 @@ class ReducedTetRobot(ReducedRobot):
             actuators=self.actuator_set.rows(state.q),
             contacts=self._contact_rows(state.q) if contacts else self._no_contact_rows(),
         )
-
-    def _loads(self, alpha: Array, effort: Array | None) -> tuple[Array, Array]:
-        """Tensions of the cables and the load (r,) [N]; sets the curvature of the chambers."""
-        actuators = self.actuator_set
-        efforts = actuators.efforts(np.zeros(self.n_a) if effort is None else effort)
-        actuators.set_curvature(alpha, efforts, self.work.curvature)
-        preload = actuators.preload(alpha)
-        load = self.load if preload is None else self.load + preload
-        return actuators.tensions(efforts), load
 
     def _contact_rows(self, alpha: Array) -> ContactRows:
         found = self.contacts.detect(self.surface.at(alpha))
