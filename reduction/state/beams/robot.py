@@ -243,7 +243,13 @@ class ReducedBeamRobot(ReducedRobot):
     def assemble(
         self, state: State, effort: Array | None = None, integration: Integration | None = None
     ) -> BeamAssembled:
-        """Forces and tangent at a state, see `ReducedRobot`."""
+        """Forces and tangent at a state.
+
+        Args:
+            state: where steps start.
+            effort: (n_a,) last efforts of the actuators.
+            integration: another scheme than the robot's.
+        """
         scheme, work, still = integration or self.integration, self.moved(state.q), np.zeros(self.n)
         mass = np.zeros((0, 0)) if scheme.static else self.projected_mass(work)
         force, K = self.forces(state, effort, exact=True)

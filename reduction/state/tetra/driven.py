@@ -167,7 +167,13 @@ class ReducedDrivenRobot(ReducedRobot):
     def assemble(
         self, state: State, effort: Array | None = None, integration: Integration | None = None
     ) -> DrivenAssembled:
-        """Forces and tangents at a state, see `ReducedRobot`."""
+        """Forces and tangents at a state.
+
+        Args:
+            state: where steps start.
+            effort: (n_a,) last efforts of the actuators.
+            integration: another scheme than the robot's.
+        """
         scheme, motion, q = integration or self.integration, self.motion, state.q
         J, mass, inertia = motion.jacobian(q), np.zeros((0, 0)), np.zeros(self.n)
         moved = State(motion.beta(q), np.zeros(motion.size) if scheme.static else J @ state.v)

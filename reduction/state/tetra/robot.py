@@ -145,7 +145,13 @@ class ReducedTetRobot(ReducedRobot):
     def assemble(
         self, state: State, effort: Array | None = None, integration: Integration | None = None
     ) -> SampledAssembled:
-        """Forces and tangents at a state, see `ReducedRobot`."""
+        """Forces and tangents at a state.
+
+        Args:
+            state: where steps start.
+            effort: (n_a,) last efforts of the actuators.
+            integration: another scheme than the robot's.
+        """
         scheme, response = integration or self.integration, self.work.response
         actuators, alpha = self.actuator_set, state.q
         efforts = actuators.efforts(np.zeros(self.n_a) if effort is None else effort)
