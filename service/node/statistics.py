@@ -152,11 +152,11 @@ class LoopStatistics:
         return Diagnostic("decisions", level, f"{mode}, {bad} not OK", values)
 
     def _efforts(self) -> Diagnostic:
-        """Efforts of the last tick that left, and those of the model where the limiter has changed them."""
+        """Efforts of the last tick that left, and those of the model, which may be beyond the limits."""
         action = self._action
         if action is None:
             return Diagnostic("tensions", Level.OK, "", {})
-        left, model = action.actuation.effort.tolist(), action.wanted.effort.tolist()
+        left, model = action.actuation.effort.tolist(), action.wanted.needed.tolist()
         values, changed = {}, []
         names, kinds = self._actuators.names, self._actuators.kinds
         for name, kind, sent, wanted in zip(names, kinds, left, model, strict=True):

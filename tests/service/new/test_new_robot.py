@@ -8,10 +8,12 @@ import meshio
 import numpy as np
 import pytest
 
+from tauten.controller import Controller, Status
 from tauten.model import Simulator, load_robot
 from tauten.service.new import NewRobot, Part, PartError, make_new_robot, read_part
 from tauten.service.new import part as surfaces
 from tauten.service.process import StopFlag
+from tauten.service.setup import load_setup
 
 BOX = np.array([[x, y, z] for x in (0, 12) for y in (0, 12) for z in (0, 60)], dtype=float)  # mm
 SIDES = np.array(
@@ -136,6 +138,28 @@ def test_an_assembly_is_refused_and_a_solid_is_meshed(tmp_path: Path) -> None:
     )
     volume = load_robot(made.file).mesh.volumes.sum()
     assert volume == pytest.approx(12e-3 * 12e-3 * 60e-3, rel=1e-6)
+
+
+def test_a_part_that_sags_towards_its_cable_is_decided_for(tmp_path: Path) -> None:
+    """Gravity makes the cable's path shorter by 20 times what the guessed winch turns in a tick."""
+    occ = pytest.importorskip("netgen.occ", reason="tauten[mesh] is not installed")
+    occ.Box((0, 0, 0), (60, 12, 12)).WriteStep(str(tmp_path / "bar.step"))
+    new = NewRobot("bar", read(tmp_path / "bar.step"), size=6e-3, young=0.1e6)
+    make(new, tmp_path / "bar")
+    setup = load_setup(tmp_path / "bar" / "bar.toml")
+    robot = setup.robot
+    simulator = Simulator(robot, "none")
+    simulator.settle_start()
+    shorter = simulator.position  # (1,), where the cable is taut
+    assert shorter[0] > 10.0 * robot.h * robot.limits.rate[0]
+    assert simulator.settle(position=shorter + 2e-3).converged
+    controller = Controller(robot, setup.contact, settings=setup.controller)
+    assert controller.settle_start().converged
+    start, goal = controller.effector, simulator.effector
+    assert np.linalg.norm(goal - start) > 3e-3
+    for _ in range(200):
+        assert controller.step(goal).status is Status.OK
+    assert np.linalg.norm(controller.effector - goal) < 5e-5
 
 
 def test_tetrahedra_of_a_file_are_taken_as_they_are(tmp_path: Path) -> None:

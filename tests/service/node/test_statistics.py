@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+import re
 
 import numpy as np
 import pytest
 from support.robots.bodies import beam_robot, box_mesh
 
-from tauten.controller import Actuation, Controller
-from tauten.model import cable_actuators
+from tauten.controller import Controller
+from tauten.model import Simulator
 from tauten.service.node import Action, Clock, ControlLoop, LoopStatistics, Signals
+from tauten.service.setup import load_setup
 from tauten.service.wire import (
     Cause,
     Diagnostic,
@@ -24,14 +25,6 @@ from tauten.service.wire import (
 )
 
 SIZE = (0.1, 0.02, 0.02)
-NAMES = ("cable",)
-
-
-class Overloaded(Controller):
-    """A controller whose model is under a load that its held cable carries."""
-
-    def hold(self) -> Actuation:
-        return replace(super().hold(), effort=np.array([157.0]))
 
 
 def tick_of(action: Action) -> Tick:
@@ -43,30 +36,45 @@ def tick_of(action: Action) -> Tick:
     )  # fmt: skip
 
 
-def efforts(action: Action) -> Diagnostic:
-    statistics = LoopStatistics(cable_actuators(NAMES))
+def efforts(action: Action, loop: ControlLoop) -> Diagnostic:
+    statistics = LoopStatistics(loop.controller.robot.actuators)
     statistics.add(tick_of(action), action)
     found = statistics.diagnostics(Clock(0.02), [], None, {})
     return next(item for item in found if item.name == "tensions")
 
 
-@pytest.mark.parametrize("overloaded", [False, True])
-def test_health_has_the_tension_that_left_and_the_models(overloaded: bool) -> None:
-    robot = beam_robot(box_mesh(SIZE, (6, 2, 2)), SIZE)
-    loop = ControlLoop(Overloaded(robot) if overloaded else Controller(robot))
+def test_health_says_where_the_model_agrees() -> None:
+    loop = ControlLoop(Controller(beam_robot(box_mesh(SIZE, (6, 2, 2)), SIZE)))
     action = loop.tick(None, Signals(target=False))
     assert (action.mode, action.cause) == (Mode.IDLE, Cause.NO_TARGET)
-    largest = float(robot.limits.effort_max[0])
-    health = efforts(action)
-    if not overloaded:
-        assert (health.level, health.message) == (Level.OK, "as in the model")
-        return
-    assert largest < 157.0
-    assert action.actuation.effort.tolist() == [largest]
+    health = efforts(action, loop)
+    assert (health.level, health.message) == (Level.OK, "as in the model")
+
+
+def test_health_has_the_tension_that_left_and_the_models() -> None:
+    """A hold of the manipulator whose wound tendons would pull with 130 N, where 80 N are allowed."""
+    setup = load_setup("manipulator")
+    simulator = Simulator(setup.robot, "none")
+    simulator.settle_start()
+    index = setup.robot.actuators.names.index("tendon2a")
+    position = np.zeros(setup.robot.n_a)
+    position[index] = 9.5e-3
+    assert simulator.settle(position=position).converged
+    needed = float(simulator.effort[index])
+    assert 120.0 < needed < 140.0
+    controller = Controller(setup.robot, "none", settings=setup.controller)
+    controller.start_from(simulator.state, simulator.forces, simulator.position)
+    loop = ControlLoop(controller)
+    action = loop.tick(None, Signals(target=False))
+    assert action.actuation.effort[index] == 80.0
     assert action.actuation.clamped
+    health = efforts(action, loop)
     assert health.level is Level.WARN
-    assert health.message == f"cable: {largest:.3g} N have left, the model has 157 N"
-    assert health.values == {"cable_n": f"{largest:.4g}", "cable_model_n": "157"}
+    said = re.search(r"tendon2a: 80 N have left, the model has (\d+) N", health.message)
+    assert said is not None
+    assert float(said[1]) == pytest.approx(needed, rel=0.02)
+    assert health.values["tendon2a_n"] == "80"
+    assert float(health.values["tendon2a_model_n"]) == pytest.approx(needed, rel=0.02)
 
 
 def test_a_level_that_does_not_exist_is_refused() -> None:
