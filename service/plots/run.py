@@ -18,7 +18,7 @@ _TARGET, _MODEL, _PLANT, _LIMIT = "#222222", "#0072b2", "#d55e00", "#999999"
 CABLE_COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
 _MM = 1e3
 _REST = np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])  # a frame at rest, apart from its position
-_LEAD = 0.5  # s shown before the first goal
+_LEAD = 0.5  # s shown before the first tick that follows
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,8 +84,8 @@ def draw_run(run: RecordedRun, actuators: Actuators, path: Path) -> None:
         draw_rotation_error(run, axes[-2])
     draw_step_time(run, axes[-1])
     axes[-1].set_xlabel("time [s]")
-    active = run.time[run.active]
-    axes[-1].set_xlim(active[0] - _LEAD, max(float(run.time[-1]), active[0] + _LEAD))
+    followed = run.time[run.following if run.following.any() else run.active]
+    axes[-1].set_xlim(followed[0] - _LEAD, max(float(run.time[-1]), followed[0] + _LEAD))
     for axis in axes:
         axis.grid(alpha=0.3)
     time_box.align_ylabels(axes)

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from math import ceil
 from pathlib import Path
 
 from matplotlib.figure import Figure
 
 from tauten.service.bench import StillBench
+
+ACROSS = 4  # panels beside each other
 
 
 def draw_still(result: StillBench, path: str | Path) -> None:
@@ -17,9 +20,13 @@ def draw_still(result: StillBench, path: str | Path) -> None:
         path: of the figure; its suffix decides the format.
     """
     robots = list(dict.fromkeys(run.robot for run in result.runs))
-    figure = Figure(figsize=(3.6 * max(len(robots), 1), 3.2), layout="constrained")
-    panels = figure.subplots(1, max(len(robots), 1), squeeze=False)[0]
-    for robot, axes in zip(robots, panels, strict=False):
+    columns = min(max(len(robots), 1), ACROSS)
+    rows = max(ceil(len(robots) / columns), 1)
+    figure = Figure(figsize=(3.6 * columns, 3.2 * rows), layout="constrained")
+    panels = figure.subplots(rows, columns, squeeze=False)
+    for unused in panels.flat[len(robots) :]:
+        unused.set_axis_off()
+    for robot, axes in zip(robots, panels.flat, strict=False):
         runs = [run for run in result.runs if run.robot == robot and run.best_mm is not None]
         for rests, colour, label in ((True, "C0", "at rest"), (False, "C3", "moving")):
             chosen = [run for run in runs if run.rests is rests]
@@ -31,6 +38,8 @@ def draw_still(result: StillBench, path: str | Path) -> None:
         axes.set_title(robot, fontsize="medium")
         axes.set_xlabel("distance of the target [mm]")
         axes.grid(alpha=0.3)
-    panels[0].set_ylabel("distance at rest [mm]")
-    panels[0].legend(fontsize="small")
+    for first in panels[:, 0]:
+        first.set_ylabel("distance at rest [mm]")
+    if robots:
+        panels[0, 0].legend(fontsize="small")
     figure.savefig(path, dpi=130)

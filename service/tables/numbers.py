@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from rich.markup import escape
+from rich.console import JustifyMethod
 from rich.table import Table
+from rich.text import Text
 
 from tauten.service.process import HostInfo, write_text
 from tauten.service.replay import Spread
@@ -34,13 +35,12 @@ class Numbers:
 
     def rich(self) -> Table:
         """For the terminal."""
-        table = Table(title=escape(self.title))
+        table = Table(title=Text(self.title, "table.title"))
         for index, name in enumerate(self.columns):
-            table.add_column(
-                escape(name), justify="right" if index >= self.text_columns else "left"
-            )
+            justify: JustifyMethod = "right" if index >= self.text_columns else "left"
+            table.add_column(Text(name), justify=justify)
         for row in self.rows:
-            table.add_row(*map(escape, row))
+            table.add_row(*map(Text, row))
         return table
 
     def markdown(self) -> str:

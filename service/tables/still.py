@@ -64,8 +64,8 @@ def still_page(result: StillBench) -> Page:
         tables.append(Numbers(title, columns, found))
     minutes, asked = result.settings.minutes, result.settings.targets
     about = (
-        f"Measured on {measured_on(result.machine)}; {asked} targets of each group, fewer where {minutes:g} "
-        "minutes for a robot and its model were not enough"
+        f"{asked} targets of each group, fewer where {minutes:g} minutes for a robot and its model were not "
+        f"enough. Measured on {measured_on(result.machine)}"
     )
     return Page("tauten bench still", about, tuple(tables))
 

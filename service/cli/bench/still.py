@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from tauten.service.cli.terminal import Json, Robots, progress_bar, show_result
+from tauten.service.cli.terminal import Json, Markdown, Robots, progress_bar, show_result
 
 
 def still(
@@ -26,6 +26,7 @@ def still(
         typer.Option(min=0.0, help="For the targets of each robot and model; fewer after it."),
     ] = 10.0,
     seed: Annotated[int, typer.Option(help="Of targets and orders.")] = 0,
+    markdown: Markdown = None,
     figure: Annotated[
         Path | None, typer.Option(help="Figure of the resting errors over the workspace.")
     ] = None,
@@ -54,6 +55,6 @@ def still(
     )
     with stop_on_signals() as stop, progress_bar("still") as report:
         result = bench_still(chosen, stop, report)
-    show_result(result, still_page(result), json_file, width=140)
+    show_result(result, still_page(result), json_file, markdown, width=140)
     if figure is not None:
         draw_still(result, figure)

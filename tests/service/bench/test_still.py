@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from tauten.model import load_robot
-from tauten.service.bench import StillRun, StillSettings, bench_still
+from tauten.service.bench import StillBench, StillRun, StillSettings, bench_still
+from tauten.service.bench.orders import OrderRun
 from tauten.service.bench.still import random_goals
-from tauten.service.process import StopFlag
+from tauten.service.plots import draw_still
+from tauten.service.process import StopFlag, host_info
 from tauten.service.tables import still_page
 
 RUN = StillRun("arm", "reduced", "open", False, 20.0, 1e-8, 1e-8, 5.0, 5.0, ("OK",), 0.3, 100.0)
@@ -24,6 +27,23 @@ def test_rest_and_the_best_place_have_limits() -> None:
     held_back = replace(RUN, error_mm=0.01, best_mm=0.0)  # by a thousandth of the way
     assert held_back.is_near and not held_back.is_best
     assert replace(RUN, error_mm=9.0, best_mm=None).is_best
+
+
+def test_a_result_goes_into_a_page_and_a_figure(tmp_path: Path) -> None:
+    robots = ("finger", "trunk", "diamond", "gripper", "tripod")
+    settings = StillSettings(robots, minutes=2.5)
+    runs = tuple(replace(RUN, robot=robot) for robot in robots)
+    orders = (OrderRun("finger", 400, 0, 0, 0.0, 0.0),)
+    result = StillBench(host_info(), settings, runs, orders, True)
+    page = tmp_path / "page.md"
+    page.write_text("before\n<!-- tauten bench still -->\n<!-- end -->\nafter\n", encoding="utf-8")
+    still_page(result).put_into(page)
+    text = page.read_text(encoding="utf-8")
+    assert text.startswith("before") and text.endswith("after\n")
+    assert all(f"| {robot} | reduced | open |" in text for robot in robots)
+    for shown in (result, replace(result, runs=())):
+        draw_still(shown, tmp_path / "still.png")
+    assert (tmp_path / "still.png").stat().st_size > 0
 
 
 @pytest.mark.slow

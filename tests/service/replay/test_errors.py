@@ -117,6 +117,23 @@ def test_a_run_that_is_held_from_the_start_says_so_and_is_as_long_as_its_targets
     assert "held instead of following" in not_followed(report)
 
 
+def test_the_figure_starts_where_the_robot_follows(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """At the start of a demo the first decisions are late, for longer than the figure is to show."""
+    figures: list[Figure] = []
+    monkeypatch.setattr(Figure, "savefig", lambda self, *_, **__: figures.append(self))
+    run = run_of("point", 3)
+    first = run.active.start
+    ticks = tuple(
+        replace(tick, mode=Mode.HOLD, cause=Cause.LATE) if first <= i < first + 40 else tick
+        for i, tick in enumerate(run.ticks)
+    )
+    for shown, start in ((run, first), (replace(run, ticks=ticks), first + 40)):
+        draw_run(shown, load_robot("finger").actuators, tmp_path / "run.png")
+        assert figures[-1].axes[-1].get_xlim()[0] == pytest.approx(run.time[start] - 0.5)
+
+
 @pytest.mark.parametrize(
     ("value", "text"),
     [
