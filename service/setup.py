@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import logging
-import platform
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal, TypeAlias
@@ -21,7 +20,6 @@ from tauten.reduction.contact import SUFFIX as BASIS
 from tauten.reduction.state import SUFFIX as STATES
 from tauten.reduction.state import StateBasis, reduced_robot
 from tauten.service.check import mesh_error_text
-from tauten.service.process import versions
 from tauten.service.settings import (
     ModelSettings,
     ServiceSettings,
@@ -71,6 +69,11 @@ class Setup:
         return hashlib.sha256(np.ascontiguousarray(self.contact.Psi).tobytes()).hexdigest()
 
     @property
+    def basis_modes(self) -> int:
+        """Number of modes of the contact basis; 0 without one."""
+        return 0 if isinstance(self.contact, str) else self.contact.k
+
+    @property
     def mesh_error(self) -> str:
         """The error of the robot's mesh in one sentence."""
         return mesh_error_text(self.path, self.robot.digest)
@@ -79,33 +82,6 @@ class Setup:
     def order(self) -> Order:
         """The model that decides."""
         return "full" if self.states is None else "reduced"
-
-    def metadata(self) -> dict[str, str]:
-        """Metadata of a log of the run, all as text."""
-        robot, layout = self.robot, self.robot.effector_layout
-        return {
-            "robot": robot.name,
-            "robot_path": str(self.path),
-            "robot_digest": robot.digest,
-            "robot_file": self.path.read_text(encoding="utf-8"),
-            "rate": repr(robot.integration.rate),
-            "effector_kinds": " ".join(robot.effector_layout.kinds),
-            "effector_weights": " ".join(
-                ",".join(f"{weight:g}" for weight in layout.weights[layout.rows_of(i)])
-                for i in range(len(layout))
-            ),
-            "actuator_kinds": " ".join(kind.value for kind in robot.actuators.kinds),
-            "basis": self.basis_name,
-            "basis_digest": self.basis_digest(),
-            "model": self.order,
-            "mesh_error": self.mesh_error,
-            "states_digest": "" if self.states is None else self.states.digest(),
-            "start": self.start,
-            "factorisation": robot.linear_solver,
-            "python": platform.python_version(),
-            "machine": f"{platform.system()} {platform.machine()}",
-            **{f"version {name}": found for name, found in versions().items()},
-        }
 
 
 def load_setup(

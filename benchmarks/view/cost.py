@@ -108,7 +108,7 @@ def view_cost(
         OSError: the client does not connect.
     """
     context = get_context("spawn")
-    with open_server(0, look.name) as (server, guard):
+    with open_server(0, look.robot.name) as (server, guard):
         panel, scene = ViewPanel(server, look, operates=True), RobotScene(server, look, True)
         done = context.Event()
         client = context.Process(target=_receive, args=(server.get_port(), done), daemon=True)
@@ -144,10 +144,10 @@ def view_cost(
         return None
     return ViewCost(
         machine=host_info(),
-        robot=look.name,
+        robot=look.robot.name,
         nodes=nodes,
         vertices=len(look.vertices),
-        triangles=len(look.triangles),
+        triangles=len(look.robot.surface.triangles),
         seconds=lasted,
         pictures_hz=len(times) / lasted,
         processor_share=share,

@@ -177,7 +177,7 @@ def stream(
         number = 0 if effector is None else receiver.number(effector)
         settings = PathSettings(number, rate, size, period, plane, fraction, repeat)
         sending = StreamSettings(rate, duration, json, number, await_plant)
-        run(receiver, receiver_path(path, receiver, settings), sending, network, stop)
+        run(receiver.description, receiver_path(path, receiver, settings), sending, network, stop)
 
 
 _COMMANDS = (

@@ -1,7 +1,7 @@
 """What a viewer shows, and where it comes from: a simulation, a served robot, a log."""
 
-from tauten.service.frames.effectors import EffectorLook, effector_looks
-from tauten.service.frames.frame import ActuatorLook, RobotLook, ViewFrame, look_of
+from tauten.service.frames.effectors import places_of
+from tauten.service.frames.frame import RobotLook, ViewFrame
 from tauten.service.frames.history import FrameHistory
 from tauten.service.frames.recorded import RecordedRobot
 from tauten.service.frames.served import ServedRobot
@@ -11,10 +11,8 @@ from tauten.service.frames.targets import LARGEST_SCALAR, LEAST_SCALAR, TargetSt
 from tauten.service.frames.waypoints import WaypointList
 
 __all__ = [
-    "ActuatorLook",
     "LARGEST_SCALAR",
     "LEAST_SCALAR",
-    "EffectorLook",
     "FrameHistory",
     "FrameSource",
     "RecordedRobot",
@@ -24,6 +22,5 @@ __all__ = [
     "TargetStore",
     "ViewFrame",
     "WaypointList",
-    "effector_looks",
-    "look_of",
+    "places_of",
 ]

@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from tauten.model import skin_of
-from tauten.service.frames.frame import RobotLook, ViewFrame, look_of
+from tauten.service.describing import describe
+from tauten.service.frames.frame import RobotLook, ViewFrame
 from tauten.service.log import LogError, LogReader
 from tauten.service.replay import actions, changes, recorded_setup, recorded_ticks, replay_loop
 
@@ -39,14 +40,14 @@ class RecordedRobot:
             RobotFileError, MeshError, BasisError, StateBasisError: the robot cannot be used.
         """
         self._reader = LogReader(path)
-        metadata = self._reader.read_metadata()
-        recorded = recorded_setup(path, metadata)
+        recorded = recorded_setup(path, self._reader.read_metadata())
         self._setup = recorded.load(against, None, recorded_paths)
-        self._robot = recorded.robot
-        self._skin = skin_of(self._setup.robot)
-        self.look: RobotLook = look_of(self._setup.robot, self._skin, self._setup.robot.rest())
+        self._then, robot = recorded.description, self._setup.robot
+        self._skin = skin_of(robot)
+        vertices = self._skin.geometry(robot, robot.rest(), None).vertices
+        self.look = RobotLook(describe(self._setup), vertices)
         self.notes: tuple[str, ...] = ()
-        if metadata.get("robot_digest", "") != self._setup.robot.digest:
+        if self._then.model.digest != robot.digest:
             self.notes = (
                 "the robot has changed since the log was made, what is shown is the robot as it is now: "
                 "put the recorded robot file beside the log, or name the robot with --against",
@@ -61,7 +62,7 @@ class RecordedRobot:
         setup = self._setup
         loop = replay_loop(setup)
         every = max(round(setup.robot.integration.rate / FRAMES), 1)
-        ticks = recorded_ticks(self._reader, setup, self._robot)
+        ticks = recorded_ticks(self._reader, setup, self._then.name)
         first: int | None = None
         for tick, joints, action in actions(ticks, loop):
             first = tick.stamp if first is None else first
@@ -86,4 +87,4 @@ class RecordedRobot:
             )
         if first is None:
             raise LogError(f"{self._reader.path}: no tick in it to show")
-        self.notes += tuple(changes(self._reader, setup)) if not self.notes else ()
+        self.notes += tuple(changes(self._reader, self._then, setup)) if not self.notes else ()

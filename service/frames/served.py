@@ -13,8 +13,7 @@ import zenoh
 
 from tauten.model import NO_CONTACTS, Floats, Geometry, PushingContacts
 from tauten.model.numerics import Array
-from tauten.service.frames.description import described_look
-from tauten.service.frames.effectors import EffectorLook
+from tauten.service.frames.effectors import places_of
 from tauten.service.frames.frame import RobotLook, ViewFrame
 from tauten.service.link import put_command
 from tauten.service.wire import (
@@ -25,6 +24,7 @@ from tauten.service.wire import (
     SKIN_FIELDS,
     Cause,
     Cloud,
+    DescribedEffector,
     Diagnostic,
     EffectorMessage,
     Joints,
@@ -70,16 +70,19 @@ class ServedRobot:
             NetworkError: the node does not answer, or is of another version.
         """
         self._session, self._robot = session, robot
-        self.look: RobotLook = described_look(ask_description(session, Keys(robot)))
+        description = ask_description(session, Keys(robot))
+        unseen = np.zeros((description.surface.vertices, 3), np.float32)
+        self.look = RobotLook(description, unseen)  # they are known with the first surface
+        self._places = places_of(description.effectors)
         self.sent = 0
-        keys, look = Keys(robot), self.look
-        self._names = tuple(actuator.name for actuator in look.actuators)
-        names = tuple(effector.name for effector in look.effectors)
+        keys = Keys(robot)
+        self._names = tuple(actuator.name for actuator in description.actuators)
+        names = description.effector_names
         self._targets = [
             session.declare_publisher(
                 key, encoding=f"{CDR};{MESSAGE_TYPES[effector.kind]}", express=True
             )
-            for key, effector in zip(keys.targets(names), look.effectors, strict=True)
+            for key, effector in zip(keys.targets(names), description.effectors, strict=True)
         ]
         subscribed = {
             "tick": keys.tick,
@@ -102,7 +105,7 @@ class ServedRobot:
         self._joints: Joints | None = None
         self._skin: Cloud | None = None
         self._contacts: Cloud | None = None
-        self._values = look.rest
+        self._values = description.rest
         self._health: tuple[str, ...] = ()
         self._refused = 0
 
@@ -131,10 +134,11 @@ class ServedRobot:
             drawn: whether a frame is wanted.
         """
         if goal is not None:
-            stamp = time.time_ns()
-            for publisher, effector in zip(self._targets, self.look.effectors, strict=True):
-                values = tuple(goal[effector.places].tolist())
-                message = EffectorMessage(stamp, self.look.frame, values)
+            stamp, robot = time.time_ns(), self.look.robot
+            for publisher, effector, place in zip(
+                self._targets, robot.effectors, self._places, strict=True
+            ):
+                message = EffectorMessage(stamp, robot.frame, tuple(goal[place].tolist()))
                 publisher.put(encode_effector(effector.kind, effector.name, message))
             self.sent += 1
         if not drawn:
@@ -171,11 +175,11 @@ class ServedRobot:
         if health is not None:
             bad = [one for one in health.values() if one.level]
             self._health = tuple(f"{one.name}: {one.message}" for one in bad)
-        for effector in self.look.effectors:
+        for effector, place in zip(self.look.robot.effectors, self._places, strict=True):
             decode = partial(_decoded_effector, effector)
             found: EffectorMessage | None = self._newest(f"effector {effector.name}", decode)
             if found is not None:
-                self._values[effector.places] = found.values
+                self._values[place] = found.values
 
     def _newest(self, name: str, decode: Callable[[bytes], Any]) -> Any:
         """The newest message of a key, decoded; None where there is none, or it was refused."""
@@ -194,7 +198,7 @@ class ServedRobot:
     def _decoded_skin(self, payload: bytes) -> Cloud | Rejection:
         """A surface with as many points as the description says."""
         cloud = decode_cloud(payload, SKIN_FIELDS)
-        expected = len(self.look.vertices) + 2 * len(self.look.segment_owners)
+        expected = len(self.look.vertices) + 2 * len(self.look.robot.surface.segments)
         if isinstance(cloud, Cloud) and len(cloud.values) != expected:
             detail = f"{len(cloud.values)} points, expected {expected}"
             return Rejection(RejectionReason.WRONG_SHAPE, detail)
@@ -230,5 +234,5 @@ class ServedRobot:
         return PushingContacts(cloud.values[:, :3], cloud.values[:, 3:])
 
 
-def _decoded_effector(effector: EffectorLook, payload: bytes) -> EffectorMessage | Rejection:
+def _decoded_effector(effector: DescribedEffector, payload: bytes) -> EffectorMessage | Rejection:
     return decode_effector(effector.kind, effector.name, payload, CDR)

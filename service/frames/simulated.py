@@ -9,7 +9,8 @@ import numpy as np
 
 from tauten.model import Robot, skin_of
 from tauten.model.numerics import Array, FactorisationError
-from tauten.service.frames.frame import RobotLook, ViewFrame, look_of
+from tauten.service.describing import describe
+from tauten.service.frames.frame import RobotLook, ViewFrame
 from tauten.service.node import ControlLoop, Signals
 from tauten.service.plant import PlantSettings, warm_plant
 from tauten.service.setup import Setup, warm_controller
@@ -47,8 +48,12 @@ class SimulatedRobot:
         self._steps = 0
         self._seconds = 0.0  # of model and plant together, in the mean
         self._resets = 0
-        self.look: RobotLook = replace(
-            look_of(plant, self._skin, self._simulator.state), ghost=self._ghost.triangles
+        start = self._simulator.state
+        driven = replace(setup, robot=plant, contact="full", basis_name="full", states=None)
+        self.look = RobotLook(
+            describe(driven, plant.effector_values(start)),
+            self._skin.geometry(plant, start, None).vertices,
+            self._ghost.triangles,
         )
 
     @property

@@ -7,8 +7,8 @@ import threading
 import numpy as np
 
 from tauten.model.numerics import Array
-from tauten.service.frames.effectors import EffectorLook, positions_of
-from tauten.service.wire import reach_of
+from tauten.service.frames.effectors import places_of, positions_of
+from tauten.service.wire import DescribedEffector, reach_of
 
 _FAR = 1e6  # m; squares of larger numbers may overflow
 _WITHIN = 0.999  # of the reach, so that rounding on the wire cannot put a target outside
@@ -23,14 +23,14 @@ class TargetStore:
     robot jump.
     """
 
-    def __init__(self, effectors: tuple[EffectorLook, ...], size: float) -> None:
+    def __init__(self, effectors: tuple[DescribedEffector, ...], size: float) -> None:
         """Start disarmed, at rest.
 
         Args:
             effectors: of the robot.
             size: diagonal of the robot's bounding box [m].
         """
-        self._effectors = effectors
+        self._effectors, self._places = effectors, places_of(effectors)
         self._reach = _WITHIN * reach_of(size)
         self._values = np.concatenate([np.array(one.rest) for one in effectors])
         self._armed = False
@@ -56,7 +56,7 @@ class TargetStore:
         found = self.clamped(effector, np.asarray(values, dtype=float))
         with self._lock:
             if self._armed and found is not None:
-                first = self._effectors[effector].first
+                first = self._places[effector].start
                 self._values[first : first + len(found)] = found
 
     def clamped(self, effector: int, values: Array) -> Array | None:
@@ -112,4 +112,4 @@ class TargetStore:
 
     def of(self, effector: int) -> Array:
         """Goal values (v,) of one effector."""
-        return self.values[self._effectors[effector].places]
+        return self.values[self._places[effector]]

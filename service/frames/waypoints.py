@@ -9,8 +9,8 @@ from itertools import pairwise
 import numpy as np
 
 from tauten.model.numerics import Array
-from tauten.service.frames.effectors import EffectorLook
 from tauten.service.plant import COLUMNS, TargetPath
+from tauten.service.wire import DescribedEffector
 
 MOST = 200  # waypoints
 _LEAST_STEP = 1e-3  # s between waypoints at the same place
@@ -19,7 +19,7 @@ _LEAST_STEP = 1e-3  # s between waypoints at the same place
 class WaypointList:
     """Targets of one effector, one after another."""
 
-    def __init__(self, effector: EffectorLook, size: float) -> None:
+    def __init__(self, effector: DescribedEffector, size: float) -> None:
         """Start without any.
 
         Args:

@@ -1,6 +1,15 @@
 """Logs of runs as MCAP files: writing and reading."""
 
+from tauten.service.log.described import description_metadata, logged_description
 from tauten.service.log.reader import LogError, Logged, LogReader
 from tauten.service.log.recorder import Entry, LogRecorder
 
-__all__ = ["Entry", "LogError", "LogReader", "LogRecorder", "Logged"]
+__all__ = [
+    "Entry",
+    "LogError",
+    "LogReader",
+    "LogRecorder",
+    "Logged",
+    "description_metadata",
+    "logged_description",
+]

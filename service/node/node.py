@@ -17,10 +17,10 @@ import numpy as np
 import zenoh
 
 from tauten.model.numerics import Array
+from tauten.service.describing import describe
 from tauten.service.log import LogRecorder
 from tauten.service.node.answers import QuestionAnswers
 from tauten.service.node.clock import Beat, Clock, punctual_clock
-from tauten.service.node.description import description_json
 from tauten.service.node.inputs import Goal, NodeInputs
 from tauten.service.node.loop import Action, ControlLoop
 from tauten.service.node.metrics import prometheus_text
@@ -76,8 +76,8 @@ class Node:
         self._inputs = NodeInputs(session, robot, setup.service, closed_loop, recorder)
         self._outputs = NodeOutputs(session, robot, recorder)
         self._shape = ShapePublisher(session, robot)
-        start = loop.controller.effector_values
-        self._answers = QuestionAnswers(session, robot.name, description_json(setup, start))
+        description = describe(setup, loop.controller.effector_values)
+        self._answers = QuestionAnswers(session, robot.name, description.as_json().encode())
         self._statistics = LoopStatistics(robot.actuators)
         self._facts = {
             "factorisation": robot.linear_solver,

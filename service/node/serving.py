@@ -11,6 +11,7 @@ from pathlib import Path
 
 import zenoh
 
+from tauten.service.describing import log_metadata
 from tauten.service.log import LogRecorder
 from tauten.service.node.loop import ControlLoop
 from tauten.service.node.model_watch import make_fall_back
@@ -93,7 +94,7 @@ def serve(setup: Setup, network: Network, settings: ServeSettings, stop: StopFla
         stack.enter_context(claimed(session, keys))
         recorder = None
         if settings.record is not None:
-            recorder = LogRecorder(settings.record, setup.metadata())
+            recorder = LogRecorder(settings.record, log_metadata(setup, controller.effector_values))
             stack.callback(recorder.close)
         fall_back = make_fall_back(setup)
         if fall_back is not None:

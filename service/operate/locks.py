@@ -37,7 +37,7 @@ def check_order(description: RobotDescription, order: LockOrder) -> None:
     actuators = {one.name: one for one in description.actuators}
     if order.actuator not in actuators:
         raise OrderError(
-            f"{description.robot} has no actuator {order.actuator!r}, its actuators are "
+            f"{description.name} has no actuator {order.actuator!r}, its actuators are "
             f"{', '.join(actuators)}"
         )
     found = actuators[order.actuator]

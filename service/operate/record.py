@@ -13,7 +13,7 @@ from pathlib import Path
 import zenoh
 
 from tauten.service.link import node_of
-from tauten.service.log import Entry, LogRecorder
+from tauten.service.log import Entry, LogRecorder, description_metadata
 from tauten.service.process import StopFlag
 from tauten.service.wire import (
     CDR,
@@ -26,7 +26,6 @@ from tauten.service.wire import (
     Keys,
     Network,
     Rejection,
-    RobotDescription,
     ask_description,
     payload_format,
     payload_of,
@@ -79,7 +78,7 @@ def record_robot(robot: str, path: Path, network: Network, stop: StopFlag) -> in
         description = ask_description(session, keys)
         effectors = {one.name: MESSAGE_TYPES[one.kind] for one in description.effectors}
         kinds = message_kinds(keys, effectors)
-        recorder = LogRecorder(path, _metadata(description))
+        recorder = LogRecorder(path, description_metadata(description))
         log.info("recording %s to %s", robot, path)
         try:
             while not stop.requested and not recorder.fault:
@@ -112,15 +111,3 @@ def _drain(
         recorder.write(Entry(key, kind, payload, form != CDR, seen, seen, 0))
         count += 1
     return count
-
-
-def _metadata(description: RobotDescription) -> dict[str, str]:
-    versions = {f"version {name}": found for name, found in description.versions.items()}
-    return {
-        "robot": description.robot,
-        "rate": repr(description.rate),
-        "robot_digest": description.model.digest,
-        "basis": description.basis.name,
-        "basis_digest": description.basis.digest,
-        **versions,
-    }

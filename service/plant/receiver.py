@@ -10,13 +10,20 @@ import numpy as np
 
 from tauten.model import Robot, RobotFileError
 from tauten.model.load import robot_path
-from tauten.model.numerics import Array
-from tauten.model.schema import EffectorKind
+from tauten.service.describing import describe
 from tauten.service.plant.paths import PathSettings, make_path, path_from
 from tauten.service.plant.waypoints import PathError, TargetPath
 from tauten.service.process import StopFlag
 from tauten.service.setup import load_setup
-from tauten.service.wire import Keys, Network, Role, ask_description, open_session, wait_for
+from tauten.service.wire import (
+    Keys,
+    Network,
+    RobotDescription,
+    Role,
+    ask_description,
+    open_session,
+    wait_for,
+)
 
 log = logging.getLogger(__name__)
 
@@ -28,21 +35,11 @@ class Receiver:
     """A robot that targets are sent to.
 
     Attributes:
-        name: of the robot.
-        frame: of positions.
-        size: of the robot [m].
-        effectors: names.
-        kinds: of the effectors.
-        rest: goal values (v,) of each effector at rest.
+        description: of the robot.
         robot: its model; None where only the description of its node is known.
     """
 
-    name: str
-    frame: str
-    size: float
-    effectors: tuple[str, ...]
-    kinds: tuple[EffectorKind, ...]
-    rest: tuple[Array, ...]
+    description: RobotDescription
     robot: Robot | None = None
 
     def number(self, effector: str) -> int:
@@ -51,10 +48,11 @@ class Receiver:
         Raises:
             PathError: there is no effector of this name.
         """
-        if effector not in self.effectors:
-            has = ", ".join(self.effectors)
-            raise PathError(f"{self.name} has no effector {effector!r}, it has {has}")
-        return self.effectors.index(effector)
+        names = [one.name for one in self.description.effectors]
+        if effector not in names:
+            has = ", ".join(names)
+            raise PathError(f"{self.description.name} has no effector {effector!r}, it has {has}")
+        return names.index(effector)
 
 
 def find_receiver(name: str, network: Network, stop: StopFlag) -> Receiver | None:
@@ -76,12 +74,8 @@ def find_receiver(name: str, network: Network, stop: StopFlag) -> Receiver | Non
             raise
         log.info("no robot file %r here: its node is asked for its description", name)
         return described_receiver(name, network, stop)
-    robot = load_setup(name, basis="none").robot
-    layout, values = robot.effector_layout, robot.effector_values(robot.rest())
-    rest = tuple(values[layout.values_of(i)] for i in range(len(layout)))
-    return Receiver(
-        robot.name, robot.frame, robot.size, robot.effector_names, layout.kinds, rest, robot
-    )
+    setup = load_setup(name, basis="none")
+    return Receiver(describe(setup), setup.robot)
 
 
 def described_receiver(name: str, network: Network, stop: StopFlag) -> Receiver | None:
@@ -100,17 +94,9 @@ def described_receiver(name: str, network: Network, stop: StopFlag) -> Receiver 
     try:
         if not wait_for(session, keys.token, stop):
             return None
-        found = ask_description(session, keys)
+        return Receiver(ask_description(session, keys))
     finally:
         session.close()  # type: ignore[no-untyped-call]
-    return Receiver(
-        found.robot,
-        found.frame,
-        found.size,
-        tuple(one.name for one in found.effectors),
-        tuple(one.kind for one in found.effectors),
-        tuple(np.array(one.rest) for one in found.effectors),
-    )
 
 
 def receiver_path(name: str, receiver: Receiver, settings: PathSettings) -> TargetPath:
@@ -128,8 +114,9 @@ def receiver_path(name: str, receiver: Receiver, settings: PathSettings) -> Targ
         return make_path(name, receiver.robot, settings)
     if name == "reach":
         raise PathError(
-            f"reach is computed with the model of {receiver.name}: give its file, --robot FILE"
+            f"reach is computed with the model of {receiver.description.name}: give its file, --robot FILE"
         )
-    number = settings.effector
-    kind, rest = receiver.kinds[number], receiver.rest[number]
-    return path_from(name, kind, rest, receiver.size, settings)
+    effector = receiver.description.effectors[settings.effector]
+    return path_from(
+        name, effector.kind, np.array(effector.rest), receiver.description.size, settings
+    )

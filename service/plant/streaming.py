@@ -9,7 +9,6 @@ from dataclasses import dataclass
 import zenoh
 
 from tauten.service.node import Clock
-from tauten.service.plant.receiver import Receiver
 from tauten.service.plant.waypoints import TargetPath
 from tauten.service.process import StopFlag
 from tauten.service.wire import (
@@ -19,6 +18,7 @@ from tauten.service.wire import (
     EffectorMessage,
     Keys,
     Network,
+    RobotDescription,
     Role,
     effector_json,
     encode_effector,
@@ -49,12 +49,16 @@ class StreamSettings:
 
 
 def stream(
-    receiver: Receiver, path: TargetPath, settings: StreamSettings, network: Network, stop: StopFlag
+    robot: RobotDescription,
+    path: TargetPath,
+    settings: StreamSettings,
+    network: Network,
+    stop: StopFlag,
 ) -> int:
     """Send targets, once the robot's node is alive; returns how many.
 
     Args:
-        receiver: the robot that is served.
+        robot: that is served.
         path: of the targets.
         settings: of the stream.
         network: ports or configuration.
@@ -63,38 +67,39 @@ def stream(
     Raises:
         NetworkError: no session.
     """
-    keys = Keys(receiver.name)
-    key = keys.targets(receiver.effectors)[settings.effector]
-    session = open_session(network, Role.OTHER, receiver.name)
+    keys = Keys(robot.name)
+    key = keys.targets(robot.effector_names)[settings.effector]
+    session = open_session(network, Role.OTHER, robot.name)
     try:
         tokens = [keys.token, *([keys.plant_token] if settings.await_plant else [])]
         if not all(wait_for(session, token, stop) for token in tokens):
             return 0
-        kind = receiver.kinds[settings.effector]
+        kind = robot.effectors[settings.effector].kind
         encoding = f"{JSON if settings.json else CDR};{MESSAGE_TYPES[kind]}"
         publisher = session.declare_publisher(key, encoding=encoding, express=True)
-        return _send(publisher, receiver, path, settings, stop)
+        return _send(publisher, robot, path, settings, stop)
     finally:
         session.close()  # type: ignore[no-untyped-call]
 
 
 def _send(
     publisher: zenoh.Publisher,
-    receiver: Receiver,
+    robot: RobotDescription,
     path: TargetPath,
     settings: StreamSettings,
     stop: StopFlag,
 ) -> int:
     encode = effector_json if settings.json else encode_effector
-    kind, name = receiver.kinds[settings.effector], receiver.effectors[settings.effector]
+    effector = robot.effectors[settings.effector]
     end = settings.duration
     if end is None and not path.repeats:
         end = path.duration
-    log.info("sending targets to %s at %g Hz", receiver.name, settings.rate)
+    log.info("sending targets to %s at %g Hz", robot.name, settings.rate)
     clock, count, elapsed = Clock(1.0 / settings.rate), 0, 0.0
     while not stop.requested and (end is None or elapsed <= end):
         values = tuple(path.at(elapsed).tolist())
-        publisher.put(encode(kind, name, EffectorMessage(time.time_ns(), receiver.frame, values)))
+        message = EffectorMessage(time.time_ns(), robot.frame, values)
+        publisher.put(encode(effector.kind, effector.name, message))
         count += 1
         elapsed = clock.wait().index * clock.period
     log.info("%d targets sent", count)

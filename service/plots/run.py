@@ -89,7 +89,9 @@ def draw_run(run: RecordedRun, actuators: Actuators, path: Path) -> None:
     for axis in axes:
         axis.grid(alpha=0.3)
     time_box.align_ylabels(axes)
-    figure.suptitle(f"{run.robot}: {len(run.ticks)} ticks at {run.rate:g} Hz")
+    figure.suptitle(
+        f"{run.description.name}: {len(run.ticks)} ticks at {run.description.rate:g} Hz"
+    )
     figure.savefig(path, dpi=150)
 
 
@@ -212,7 +214,7 @@ def draw_step_time(run: RecordedRun, axes: Axes) -> None:
     axes.plot(
         times, [_MM * tick.decide for _, tick in decided], ".", ms=2.5, color=_PLANT, label="decide"
     )
-    axes.axhline(_MM / run.rate, color=_LIMIT, ls="--", label="period")
+    axes.axhline(_MM / run.description.rate, color=_LIMIT, ls="--", label="period")
     axes.set_ylabel("step time [ms]")
     axes.set_ylim(bottom=0.0)
     axes.legend(loc="upper right", ncols=3, fontsize="small", markerscale=4)

@@ -89,7 +89,7 @@ def measure_distances(path: Path, recorded_paths: bool, progress: Progress) -> D
     """
     run, recorded = read_run(path), recorded_setup(path, LogReader(path).read_metadata())
     name = recorded.robot_file(recorded_paths)
-    robot = load_robot(name, rate=recorded.rate)
+    robot = load_robot(name, rate=recorded.description.rate)
     if run.position.value.shape[1:] != (robot.n_a,):
         raise LogError(
             f"{path}: {run.position.value.shape[1]} cables, robot {robot.name} has {robot.n_a}"
@@ -105,7 +105,7 @@ def measure_distances(path: Path, recorded_paths: bool, progress: Progress) -> D
     effort = run.effort if run.plant_value("drive", "pull") == "tension" else None
     plant = Simulator(robot, "full")
     with one_blas_thread():
-        if recorded.start == "settled":
+        if recorded.description.start == "settled":
             for simulator in (own, plant):
                 simulator.settle_start()
         progress(0.3, "time steps of the model")
@@ -166,7 +166,7 @@ def distances(run: RecordedRun, as_model: Series, timed: Series, as_plant: Serie
     before = Series(model.time[1:], model.value[:-1])
     after = Series(model.time[1:], model.value[1:])
     return Distances(
-        robot=run.robot,
+        robot=run.description.name,
         steps=run.plant_value("steps", "single"),
         reduction=apart(run, model, as_model),
         time=apart(run, as_model, timed),

@@ -17,6 +17,7 @@ import numpy as np
 from tauten.controller.qpcc import write_qpcc
 from tauten.model import Actuators, EffectorLayout
 from tauten.model.numerics import Array
+from tauten.service.describing import describe
 from tauten.service.log import LogError, LogReader
 from tauten.service.node import Action, ControlLoop
 from tauten.service.process import one_blas_thread
@@ -33,6 +34,7 @@ from tauten.service.wire import (
     OperatorCommand,
     OperatorOrder,
     Rejection,
+    RunDescription,
     Tick,
     decode_command,
     decode_joints,
@@ -129,7 +131,7 @@ def replay(
     recorded = recorded_setup(path, metadata)
     setup = recorded.load(against, model, recorded_paths)
     with one_blas_thread():
-        return _compare(reader, setup, recorded.robot, tolerance)
+        return _compare(reader, setup, recorded.description, tolerance)
 
 
 def write_problem(path: Path, index: int, file: Path, recorded_paths: bool = False) -> None:
@@ -151,7 +153,7 @@ def write_problem(path: Path, index: int, file: Path, recorded_paths: bool = Fal
     setup = recorded.load(allowed=recorded_paths)
     with one_blas_thread():
         loop = replay_loop(setup)
-        for tick, _, _ in actions(recorded_ticks(reader, setup, recorded.robot), loop):
+        for tick, _, _ in actions(recorded_ticks(reader, setup, recorded.description.name), loop):
             decision = loop.controller.last_decision
             if tick.index != index or not tick.goal_values or decision is None:
                 continue
@@ -283,9 +285,11 @@ def _rest_after_stop(loop: ControlLoop) -> None:
         loop.set_mode(Mode.IDLE, Cause.NO_TARGET)
 
 
-def _compare(reader: LogReader, setup: Setup, robot: str, tolerance: float) -> Replay:
+def _compare(
+    reader: LogReader, setup: Setup, description: RunDescription, tolerance: float
+) -> Replay:
     begin = perf_counter()
-    courses = _courses(recorded_ticks(reader, setup, robot), setup)
+    courses = _courses(recorded_ticks(reader, setup, description.name), setup)
     if len(courses.time) == 0:
         raise LogError(f"{reader.path}: no tick to replay")
     seconds = perf_counter() - begin
@@ -306,7 +310,7 @@ def _compare(reader: LogReader, setup: Setup, robot: str, tolerance: float) -> R
         worst_tick=int(shares.argmax()),
         statuses=sum(before != now for before, now in courses.status),
         tolerance=tolerance,
-        notes=tuple(changes(reader, setup)),
+        notes=tuple(changes(reader, description, setup)),
         mesh_error=setup.mesh_error,
     )
 
@@ -330,11 +334,24 @@ def _courses(recorded: Iterator[RecordedTick], setup: Setup) -> Courses:
     )
 
 
-def changes(reader: LogReader, setup: Setup) -> Iterator[str]:
-    """What has changed since a log was made, a sentence each; once all its messages have been read."""
+def changes(reader: LogReader, then: RunDescription, setup: Setup) -> Iterator[str]:
+    """What has changed since a log was made, a sentence each; once all its messages have been read.
+
+    Args:
+        reader: of the log.
+        then: the robot of the log.
+        setup: the robot now.
+    """
     if not reader.complete:
         yield "the log was cut short"
-    now = setup.metadata()
-    for key in ("robot_digest", "robot_file", "basis_digest", "states_digest", "factorisation"):
-        if reader.metadata.get(key, "") != now[key]:
-            yield f"{key.replace('_', ' ')} has changed"
+    now = describe(setup)
+    file = setup.path.read_text(encoding="utf-8")
+    for name, before, after in (
+        ("robot digest", then.model.digest, now.model.digest),
+        ("robot file", reader.metadata.get("robot_file", ""), file),
+        ("basis digest", then.basis.digest, now.basis.digest),
+        ("states digest", then.model.states, now.model.states),
+        ("factorisation", then.model.factorisation, now.model.factorisation),
+    ):
+        if before != after:
+            yield f"{name} has changed"

@@ -5,18 +5,20 @@ from __future__ import annotations
 import itertools
 import json
 from collections import Counter
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
+from pydantic import TypeAdapter
 
 from tauten.model import ActuatorKind, Quantity
 from tauten.model.numerics import Array, Bools
 from tauten.model.schema import EffectorKind
 from tauten.service.process import HostInfo, host_info, write_text
 from tauten.service.replay.run import RecordedRun, Series
-from tauten.service.wire import Mode, Tick
+from tauten.service.wire import Mode, RunDescription, Tick
 
 FOLLOWED = 0.99  # share of the ticks; a run that followed in fewer says so
 
@@ -105,7 +107,7 @@ class RunReport:
         extra_columns: largest number of contacts that were added to the basis in a tick.
         health: last health of the node.
         complete: whether the log was finished.
-        metadata: facts that the node wrote about the run, without the robot file.
+        description: of the robot, as the node wrote it.
         machine: on which the report was made, with its load.
     """
 
@@ -135,12 +137,17 @@ class RunReport:
     extra_columns: int
     health: dict[str, dict[str, str]]
     complete: bool
-    metadata: dict[str, str]
+    description: RunDescription
     machine: HostInfo
 
     def save(self, path: Path) -> None:
         """Write as JSON."""
-        write_text(path, json.dumps(asdict(self), indent=2) + "\n")
+        write_text(path, json.dumps(self.as_dict(), indent=2) + "\n")
+
+    def as_dict(self) -> dict[str, Any]:
+        """The report in parts that JSON has."""
+        found: dict[str, Any] = TypeAdapter(RunReport).dump_python(self, mode="json", by_alias=True)
+        return found
 
 
 def make_report(run: RecordedRun) -> RunReport:
@@ -150,16 +157,16 @@ def make_report(run: RecordedRun) -> RunReport:
     duration = float(time[-1] - time[0])
     gap = finite(run.plant_gap.value)
     return RunReport(
-        robot=run.robot,
+        robot=run.description.name,
         duration_s=duration,
         ticks=len(ticks),
         following=int(run.following.sum()),
         hindered=dict(Counter(tick.cause.value for tick in ticks if tick.mode is not Mode.RUN)),
-        rate_hz=run.rate,
+        rate_hz=run.description.rate,
         achieved_hz=(len(ticks) - 1) / duration if duration > 0.0 else 0.0,
         step_ms=spread([1e3 * tick.step for tick in decided]),
         decide_ms=spread([1e3 * tick.decide for tick in decided]),
-        overhead_ms=spread(overheads(ticks, 1.0 / run.rate)),
+        overhead_ms=spread(overheads(ticks, 1.0 / run.description.rate)),
         lateness_ms=spread([1e3 * tick.lateness for tick in ticks]),
         latency_ms=spread([1e3 * tick.latency for tick in ticks]),
         missed=sum(tick.slack < 0.0 for tick in ticks),
@@ -176,7 +183,7 @@ def make_report(run: RecordedRun) -> RunReport:
         extra_columns=max((tick.extra_columns for tick in ticks), default=0),
         health={name: {"message": h.message, **h.values} for name, h in run.health.items()},
         complete=run.complete,
-        metadata={k: v for k, v in run.metadata.items() if k != "robot_file"},
+        description=run.description,
         machine=host_info(),
     )
 
@@ -340,7 +347,7 @@ def table_rows(report: RunReport) -> list[tuple[str, str]]:
         ("deepest penetration, model", f"{digits(report.model_penetration_mm)} mm"),
         ("deepest penetration, plant", f"{digits(report.plant_penetration_mm)} mm"),
         *_peak_rows(report.peaks),
-        ("mesh error", report.metadata.get("mesh_error", "unknown")),
+        ("mesh error", report.description.model.mesh_error),
         ("decisions", ", ".join(f"{k} {v}" for k, v in report.statuses.items()) or "none"),
     ]
 

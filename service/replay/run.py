@@ -10,8 +10,7 @@ import numpy as np
 from tauten.model import VALUES, ActuatorKind
 from tauten.model.numerics import Array, Bools
 from tauten.model.schema import EffectorKind
-from tauten.service.log import LogError, Logged, LogReader
-from tauten.service.replay.recorded_setup import recorded_setup
+from tauten.service.log import LogError, Logged, LogReader, logged_description
 from tauten.service.wire import (
     CDR,
     FLOAT,
@@ -24,6 +23,7 @@ from tauten.service.wire import (
     Mode,
     Rejection,
     RejectionReason,
+    RunDescription,
     Tick,
     decode_effector,
     decode_health,
@@ -49,13 +49,11 @@ class RecordedRun:
     """A run.
 
     Attributes:
-        robot: name.
-        rate: control rate [Hz].
-        metadata: all that the node wrote about it.
+        description: what the log says of its robot.
         ticks: the record of each tick.
         time: (m,) of the ticks [s].
         kind: of the first effector.
-        weights: (c,) of the first effector's components, see `RecordedSetup`.
+        weights: (c,) of the first effector's components, 0 where one is left free.
         goal: (m, v) values of the first effector, NaN without a goal.
         model: values of the first effector in the model.
         actuators: name and kind of each.
@@ -68,9 +66,7 @@ class RecordedRun:
         complete: whether the log was finished.
     """
 
-    robot: str
-    rate: float
-    metadata: dict[str, str]
+    description: RunDescription
     ticks: tuple[Tick, ...]
     time: Array
     kind: EffectorKind
@@ -126,9 +122,9 @@ def read_run(path: Path) -> RecordedRun:
     by_key: dict[str, list[Logged]] = {}
     for message in reader.messages():
         by_key.setdefault(message.key, []).append(message)
-    recorded = recorded_setup(path, reader.metadata)
-    kind, size = recorded.kind, VALUES[recorded.kind]
-    keys = Keys(recorded.robot)
+    said = logged_description(path, reader.metadata)
+    first, keys = said.effectors[0], Keys(said.name)
+    kind, size = first.kind, VALUES[first.kind]
     decoded = [decode_tick(message.payload) for message in by_key.get(keys.tick, [])]
     ticks = tuple(tick for tick in decoded if isinstance(tick, Tick))
     if not ticks:
@@ -141,11 +137,10 @@ def read_run(path: Path) -> RecordedRun:
         raise LogError(
             f"{path}: no actuation in it, or actuations of different numbers of actuators"
         )
-    kinds = recorded.actuators or (ActuatorKind.CABLE,) * len(names)
+    kinds = [one.kind for one in said.actuators] or [ActuatorKind.CABLE] * len(names)
     if len(kinds) != len(names):
         raise LogError(
-            f"{path}: its metadata: actuator_kinds has {len(kinds)} kinds, its actuations have {len(names)} "
-            "actuators"
+            f"{path}: its metadata have {len(kinds)} actuators, its actuations have {len(names)}"
         )
     gaps = by_key.get(keys.plant_gap, [])
     health, plant_health = (
@@ -153,13 +148,11 @@ def read_run(path: Path) -> RecordedRun:
         for key in (keys.health, keys.plant_health)
     )
     return RecordedRun(
-        robot=recorded.robot,
-        rate=recorded.rate,
-        metadata=reader.metadata,
+        description=said,
         ticks=ticks,
         time=np.array([1e-9 * (tick.stamp - start) for tick in ticks]),
         kind=kind,
-        weights=np.array(recorded.weights),
+        weights=np.array(first.weight),
         goal=np.array([_first(tick.goal_values, size) for tick in ticks]),
         model=_values(by_key.get(keys.effectors(("",))[0], []), kind, start),
         actuators=tuple(zip(names, kinds, strict=True)),

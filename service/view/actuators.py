@@ -12,7 +12,8 @@ import viser
 
 from tauten.model import ActuatorKind, Floats
 from tauten.model.numerics import Array, Ints
-from tauten.service.frames import ActuatorLook, RobotLook
+from tauten.service.frames import RobotLook
+from tauten.service.wire import DescribedActuator
 
 Colour = tuple[int, int, int]
 SLACK, MIDDLE, TIGHT = (30, 80, 200), (235, 170, 20), (215, 20, 20)  # effort from none to its limit
@@ -49,9 +50,10 @@ def drawings_of(scene: viser.SceneApi, look: RobotLook) -> list[tuple[int, Drawi
         look: of the robot.
     """
     found: list[tuple[int, Drawing]] = []
-    for i, actuator in enumerate(look.actuators):
-        count = int((look.segment_owners == i).sum())
-        triangles = look.triangles[look.chamber_owners == i]
+    surface = look.robot.surface
+    for i, actuator in enumerate(look.robot.actuators):
+        count = int((surface.segments == i).sum())
+        triangles = surface.triangles[surface.chambers == i]
         if len(triangles):
             found.append((i, _Chamber(scene, look, actuator, triangles)))
         if count == 0:
@@ -71,7 +73,7 @@ class _Cable:
     """A line, from blue and thin to red and thick."""
 
     def __init__(
-        self, scene: viser.SceneApi, look: RobotLook, actuator: ActuatorLook, count: int
+        self, scene: viser.SceneApi, look: RobotLook, actuator: DescribedActuator, count: int
     ) -> None:
         self._actuator, self._width, self._level = actuator, width_of(look), -1
         self._handle = scene.add_line_segments(
@@ -95,8 +97,8 @@ class _Cable:
 class _Spring:
     """A zigzag before the first piece of a cable, as much longer as the spring is."""
 
-    def __init__(self, scene: viser.SceneApi, look: RobotLook, actuator: ActuatorLook) -> None:
-        self._actuator, self._length = actuator, _SPRING * look.size
+    def __init__(self, scene: viser.SceneApi, look: RobotLook, actuator: DescribedActuator) -> None:
+        self._actuator, self._length = actuator, _SPRING * look.robot.size
         self._across = 0.15 * width_of(look)
         self._handle = scene.add_line_segments(
             f"/springs/{actuator.name}", np.zeros((2 * _COILS, 2, 3), np.float32), SPRING,
@@ -113,7 +115,7 @@ class _Chamber:
     """The inner surface, from blue (vacuum) over white to red (pressure)."""
 
     def __init__(
-        self, scene: viser.SceneApi, look: RobotLook, actuator: ActuatorLook, triangles: Ints
+        self, scene: viser.SceneApi, look: RobotLook, actuator: DescribedActuator, triangles: Ints
     ) -> None:
         # opaque: what is transparent may be hidden by the skin around it
         self._actuator, self._level = actuator, 0
@@ -137,13 +139,13 @@ class _Force:
     """An arrow from each point of action, as long as the force is large."""
 
     def __init__(
-        self, scene: viser.SceneApi, look: RobotLook, actuator: ActuatorLook, count: int
+        self, scene: viser.SceneApi, look: RobotLook, actuator: DescribedActuator, count: int
     ) -> None:
-        self._actuator, self._length = actuator, _ARROW * look.size
+        self._actuator, self._length = actuator, _ARROW * look.robot.size
         self._handle = scene.add_arrows(
             f"/actuators/{actuator.name}", np.zeros((count, 2, 3), np.float32), FORCE,
-            shaft_radius=0.006 * look.size, head_radius=0.014 * look.size,
-            head_length=0.03 * look.size, visible=False,
+            shaft_radius=0.006 * look.robot.size, head_radius=0.014 * look.robot.size,
+            head_length=0.03 * look.robot.size, visible=False,
         )  # fmt: skip
 
     def draw(self, vertices: Floats, segments: Floats, position: float, effort: float) -> None:
@@ -161,13 +163,13 @@ class _Drive:
     """An axis; of a drive that turns also a hand and the arc of its angle, of a slide its travel."""
 
     def __init__(
-        self, scene: viser.SceneApi, look: RobotLook, actuator: ActuatorLook, count: int
+        self, scene: viser.SceneApi, look: RobotLook, actuator: DescribedActuator, count: int
     ) -> None:
-        self._turns, self._radius = actuator.kind is ActuatorKind.DRIVE, _RADIUS * look.size
+        self._turns, self._radius = actuator.kind is ActuatorKind.DRIVE, _RADIUS * look.robot.size
         pieces = count * (_ARC + 3)
         self._handle = scene.add_line_segments(
             f"/actuators/{actuator.name}", np.zeros((pieces, 2, 3), np.float32), AXIS,
-            thickness=0.005 * look.size,
+            thickness=0.005 * look.robot.size,
         )  # fmt: skip
 
     def draw(self, vertices: Floats, segments: Floats, position: float, effort: float) -> None:
@@ -242,9 +244,9 @@ def width_of(look: RobotLook) -> float:
     return float(extents[1])
 
 
-def effort_share(actuator: ActuatorLook, effort: float) -> float:
+def effort_share(actuator: DescribedActuator, effort: float) -> float:
     """Effort as a share of its limit, 0 … 1; of one of either sign, of the farther limit."""
-    limit = max(abs(actuator.effort_range[0]), abs(actuator.effort_range[1]))
+    limit = max(abs(actuator.effort[0]), abs(actuator.effort[1]))
     return min(abs(effort) / limit, 1.0) if limit > 0.0 and np.isfinite(effort) else 0.0
 
 

@@ -69,7 +69,9 @@ class CableDrawing:
             direction: (3,) of the ray.
             vertices: (P, 3) of the skin now [m].
         """
-        found = first_hit(origin, direction, vertices.astype(float), self._look.triangles)
+        found = first_hit(
+            origin, direction, vertices.astype(float), self._look.robot.surface.triangles
+        )
         if found is not None:
             self._points.append(found)
         return found is not None
@@ -94,11 +96,11 @@ class CableDrawing:
         if len(points) == 0:
             return
         self._dots = self._scene.add_point_cloud(
-            "/drawing/points", points, COLOUR, point_size=0.03 * self._look.size,
+            "/drawing/points", points, COLOUR, point_size=0.03 * self._look.robot.size,
             point_shape="circle", precision="float32",
         )  # fmt: skip
         self._line = self._scene.add_line_segments(
-            "/drawing/line", pieces_of(points), COLOUR, thickness=0.008 * self._look.size
+            "/drawing/line", pieces_of(points), COLOUR, thickness=0.008 * self._look.robot.size
         )
 
     def save(self, name: str) -> str:
@@ -109,10 +111,10 @@ class CableDrawing:
         """
         name = name.strip()
         limits = [
-            one.effort_range[1] for one in self._look.actuators if one.kind is ActuatorKind.CABLE
+            one.effort[1] for one in self._look.robot.actuators if one.kind is ActuatorKind.CABLE
         ]
         cable = NewCable(
-            name, self.rest, limits[0] if limits else TENSION, _OUTSIDE * self._look.size
+            name, self.rest, limits[0] if limits else TENSION, _OUTSIDE * self._look.robot.size
         )
         try:
             if not name.isidentifier() or name in self._saved:

@@ -10,7 +10,8 @@ from viser import uplot
 
 from tauten.model import ActuatorKind
 from tauten.model.numerics import Array
-from tauten.service.frames import ActuatorLook, RobotLook, ViewFrame
+from tauten.service.frames import RobotLook, ViewFrame
+from tauten.service.wire import DescribedActuator
 
 SPAN = 10.0  # s
 _POINTS = 150  # of a line at most
@@ -40,8 +41,8 @@ class Charts:
             look: of the robot.
         """
         self._look = look
-        self._groups = groups(look.actuators)
-        names = [actuator.name for actuator in look.actuators]
+        self._groups = groups(look.robot.actuators)
+        names = [actuator.name for actuator in look.robot.actuators]
         self._travel, self._force = [], []
         for group in self._groups:
             shown = [names[i] for i in group.numbers]
@@ -75,10 +76,10 @@ class Charts:
             _gaps_filled(1e3 * np.array([self._look.error(frame) for frame in frames])),
         )
         step = 1e3 * np.array([frame.step for frame in frames])
-        self._step.data = (time, step, np.full(len(time), 1e3 / self._look.rate))
+        self._step.data = (time, step, np.full(len(time), 1e3 / self._look.robot.rate))
 
 
-def groups(actuators: tuple[ActuatorLook, ...]) -> tuple[_Group, ...]:
+def groups(actuators: tuple[DescribedActuator, ...]) -> tuple[_Group, ...]:
     """Actuators by their kind, in the order in which the kinds appear."""
     found: dict[ActuatorKind, list[int]] = {}
     for i, actuator in enumerate(actuators):
@@ -88,7 +89,7 @@ def groups(actuators: tuple[ActuatorLook, ...]) -> tuple[_Group, ...]:
 
 def _common_limit(look: RobotLook, group: _Group) -> float | None:
     """Largest effort of all actuators of a group as shown; None where they differ."""
-    found = {look.actuators[i].effort_range[1] for i in group.numbers}
+    found = {look.robot.actuators[i].effort[1] for i in group.numbers}
     limit = group.kind.effort.scale * found.pop()
     return limit if not found and np.isfinite(limit) else None
 

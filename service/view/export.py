@@ -25,7 +25,7 @@ def write_html(look: RobotLook, frames: Iterable[ViewFrame], file: Path) -> int:
         OSError: the file cannot be written.
     """
     count, trail = 0, list[ViewFrame]()
-    with open_server(0, look.name) as (server, _):
+    with open_server(0, look.robot.name) as (server, _):
         scene = RobotScene(server, look, draggable=False)
         recorder = None
         for frame in frames:

@@ -30,15 +30,15 @@ def legend_html(look: RobotLook) -> str:
     Args:
         look: of the robot.
     """
-    kinds = {one.kind for one in look.actuators}
+    kinds = {one.kind for one in look.robot.actuators}
     rows = [(_plain(TARGET), "target"), (_plain(EFFECTOR), "effector")]
     if ActuatorKind.CABLE in kinds:
         rows.append((_gradient(SLACK, MIDDLE, TIGHT), "cable: slack to its largest tension"))
-    if any(one.flexibility for one in look.actuators):
+    if any(one.flexibility for one in look.robot.actuators):
         rows.append((_plain(SPRING), "spring between winch and cable"))
     if ActuatorKind.CHAMBER in kinds:
         lowest = min(
-            one.effort_range[0] for one in look.actuators if one.kind is ActuatorKind.CHAMBER
+            one.effort[0] for one in look.robot.actuators if one.kind is ActuatorKind.CHAMBER
         )
         if lowest < 0.0:
             rows.append((_gradient(VACUUM, NO_PRESSURE, PRESSURE), "chamber: vacuum to pressure"))
@@ -49,7 +49,7 @@ def legend_html(look: RobotLook) -> str:
     if kinds & {ActuatorKind.DRIVE, ActuatorKind.SLIDE}:
         rows.append((_plain(AXIS), "axis of a drive, its angle or travel"))
     rows += [(_plain(CONTACT), "contact force"), (_plain(WAYPOINT), "waypoint")]
-    if any(look.gravity):
+    if any(look.robot.gravity):
         rows.append((_plain(GRAVITY), "gravity"))
     if look.ghost is not None:
         rows.append((_plain(GHOST), "model that decides"))

@@ -11,10 +11,11 @@ import numpy as np
 import viser
 
 from tauten.model.numerics import Array
-from tauten.service.frames import LARGEST_SCALAR, LEAST_SCALAR, EffectorLook, RobotLook
+from tauten.service.frames import LARGEST_SCALAR, LEAST_SCALAR, RobotLook, places_of
 from tauten.service.view.charts import Charts
 from tauten.service.view.legend import legend_html
 from tauten.service.view.words import Words
+from tauten.service.wire import DescribedEffector
 
 SPEEDS = {"1": 1.0, "1/2": 0.5, "1/4": 0.25, "1/10": 0.1}
 _SLOWEST, _FASTEST = 1.0, 500.0  # mm/s of the target along waypoints
@@ -67,7 +68,7 @@ class ViewPanel:
         self._follow: viser.GuiCheckboxHandle | None = None
         self._scalars: dict[int, viser.GuiSliderHandle[float]] = {}
         self._effector: viser.GuiDropdownHandle[str] | None = None
-        self._names = tuple(one.name for one in look.effectors)
+        self._names = tuple(one.name for one in look.robot.effectors)
         if operates:
             with gui.add_folder("Operate"):
                 self._follow = gui.add_checkbox(
@@ -76,7 +77,7 @@ class ViewPanel:
                 self._button(server, Request.STOP, "Release the actuators.")
                 self._scalars = {
                     i: _scalar_slider(server, one)
-                    for i, one in enumerate(look.effectors)
+                    for i, one in enumerate(look.robot.effectors)
                     if not one.has_position
                 }
                 self._buttons(
@@ -91,7 +92,7 @@ class ViewPanel:
             self._buttons(server, (Request.NOW,), "Show the newest moment.")
         if operates:
             with gui.add_folder("Waypoints", expand_by_default=False):
-                if len(look.effectors) > 1:
+                if len(look.robot.effectors) > 1:
                     self._effector = gui.add_dropdown("effector", self._names)
                 self._pace = gui.add_slider("speed [mm/s]", _SLOWEST, _FASTEST, 1.0, 30.0)
                 self._buttons(
@@ -147,9 +148,10 @@ class ViewPanel:
             values: (n_v,) goal values.
             look: of the robot.
         """
+        effectors = look.robot.effectors
+        places = places_of(effectors)
         for i, slider in self._scalars.items():
-            one = look.effectors[i]
-            shown = round(100.0 * float(values[one.first]) / one.rest[0], 1)
+            shown = round(100.0 * float(values[places[i]][0]) / effectors[i].rest[0], 1)
             if abs(slider.value - shown) > 0.05:
                 slider.value = min(max(shown, slider.min), slider.max)  # type: ignore[misc]
 
@@ -283,7 +285,7 @@ class ViewPanel:
 
 
 def _scalar_slider(
-    server: viser.ViserServer, effector: EffectorLook
+    server: viser.ViserServer, effector: DescribedEffector
 ) -> viser.GuiSliderHandle[float]:
     """A slider of the target of a distance, length or volume, in percent of its value at rest."""
     return server.gui.add_slider(

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from tauten.model import Floats, PushingContacts
 from tauten.model.numerics import Array
-from tauten.service.frames import RobotLook, ViewFrame
+from tauten.service.frames import RobotLook, ViewFrame, places_of
 from tauten.service.view.actuators import drawings_of
 
 _SILICONE = (140, 160, 185)
@@ -41,14 +41,15 @@ class RobotScene:
             draggable: whether targets are gizmos rather than points.
         """
         self._look, self._scene = look, server.scene
-        size = look.size
+        robot, skin = look.robot, look.robot.surface
+        size = robot.size
         self._largest = 0.0  # contact force so far [N]
         scene = server.scene
-        scene.set_up_direction(upwards(look.gravity))
+        scene.set_up_direction(upwards(robot.gravity))
         _draw_gravity(server, look)
         _place_camera(server, look)
         self._skin = scene.add_mesh_simple(
-            "/skin", look.vertices, look.triangles[look.chamber_owners < 0].astype(np.uint32),
+            "/skin", look.vertices, skin.triangles[skin.chambers < 0].astype(np.uint32),
             color=_SILICONE, opacity=0.5, side="double", flat_shading=True, cast_shadow=False,
             receive_shadow=False,
         )  # fmt: skip
@@ -63,23 +64,23 @@ class RobotScene:
         self._arrows: viser.ArrowsHandle | None = None
         self._effectors = [
             scene.add_icosphere(f"/effectors/{one.name}", 0.012 * size, EFFECTOR, subdivisions=2)
-            for one in look.effectors
+            for one in robot.effectors
         ]
         self._targets = [
             scene.add_icosphere(f"/targets/{one.name}", 0.012 * size, TARGET, subdivisions=2)
-            for one in look.effectors
+            for one in robot.effectors
         ]
         self.gizmos = {
             i: scene.add_transform_controls(
                 f"/gizmos/{one.name}", 0.25 * size, disable_rotations=not one.turns,
                 depth_test=False, position=np.array(one.rest[:3]),
             )
-            for i, one in enumerate(look.effectors)
+            for i, one in enumerate(robot.effectors)
             if draggable and one.has_position
         }  # fmt: skip
-        count = len(look.effectors)
+        count = len(robot.effectors)
         self._trails = [
-            _Trail(server, f"/trails/{kind}/{look.effectors[i].name}", colour, 0.0025 * size)
+            _Trail(server, f"/trails/{kind}/{robot.effectors[i].name}", colour, 0.0025 * size)
             for kind, colour in (("target", TARGET), ("effector", EFFECTOR))
             for i in range(count)
         ]
@@ -94,7 +95,7 @@ class RobotScene:
         geometry = frame.geometry
         self._skin.vertices = geometry.vertices
         for i, drawing in self._drawings:
-            own = geometry.segments[self._look.segment_owners == i]
+            own = geometry.segments[self._look.robot.surface.segments == i]
             drawing.draw(geometry.vertices, own, float(frame.position[i]), float(frame.effort[i]))
         if self._ghost is not None and self._ghost.visible and frame.ghost is not None:
             self._ghost.vertices = frame.ghost
@@ -110,7 +111,7 @@ class RobotScene:
         trail = trail[:: max(len(trail) // _TRAIL, 1)]
         targets = np.array([look.targets(one) for one in trail])  # (m, p, 3)
         effectors = np.array([look.positions(one.values) for one in trail])  # (m, p, 3)
-        count = len(look.effectors)
+        count = len(look.robot.effectors)
         for i in range(count):
             self._trails[i].draw(targets.reshape(-1, count, 3)[:, i])
             self._trails[count + i].draw(effectors.reshape(-1, count, 3)[:, i])
@@ -122,10 +123,11 @@ class RobotScene:
 
     def place_gizmos(self, values: Array) -> None:
         """Move gizmos that are not where goal values (n_v,) say."""
+        places = places_of(self._look.robot.effectors)
         for i, gizmo in self.gizmos.items():
-            one = self._look.effectors[i]
-            own = values[one.places]
-            if float(np.abs(gizmo.position - own[:3]).max()) > 1e-4 * self._look.size:
+            one = self._look.robot.effectors[i]
+            own = values[places[i]]
+            if float(np.abs(gizmo.position - own[:3]).max()) > 1e-4 * self._look.robot.size:
                 gizmo.position = own[:3]
             if one.turns and float(np.abs(gizmo.wxyz - own[3:]).max()) > 1e-4:
                 gizmo.wxyz = own[3:]
@@ -133,14 +135,14 @@ class RobotScene:
     def on_drag(self, moved: Callable[[int, Array], None]) -> None:
         """Call a function with the effector's number and goal values (v,) when a gizmo is dragged."""
         for i, gizmo in self.gizmos.items():
-            gizmo.on_update(_mover(i, self._look.effectors[i].turns, moved))
+            gizmo.on_update(_mover(i, self._look.robot.effectors[i].turns, moved))
 
     def show_waypoints(self, points: Array) -> None:
         """Show waypoints (m, 3) [m] instead of those shown before."""
         self._scene.remove_by_name("/waypoints")
         if len(points):
             self._scene.add_point_cloud(
-                "/waypoints", points.astype(np.float32), WAYPOINT, point_size=0.025 * self._look.size,
+                "/waypoints", points.astype(np.float32), WAYPOINT, point_size=0.025 * self._look.robot.size,
                 point_shape="circle", precision="float32",
             )  # fmt: skip
 
@@ -150,7 +152,7 @@ class RobotScene:
             if self._arrows is not None:
                 self._arrows.visible = False
             return
-        size = self._look.size
+        size = self._look.robot.size
         lengths = np.linalg.norm(contacts.forces, axis=1)
         self._largest = max(self._largest, float(lengths.max()))
         drawn = contacts.forces * (_ARROW * size / self._largest)
@@ -241,9 +243,9 @@ def sideways(up: Array) -> tuple[Array, Array]:
 
 def _draw_gravity(server: viser.ViserServer, look: RobotLook) -> None:
     """An arrow along gravity beside the robot; none without gravity."""
-    if np.linalg.norm(look.gravity) < _WEIGHTLESS:
+    if np.linalg.norm(look.robot.gravity) < _WEIGHTLESS:
         return
-    size, up = look.size, np.array(upwards(look.gravity))
+    size, up = look.robot.size, np.array(upwards(look.robot.gravity))
     right, _ = sideways(up)
     low, high = look.vertices.min(axis=0), look.vertices.max(axis=0)
     start = 0.5 * (low + high) + 0.6 * size * right + 0.5 * _ARROW * size * up
@@ -258,9 +260,9 @@ def _place_camera(server: viser.ViserServer, look: RobotLook) -> None:
     """Look at the middle of the robot from the front, with a near plane that does not cut small robots."""
     low, high = look.vertices.min(axis=0), look.vertices.max(axis=0)
     middle: NDArray[np.float64] = 0.5 * (low + high).astype(float)
-    up = np.array(upwards(look.gravity))
+    up = np.array(upwards(look.robot.gravity))
     right, back = sideways(up)
     camera = server.initial_camera
-    camera.position = tuple(middle + look.size * (0.35 * right - 1.25 * back + 0.25 * up))
+    camera.position = tuple(middle + look.robot.size * (0.35 * right - 1.25 * back + 0.25 * up))
     camera.look_at = tuple(middle)
-    camera.near, camera.far = 0.02 * look.size, 100.0 * look.size
+    camera.near, camera.far = 0.02 * look.robot.size, 100.0 * look.robot.size

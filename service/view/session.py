@@ -80,9 +80,9 @@ class ViewSession:
         self.source, self._server = source, server
         self._panel = ViewPanel(server, look, operates=True, draws=robot_file is not None)
         self._scene = RobotScene(server, look, draggable=True)
-        self.targets = TargetStore(look.effectors, look.size)
+        self.targets = TargetStore(look.robot.effectors, look.robot.size)
         self._history = FrameHistory(whole=False)
-        self._lists = [WaypointList(one, look.size) for one in look.effectors]
+        self._lists = [WaypointList(one, look.robot.size) for one in look.robot.effectors]
         self._playing: tuple[TargetPath, float] | None = None
         self._shown: float | None = None  # time of the frame that is shown; None: the newest
         self._elapsed = 0.0  # s of the robot
@@ -127,7 +127,7 @@ class ViewSession:
             stop: ends it.
             seconds: ends it too; None: only `stop` does.
         """
-        rate = self.source.look.rate
+        rate = self.source.look.robot.rate
         clock, period = Clock(1.0 / rate), 1.0 / rate
         begin, processor, drawn = time.monotonic(), time.process_time(), -1.0
         while not stop.requested and (seconds is None or time.monotonic() - begin < seconds):
@@ -158,7 +158,7 @@ class ViewSession:
         if paused and self.source.pausable:
             return
         self._play()
-        self._elapsed += 1.0 / self.source.look.rate
+        self._elapsed += 1.0 / self.source.look.robot.rate
         frame = self.source.advance(self.targets.goal(), due)
         if frame is not None:
             self._history.add(frame)
@@ -266,7 +266,7 @@ class ViewSession:
 
     def _slid(self, effector: int, percent: Array) -> None:
         """Move the target of a distance, length or volume, in percent of its value at rest."""
-        self._dragged(effector, 0.01 * percent * self.source.look.effectors[effector].rest[0])
+        self._dragged(effector, 0.01 * percent * self.source.look.robot.effectors[effector].rest[0])
 
     def _arm(self, armed: bool) -> None:
         self.targets.arm(armed)

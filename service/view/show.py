@@ -11,7 +11,7 @@ from pathlib import Path
 from tauten.model.constraints import ConstrainedRobot
 from tauten.model.tetra import TetRobot
 from tauten.reduction.state import ReducedRobot
-from tauten.service.frames import RecordedRobot, ServedRobot, SimulatedRobot, ViewFrame
+from tauten.service.frames import RecordedRobot, ServedRobot, SimulatedRobot, ViewFrame, places_of
 from tauten.service.link import node_of
 from tauten.service.plant import PathError, PathSettings, TargetPath, make_path, plant_robot
 from tauten.service.process import StopFlag, one_blas_thread
@@ -77,7 +77,7 @@ def view_simulation(
     with one_blas_thread():
         with stop.interruptible():
             source, path, file = simulated(simulation)
-        with open_server(settings.port, source.look.name) as (server, guard):
+        with open_server(settings.port, source.look.robot.name) as (server, guard):
             session = ViewSession(source, server, guard, file)
             session.arm()
             if path is not None:
@@ -139,13 +139,13 @@ def following(
         seconds: of the robot.
         stop: ends it early.
     """
-    look = source.look
-    every = max(round(look.rate / FRAMES), 1)
-    for step in range(int(seconds * look.rate)):
+    robot = source.look.robot
+    every = max(round(robot.rate / FRAMES), 1)
+    for step in range(int(seconds * robot.rate)):
         if stop.requested:
             return
-        goal = look.rest
-        goal[look.effectors[0].places] = path.at(step / look.rate)
+        goal, first = robot.rest, places_of(robot.effectors)[0]
+        goal[first] = path.at(step / robot.rate)
         frame = source.advance(goal, step % every == 0)
         if frame is not None:
             yield frame
@@ -175,7 +175,10 @@ def view_log(
     with one_blas_thread():
         with stop.interruptible():
             recorded = _recorded(log_file, against, recorded_paths)
-        with open_server(settings.port, f"{recorded.look.name}: {log_file.name}") as (server, _):
+        with open_server(settings.port, f"{recorded.look.robot.name}: {log_file.name}") as (
+            server,
+            _,
+        ):
             session = PlaybackSession(recorded, server)
             announce(server.get_port(), settings.browser)
             return session.run(stop, settings.seconds)

@@ -83,10 +83,10 @@ def at_limit(look: RobotLook, frame: ViewFrame) -> list[str]:
     return [
         actuator.name
         for actuator, travel, force in zip(
-            look.actuators, frame.position.tolist(), frame.effort.tolist(), strict=True
+            look.robot.actuators, frame.position.tolist(), frame.effort.tolist(), strict=True
         )
-        if travel >= actuator.position_range[1] - 1e-3 * _span(actuator.position_range)
-        or force >= actuator.effort_range[1] - 1e-3 * abs(actuator.effort_range[1])
+        if travel >= actuator.position[1] - 1e-3 * _span(actuator.position)
+        or force >= actuator.effort[1] - 1e-3 * abs(actuator.effort[1])
     ]
 
 

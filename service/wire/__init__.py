@@ -30,7 +30,17 @@ from tauten.service.wire.commands import (
     decode_command,
     encode_command,
 )
-from tauten.service.wire.description import RobotDescription, read_description
+from tauten.service.wire.description import (
+    DescribedActuator,
+    DescribedBasis,
+    DescribedEffector,
+    DescribedModel,
+    DescribedSurface,
+    RobotDescription,
+    RunDescription,
+    first_fault,
+    read_description,
+)
 from tauten.service.wire.effector_messages import (
     MESSAGE_TYPES,
     EffectorMessage,
@@ -94,6 +104,11 @@ __all__ = [
     "Cause",
     "Cloud",
     "CommandSubscriber",
+    "DescribedActuator",
+    "DescribedBasis",
+    "DescribedEffector",
+    "DescribedModel",
+    "DescribedSurface",
     "Diagnostic",
     "EFFECTOR_RING",
     "EffectorMessage",
@@ -124,6 +139,7 @@ __all__ = [
     "Rejection",
     "RejectionReason",
     "RobotDescription",
+    "RunDescription",
     "Role",
     "SKIN_FIELDS",
     "Source",
@@ -150,6 +166,7 @@ __all__ = [
     "encode_joints",
     "encode_point",
     "encode_tick",
+    "first_fault",
     "from_cdr",
     "is_alive",
     "nanoseconds",

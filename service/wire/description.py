@@ -1,21 +1,83 @@
-"""What a node says about the robot that it serves, checked before anything of it is used."""
+"""The description of a robot: one record for the wire, for logs and their replay, for streams and the viewer.
+
+`tauten.service.describing.describe` makes it from a robot. As JSON it is the answer to a question on the
+robot's key `description`, and, without the surface, an entry of a log's metadata. What is read is checked
+before it is used: by `read_description` from the wire, by `tauten.service.log.logged_description` from logs.
+"""
 
 from __future__ import annotations
 
-from typing import Annotated, Self
+import base64
+import binascii
+from dataclasses import dataclass
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+import numpy as np
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    SerializerFunctionWrapHandler,
+    ValidationError,
+    computed_field,
+    field_validator,
+    model_serializer,
+    model_validator,
+)
+from pydantic_core import core_schema
 
 from tauten.model import ROWS, VALUES, ActuatorKind
+from tauten.model.numerics import Array, Bools, Ints
 from tauten.model.schema import EffectorKind, Name
-from tauten.service.link import NetworkError
+from tauten.service.link import Keys, NetworkError
+from tauten.service.wire.cloud import CLOUD
+from tauten.service.wire.effector_messages import MESSAGE_TYPES
+from tauten.service.wire.messages import HEALTH, JOINTS, TEXT, TICK
 
 _Limits = tuple[float, float]
 _Number = Annotated[float, Field(allow_inf_nan=False)]
+_Weight = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
 _Acceleration = Annotated[float, Field(ge=-1e3, le=1e3, allow_inf_nan=False)]
 _Name = Annotated[Name, Field(max_length=100)]  # as robot files may have it
-_Text = Annotated[str, Field(max_length=200)]
+_Text = Annotated[str, Field(max_length=1000)]
 _MOST = 10_000_000  # characters of a coded array
+_MAX_RATE = 1e4  # Hz, as robot files allow it
+
+
+@dataclass(frozen=True, slots=True)
+class _Coded:
+    """Whole numbers as little-endian uint32 in base64: triangles would be most of the text otherwise.
+
+    Attributes:
+        first: number that is coded as zero.
+        columns: of a table of numbers; 0: one row.
+    """
+
+    first: int = 0
+    columns: int = 0
+
+    def numbers(self, text: object) -> object:
+        """The numbers of a text; arrays stay as they are."""
+        if isinstance(text, np.ndarray):
+            return text
+        if not isinstance(text, str) or len(text) > _MOST:
+            raise ValueError("not whole numbers in base64")
+        try:
+            found = np.frombuffer(base64.b64decode(text, validate=True), "<u4").astype(np.int64)
+        except (binascii.Error, ValueError) as error:
+            raise ValueError("not whole numbers in base64") from error
+        return self.first + (found.reshape(-1, self.columns) if self.columns else found)
+
+    def text(self, numbers: Ints) -> str:
+        """The text of numbers."""
+        return base64.b64encode((numbers - self.first).astype("<u4").tobytes()).decode("ascii")
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> core_schema.CoreSchema:
+        """How a field of this annotation is read and written."""
+        return core_schema.no_info_plain_validator_function(
+            self.numbers,
+            serialization=core_schema.plain_serializer_function_ser_schema(self.text),
+        )
 
 
 class _Described(BaseModel):
@@ -24,23 +86,112 @@ class _Described(BaseModel):
     model_config = ConfigDict(frozen=True, extra="ignore")
 
 
-class DescribedActuator(_Described):
-    """An actuator: limits of its position `position` and of its effort `effort` [SI]."""
+class RunActuator(_Described):
+    """An actuator of a run."""
+
+    kind: ActuatorKind
+
+
+class RunEffector(_Described):
+    """An effector of a run, with the weights of its rows."""
+
+    kind: EffectorKind
+    weight: Annotated[tuple[_Weight, ...], Field(max_length=6)]
+
+    @field_validator("weight")
+    @classmethod
+    def _has_its_weights(cls, weight: tuple[float, ...], info: Any) -> tuple[float, ...]:
+        kind = info.data.get("kind")
+        if kind is not None and len(weight) != ROWS[kind]:
+            raise ValueError(f"a {kind} has {ROWS[kind]} weights, found {len(weight)}")
+        return weight
+
+    @property
+    def has_position(self) -> bool:
+        """Whether its values begin with a position; distances, lengths and volumes are one number."""
+        return VALUES[self.kind] >= 3
+
+    @property
+    def turns(self) -> bool:
+        """Whether its values end with a quaternion."""
+        return self.kind == "frame"
+
+    @property
+    def wanted(self) -> Bools:
+        """(3,) which coordinates of its position have a goal, (1,) for one number."""
+        wanted: Bools = np.array(self.weight[:3]) > 0.0
+        return wanted
+
+
+class DescribedModel(_Described):
+    """The model that decides: digests of its robot and of its state basis, "" without one."""
+
+    order: Literal["full", "reduced"]
+    digest: _Text
+    states: _Text = ""
+    factorisation: _Text
+    mesh_error: _Text
+    nodes: int | None = None
+    elements: int | None = None
+    unknowns: int | None = None
+    candidates: int | None = None
+
+
+class DescribedBasis(_Described):
+    """The contact basis: "none", "full", its name or its file; digest of its modes, "" without any."""
+
+    name: _Text
+    digest: _Text
+    modes: int = 0
+
+
+class RunDescription(_Described):
+    """What a log of any version says of the robot of its run.
+
+    Attributes:
+        name: of the robot.
+        rate: control rate [Hz].
+        start: whether the model starts from the equilibrium under its loads with the actuators at rest, or
+            undeformed, from rest.
+        actuators: in the order of λ_a; none where a log does not say them, they are cables then.
+        effectors: in the order of their goal values.
+        model: that decides.
+        basis: of contacts.
+        versions: of system, Python and the packages that compute.
+    """
+
+    name: _Name = Field(alias="robot")
+    rate: Annotated[float, Field(gt=0.0, le=_MAX_RATE)]
+    start: Literal["settled", "rest"]
+    actuators: Annotated[tuple[RunActuator, ...], Field(max_length=1000)]
+    effectors: Annotated[tuple[RunEffector, ...], Field(min_length=1, max_length=1000)]
+    model: DescribedModel
+    basis: DescribedBasis
+    versions: dict[_Text, _Text]
+
+
+class DescribedActuator(RunActuator):
+    """An actuator: limits of its position, of its effort and of its rate [SI]."""
 
     name: _Name
-    kind: ActuatorKind
     effort: _Limits
     position: _Limits
+    rate: float
     flexibility: Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
 
+    @computed_field  # type: ignore[prop-decorator]
+    @property
+    def units(self) -> dict[str, str]:
+        """Of effort and position."""
+        return {"effort": self.kind.effort.unit, "position": self.kind.position.unit}
 
-class DescribedEffector(_Described):
-    """An effector, its goal values at rest, and the weights of its rows."""
+
+class DescribedEffector(RunEffector):
+    """An effector, its goal values where the model starts, and whether a row is to be met exactly."""
 
     name: _Name
-    kind: EffectorKind
     rest: Annotated[tuple[_Number, ...], Field(max_length=7)]
-    weight: Annotated[tuple[_Number, ...], Field(max_length=6)]
+    exact: bool
 
     @model_validator(mode="after")
     def _has_its_values(self) -> Self:
@@ -48,49 +199,107 @@ class DescribedEffector(_Described):
             raise ValueError(
                 f"a {self.kind} has {VALUES[self.kind]} values, found {len(self.rest)}"
             )
-        if len(self.weight) != ROWS[self.kind]:
-            found = len(self.weight)
-            raise ValueError(f"a {self.kind} has {ROWS[self.kind]} weights, found {found}")
         return self
 
 
 class DescribedSurface(_Described):
-    """The skin: number of its vertices, and coded arrays."""
+    """The skin.
+
+    Attributes:
+        vertices: their number, P.
+        triangles: (t, 3) of the vertices.
+        segments: (s,) the actuator of every segment, see `Robot.actuator_segments`.
+        chambers: (t,) the actuator whose chamber a triangle encloses; −1: none.
+    """
 
     vertices: Annotated[int, Field(ge=3)]
-    triangles: Annotated[str, Field(max_length=_MOST)]
-    segments: Annotated[str, Field(max_length=_MOST)]
-    chambers: Annotated[str, Field(max_length=_MOST)]
+    triangles: Annotated[Ints, _Coded(columns=3)]
+    segments: Annotated[Ints, _Coded()]
+    chambers: Annotated[Ints, _Coded(first=-1)]
 
 
-class DescribedModel(_Described):
-    """The model that decides."""
+class RobotDescription(RunDescription):
+    """The description of a robot.
 
-    digest: _Text
+    Attributes:
+        frame: frame id of its positions.
+        size: diagonal of its bounding box at rest [m].
+        gravity: (3,) acceleration of gravity [m/s²].
+        target_timeout: time without target after which its node holds [s].
+        surface: its skin.
+    """
 
-
-class DescribedBasis(_Described):
-    """The contact basis."""
-
-    name: _Text
-    digest: _Text
-
-
-class RobotDescription(_Described):
-    """The description of a robot that is served."""
-
-    robot: _Name
     frame: _Name
-    rate: Annotated[float, Field(gt=0.0, le=1e5)]
     size: Annotated[float, Field(gt=0.0, le=1e3)]
     gravity: tuple[_Acceleration, _Acceleration, _Acceleration]
     target_timeout: Annotated[float, Field(gt=0.0)]
     actuators: Annotated[tuple[DescribedActuator, ...], Field(max_length=1000)]
     effectors: Annotated[tuple[DescribedEffector, ...], Field(min_length=1, max_length=1000)]
     surface: DescribedSurface
-    model: DescribedModel
-    basis: DescribedBasis
-    versions: dict[_Text, _Text]
+
+    @field_validator("surface")
+    @classmethod
+    def _is_whole(cls, surface: DescribedSurface, info: Any) -> DescribedSurface:
+        """A surface whose numbers are those of vertices and actuators."""
+        if "actuators" not in info.data:
+            return surface
+        count = len(info.data["actuators"])
+        for numbers, below in (
+            (surface.triangles, surface.vertices),
+            (surface.segments, count),
+            (surface.chambers, count),
+        ):
+            if numbers.max(initial=-1) >= below:
+                raise ValueError(f"names number {numbers.max()} of {below}")
+        if len(surface.triangles) != len(surface.chambers):
+            raise ValueError(
+                f"{len(surface.triangles)} triangles, chambers of {len(surface.chambers)}"
+            )
+        return surface
+
+    @property
+    def effector_names(self) -> tuple[str, ...]:
+        """Names of the effectors."""
+        return tuple(one.name for one in self.effectors)
+
+    @property
+    def rest(self) -> Array:
+        """Goal values (n_v,) of the effectors where the model starts."""
+        return np.concatenate([np.array(one.rest) for one in self.effectors])
+
+    def as_json(self, surface: bool = True) -> str:
+        """The description as JSON.
+
+        Args:
+            surface: whether it has the surface, which is most of it.
+        """
+        return self.model_dump_json(
+            by_alias=True, indent=1, exclude=None if surface else {"surface"}
+        )
+
+    @model_serializer(mode="wrap")
+    def _with_keys(self, entries: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Keys and message types, for readers that do not know how they are made from names."""
+        found: dict[str, Any] = entries(self)
+        keys, names = Keys(self.name), self.effector_names
+        for place, of_effectors in (
+            ("target", keys.targets(names)),
+            ("measurement", keys.measurements(names)),
+            ("position", keys.effectors(names)),
+        ):
+            for one, key in zip(found["effectors"], of_effectors, strict=True):
+                one[place] = key
+        for one in found["effectors"]:
+            one["type"] = MESSAGE_TYPES[one["kind"]]
+        if "surface" in found:
+            found["surface"] |= {"key": keys.surface, "contacts": keys.contacts, "type": CLOUD}
+        found["keys"] = {
+            "command": {"key": keys.command, "type": TEXT},
+            "actuation": {"key": keys.actuation, "type": JOINTS},
+            "tick": {"key": keys.tick, "type": TICK},
+            "health": {"key": keys.health, "type": HEALTH},
+        }
+        return found
 
 
 def read_description(robot: str, payload: bytes) -> RobotDescription:
@@ -106,25 +315,27 @@ def read_description(robot: str, payload: bytes) -> RobotDescription:
     try:
         found = RobotDescription.model_validate_json(payload)
     except ValidationError as error:
-        first = error.errors(include_url=False, include_context=False, include_input=False)[0]
-        place = ".".join(
-            str(part) for part in first["loc"] if isinstance(part, int) or part in _PARTS
-        )
-        place = f"{place}: " if place else ""
         raise NetworkError(
-            f"the node of {robot!r} describes itself otherwise than this version does ({place}"
-            f"{first['msg']}): start node and this command from the same version"
+            f"the node of {robot!r} describes itself otherwise than this version does "
+            f"({first_fault(error)}): start node and this command from the same version"
         ) from error
-    if found.robot != robot:
-        raise NetworkError(f"the node of {robot!r} describes another robot, {found.robot!r}")
+    if found.name != robot:
+        raise NetworkError(f"the node of {robot!r} describes another robot, {found.name!r}")
     return found
 
 
+def first_fault(error: ValidationError) -> str:
+    """Place and reason of the first fault of a description, without what was found there."""
+    first = error.errors(include_url=False, include_context=False, include_input=False)[0]
+    place = ".".join(str(part) for part in first["loc"] if isinstance(part, int) or part in _PARTS)
+    return f"{place}: {first['msg']}" if place else str(first["msg"])
+
+
 _PARTS = frozenset(
-    name
-    for model in (
+    field.alias or name
+    for record in (
         RobotDescription, DescribedActuator, DescribedEffector, DescribedSurface, DescribedModel,
         DescribedBasis,
     )
-    for name in model.model_fields
+    for name, field in record.model_fields.items()
 )  # fmt: skip

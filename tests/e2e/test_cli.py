@@ -98,7 +98,7 @@ def test_targets_of_a_served_robot_need_no_robot_file(served: Served, tmp_path: 
 def test_reach_needs_the_file(served: Served) -> None:
     receiver = find_receiver("beam", Network(served.port), StopFlag())
     assert receiver is not None
-    assert receiver.effectors == ("tip", "middle")
+    assert receiver.description.effector_names == ("tip", "middle")
     assert receiver.robot is None
     with pytest.raises(PathError, match="reach is computed with the model of beam: give its file"):
         receiver_path("reach", receiver, PathSettings())

@@ -30,7 +30,7 @@ from support.nodes import (
 from support.processes import Served, start
 
 from tauten.model import Robot
-from tauten.service.log import LogReader
+from tauten.service.log import LogReader, logged_description
 from tauten.service.wire import CDR, JSON, Cause, Mode, Point, Tick, decode_tick, encode_point
 
 TIP = "tauten/beam/effector"
@@ -49,7 +49,7 @@ def test_it_follows_holds_and_releases(served: Served, beam: Robot) -> None:
     reader = LogReader(served.log)
     list(reader.messages())
     assert reader.complete
-    assert reader.metadata["robot_digest"] == beam.digest
+    assert logged_description(served.log, reader.metadata).model.digest == beam.digest
     assert reader.metadata["robot_file"].startswith('name = "beam"')
     assert len(ticks) == len(joints)
     assert whole(ticks)

@@ -105,7 +105,7 @@ def test_a_recorder_beside_the_node_records_the_run(
     stop.request()
     recorder.join()
     run = read_run(log)
-    assert run.metadata["robot_digest"] == beam.digest
+    assert run.description.model.digest == beam.digest
     assert run.complete
     assert run.following.sum() > 10
     assert len(run.model.time) > 10

@@ -16,6 +16,7 @@ from support.robots.thumb import write_thumb
 from tauten.controller import Controller
 from tauten.model import load_robot
 from tauten.reduction.state import ReducedRobot, StateBasis, StateBasisError
+from tauten.service.describing import describe
 from tauten.service.node import ControlLoop, make_fall_back
 from tauten.service.plant import free_ports
 from tauten.service.setup import load_setup
@@ -72,11 +73,12 @@ def test_switch_is_in_file_and_arguments(thumb_file: Path) -> None:
     configure(thumb_file, order='"reduced"')
     setup = load_setup(thumb_file, basis="thumb.basis")
     assert isinstance(setup.robot, ReducedRobot)
-    assert setup.metadata()["model"] == "reduced"
-    assert len(setup.metadata()["states_digest"]) == 64
+    model = describe(setup).model
+    assert model.order == "reduced"
+    assert len(model.states) == 64
     full = load_setup(thumb_file, basis="thumb.basis", model="full")
     assert not isinstance(full.robot, ReducedRobot)
-    assert full.metadata()["states_digest"] == ""
+    assert describe(full).model.states == ""
 
 
 def test_model_that_errs_too_much_is_refused_unless_accepted(thumb_file: Path) -> None:

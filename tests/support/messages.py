@@ -1,8 +1,9 @@
-"""Messages as tests read them."""
+"""Messages as tests read them, and effectors as a description has them."""
 
 from __future__ import annotations
 
-from tauten.service.wire import Point, Rejection, decode_effector
+from tauten.model.schema import COMPONENTS, EffectorKind
+from tauten.service.wire import DescribedEffector, Point, Rejection, decode_effector
 
 
 def decode_point(payload: bytes, encoding: str) -> Point | Rejection:
@@ -17,3 +18,11 @@ def decode_point(payload: bytes, encoding: str) -> Point | Rejection:
         return found
     x, y, z = found.values
     return Point(found.stamp, found.frame, (x, y, z))
+
+
+def effector(
+    name: str, kind: EffectorKind, *rest: float, weight: tuple[float, ...] | None = None
+) -> DescribedEffector:
+    """An effector with goal values at rest; all of its components count where no weight is given."""
+    ones = (1.0,) * COMPONENTS[kind]
+    return DescribedEffector(name=name, kind=kind, rest=rest, weight=weight or ones, exact=False)

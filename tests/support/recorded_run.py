@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import numpy as np
 
 from support.processes import ROBOT
 from tauten.controller import Controller
-from tauten.service.log import Entry, LogReader, LogRecorder
+from tauten.service.describing import log_metadata
+from tauten.service.log import Entry, LogReader, LogRecorder, logged_description
 from tauten.service.node import ControlLoop, Signals
 from tauten.service.setup import Setup
 from tauten.service.wire import (
@@ -34,7 +36,7 @@ HEAVY = ROBOT.replace("gravity = [0.0, 0.0, 0.0]", "gravity = [0.0, 0.0, -1.0]")
 def write_run(setup: Setup, path: Path) -> None:
     """The log of a run without clock and network: the loop as it is, times made up."""
     robot, keys = setup.robot, Keys(setup.robot.name)
-    controller, recorder = Controller(robot), LogRecorder(path, setup.metadata())
+    controller, recorder = Controller(robot), LogRecorder(path, log_metadata(setup))
     assert controller.settle_start().converged
     loop = ControlLoop(controller, settings=setup.service)
     rest = robot.effector(robot.rest())
@@ -77,12 +79,50 @@ def write_run(setup: Setup, path: Path) -> None:
     recorder.close()
 
 
-def doctored(log: Path, path: Path, changes: dict[str, str | None]) -> Path:
-    """The log with other metadata, written as a recorder writes them; None removes an entry."""
-    reader = LogReader(log)
-    messages = list(reader.messages())
-    metadata = {**reader.metadata, **changes}
-    recorder = LogRecorder(path, {k: v for k, v in metadata.items() if v is not None})
+def with_entry(description: str, place: str, value: object) -> str:
+    """A description as JSON with another value at a place such as "actuators.0.kind"; None removes it."""
+    found = json.loads(description)
+    *parents, last = (int(part) if part.isdigit() else part for part in place.split("."))
+    entries = found
+    for part in parents:
+        entries = entries[part]
+    if value is None:
+        del entries[last]
+    else:
+        entries[last] = value
+    return json.dumps(found)
+
+
+def earlier_metadata(log: Path) -> dict[str, str]:
+    """Metadata of a log as they were before it had a description: text, without names and limits."""
+    metadata = LogReader(log).read_metadata()
+    found = logged_description(log, metadata)
+    return {
+        "robot": found.name,
+        "robot_path": metadata["robot_path"],
+        "robot_digest": found.model.digest,
+        "robot_file": metadata["robot_file"],
+        "rate": repr(found.rate),
+        "effector_kinds": " ".join(one.kind for one in found.effectors),
+        "effector_weights": " ".join(
+            ",".join(f"{w:g}" for w in one.weight) for one in found.effectors
+        ),
+        "actuator_kinds": " ".join(one.kind.value for one in found.actuators),
+        "basis": found.basis.name,
+        "basis_digest": found.basis.digest,
+        "model": found.model.order,
+        "mesh_error": found.model.mesh_error,
+        "states_digest": found.model.states,
+        "start": found.start,
+        "factorisation": found.model.factorisation,
+        "version tauten": found.versions["tauten"],
+    }
+
+
+def doctored(log: Path, path: Path, metadata: dict[str, str]) -> Path:
+    """The log with other metadata, written as a recorder writes them."""
+    messages = list(LogReader(log).messages())
+    recorder = LogRecorder(path, metadata)
     kinds = {"actuation": JOINTS, "tick": TICK}
     for m in messages:
         kind = kinds.get(m.key.rsplit("/", 1)[1])

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
+from tauten.service.describing import describe
 from tauten.service.frames import ServedRobot
 from tauten.service.link import Keys, LockOrder, Network, NetworkError, Role, node_of, open_session
-from tauten.service.node.description import description
 from tauten.service.operate import record_robot, send_lock
 from tauten.service.plant import free_ports
 from tauten.service.plant.receiver import described_receiver
@@ -50,8 +50,7 @@ def liar() -> Iterator[Liar]:
 
 def doctored(beam_file: Path) -> list[bytes]:
     """Descriptions in which one entry is wrong."""
-    setup = load_setup(beam_file)
-    honest = description(setup, setup.robot.effector_values(setup.robot.rest()))
+    honest = json.loads(describe(load_setup(beam_file)).as_json())
     found = []
     for place in ("robot", "frame", "size", "actuators", "effectors"):
         for value in ("", -1, None, "<b>", [{}]):

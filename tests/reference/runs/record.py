@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from tauten.model import Simulator, load_robot
+from tauten.service.describing import log_metadata
 from tauten.service.log import Entry, LogRecorder
 from tauten.service.node import LARGEST, Action, ControlLoop, Feedback, Signals
 from tauten.service.process import one_blas_thread
@@ -80,7 +81,7 @@ def record(name: str, folder: Path) -> Path:
     setup = load_setup(name)
     robot, path = setup.robot, folder / f"{name}.mcap"
     # the path of the file is left out; the robot is found by its name
-    recorder = LogRecorder(path, {**setup.metadata(), "robot_path": ""})
+    recorder = LogRecorder(path, {**log_metadata(setup), "robot_path": ""})
     ticks = round(seconds / robot.h)
     targets = reached(setup, share, ticks)
     loop = ControlLoop(warm_controller(setup), settings=setup.service)

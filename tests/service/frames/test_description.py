@@ -9,8 +9,7 @@ from typing import Any
 
 import pytest
 
-from tauten.service.frames.description import described_look
-from tauten.service.node.description import description
+from tauten.service.describing import describe
 from tauten.service.setup import load_setup
 from tauten.service.wire import NetworkError, read_description
 
@@ -22,8 +21,8 @@ ODD: tuple[object, ...] = (
 
 @pytest.fixture(scope="module")
 def honest(beam_file: Path) -> dict[str, Any]:
-    setup = load_setup(beam_file)
-    return description(setup, setup.robot.effector_values(setup.robot.rest()))
+    found: dict[str, Any] = json.loads(describe(load_setup(beam_file)).as_json())
+    return found
 
 
 def doctored(value: Any, change: random.Random) -> Any:
@@ -42,13 +41,14 @@ def test_a_doctored_description_is_read_or_refused(honest: dict[str, Any]) -> No
     for seed in range(400):
         payload = json.dumps(doctored(honest, random.Random(seed))).encode()
         try:
-            look = described_look(read_description("beam", payload))
+            found = read_description("beam", payload)
         except NetworkError as error:
             assert str(error).startswith("the node of 'beam'")
             assert "<img" not in str(error)
             assert len(str(error)) < 400
             continue
-        names = [look.name, look.frame, *(one.name for one in (*look.actuators, *look.effectors))]
+        parts = (*found.actuators, *found.effectors)
+        names = [found.name, found.frame, *(one.name for one in parts)]
         assert all(name.isidentifier() for name in names), names
         read += 1
     assert 20 < read < 380
@@ -57,7 +57,7 @@ def test_a_doctored_description_is_read_or_refused(honest: dict[str, Any]) -> No
 @pytest.mark.parametrize("place", ["robot", "frame", "actuators", "effectors"])
 def test_a_name_is_one_that_a_robot_file_may_have(honest: dict[str, Any], place: str) -> None:
     found = json.loads(json.dumps(honest))
-    assert read_description("beam", json.dumps(found).encode()).robot == "beam"
+    assert read_description("beam", json.dumps(found).encode()).name == "beam"
     if place in ("robot", "frame"):
         found[place] = "<b>x</b>"
     else:

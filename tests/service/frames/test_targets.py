@@ -6,16 +6,19 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from support.messages import effector
 
-from tauten.service.frames import TargetStore, effector_looks
+from tauten.service.frames import TargetStore
 from tauten.service.wire import reach_of
 
 REST, SIZE = np.array([[0.1, 0.0, 0.0], [0.05, 0.0, 0.0]]), 0.1
-POINTS = effector_looks(
-    ("tip", "middle"), ("point", "point"), [tuple(row) for row in REST.tolist()]
+POINTS = tuple(
+    effector(name, "point", *row)
+    for name, row in zip(("tip", "middle"), REST.tolist(), strict=True)
 )
-MIXED = effector_looks(
-    ("hand", "gap"), ("frame", "distance"), [(0.1, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0), (0.02,)]
+MIXED = (
+    effector("hand", "frame", 0.1, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0),
+    effector("gap", "distance", 0.02),
 )
 NUMBERS = st.floats(allow_nan=True, allow_infinity=True)
 

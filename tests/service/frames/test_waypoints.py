@@ -6,16 +6,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.messages import effector
 
 from tauten.model import Robot
-from tauten.service.frames import EffectorLook, WaypointList
+from tauten.service.frames import WaypointList
 from tauten.service.plant import PathSettings, make_path
 
 POINTS = np.array([[0.1, 0.01, 0.012], [0.1, 0.01, 0.016], [0.1, 0.013, 0.016]])
 SPEED = 0.002  # m/s
 
 
-TIP = EffectorLook("tip", "point", (0.1, 0.01, 0.01), 0)
+TIP = effector("tip", "point", 0.1, 0.01, 0.01)
 
 
 def listed() -> WaypointList:
@@ -59,13 +60,13 @@ def test_there_is_a_largest_number() -> None:
 def test_a_frame_turns_the_short_way_and_a_volume_changes_steadily(tmp_path: Path) -> None:
     turn = np.array([np.cos(0.5), 0.0, 0.0, np.sin(0.5)])  # by 1 rad about z
     start = np.array([0.1, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
-    hand = WaypointList(EffectorLook("hand", "frame", tuple(start), 0), 0.1)
+    hand = WaypointList(effector("hand", "frame", *start), 0.1)
     hand.add(np.concatenate([start[:3], -turn]))
     path = hand.path(start, 0.01)
     assert path.duration == pytest.approx(10.0)  # 1 rad counts like the size, 0.1 m
     assert path.at(10.0)[3:] == pytest.approx(turn)
     assert hand.csv(0.01).splitlines()[0] == "t,x,y,z,qw,qx,qy,qz"
-    bag = WaypointList(EffectorLook("bag", "volume", (1e-6,), 0), 0.1)
+    bag = WaypointList(effector("bag", "volume", 1e-6), 0.1)
     bag.add(np.array([1.5e-6]))
     assert bag.path(np.array([1e-6]), 0.01).duration == pytest.approx(0.5)
     assert len(bag.points) == 0

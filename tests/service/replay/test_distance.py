@@ -13,6 +13,7 @@ import pytest
 from tauten.controller import Controller
 from tauten.model import Simulator
 from tauten.service.cli import main
+from tauten.service.describing import log_metadata
 from tauten.service.log import Entry, LogRecorder
 from tauten.service.node import ControlLoop, Signals
 from tauten.service.replay import Distances, measure_distances
@@ -41,7 +42,7 @@ def write_run(file: Path, log: Path, kind: str) -> None:
     """A run whose plant uses each actuation a tick later, without a clock and a network."""
     setup = load_setup(file)
     robot, keys = setup.robot, Keys(setup.robot.name)
-    controller, recorder = Controller(robot), LogRecorder(log, setup.metadata())
+    controller, recorder = Controller(robot), LogRecorder(log, log_metadata(setup))
     assert controller.settle_start().converged
     loop = ControlLoop(controller)
     plant, command = Simulator(robot), np.zeros(robot.n_a)

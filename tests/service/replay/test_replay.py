@@ -8,19 +8,18 @@ import json
 import re
 import shutil
 import sys
-from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
 import pytest
 from support.processes import write_robot
-from support.recorded_run import HEAVY, LAG, TICKS, doctored
+from support.recorded_run import HEAVY, LAG, TICKS, doctored, earlier_metadata, with_entry
 
 from tauten.controller import Status
 from tauten.controller.qpcc import read_qpcc, solve_qpcc
 from tauten.model import Robot, load_robot
 from tauten.service.cli import main
-from tauten.service.log import Entry, LogError, LogReader, LogRecorder
+from tauten.service.log import Entry, LogError, LogReader, LogRecorder, logged_description
 from tauten.service.plots import draw_replay, draw_run
 from tauten.service.replay import TICKS as TABLE
 from tauten.service.replay import (
@@ -135,12 +134,12 @@ def test_the_report_has_the_numbers_of_the_run(log: Path) -> None:
     assert report.complete
 
 
-def test_the_report_is_saved_and_shown(log: Path, tmp_path: Path) -> None:
+def test_the_report_is_saved_and_shown(log: Path, beam: Robot, tmp_path: Path) -> None:
     report = make_report(read_run(log))
     report.save(tmp_path / "report.json")
     found = json.loads((tmp_path / "report.json").read_text())
-    assert found == json.loads(json.dumps(asdict(report)))
-    assert "robot_file" not in found["metadata"]
+    assert found == json.loads(json.dumps(report.as_dict()))
+    assert found["description"]["model"]["digest"] == beam.digest
     rows = dict(table_rows(report))
     assert rows["deadlines missed / ticks"] == f"1 / {TICKS - 15}"
     assert rows["plant against model, RMS / max"] == "1.00 / 1.00 mm"
@@ -176,7 +175,8 @@ def test_the_robot_file_is_in_the_log(log: Path, beam_file: Path, tmp_path: Path
     metadata = LogReader(log).read_metadata()
     shutil.copy(beam_file.parent / "beam.vtu", tmp_path)
     (tmp_path / "again.toml").write_text(metadata["robot_file"])
-    assert load_robot(tmp_path / "again.toml").digest == metadata["robot_digest"]
+    recorded = logged_description(log, metadata)
+    assert load_robot(tmp_path / "again.toml").digest == recorded.model.digest
 
 
 def test_a_report_shows_every_tick_and_the_difference(log: Path, tmp_path: Path) -> None:
@@ -198,28 +198,31 @@ def test_a_report_shows_every_tick_and_the_difference(log: Path, tmp_path: Path)
 
 
 @pytest.mark.parametrize(
-    ("changes", "message"),
+    ("place", "value", "message"),
     [
-        ({"robot": None}, "its metadata have no 'robot'"),
-        ({"rate": None}, "its metadata have no 'rate'"),
-        ({"basis": None}, "its metadata have no 'basis'"),
-        ({"rate": "0"}, "rate is '0', allowed are numbers up to 10000 Hz"),
-        ({"rate": "nan"}, "rate is 'nan'"),
-        ({"rate": "fast"}, "rate is 'fast'"),
-        ({"robot": "../beam.toml"}, "robot is '../beam.toml', not the name of a robot"),
-        ({"model": "other"}, "model is 'other', allowed are full and reduced"),
-        ({"basis": "/elsewhere/x.basis"}, "basis /elsewhere/x.basis, which is not beside the log"),
-        ({"robot_path": "a\0b.toml"}, "a path has a zero byte"),
+        ("robot", None, "robot: Field required"),
+        ("rate", None, "rate: Field required"),
+        ("basis", None, "basis: Field required"),
+        ("rate", 0, "rate: Input should be greater than 0"),
+        ("rate", 1e5, "rate: Input should be less than or equal to 10000"),
+        ("rate", "fast", "rate: Input should be a valid number"),
+        ("robot", "../beam.toml", "robot: String should match pattern"),
+        ("model.order", "other", "model.order: Input should be 'full' or 'reduced'"),
+        ("basis.name", "/elsewhere/x.basis", "/elsewhere/x.basis, which is not beside the log"),
+        ("basis.name", "a\0b.basis", "a path has a zero byte"),
     ],
 )
-def test_doctored_metadata_are_refused_with_a_sentence(
+def test_a_doctored_description_is_refused_with_a_sentence(
     log: Path,
-    changes: dict[str, str | None],
+    place: str,
+    value: object,
     message: str,
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    path = doctored(log, log.parent / "doctored.mcap", changes)
+    metadata = LogReader(log).read_metadata()
+    metadata["description"] = with_entry(metadata["description"], place, value)
+    path = doctored(log, log.parent / "doctored.mcap", metadata)
     with pytest.raises(LogError, match=re.escape(message)):
         replay(path, 1e-4)
     monkeypatch.setattr(sys, "argv", ["tauten", "replay", str(path)])
@@ -229,6 +232,32 @@ def test_doctored_metadata_are_refused_with_a_sentence(
     said = capsys.readouterr().err
     assert said.startswith("tauten: ")
     assert message in said.replace("\n", " ")
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"robot": None}, "its metadata have no 'robot'"),
+        ({"rate": None}, "its metadata have no 'rate'"),
+        ({"basis": None}, "its metadata have no 'basis'"),
+        ({"rate": "nan"}, "its metadata: rate: Input should be"),
+        ({"rate": "fast"}, "its metadata: rate: Input should be a valid number"),
+        ({"robot": "../beam.toml"}, "its metadata: robot: String should match pattern"),
+        ({"effector_kinds": "hand"}, "its metadata: effectors.0.kind: Input should be 'point'"),
+        (
+            {"effector_weights": "1,1"},
+            "effectors.0.weight: Value error, a point has 3 weights, found 2",
+        ),
+        ({"robot_path": "a\0b.toml"}, "a path has a zero byte"),
+    ],
+)
+def test_doctored_metadata_of_earlier_logs_are_refused_with_a_sentence(
+    log: Path, changes: dict[str, str | None], message: str
+) -> None:
+    metadata = {**earlier_metadata(log), **changes}
+    kept = {name: text for name, text in metadata.items() if text is not None}
+    with pytest.raises(LogError, match=re.escape(message)):
+        replay(doctored(log, log.parent / "doctored.mcap", kept), 1e-4)
 
 
 @pytest.mark.parametrize(
@@ -268,7 +297,7 @@ def test_a_doctored_tick_is_refused_with_a_sentence(
 def test_files_that_are_not_beside_the_log_are_opened_on_request_only(
     log: Path, tmp_path: Path
 ) -> None:
-    path = doctored(log, tmp_path / "log.mcap", {})
+    path = doctored(log, tmp_path / "log.mcap", LogReader(log).read_metadata())
     with pytest.raises(LogError, match="which is not beside the log"):
         replay(path, 1e-4)
     assert replay(path, 0.0, recorded_paths=True).same

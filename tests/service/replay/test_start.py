@@ -5,16 +5,25 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from support.recorded_run import doctored
+from support.recorded_run import doctored, earlier_metadata, with_entry
 
-from tauten.service.log import LogError
+from tauten.service.log import LogError, LogReader
 from tauten.service.replay import make_report, read_run, replay, table_rows
+
+
+def test_a_log_of_an_earlier_version_is_replayed_exactly(log: Path, tmp_path: Path) -> None:
+    old = doctored(log, tmp_path / "old.mcap", earlier_metadata(log))
+    result = replay(old, tolerance=0.0, recorded_paths=True)
+    assert result.same
+    assert result.notes == ()
 
 
 def test_a_log_that_does_not_name_its_start_is_replayed_from_rest(
     log: Path, tmp_path: Path
 ) -> None:
-    old = doctored(log, tmp_path / "old.mcap", {"start": None, "actuator_kinds": None})
+    metadata = earlier_metadata(log)
+    del metadata["start"], metadata["actuator_kinds"]
+    old = doctored(log, tmp_path / "old.mcap", metadata)
     result = replay(old, tolerance=1e-4, recorded_paths=True)
     assert not result.same  # the run started settled: from rest its first decisions are others
     assert result.worst_tick < 20
@@ -22,22 +31,27 @@ def test_a_log_that_does_not_name_its_start_is_replayed_from_rest(
 
 
 @pytest.mark.parametrize(
-    ("changes", "message"),
+    ("place", "value", "message"),
     [
-        ({"start": "above"}, "start is 'above', allowed are settled and rest"),
-        ({"actuator_kinds": "cable rope"}, "actuator_kinds has 'rope', allowed are cable, chamber"),
-        ({"actuator_kinds": "cable"}, "actuator_kinds has 1 kinds, its actuations have 2"),
+        ("start", "above", "start: Input should be 'settled' or 'rest'"),
+        ("actuators.1.kind", "rope", "actuators.1.kind: Input should be 'cable', 'chamber'"),
+        ("actuators.1", None, "have 1 actuators, its actuations have 2"),
     ],
 )
 def test_wrong_metadata_are_refused(
-    log: Path, tmp_path: Path, changes: dict[str, str | None], message: str
+    log: Path, tmp_path: Path, place: str, value: object, message: str
 ) -> None:
+    metadata = LogReader(log).read_metadata()
+    metadata["description"] = with_entry(metadata["description"], place, value)
     with pytest.raises(LogError, match=message):
-        read_run(doctored(log, tmp_path / "log.mcap", changes))
+        read_run(doctored(log, tmp_path / "log.mcap", metadata))
 
 
 def test_each_kind_of_actuator_is_reported_in_its_units(log: Path, tmp_path: Path) -> None:
-    other = doctored(log, tmp_path / "log.mcap", {"actuator_kinds": "chamber drive"})
+    metadata = LogReader(log).read_metadata()
+    for place, kind in (("actuators.0.kind", "chamber"), ("actuators.1.kind", "drive")):
+        metadata["description"] = with_entry(metadata["description"], place, kind)
+    other = doctored(log, tmp_path / "log.mcap", metadata)
     report = make_report(read_run(other))
     air, servo = report.peaks
     assert (air.position_unit, air.effort_unit) == ("m³", "Pa")

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from tauten.model import ActuatorKind
-from tauten.service.frames import ActuatorLook
 from tauten.service.view.actuators import (
     MIDDLE,
     NO_PRESSURE,
@@ -21,6 +20,7 @@ from tauten.service.view.actuators import (
     turn_pieces,
     zigzag,
 )
+from tauten.service.wire import DescribedActuator
 
 AXIS = np.array([0.6, 0.0, 0.8])
 START = np.array([0.1, -0.2, 0.3])
@@ -57,7 +57,14 @@ def test_a_spring_is_as_long_as_it_is_stretched() -> None:
 def test_colours_show_efforts() -> None:
     assert [cable_colour(share) for share in (0.0, 0.5, 1.0)] == [SLACK, MIDDLE, TIGHT]
     assert [chamber_colour(share) for share in (-1.0, 0.0, 1.0)] == [VACUUM, NO_PRESSURE, PRESSURE]
-    supply = ActuatorLook("bellows", ActuatorKind.CHAMBER, (-1e-5, 1e-5), (-2e4, 5e4))
+    supply = DescribedActuator(
+        name="bellows",
+        kind=ActuatorKind.CHAMBER,
+        position=(-1e-5, 1e-5),
+        effort=(-2e4, 5e4),
+        rate=1e-5,
+        flexibility=0.0,
+    )
     assert effort_share(supply, 5e4) == 1.0
     assert effort_share(supply, -2e4) == pytest.approx(0.4)
     assert effort_share(supply, float("nan")) == 0.0

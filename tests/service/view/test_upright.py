@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from support.robots.bodies import beam_robot, box_mesh
+from support.messages import effector
+from support.processes import ROBOT, write_robot
 
 from tauten.model import skin_of
-from tauten.service.frames import effector_looks, look_of
+from tauten.service.describing import describe
+from tauten.service.frames import RobotLook
 from tauten.service.frames.effectors import distance_between, targets_of
+from tauten.service.setup import load_setup
 from tauten.service.view import open_server
 from tauten.service.view.legend import legend_html
 from tauten.service.view.scene import RobotScene, sideways, upwards
 
-SIZE = (0.1, 0.02, 0.02)
 NONE = (0.0, 0.0, 0.0)
 
 
@@ -32,10 +35,13 @@ def test_the_scene_is_turned_against_gravity(
     gravity: tuple[float, float, float],
     up: tuple[float, float, float],
     monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
 ) -> None:
-    robot = beam_robot(box_mesh(SIZE, (6, 2, 2)), SIZE, gravity=gravity)
-    look = look_of(robot, skin_of(robot), robot.rest())
-    assert look.gravity == gravity
+    text = ROBOT.replace("gravity = [0.0, 0.0, 0.0]", f"gravity = {list(gravity)}")
+    setup = load_setup(write_robot(tmp_path, text))
+    robot = setup.robot
+    look = RobotLook(describe(setup), skin_of(robot).geometry(robot, robot.rest(), None).vertices)
+    assert look.robot.gravity == gravity
     turned: list[Any] = []
     arrows: dict[str, np.ndarray] = {}
     with open_server(0, "test") as (server, _):
@@ -75,14 +81,14 @@ def test_who_looks_from_the_front_has_right_and_back_at_right_angles() -> None:
 def test_coordinates_that_are_left_free_have_no_target() -> None:
     """A plate that is to have a height: its target is above or below it, and so is its error."""
     frame = (0.0, 0.0, 0.01, 1.0, 0.0, 0.0, 0.0)
-    looks = effector_looks(("plate",), ("frame",), [frame], [(0.0, 0.0, 1.0, 1.0, 1.0, 0.0)])
+    looks = (effector("plate", "frame", *frame, weight=(0.0, 0.0, 1.0, 1.0, 1.0, 0.0)),)
     values, goal = np.array(frame), np.array([0.02, 0.03, 0.012, *frame[3:]])
     assert distance_between(looks, goal, values) == pytest.approx(0.002)
     assert targets_of(looks, goal, values)[0] == pytest.approx([0.0, 0.0, 0.012])
     nothing = np.full(7, np.nan)
     assert np.isnan(targets_of(looks, nothing, values)).all()
-    turned = effector_looks(("plate",), ("frame",), [frame], [(0.0, 0.0, 0.0, 1.0, 1.0, 0.0)])
+    turned = (effector("plate", "frame", *frame, weight=(0.0, 0.0, 0.0, 1.0, 1.0, 0.0)),)
     assert np.isnan(distance_between(turned, goal, values))
     assert np.isnan(targets_of(turned, goal, values)).all()
-    with pytest.raises(ValueError, match="with 3 weights"):
-        effector_looks(("plate",), ("frame",), [frame], [(0.0, 0.0, 1.0)])
+    with pytest.raises(ValueError, match="6 weights, found 3"):
+        effector("plate", "frame", *frame, weight=(0.0, 0.0, 1.0))

@@ -1,0 +1,112 @@
+"""From a robot to its description, for the wire, logs, streams and the viewer."""
+
+from __future__ import annotations
+
+import platform
+
+from tauten.model import skin_of
+from tauten.model.numerics import Array
+from tauten.service.log import description_metadata
+from tauten.service.process import versions
+from tauten.service.setup import Setup
+from tauten.service.wire import (
+    DescribedActuator,
+    DescribedBasis,
+    DescribedEffector,
+    DescribedModel,
+    DescribedSurface,
+    RobotDescription,
+)
+
+
+def describe(setup: Setup, start: Array | None = None) -> RobotDescription:
+    """The description of a robot, in SI units.
+
+    Args:
+        setup: the robot.
+        start: (n_v,) goal values of the effectors where the model starts; None: where it is undeformed.
+    """
+    robot = setup.robot
+    skin, (gx, gy, gz) = skin_of(robot), robot.gravity.tolist()
+    return RobotDescription(
+        robot=robot.name,
+        frame=robot.frame,
+        rate=robot.integration.rate,
+        start=setup.start,
+        target_timeout=setup.service.target_timeout,
+        size=robot.size,
+        gravity=(gx, gy, gz),
+        actuators=_actuators(setup),
+        effectors=_effectors(
+            setup, robot.effector_values(robot.rest()) if start is None else start
+        ),
+        surface=DescribedSurface(
+            vertices=len(skin.used),
+            triangles=skin.triangles,
+            segments=robot.segment_owners,
+            chambers=robot.chamber_owners,
+        ),
+        model=DescribedModel(
+            order=setup.order,
+            digest=robot.digest,
+            states="" if setup.states is None else setup.states.digest(),
+            factorisation=robot.linear_solver,
+            mesh_error=setup.mesh_error,
+            nodes=robot.n_nodes,
+            elements=robot.n_elements,
+            unknowns=robot.n,
+            candidates=robot.n_c,
+        ),
+        basis=DescribedBasis(
+            name=setup.basis_name, digest=setup.basis_digest(), modes=setup.basis_modes
+        ),
+        versions={
+            "system": f"{platform.system()} {platform.machine()}",
+            "python": platform.python_version(),
+            **versions(),
+        },
+    )
+
+
+def _actuators(setup: Setup) -> tuple[DescribedActuator, ...]:
+    actuators, limits = setup.robot.actuators, setup.robot.limits
+    springs = actuators.laws.springs
+    return tuple(
+        DescribedActuator(
+            name=name,
+            kind=kind,
+            effort=(float(limits.effort_min[i]), float(limits.effort_max[i])),
+            position=(float(limits.position_min[i]), float(limits.position_max[i])),
+            rate=float(limits.rate[i]),
+            flexibility=float(springs.flexibility[i]) if springs is not None else 0.0,
+        )
+        for i, (name, kind) in enumerate(zip(actuators.names, actuators.kinds, strict=True))
+    )
+
+
+def _effectors(setup: Setup, start: Array) -> tuple[DescribedEffector, ...]:
+    layout = setup.robot.effector_layout
+    return tuple(
+        DescribedEffector(
+            name=name,
+            kind=layout.kinds[i],
+            rest=tuple(start[layout.values_of(i)].tolist()),
+            weight=tuple(layout.weights[layout.rows_of(i)].tolist()),
+            exact=bool(layout.exact[layout.rows_of(i)].any()),
+        )
+        for i, name in enumerate(layout.names)
+    )
+
+
+def log_metadata(setup: Setup, start: Array | None = None) -> dict[str, str]:
+    """Metadata of a log of a run: the robot's description and its file.
+
+    Args:
+        setup: the robot.
+        start: as of `describe`.
+    """
+    return {
+        **description_metadata(describe(setup, start)),
+        "robot_path": str(setup.path),
+        "robot_file": setup.path.read_text(encoding="utf-8"),
+    }
