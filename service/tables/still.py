@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tauten.service.bench import StillBench
+from tauten.service.bench import StillBench, StillRun
 from tauten.service.tables.numbers import Numbers, Page, measured_on
 
 
@@ -28,6 +28,7 @@ def still_page(result: StillBench) -> Page:
                 _median([run.rest_s for run in runs if run.rest_s is not None]),
                 str(sum(run.is_best for run in best)) if best else "–",
                 str(sum(run.is_near for run in best)) if best else "–",
+                _farther(best),
                 f"{max(run.position for run in runs):.1e}", f"{max(run.effort for run in runs):.1e}",
             )
         )  # fmt: skip
@@ -44,7 +45,11 @@ def still_page(result: StillBench) -> Page:
                     "at rest",
                     "seconds to rest, median",
                 ),
-                *("within 1 % of the best place", "and 0.1 % of the way"),
+                *(
+                    "within 1 % of the best place",
+                    "and 0.1 % of the way",
+                    "farther than it, at most [mm]",
+                ),
                 *("largest change of a position", "of an effort"),
             ),
             tuple(rows),
@@ -68,6 +73,12 @@ def still_page(result: StillBench) -> Page:
         f"enough. Measured on {measured_on(result.machine)}"
     )
     return Page("tauten bench still", about, tuple(tables))
+
+
+def _farther(runs: list[StillRun]) -> str:
+    """How much farther from the target than the best place a run ends, at most."""
+    lengths = [run.error_mm - run.best_mm for run in runs if run.best_mm is not None]
+    return f"{max(lengths):.3f}" if lengths else "–"
 
 
 def _median(values: list[float]) -> str:

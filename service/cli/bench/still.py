@@ -55,6 +55,6 @@ def still(
     )
     with stop_on_signals() as stop, progress_bar("still") as report:
         result = bench_still(chosen, stop, report)
-    show_result(result, still_page(result), json_file, markdown, width=140)
+    show_result(result, still_page(result), json_file, markdown, width=150)
     if figure is not None:
         draw_still(result, figure)
