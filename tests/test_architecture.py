@@ -67,6 +67,7 @@ ORDER = (
     "benchmarks.contact_basis",
     "benchmarks.manipulator",
     "benchmarks.steps",
+    "benchmarks.rest",
     "benchmarks.view",
     "benchmarks.tables",
     "benchmarks.plots",

@@ -7,6 +7,7 @@ from benchmarks.tables.gallery import gallery_page
 from benchmarks.tables.physics import energy_page, equilibria_page
 from benchmarks.tables.qpcc import qpcc_page
 from benchmarks.tables.steps import control_page, sofa_meshes_page
+from benchmarks.tables.still import still_page
 from benchmarks.tables.view import view_page
 
 __all__ = [
@@ -21,5 +22,6 @@ __all__ = [
     "pairs_of",
     "qpcc_page",
     "sofa_meshes_page",
+    "still_page",
     "view_page",
 ]

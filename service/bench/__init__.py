@@ -1,4 +1,4 @@
-"""Benchmarks of robots on this machine: steps, reduced models, the node, closed loops, rest at targets."""
+"""Benchmarks of robots on this machine: steps, reduced models, the node, closed loops."""
 
 from tauten.service.bench.closed_loop import (
     CaseRuns,
@@ -42,7 +42,6 @@ from tauten.service.bench.steps import (
     sizes_of,
     time_forward,
 )
-from tauten.service.bench.still import StillBench, StillRun, StillSettings, bench_still
 
 __all__ = [
     "CASES",
@@ -66,9 +65,6 @@ __all__ = [
     "Sizes",
     "StepBench",
     "StepTimes",
-    "StillBench",
-    "StillRun",
-    "StillSettings",
     "Trace",
     "WARM_UP",
     "WHOLE",
@@ -76,7 +72,6 @@ __all__ = [
     "bench_node",
     "bench_reduced",
     "bench_steps",
-    "bench_still",
     "case_outcome",
     "compare_equilibria",
     "deadlines",
