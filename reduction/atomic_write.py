@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -14,11 +15,19 @@ from typing import BinaryIO
 def atomic_write(path: Path) -> Iterator[BinaryIO]:
     """A temporary file beside `path` that replaces it when the block ends without an exception.
 
-    Content and name are on the disk (fsync) when this returns. The folder is made when missing.
+    Content and name are on the disk (fsync) when this returns. The folder is made when missing. A device or
+    a pipe, as /dev/stdout, remains what it is: it gets what the block has written.
 
     Raises:
         OSError: the folder cannot be written to.
     """
+    if path.exists() and not path.is_file() and not path.is_dir():
+        with tempfile.TemporaryFile() as file:
+            yield file
+            file.seek(0)
+            with path.open("wb") as device:
+                shutil.copyfileobj(file, device)
+        return
     path.parent.mkdir(parents=True, exist_ok=True)
     descriptor, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
     temporary = Path(name)

@@ -136,7 +136,7 @@ def stream(
         str,
         typer.Argument(
             help="circle, line, figure-eight, step, reach (where the cables can take the effector), "
-            "or a CSV file with columns x, y, z [m] and optionally t [s]."
+            "or a CSV file with columns x, y, z in m and optionally t in s."
         ),
     ],
     robot: Annotated[
@@ -148,12 +148,12 @@ def stream(
     effector: Annotated[str | None, typer.Option(help="Default: the first.")] = None,
     rate: Annotated[float, typer.Option(min=0.01, help="Targets a second.")] = 50.0,
     duration: Annotated[
-        float | None, typer.Option(min=0.0, help="Duration [s]; default: until Ctrl-C.")
+        float | None, typer.Option(min=0.0, help="Duration in s; default: until Ctrl-C.")
     ] = None,
     size: Annotated[
-        float | None, typer.Option(help="Size of a shape [m]; default: a tenth of the robot.")
+        float | None, typer.Option(help="Size of a shape in m; default: a tenth of the robot.")
     ] = None,
-    period: Annotated[float, typer.Option(min=0.01, help="Duration of one pass [s].")] = 10.0,
+    period: Annotated[float, typer.Option(min=0.01, help="Duration of one pass in s.")] = 10.0,
     plane: Annotated[Literal["xy", "xz", "yz"], typer.Option(help="Plane of a shape.")] = "xz",
     fraction: Annotated[
         float, typer.Option(min=0.0, max=1.0, help="Share of the largest pull, for reach.")

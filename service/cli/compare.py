@@ -21,7 +21,7 @@ def compare(
     pull: Annotated[
         list[float] | None,
         typer.Option(
-            help="Pulled length [m], one option for each cable; default: of the cables that bend the robot "
+            help="Pulled length in m, one option for each cable; default: of the cables that bend the robot "
             "as the first one does the largest, of the others none."
         ),
     ] = None,
@@ -59,17 +59,17 @@ def compare(
     draw_comparison(loaded, touching, passing, side, figure)
     write_json(found, json_file)
     if loaded.n_c == 0:
-        Console().print(
+        Console(markup=False).print(
             f"{loaded.name} has no contacts: at rest and under the command in {figure}."
         )
         return
     for share, what in zip(found.share, ("with", "without"), strict=True):
         if share < 1.0:
-            Console().print(
+            Console(markup=False).print(
                 f"{loaded.name} has no equilibrium {what} contact under more than {share:.0%} of the "
                 "command: shown is the last one."
             )
-    Console().print(
+    Console(markup=False).print(
         f"{loaded.name}: {found.pushing} candidates push with {found.contact_force_n:.2f} N together; "
         f"effectors {', '.join(_apart(found, i) for i in range(len(found.apart_mm)))} from where they "
         f"are without contact, where surfaces overlap by {found.deepest_overlap_mm:.2f} mm. "

@@ -49,6 +49,8 @@ def _sentence(error: Exception) -> str | None:
     """What to tell the user, where the text of the error or its kind says what to change; None elsewhere."""
     from tauten.service.link import NetworkError, OrderError
 
+    if isinstance(error, FileExistsError) and error.filename is not None:  # of a folder to be made
+        return f"{error.filename}: exists and is no folder"
     if isinstance(error, NetworkError | OrderError | OSError):
         return str(error)
     from tauten.model.numerics import FactorisationError

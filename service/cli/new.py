@@ -25,7 +25,7 @@ def new(
     size: Annotated[
         float | None,
         typer.Option(
-            min=1e-3, help="Size of the elements [mm]; default: chosen by the error of the mesh."
+            min=1e-3, help="Size of the elements in mm; default: chosen by the error of the mesh."
         ),
     ] = None,
     accuracy: Annotated[
@@ -69,11 +69,11 @@ def new(
                 typer.confirm(f"{text}, go on?", abort=True, err=True)
         with progress_bar("mesh") as report, one_blas_thread():
             made = make_new_robot(wanted, folder or Path(name), stop, report)
-    console = Console(stderr=True)
+    console = Console(stderr=True, markup=False)
     if made is None:
         console.print("stopped: nothing is written", highlight=False)
         raise typer.Exit(130)
-    Console(width=120).print(trial_table(made.trials, made.chosen).rich())
+    Console(width=120, markup=False).print(trial_table(made.trials, made.chosen).rich())
     if made.note:
         console.print(f"{mesh}: the surface {made.note}", highlight=False)
     worst = made.trials[made.chosen].error

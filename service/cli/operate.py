@@ -38,11 +38,13 @@ def lock(
     actuator: Actuator,
     position: Annotated[
         float | None,
-        typer.Option(help="Where it is locked, in its SI unit: pull [m], volume change [m³], ..."),
+        typer.Option(
+            help="Where it is locked, in its SI unit: a pull in m, a volume change in m³, ..."
+        ),
     ] = None,
     force: Annotated[
         float | None,
-        typer.Option(help="Effort at which it is locked: tension [N], pressure [Pa], ..."),
+        typer.Option(help="Effort at which it is locked: a tension in N, a pressure in Pa, ..."),
     ] = None,
     port: Port = None,
     zenoh_config: ZenohConfig = None,
@@ -144,4 +146,4 @@ def doctor(
     table = Table("", "found", "advice", title="tauten doctor")
     for finding in examine(load_setup(robot), seconds):
         table.add_row(finding.what, finding.found, finding.advice)
-    Console().print(table)
+    Console(markup=False).print(table)

@@ -45,7 +45,7 @@ def reduce(
             "payload), ramp, plackett-burman, latin-hypercube, or a CSV of loads."
         ),
     ] = "exploring",
-    step: Annotated[float, typer.Option(help="Step of the ramp [m].")] = 5e-5,
+    step: Annotated[float, typer.Option(help="Step of the ramp in m.")] = 5e-5,
     steps: Annotated[int, typer.Option(min=1, help="Steps of a run, in the other designs.")] = 100,
     runs: Annotated[int, typer.Option(help="Runs of the Latin hypercube.")] = 20,
     pull: Annotated[
@@ -61,7 +61,7 @@ def reduce(
         ),
     ] = None,
     tilt: Annotated[
-        float, typer.Option(help="Largest tilt of gravity in the designs [deg].")
+        float, typer.Option(help="Largest tilt of gravity in the designs in degrees.")
     ] = 0.0,
     force: Annotated[
         float, typer.Option(help="Largest component of forces on the effectors [N].")
@@ -69,7 +69,7 @@ def reduce(
     k: Annotated[str, typer.Option(help='Number of modes, or "auto".')] = "auto",
     tolerance: Annotated[
         float | None,
-        typer.Option(help='Effector error that "auto" accepts [m]; default: 1/1000 of the robot.'),
+        typer.Option(help='Effector error that "auto" accepts in m; default: 1/1000 of the robot.'),
     ] = None,
     method: Annotated[str, typer.Option(help="energy, hals, hals-nndsvd, als, greedy.")] = "energy",
     weighting: Annotated[str, typer.Option(help="Weights of snapshots: equal or force.")] = "equal",
@@ -182,7 +182,7 @@ def inspect(
     if figure is not None and loaded is not None:
         draw_modes(loaded, found, figure, modes)
     for table in basis_tables(found, basis, loaded):
-        Console().print(table)
+        Console(markup=False).print(table)
 
 
 def _modes(k: str) -> int | Literal["auto"]:

@@ -28,7 +28,7 @@ def demo(
     out: Annotated[Path | None, typer.Option(help="Folder for log, report and figure.")] = None,
     seconds: Annotated[float, typer.Option(min=1.0, help="Duration of the targets.")] = 20.0,
     path: Annotated[str, typer.Option(help="As for `tauten stream`.")] = "reach",
-    period: Annotated[float, typer.Option(min=0.1, help="Duration of one pass [s].")] = 10.0,
+    period: Annotated[float, typer.Option(min=0.1, help="Duration of one pass in s.")] = 10.0,
     fraction: Annotated[
         float, typer.Option(min=0.0, max=1.0, help="Share of the largest pull, for reach.")
     ] = 0.8,
@@ -46,7 +46,7 @@ def demo(
     from tauten.service.replay import FOLLOWED, not_followed, table_rows
 
     folder = out or Path(f"tauten-demo-{datetime.now():%Y%m%d-%H%M%S}")
-    console = Console()
+    console = Console(markup=False)
     settings = DemoSettings(
         robot,
         folder,
@@ -132,7 +132,7 @@ def replay(
         table.add_row(
             name, kind.position.text(result.position[i]), kind.effort.text(result.effort[i])
         )
-    console = Console()
+    console = Console(markup=False)
     console.print(table)
     verdict = "the same" if result.same else "different"
     console.print(

@@ -24,10 +24,10 @@ def solve(
         solution = solve_qpcc(problem, None if cold else start, settings)
     except (OSError, ValueError) as error:
         raise typer.BadParameter(str(error)) from error
-    found, console = solution.certificate, Console(highlight=False, soft_wrap=True)
+    found, console = solution.certificate, Console(highlight=False, soft_wrap=True, markup=False)
     console.print(f"status           {solution.status.name}: {solution.status.value}")
     if solution.conflict:
-        console.print(f"conflict         {', '.join(solution.conflict)}", markup=False)
+        console.print(f"conflict         {', '.join(solution.conflict)}")
     console.print(f"objective        {solution.objective:.12g}")
     console.print(f"primal           {found.primal:.1e}")
     console.print(f"complementarity  {found.complementarity:.1e}")

@@ -131,4 +131,4 @@ def show_states(file: str) -> None:
         if name == "versions":
             value = ", ".join(" ".join(pair) for pair in value)
         table.add_row(name.replace("_", " "), str(value))
-    Console().print(table)
+    Console(markup=False).print(table)

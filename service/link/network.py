@@ -32,6 +32,8 @@ _LONGEST_WAIT = 20_000  # µs
 # With Zenoh's 10 s and 100, three hundred of them kept every new operator out.
 _ACCEPT_TIMEOUT, _ACCEPT_PENDING = 1_000, 5_000  # ms, connections
 _MOST_WORDS = 300  # characters of an error of Zenoh
+# A configuration of Zenoh has 10 levels and 30 kB at most; its parser ends at some ten thousand levels.
+_MOST_LEVELS, _LARGEST_CONFIG = 100, 2**20  # brackets within each other, bytes
 _BLOCK = "transport/link/tx/queue/congestion_control/block/wait_before_close"
 
 
@@ -148,11 +150,33 @@ def read_config(path: Path) -> zenoh.Config:
     Raises:
         NetworkError: it cannot be read.
     """
+    refused = _not_parsed(path)
+    if refused:
+        raise NetworkError(f"{path}: no Zenoh configuration: {refused}")
     try:
         return zenoh.Config.from_file(path)
     except zenoh.ZError as error:
         why = str(error)[:_MOST_WORDS]  # a parser quotes the whole file
         raise NetworkError(f"{path}: no Zenoh configuration: {why}") from error
+
+
+def _not_parsed(path: Path) -> str:
+    """Why a file is not given to Zenoh's parser, which would end the process; "" where it is."""
+    try:
+        if not path.is_file():
+            return "is a folder or a device" if path.exists() else "there is no such file"
+        with path.open("rb") as file:
+            contents = file.read(_LARGEST_CONFIG + 1)
+    except OSError as error:
+        return error.strerror or str(error)
+    if len(contents) > _LARGEST_CONFIG:
+        return f"larger than {_LARGEST_CONFIG} bytes"
+    levels = 0
+    for byte in contents:
+        levels += (byte in b"[{") - (byte in b"]}")
+        if levels > _MOST_LEVELS:
+            return f"more than {_MOST_LEVELS} brackets within each other"
+    return ""
 
 
 def is_alive(session: zenoh.Session, token: str) -> bool:

@@ -3,16 +3,26 @@
 from __future__ import annotations
 
 import re
+import shutil
 import signal
+from collections.abc import Iterator
+from importlib.resources import files
 from pathlib import Path
+from typing import Any
 
 import pytest
+import typer
+from rich.text import Text
 from support.nodes import wait_mode
 from support.processes import ROBOT, Served, run_main, start, tauten, write_robot
 
+from benchmarks.commands import app as benchmarks
 from tauten.model.numerics import FactorisationError
+from tauten.service.cli.app import app
+from tauten.service.cli.terminal import show_result
 from tauten.service.plant import PathError, PathSettings, find_receiver, receiver_path
 from tauten.service.process import StopFlag
+from tauten.service.tables import Numbers, Page
 from tauten.service.wire import Mode, Network
 
 
@@ -47,6 +57,47 @@ def test_errors_are_a_sentence(
     assert len(lines) == 1
     assert lines[0].startswith("tauten: ")
     assert message in lines[0]
+
+
+def test_a_folder_that_cannot_be_made_says_so(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = write_robot(tmp_path)
+    for out in ("/dev/full", file):
+        assert run_main("--log-level", "error", "demo", file, "--out", out) == 2
+        assert capsys.readouterr().err == f"tauten: {out}: exists and is no folder\n"
+
+
+def helps(command: Any) -> Iterator[str]:
+    """Texts of the help of a command and of those in it."""
+    yield command.help or ""
+    yield from (getattr(option, "help", None) or "" for option in command.params)
+    for inner in getattr(command, "commands", {}).values():
+        yield from helps(inner)
+
+
+def test_the_help_has_nothing_that_the_terminal_takes_for_markup() -> None:
+    """Units in brackets were left out: "Duration of one pass ."."""
+    for program in (app, benchmarks):
+        found = list(helps(typer.main.get_command(program)))
+        assert len(found) > 30
+        for text in found:
+            assert Text.from_markup(text).plain == text
+
+
+def test_tables_and_paths_are_shown_as_they_are(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    numbers = Numbers("[bold]", ("path", "tip [mm]", "[s]"), (("[/x]", "1", "2"),))
+    show_result({}, Page("x", "about [mm]", (numbers, "from [a] to [/b]")), None, width=200)
+    said = capsys.readouterr().out
+    for text in ("[bold]", "tip [mm]", " [s]", "[/x]", "about [mm]", "from [a] to [/b]"):
+        assert text in said
+    assert "\\" not in said
+    shutil.copy(files("tauten.model.robots") / "finger.states", tmp_path / "[mm].states")
+    monkeypatch.chdir(tmp_path)
+    assert run_main("inspect", "[mm].states") == 0
+    assert " [mm].states" in capsys.readouterr().out
 
 
 def test_a_motion_that_diverges_is_one_sentence(

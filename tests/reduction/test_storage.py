@@ -1,3 +1,5 @@
+import os
+import threading
 import tracemalloc
 import zipfile
 from pathlib import Path
@@ -150,3 +152,17 @@ def test_text_is_written_whole(tmp_path: Path) -> None:
         write_text(path, "\ud800")
     assert list(path.parent.iterdir()) == [path]
     assert path.read_text(encoding="utf-8") == "Ψ\n"
+
+
+def test_a_pipe_remains_one(tmp_path: Path) -> None:
+    """So do /dev/stdout and /dev/null, which the administrator could replace."""
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    read = list[bytes]()
+    reader = threading.Thread(target=lambda: read.append(pipe.read_bytes()))
+    reader.start()
+    write_text(pipe, "{}\n")
+    reader.join(10.0)
+    assert read == [b"{}\n"]
+    assert pipe.is_fifo()
+    assert list(tmp_path.iterdir()) == [pipe]

@@ -31,7 +31,7 @@ def closed_loop(
         typer.Option(
             "--period",
             min=1.0,
-            help="Of a path in reach [s]; by default 10 and 6.",
+            help="Of a path in reach, in s; by default 10 and 6.",
         ),
     ] = None,
     cases: Annotated[bool, typer.Option("--cases", help="Run the five cases too.")] = False,
@@ -59,7 +59,7 @@ def closed_loop(
     show_result(result, closed_loop_page(result), json_file, markdown)
     show_mesh_error(setup.path, setup.robot)
     if not result.complete:
-        Console().print("stopped early: the tables have the runs that were done")
+        Console(markup=False).print("stopped early: the tables have the runs that were done")
     if figures is not None:
         figures.mkdir(parents=True, exist_ok=True)
         for one in runs:

@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 from rich.console import Console
+from rich.text import Text
 
 from tauten.service.cli.terminal import Json, Markdown, Model, RobotName, show_result, write_json
 
@@ -48,7 +49,10 @@ def node(
     realtime = RealtimeSettings(priority, tuple(cpus or ()))
     rates: list[float | None] = [*rate] if rate else [None]
     results = []
-    with stop_on_signals() as stop, Console(stderr=True).status(robot) as status:
+    with (
+        stop_on_signals() as stop,
+        Console(stderr=True, markup=False).status(Text(robot)) as status,
+    ):
         for one in rates:
             chosen = () if one is None else ("--rate", repr(one))
             settings = NodeBenchSettings(seconds, targets, (*options, *chosen), realtime, viewer)

@@ -26,13 +26,14 @@ def progress_bar(title: str) -> Iterator[Progress]:
         What the work calls with the share that is done since the last call (1 is all), and a text.
     """
     from rich.console import Console
+    from rich.markup import escape
     from rich.progress import Progress
 
-    with Progress(console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task(title, total=1.0)
+    with Progress(console=Console(stderr=True, markup=False), transient=True) as bar:
+        task = bar.add_task(escape(title), total=1.0)
 
         def report(share: float, what: str = "") -> None:
-            bar.update(task, advance=share, description=what or title)
+            bar.update(task, advance=share, description=escape(what or title))
 
         yield report
 
@@ -57,10 +58,10 @@ def show_result(
 
     from tauten.service.tables import Numbers
 
-    console = Console(width=width)
+    console = Console(width=width, markup=False)
     for part in page.parts:
-        console.print(part.rich() if isinstance(part, Numbers) else part, markup=False)
-    console.print(page.about, markup=False)
+        console.print(part.rich() if isinstance(part, Numbers) else part)
+    console.print(page.about)
     write_json(result, json_file)
     if markdown is not None:
         page.put_into(markdown)
@@ -77,7 +78,7 @@ def show_mesh_error(path: Path, robot: Robot) -> None:
 
     from tauten.service.check import mesh_error_text
 
-    Console().print(f"mesh error: {mesh_error_text(path, robot.digest)}")
+    Console(markup=False).print(f"mesh error: {mesh_error_text(path, robot.digest)}")
 
 
 def write_json(result: Any, path: Path | None) -> None:

@@ -114,6 +114,27 @@ def test_a_bad_zenoh_configuration_is_a_sentence(tmp_path: Path) -> None:
         read_config(path)
 
 
+@pytest.mark.parametrize(
+    ("contents", "why"),
+    [
+        ("[" * 50_000, "more than 100 brackets within each other"),
+        ("{a:" * 50_000, "more than 100 brackets within each other"),
+        (" " * (2**20 + 1), "larger than 1048576 bytes"),
+    ],
+)
+def test_a_configuration_that_ends_zenohs_parser_is_not_given_to_it(
+    tmp_path: Path, contents: str, why: str
+) -> None:
+    """Its stack overflowed, and the process was gone."""
+    path = tmp_path / "zenoh.json5"
+    path.write_text(contents)
+    with pytest.raises(NetworkError, match=f"^{path}: no Zenoh configuration: {why}$"):
+        read_config(path)
+    for other in (tmp_path, Path("/dev/zero")):
+        with pytest.raises(NetworkError, match=r"is a folder or a device$"):
+            read_config(other)
+
+
 def test_a_publisher_finds_whether_there_is_a_subscriber(open_one: Open) -> None:
     """Also when the listener was there first, when it goes, and when its whole session does."""
     node, other = open_one(Role.NODE), open_one(Role.OTHER)
