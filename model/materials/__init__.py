@@ -22,7 +22,7 @@ from tauten.model.materials.law import (
     stable_neo_hookean,
     yeoh,
 )
-from tauten.model.materials.projection import symmetric_eigen
+from tauten.model.materials.projection import project_exact, symmetric_eigen
 from tauten.model.materials.silicones import SILICONES, find_silicone
 from tauten.model.materials.viscosity import ELASTIC, Viscosity
 
@@ -44,6 +44,7 @@ __all__ = [
     "law_arrays",
     "mooney_rivlin",
     "neo_hookean",
+    "project_exact",
     "response",
     "stable_neo_hookean",
     "stress",

@@ -17,7 +17,7 @@ from __future__ import annotations
 import numpy as np
 
 from tauten.model.materials.densities import COROTATIONAL, density
-from tauten.model.materials.projection import projected_tangent
+from tauten.model.materials.projection import principal_frames, project_exact, projected_tangent
 from tauten.model.numerics import Array, kernel
 
 NO_TANGENT, EXACT, PROJECTED = 0, 1, 2
@@ -100,8 +100,13 @@ def tangent_at(
         exact_tangent(d, F, R, G, Y, C)
     elif tangent == HELD and kind == COROTATIONAL:
         held_tangent(c[0], c[1], R, C)
-    else:
+    elif kind == COROTATIONAL:
         projected_tangent(d, F, R, C)
+    else:
+        frames = np.empty((3, 3, 3))
+        exact_tangent(d, F, R, G, Y, C)
+        principal_frames(F, R, frames[0], frames[1], frames[2, 0])
+        project_exact(d, frames[0], frames[1], frames[2, 0], C)
 
 
 @kernel

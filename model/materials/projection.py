@@ -45,6 +45,57 @@ def projected_tangent(d: Array, F: Array, R: Array, C: Array) -> None:
 
 
 @kernel
+def project_exact(d: Array, U: Array, V: Array, sigma: Array, C: Array) -> None:
+    """`projected_tangent` of a density without S from its exact tangent: few eigenvalues are negative.
+
+    Args:
+        d: (10,) derivatives of the density, see `densities.density` [Pa].
+        U: (3, 3) left singular vectors.
+        V: (3, 3) right singular vectors.
+        sigma: (3,) principal stretches σ.
+        C: (9, 9) exact tangent, overwritten with the projected one [Pa].
+    """
+    scratch, mode = np.empty((3, 3, 3)), np.empty((3, 9))
+    A, E, pairs = scratch[0], scratch[1], scratch[2, :, :2]
+    principal_tangent(d, sigma, A, pairs)
+    E[:] = A
+    clamp(A)
+    if A[0, 0] != E[0, 0] or A[1, 1] != E[1, 1] or A[2, 2] != E[2, 2]:
+        for p in range(3):
+            for m in range(9):
+                mode[p, m] = U[m // 3, p] * V[m % 3, p]
+        for p in range(3):
+            for q in range(3):
+                add_product(A[p, q] - E[p, q], mode[p], mode[q], C)
+    for row in range(3):
+        p, q = (0, 1) if row == 0 else ((0, 2) if row == 1 else (1, 2))
+        for sign in range(2):
+            value = pairs[row, sign]
+            if value < 0.0:
+                other = 1.0 if sign == 0 else -1.0
+                for m in range(9):
+                    i, j = m // 3, m % 3
+                    mode[0, m] = U[i, p] * V[j, q] + other * U[i, q] * V[j, p]
+                add_product(-0.5 * value, mode[0], mode[0], C)
+
+
+@kernel
+def add_product(factor: float, x: Array, y: Array, C: Array) -> None:
+    """Add a multiple of x ⊗ y.
+
+    Args:
+        factor: of the product.
+        x: (9,).
+        y: (9,).
+        C: (9, 9) added to.
+    """
+    for m in range(9):
+        scaled = factor * x[m]
+        for k in range(9):
+            C[m, k] += scaled * y[k]
+
+
+@kernel
 def principal_frames(F: Array, R: Array, U: Array, V: Array, sigma: Array) -> None:
     """F = U diag(σ) Vᵀ from its rotation: the eigenvectors V of S = RᵀF, and U = R V.
 
@@ -163,6 +214,11 @@ def principal_tangent(d: Array, sigma: Array, A: Array, pairs: Array) -> None:
 @kernel
 def clamp(A: Array) -> None:
     """Replace the symmetric 3x3 A by the nearest positive semidefinite matrix."""
+    minor = A[0, 0] * A[1, 1] - A[0, 1] * A[0, 1]
+    det = A[2, 2] * minor - A[1, 2] * (A[0, 0] * A[1, 2] - A[0, 1] * A[0, 2])
+    det += A[0, 2] * (A[0, 1] * A[1, 2] - A[1, 1] * A[0, 2])
+    if A[0, 0] > 0.0 and minor > 0.0 and det > 0.0:  # most are
+        return
     E, Q = A.copy(), np.empty((3, 3))
     symmetric_eigen(E, Q)
     if E[0, 0] >= 0.0 and E[1, 1] >= 0.0 and E[2, 2] >= 0.0:

@@ -16,7 +16,13 @@ from tauten.model.numerics.factorisation import (
 from tauten.model.numerics.jit import kernel
 from tauten.model.numerics.lcp import LcpResult, complementarity, solve_lcp
 from tauten.model.numerics.nnls import coordinates, distances, sparse_nnls
-from tauten.model.numerics.polar import LANES, mirrored_rotation, polar_lanes, polar_rotations
+from tauten.model.numerics.polar import (
+    LANES,
+    mirrored_rotation,
+    polar_lanes,
+    polar_rotations,
+    stretch_lanes,
+)
 from tauten.model.numerics.quaternions import (
     conjugate,
     from_rotation_vector,
@@ -102,6 +108,7 @@ __all__ = [
     "solve_transposed",
     "solve_upper",
     "sparse_nnls",
+    "stretch_lanes",
     "subtract",
     "turned",
     "unit",

@@ -1,4 +1,4 @@
-"""Rotations of deformation gradients, sixteen elements at a time."""
+"""Rotations and principal stretches of deformation gradients, sixteen elements at a time."""
 
 from __future__ import annotations
 
@@ -108,6 +108,92 @@ def newton(X: Array, scaled: bool) -> float:
         change += da * da + db * db + dc * dc + dd * dd + de * de + df * df
         change += dg * dg + dh * dh + di * di
     return change
+
+
+@kernel
+def stretch_lanes(F: Array, R: Array, U: Array, V: Array, sigma: Array) -> None:
+    """F = U diag(σ) Vᵀ of LANES matrices from their rotations: the eigenvectors V of S = RᵀF, and U = R V.
+
+    Args:
+        F: (9 LANES,) matrices, in the order of `polar_lanes`.
+        R: (9 LANES,) their rotations.
+        U: (9 LANES,) output.
+        V: (9 LANES,) output.
+        sigma: (3 LANES,) output: principal stretches σ.
+    """
+    S = np.empty(9 * LANES)  # the upper triangle is read
+    start_stretches(F, R, S, V)
+    for _ in range(8):
+        turn_lanes(S, V, 0, 1)
+        turn_lanes(S, V, 0, 2)
+        turn_lanes(S, V, 1, 2)
+        off, scale = 0.0, 0.0
+        for k in range(LANES):
+            off += abs(S[LANES + k]) + abs(S[2 * LANES + k]) + abs(S[5 * LANES + k])
+            scale += abs(S[k]) + abs(S[4 * LANES + k]) + abs(S[8 * LANES + k])
+        if not off > 1e-16 * scale:  # also where one is not a number
+            break
+    for i in range(3):
+        sigma[i * LANES : (i + 1) * LANES] = S[4 * i * LANES : (4 * i + 1) * LANES]
+        for j in range(3):
+            for k in range(LANES):
+                value = R[3 * i * LANES + k] * V[j * LANES + k]
+                value += R[(3 * i + 1) * LANES + k] * V[(3 + j) * LANES + k]
+                U[(3 * i + j) * LANES + k] = (
+                    value + R[(3 * i + 2) * LANES + k] * V[(6 + j) * LANES + k]
+                )
+
+
+@kernel
+def start_stretches(F: Array, R: Array, S: Array, V: Array) -> None:
+    """The symmetric part of RᵀF of LANES matrices.
+
+    Args:
+        F: (9 LANES,) matrices.
+        R: (9 LANES,) their rotations.
+        S: (9 LANES,) output.
+        V: (9 LANES,) output, the identity.
+    """
+    for i in range(3):
+        for j in range(3):
+            for k in range(LANES):
+                a, b = 0.0, 0.0
+                for m in range(3):
+                    a += R[(3 * m + i) * LANES + k] * F[(3 * m + j) * LANES + k]
+                    b += R[(3 * m + j) * LANES + k] * F[(3 * m + i) * LANES + k]
+                S[(3 * i + j) * LANES + k] = 0.5 * (a + b)
+                V[(3 * i + j) * LANES + k] = 1.0 if i == j else 0.0
+
+
+@kernel
+def turn_lanes(S: Array, V: Array, p: int, q: int) -> None:
+    """One rotation of Jacobi in every lane that makes S_pq zero.
+
+    Args:
+        S: (9 LANES,) symmetric, its upper triangle is overwritten.
+        V: (9 LANES,) product of the rotations so far, overwritten.
+        p: row of the entry.
+        q: column of the entry, larger.
+    """
+    r = 3 - p - q
+    pp, qq, pq = 4 * p * LANES, 4 * q * LANES, (3 * p + q) * LANES
+    rp, rq = (3 * min(r, p) + max(r, p)) * LANES, (3 * min(r, q) + max(r, q)) * LANES
+    for k in range(LANES):
+        entry, apart = S[pq + k], S[qq + k] - S[pp + k]
+        root = np.sqrt(apart * apart + 4.0 * entry * entry)
+        t = 2.0 * entry / (abs(apart) + root + 1e-300)
+        t = -t if apart < 0.0 else t
+        c = 1.0 / np.sqrt(t * t + 1.0)
+        s = t * c
+        S[pp + k] -= t * entry
+        S[qq + k] += t * entry
+        S[pq + k] = 0.0
+        a, b = S[rp + k], S[rq + k]
+        S[rp + k], S[rq + k] = c * a - s * b, s * a + c * b
+        for i in range(3):
+            a, b = V[(3 * i + p) * LANES + k], V[(3 * i + q) * LANES + k]
+            V[(3 * i + p) * LANES + k] = c * a - s * b
+            V[(3 * i + q) * LANES + k] = s * a + c * b
 
 
 @kernel

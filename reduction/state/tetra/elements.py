@@ -17,8 +17,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from tauten.model.materials import EXACT, HELD, WORK, stress, tangent_at
-from tauten.model.numerics import LANES, Array, Ints, kernel, polar_lanes
+from tauten.model.materials import (
+    COROTATIONAL,
+    EXACT,
+    HELD,
+    WORK,
+    project_exact,
+    stress,
+    tangent_at,
+)
+from tauten.model.numerics import LANES, Array, Ints, kernel, polar_lanes, stretch_lanes
 from tauten.reduction.state.tetra.arrays import Body, Response, Work
 from tauten.reduction.state.tetra.product import add_symmetric_product
 
@@ -271,23 +279,59 @@ def respond(
         tangents: (81 LANES,) outputs, EXACT and HELD: ∂P_m/∂F_n from (9 m + n) LANES on [N m].
     """
     F_k, R_k, P_k = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
+    U_k, V_k, sigma_k = np.empty((3, 3)), np.empty((3, 3)), np.empty(3)
     C_k, scratch = np.empty((9, 9)), np.empty(WORK)
     exact, held = tangents
+    U, V, sigma = np.empty(9 * LANES), np.empty(9 * LANES), np.empty(3 * LANES)
+    if damped:
+        stretch_lanes(F, R, U, V, sigma)
     for k in range(LANES):
-        kind, c, V = laws[0][k], laws[1][k], volume[k]
-        for m in range(9):
-            F_k[m // 3, m % 3], R_k[m // 3, m % 3] = F[m * LANES + k], R[m * LANES + k]
+        kind, c = laws[0][k], laws[1][k]
+        take_lane(F, k, F_k)
+        take_lane(R, k, R_k)
         stress(kind, c, F_k, R_k, P_k, scratch)
         tangent_at(kind, c, F_k, R_k, EXACT, C_k, scratch)
         for m in range(9):
-            P[m * LANES + k] = V * P_k[m // 3, m % 3]
-            for n in range(9):
-                exact[(9 * m + n) * LANES + k] = V * C_k[m, n]
-        if damped:
+            P[m * LANES + k] = volume[k] * P_k[m // 3, m % 3]
+        put_lane(C_k, volume[k], k, exact)
+        if damped and kind == COROTATIONAL:
             tangent_at(kind, c, F_k, R_k, HELD, C_k, scratch)
-            for m in range(9):
-                for n in range(9):
-                    held[(9 * m + n) * LANES + k] = V * C_k[m, n]
+        elif damped:
+            take_lane(U, k, U_k)
+            take_lane(V, k, V_k)
+            for m in range(3):
+                sigma_k[m] = sigma[m * LANES + k]
+            project_exact(scratch, U_k, V_k, sigma_k, C_k)
+        if damped:
+            put_lane(C_k, volume[k], k, held)
+
+
+@kernel
+def take_lane(lanes: Array, k: int, out: Array) -> None:
+    """The matrix of a lane.
+
+    Args:
+        lanes: (9 LANES,).
+        k: the lane.
+        out: (3, 3) output.
+    """
+    for m in range(9):
+        out[m // 3, m % 3] = lanes[m * LANES + k]
+
+
+@kernel
+def put_lane(C: Array, factor: float, k: int, lanes: Array) -> None:
+    """A multiple of a matrix into a lane.
+
+    Args:
+        C: (9, 9).
+        factor: of the matrix.
+        k: the lane.
+        lanes: (81 LANES,) output.
+    """
+    for m in range(9):
+        for n in range(9):
+            lanes[(9 * m + n) * LANES + k] = factor * C[m, n]
 
 
 @kernel
