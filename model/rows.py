@@ -200,7 +200,7 @@ def dense(H: Jacobian) -> Array:
 
 def stack(parts: list[Rows]) -> Rows:
     """The given rows stacked: H (Σm, n), delta (Σm,)."""
-    return Rows(
-        H=sp.vstack([part.H for part in parts], format="csr"),
-        delta=np.concatenate([part.delta for part in parts]),
-    )
+    delta = np.concatenate([part.delta for part in parts])
+    if any(isinstance(part.H, np.ndarray) for part in parts):
+        return Rows(np.vstack([part.dense() for part in parts]), delta)
+    return Rows(sp.vstack([part.H for part in parts], format="csr"), delta)

@@ -2,27 +2,17 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol, TypeVar
 
 import numpy as np
 
-from tauten.model import (
-    Actuators,
-    Assembled,
-    EffectorLayout,
-    Integration,
-    Layout,
-    Limits,
-    PairSlots,
-    Robot,
-    RobotRows,
-    State,
-    System,
-    row_layout,
-)
+from tauten.model import Assembled, Integration, Robot, State, System
+from tauten.model.body import RobotBase
 from tauten.model.numerics import Array, DenseFactors, Ints
+
+P = TypeVar("P")
 
 
 class StateBasisError(ValueError):
@@ -30,73 +20,21 @@ class StateBasisError(ValueError):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class ReducedRobot(ABC):
+class ReducedRobot(RobotBase[P]):
     """A `Robot` of r unknowns α that replaces a full one.
 
-    Attributes:
+    Attributes, beside those of every robot:
         full: the robot it replaces.
         Phi: (m, r) state modes.
-        integration: time step and scheme.
     """
 
     full: Robot
     Phi: Array
-    integration: Integration
-
-    @property
-    def name(self) -> str:
-        """Name in keys and messages."""
-        return self.full.name
-
-    @property
-    def frame(self) -> str:
-        """Frame id of its positions on the wire."""
-        return self.full.frame
-
-    @property
-    def digest(self) -> str:
-        """Digest of the full robot: contact bases fit both."""
-        return self.full.digest
-
-    @property
-    def gravity(self) -> Array:
-        """Gravity that acts on it: (3,) [m/s²]."""
-        return self.full.gravity
-
-    @property
-    def tolerance(self) -> float:
-        """Depth of penetration from which a unit column is added for a contact candidate [m]."""
-        return self.full.tolerance
-
-    @property
-    def h(self) -> float:
-        """Time step [s]."""
-        return self.integration.h
 
     @property
     def n(self) -> int:
         """Unknowns, r."""
         return int(self.Phi.shape[1])
-
-    @property
-    def n_a(self) -> int:
-        """Actuators; couplings count as one."""
-        return len(self.full.actuators)
-
-    @property
-    def layout(self) -> Layout:
-        """Where the rows of effectors, actuators and contacts are in a step."""
-        return row_layout(self.effector_layout.n_rows, self.n_a)
-
-    @property
-    def effector_layout(self) -> EffectorLayout:
-        """Kinds of the effectors, their rows, goal values and weights."""
-        return self.full.effector_layout
-
-    @property
-    def n_c(self) -> int:
-        """Contact candidates, slots of λ_c."""
-        return self.full.n_c
 
     @property
     def n_nodes(self) -> int:
@@ -119,43 +57,9 @@ class ReducedRobot(ABC):
         return DenseFactors.name
 
     @property
-    def limits(self) -> Limits:
-        """Limits of the actuators."""
-        return self.full.limits
-
-    @property
-    def actuators(self) -> Actuators:
-        """Names, kinds and laws of the actuators, in the order of λ_a."""
-        return self.full.actuators
-
-    @property
-    def effector_names(self) -> tuple[str, ...]:
-        """Names of the effectors, in row order."""
-        return self.full.effector_names
-
-    @property
     def triangles(self) -> Ints:
         """Surface of the full robot, indices into `points`: (t, 3)."""
         return self.full.triangles
-
-    @property
-    def pairs(self) -> tuple[PairSlots, ...]:
-        """Contact pairs in the order of their slots."""
-        return self.full.pairs
-
-    @property
-    def segment_owners(self) -> Ints:
-        """The actuator of every segment that `actuator_segments` gives: (s,)."""
-        return self.full.segment_owners
-
-    @property
-    def chamber_owners(self) -> Ints:
-        """The actuator whose chamber each of `triangles` encloses, −1 where none: (t,)."""
-        return self.full.chamber_owners
-
-    def actuator_segments(self, state: State) -> Array:
-        """Both ends of every straight piece of the cables: (s, 2, 3) [m]; as long as the mesh."""
-        return self.full.actuator_segments(self.lifted(state))
 
     def rest(self) -> State:
         """The stress-free state at standstill."""
@@ -177,11 +81,11 @@ class ReducedRobot(ABC):
         return State(state.q + system.h * v, v)
 
     @abstractmethod
-    def fork(self) -> ReducedRobot:
+    def fork(self) -> ReducedRobot[P]:
         """The same robot with a workspace of its own."""
 
     @abstractmethod
-    def loaded(self, gravity: Array, effector_force: Array) -> ReducedRobot:
+    def loaded(self, gravity: Array, effector_force: Array) -> ReducedRobot[P]:
         """The robot under another gravity (3,) [m/s²] and forces on its effectors (3 p,) [N]."""
 
     @abstractmethod
@@ -191,18 +95,6 @@ class ReducedRobot(ABC):
     @abstractmethod
     def projected(self, state: State) -> State:
         """The nearest state to one of the full robot."""
-
-    @abstractmethod
-    def effector(self, state: State) -> Array:
-        """Positions of the effectors: (p, 3) [m]."""
-
-    @abstractmethod
-    def effector_values(self, state: State) -> Array:
-        """Goal values of the effectors: (n_v,)."""
-
-    @abstractmethod
-    def candidates(self, state: State) -> Array:
-        """Positions of the contact candidates: (n_c, 3) [m]."""
 
     @abstractmethod
     def displacement(self, state: State, dq: Array) -> float:
@@ -259,10 +151,6 @@ class ReducedRobot(ABC):
         Raises:
             FactorisationError: A is not positive definite (a state that has blown up).
         """
-
-    @abstractmethod
-    def rows(self, state: State, contacts: bool = True) -> RobotRows:
-        """Rows of effectors, actuators and, where `contacts` is true, contacts at this state."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -330,7 +218,7 @@ class Reducible(Protocol):
             weights: (s,) their weights.
         """
 
-    def reduced(self, Phi: Array, elements: Ints, weights: Array) -> ReducedRobot:
+    def reduced(self, Phi: Array, elements: Ints, weights: Array) -> ReducedRobot[Any]:
         """The robot in the coordinates of a state basis.
 
         Args:

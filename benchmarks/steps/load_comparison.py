@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from scipy.linalg import null_space
@@ -80,7 +80,7 @@ class ForeignLoad:
 
 def load_errors(
     full: Robot,
-    reduced: ReducedRobot,
+    reduced: ReducedRobot[Any],
     contact: Literal["none", "full"] | ContactSpace,
     progress: Callable[[str], None] = lambda _: None,
 ) -> tuple[ForeignLoadError, ...]:

@@ -1,9 +1,10 @@
 """Actuators of robots: rows (H, δ) with the conjugate effort λ, and the curvature that efforts add."""
 
-from tauten.model.actuators.actuator_set import ActuatorParts, ActuatorSet, place_actuators
-from tauten.model.actuators.beam_actuators import BeamActuators
-from tauten.model.actuators.chamber import ChamberSurface, volumes
-from tauten.model.actuators.coupling import Coupling, coupling_of, motor_rows
+from tauten.model.actuators.actuator_set import ActuatorSet
+from tauten.model.actuators.chamber import ChamberSet, ChamberSurface, make_chambers, volumes
+from tauten.model.actuators.coupling import Coupling, coupling_of
+from tauten.model.actuators.curvature import Loads, NodalCurvature, coupled_nodes, nodal_curvature
+from tauten.model.actuators.drive import DriveSet, no_drives
 from tauten.model.actuators.enclosure import (
     ChamberError,
     cavity_around,
@@ -12,23 +13,27 @@ from tauten.model.actuators.enclosure import (
     enclosed_volume,
     inside_out,
 )
-from tauten.model.actuators.force import PointForce
+from tauten.model.actuators.force import make_forces
 
 __all__ = [
-    "ActuatorParts",
     "ActuatorSet",
-    "BeamActuators",
     "ChamberError",
+    "ChamberSet",
     "ChamberSurface",
     "Coupling",
-    "PointForce",
+    "DriveSet",
+    "Loads",
+    "NodalCurvature",
     "cavity_around",
     "cavity_nearest",
     "chamber_surface",
+    "coupled_nodes",
     "coupling_of",
-    "motor_rows",
     "enclosed_volume",
     "inside_out",
-    "place_actuators",
+    "make_chambers",
+    "make_forces",
+    "no_drives",
+    "nodal_curvature",
     "volumes",
 ]

@@ -1,67 +1,47 @@
-"""The actuators of a robot made of tetrahedra: cables, chambers, forces, and their couplings."""
+"""The actuators of a robot: cables, chambers, forces, drives, and their couplings."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Generic, TypeVar
 
 import numpy as np
 
-from tauten.model.actuators.chamber import (
-    ChamberSet,
-    ChamberSurface,
-    add_chamber_stiffness,
-    make_chambers,
-)
+from tauten.model.actuators.chamber import ChamberSet
 from tauten.model.actuators.coupling import Coupling, motor_rows
-from tauten.model.actuators.force import ForceSet, PointForce, make_forces
+from tauten.model.actuators.curvature import Loads
+from tauten.model.actuators.drive import DriveSet
+from tauten.model.actuators.force import ForceSet
 from tauten.model.numerics import Array, Ints
-from tauten.model.points import CableSet, add_cable_stiffness
+from tauten.model.points import Motion, Paths
 from tauten.model.rows import Rows, stack
-from tauten.model.system import Pattern
+
+P = TypeVar("P")
 
 
 @dataclass(frozen=True, slots=True)
-class ActuatorParts:
-    """The actuators of a body, before their places in the sparsity pattern are known.
+class ActuatorSet(Generic[P]):
+    """The actuators of a robot over points of its body, which are of type P (`tauten.model.points.Motion`).
 
     Attributes:
-        cables: in the order of the robot file.
-        chambers: closed surface of each.
-        forces: in the order of the robot file.
-        coupling: of these; None: there is none.
-    """
-
-    cables: CableSet
-    chambers: list[ChamberSurface]
-    forces: list[PointForce]
-    coupling: Coupling | None = None
-
-    @property
-    def groups(self) -> list[Ints]:
-        """Groups of nodes (g, s) that the actuators couple."""
-        surfaces = [chamber.corners(chamber.corner_nodes)[0] for chamber in self.chambers]
-        return [self.cables.segment_nodes, *surfaces]
-
-
-@dataclass(frozen=True, slots=True)
-class ActuatorSet:
-    """The actuators of a robot made of tetrahedra.
-
-    Attributes:
-        cables: tendons.
+        paths: of the cables.
+        stations: points that the cables pass.
         chambers: cavities under pressure.
+        walls: points of their surfaces, `ChamberSet.used`.
         forces: of fixed direction.
+        pushed: the point that each of them acts on.
+        drives: what moves a coordinate of the robot directly.
         coupling: of all of these; None: each is driven alone.
-        cable_slot: places of the cables' curvature in the pattern.
-        chamber_slot: places of the chambers' curvature in the pattern.
     """
 
-    cables: CableSet
+    paths: Paths
+    stations: P
     chambers: ChamberSet
+    walls: P
     forces: ForceSet
+    pushed: P
+    drives: DriveSet
     coupling: Coupling | None
-    cable_slot: tuple[Ints, Ints]
-    chamber_slot: tuple[Ints, Ints]
 
     @property
     def n_a(self) -> int:
@@ -71,116 +51,89 @@ class ActuatorSet:
     @property
     def n_members(self) -> int:
         """Number of single actuators."""
-        return self.cables.n_a + len(self.chambers) + len(self.forces)
+        return self.paths.n_a + len(self.chambers) + len(self.forces) + len(self.drives)
 
     @property
-    def segment_members(self) -> Ints:
-        """The single actuator of every segment that `segments` gives: (s,)."""
-        first = self.cables.n_a + len(self.chambers)
-        return np.concatenate([self.cables.paths.owner, first + np.arange(len(self.forces))])
+    def others(self) -> Ints:
+        """Numbers of cables, then chambers, then forces among all single actuators."""
+        return self.drives.others(self.n_members)
 
-    def segments(self, x: Array) -> Array:
-        """Segments by which cables and forces are drawn: (s, 2, 3) [m].
+    @property
+    def segment_owners(self) -> Ints:
+        """The actuator of every segment that `segments` gives: (s,)."""
+        others, cables, forces = self.others, self.paths.owner, np.arange(len(self.forces))
+        first = self.paths.n_a + len(self.chambers)
+        drives = self.drives.places[: len(self.drives.axes)]
+        return self.motors(np.concatenate([others[cables], others[first + forces], drives]))
 
-        Args:
-            x: (n_nodes, 3) node positions [m].
-        """
-        cables = self.cables.paths.segments(self.cables.stations(x))
-        return np.concatenate([cables, self.forces.segments(x)])
+    def segments(self, motion: Motion[P]) -> Array:
+        """Segments by which cables, forces and drives are drawn: (s, 2, 3) [m], see `Robot`."""
+        cables = self.paths.segments(motion.placed(self.stations).y)
+        forces = self.forces.segments(motion.placed(self.pushed).y)
+        return np.concatenate([cables, forces, self.drives.segments(motion.travel)])
 
-    def chamber_members(self, triangles: Ints) -> Ints:
-        """The single actuator whose chamber each of some triangles (t, 3) encloses; −1 where none: (t,)."""
+    def chamber_owners(self, triangles: Ints) -> Ints:
+        """The actuator whose chamber each of some triangles (t, 3) of nodes encloses; −1 where none: (t,)."""
         members = np.full(len(triangles), -1)
+        if len(self.chambers) == 0:
+            return members
         number = {tuple(one): i for i, one in enumerate(np.sort(triangles, axis=1).tolist())}
         surface, owner = self.chambers.boundary_triangles()
         for corners, chamber in zip(np.sort(surface, axis=1).tolist(), owner, strict=True):
             if tuple(corners) in number:
-                members[number[tuple(corners)]] = self.cables.n_a + chamber
-        return members
+                members[number[tuple(corners)]] = self.others[self.paths.n_a + chamber]
+        return self.motors(members)
 
     def motors(self, members: Ints) -> Ints:
         """The actuators (m,) that drive single actuators (m,); −1 remains −1."""
         return members if self.coupling is None else self.coupling.motors_of(members)
 
-    def rows(self, x: Array, dof: Ints, n: int) -> Rows:
-        """Positions δ_a and H_a: Rows of (n_a, n).
+    def rows(self, motion: Motion[P]) -> Rows:
+        """Positions δ_a and H_a: Rows of (n_a, n)."""
+        return motor_rows(self.coupling, self.member_rows(motion))
 
-        Args:
-            x: (n_nodes, 3) node positions [m].
-            dof: (n_nodes,) first degree of freedom of a node, −1 where it is fixed.
-            n: number of degrees of freedom.
-        """
-        return motor_rows(self.coupling, self.member_rows(x, dof, n))
-
-    def member_rows(self, x: Array, dof: Ints, n: int) -> Rows:
-        """Rows of the single actuators; arguments as for `rows`.
-
-        Args:
-            x: (n_nodes, 3) node positions [m].
-            dof: (n_nodes,) first degree of freedom of a node, −1 where it is fixed.
-            n: number of degrees of freedom.
-        """
-        cables = self.cables.paths.rows(self.cables.placed(x, dof, n))
-        if self.n_members == len(cables):
-            return cables
-        parts = [cables]
+    def member_rows(self, motion: Motion[P]) -> Rows:
+        """Rows of the single actuators."""
+        parts = [self.paths.rows(motion.placed(self.stations))]
         if len(self.chambers) > 0:
-            parts.append(self.chambers.rows(self.chambers.placed(x, dof, n)))
+            parts.append(self.chambers.rows(motion.placed(self.walls)))
         if len(self.forces) > 0:
-            parts.append(self.forces.rows(x[dof >= 0].ravel()))
-        return stack(parts)
+            parts.append(self.forces.rows(motion.placed(self.pushed)))
+        others = parts[0] if len(parts) == 1 else stack(parts)
+        return others if len(self.drives) == 0 else self.drives.among(others, motion)
 
-    def preload(self, x: Array, dof: Ints, n: int) -> tuple[Array, float] | None:
-        """Force (n,) [N] of the offsets of couplings, and its work since rest [J]; None without any.
-
-        Args:
-            x: (n_nodes, 3) node positions [m].
-            dof: (n_nodes,) first degree of freedom of a node, −1 where it is fixed.
-            n: number of degrees of freedom.
-        """
-        if self.coupling is None or not self.coupling.is_preloaded:
-            return None
-        members, offsets = self.member_rows(x, dof, n), self.coupling.offsets
-        return members.H.T @ offsets, float(offsets @ members.delta)
-
-    def add_stiffness(self, x: Array, lam: Array | None, exact: bool, K: Array) -> None:
-        """Add the curvature of the actuators to a tangent.
+    def efforts(self, lam: Array | None) -> Array | None:
+        """Efforts on cables, chambers and forces, without drives, under those of the motors.
 
         Args:
-            x: (n_nodes, 3) node positions [m].
-            lam: (n_a,) efforts; None: of the offsets of couplings only.
-            exact: whether terms that are not positive semidefinite are added, those of chambers and of rods
-                that push.
-            K: (nnz,) CSC values of −∂force, added to.
+            lam: (n_a,) efforts of the motors; None: of the offsets of couplings only.
+
+        Returns:
+            Efforts in the order of `others`; None where there are none.
         """
         if self.coupling is not None:
             lam = self.coupling.efforts(np.zeros(self.n_a) if lam is None else lam)
-        if lam is None:
-            return
-        c, n_cables = self.cables, self.cables.n_a
-        effort = lam[:n_cables] if exact else np.maximum(lam[:n_cables], 0.0)
-        segments, weights = c.paths.segment_arrays, c.segment_weights
-        add_cable_stiffness(c.stations(x), segments, weights, effort, self.cable_slot, K)
-        if exact and len(self.chambers) > 0:
-            pressure = lam[n_cables : n_cables + len(self.chambers)]
-            surface = (self.chambers.nodes, self.chambers.weights)
-            add_chamber_stiffness(x, self.chambers.owner, surface, pressure, self.chamber_slot, K)
+        return lam if lam is None or len(self.drives) == 0 else lam[self.others]
 
+    def loads(self, efforts: Array | None, exact: bool) -> Loads | None:
+        """Efforts whose rows turn with the body; None where there are none.
 
-def place_actuators(parts: ActuatorParts, x0: Array, pattern: Pattern) -> ActuatorSet:
-    """The actuators in a sparsity pattern.
+        Args:
+            efforts: from `efforts`.
+            exact: whether what is not positive semidefinite is kept: pressures, and rods that push.
+        """
+        if efforts is None:
+            return None
+        cables, end = self.paths.n_a, self.paths.n_a + len(self.chambers)
+        tension, pressure = efforts[:cables], efforts[cables:end]
+        if exact:
+            return Loads(tension, pressure)
+        return Loads(np.maximum(tension, 0.0), np.zeros(len(pressure)))
 
-    Args:
-        parts: the actuators.
-        x0: (n_nodes, 3) node positions at rest [m].
-        pattern: in which their `groups` are coupled.
-    """
-    chambers = make_chambers(parts.chambers, x0)
-    return ActuatorSet(
-        cables=parts.cables,
-        chambers=chambers,
-        forces=make_forces(parts.forces, x0, pattern.dof, pattern.n),
-        coupling=parts.coupling,
-        cable_slot=pattern.blocks(parts.cables.segment_nodes),
-        chamber_slot=pattern.blocks(chambers.nodes),
-    )
+    def preload(self, motion: Motion[P]) -> tuple[Array, float] | None:
+        """Force (n,) [N] of the offsets of couplings, and its work since rest [J]; None without any."""
+        if self.coupling is None or not self.coupling.is_preloaded:
+            return None
+        members, offsets = self.member_rows(motion), self.coupling.offsets
+        force: Array = members.H.T @ offsets
+        return force, float(offsets @ members.delta)

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tauten.model.numerics import Array, Ints, kernel
-from tauten.model.points import Entries, MaterialPoints, Placed, PlacedOnNodes
+from tauten.model.points import Entries, MaterialPoints, Placed
 from tauten.model.rows import Rows
 
 
@@ -88,17 +88,6 @@ class ChamberSet:
         nodes, weights = (part[triangles].reshape(shape) for part in (self.nodes, self.weights))
         at: Array = np.einsum("tck,tck...->tc...", weights, values[nodes])
         return at
-
-    def placed(self, x: Array, dof: Ints, n: int) -> PlacedOnNodes:
-        """The nodes of the surfaces, `used`, at one state.
-
-        Args:
-            x: (n_nodes, 3) node positions [m].
-            dof: (n_nodes,) first degree of freedom of a node, −1 where it is fixed.
-            n: number of degrees of freedom.
-        """
-        used = self.used
-        return PlacedOnNodes(x[used], used[:, None], np.ones((len(used), 1)), dof, n)
 
     def rows(self, placed: Placed) -> Rows:
         """Changes of volume and ∂V/∂q: Rows of (c, n) [m³].

@@ -76,23 +76,31 @@ def motor_rows(coupling: Coupling | None, members: Rows) -> Rows:
 
 
 def coupling_of(config: RobotSettings) -> Coupling | None:
-    """The couplings of a robot file; None where there are none."""
+    """The couplings of a robot file; None where there are none.
+
+    The coordinates of drums are single actuators of their own, after all others, with a gain of one.
+    """
     if not config.couplings:
         return None
     number = {item.name: place for place, item in enumerate(config.single_actuators)}
     motors, places, gains = [], [], []
-    offsets = np.zeros(len(number))
+    drums = [item.name for item in config.couplings if item.kind == "drum"]
+    count = len(number) + len(drums)
+    offsets = np.zeros(count)
     for motor, item in enumerate(config.actuators):
         if isinstance(item, CouplingSettings):
             own = [number[name] for name in item.members]
-            # the cables of a drum are its own, but it moves them by their springs: gains of zero are stored
-            shared = item.kind == "differential"
-            gains += item.gains if shared else [0.0] * len(own)
-            offsets[own] = item.offsets
+            if item.kind == "drum":
+                # its cables are its own, but it moves them by their springs: gains of zero are stored
+                gains += [*[0.0] * len(own), 1.0]
+                own.append(len(number) + drums.index(item.name))
+            else:
+                gains += item.gains
+                offsets[own] = item.offsets
         else:
             own = [number[item.name]]
             gains.append(1.0)
         places += own
         motors += [motor] * len(own)
-    shape = (len(config.actuators), len(number))
+    shape = (len(config.actuators), count)
     return Coupling(sp.csr_array((gains, (motors, places)), shape=shape), offsets)

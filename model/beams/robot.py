@@ -7,23 +7,20 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tauten.model.actuators import BeamActuators
 from tauten.model.beams.arcs import forces_at_end, moved_along_arcs, step_along_arcs
 from tauten.model.beams.body import BeamBody
 from tauten.model.beams.elements import assemble_beams
 from tauten.model.beams.surfaces import BeamSurfaces
 from tauten.model.beams.tree import BeamTree
 from tauten.model.body import SteppedRobot
-from tauten.model.contact import contact_rows
-from tauten.model.effectors import BeamEffectors
 from tauten.model.numerics import Array, Ints, rotations_between, turned
-from tauten.model.robot import RobotRows, State, StepStart
-from tauten.model.rows import ContactRows
+from tauten.model.points import AttachedPoints, PoseMotion, add_beam_cable_stiffness
+from tauten.model.robot import State, StepStart
 from tauten.model.system import System
 
 
-@dataclass(frozen=True, slots=True)
-class BeamRobot(SteppedRobot):
+@dataclass(frozen=True, slots=True, eq=False)
+class BeamRobot(SteppedRobot[AttachedPoints]):
     """A cable-driven robot made of beams, a `Robot`; made by `load_robot`.
 
     A node has six degrees of freedom: its position, and rotations about the fixed axes. For each free node q
@@ -35,15 +32,15 @@ class BeamRobot(SteppedRobot):
         body: the beams at rest.
         tree: the elements outwards from the fixed nodes, along which nodes move; None: they form loops.
         beam_slot: places of the elements in the pattern.
+        cable_slot: places of the segments of cables.
         effector_force: (3 p,) outer forces on the effectors [N].
         surfaces: for contact and for drawing.
     """
 
-    actuator_set: BeamActuators
-    effectors: BeamEffectors
     body: BeamBody
     tree: BeamTree | None
     beam_slot: tuple[Ints, Ints]
+    cable_slot: tuple[Ints, Ints]
     effector_force: Array
     surfaces: BeamSurfaces
 
@@ -91,36 +88,13 @@ class BeamRobot(SteppedRobot):
         x[free], Q[free] = q[:, :3], q[:, 3:]
         return x, Q
 
-    def effector(self, state: State) -> Array:
-        """Positions of the effectors: (p, 3) [m]."""
-        return self.effectors.positions(*self.pose(state))
-
-    def effector_values(self, state: State) -> Array:
-        """Goal values of the effectors: (n_v,)."""
-        return self.effectors.values(*self.pose(state))
+    def motion(self, state: State) -> PoseMotion:
+        """Where the nodes are at a state."""
+        return PoseMotion(*self.pose(state), self.dof, self.n)
 
     def points(self, state: State) -> Array:
         """Positions of what `triangles` joins: (P, 3) [m]."""
         return self.surfaces.drawn_points.place(*self.pose(state))[0]
-
-    def candidates(self, state: State) -> Array:
-        """Positions of the contact candidates: (n_c, 3) [m]."""
-        return self.contacts.positions(self.surfaces.contact_points.place(*self.pose(state))[0])
-
-    @property
-    def segment_owners(self) -> Ints:
-        """The actuator of every segment that `actuator_segments` gives: (s,)."""
-        return self.actuator_set.segment_owners
-
-    @property
-    def chamber_owners(self) -> Ints:
-        """No triangle encloses a chamber: (t,) of −1."""
-        return np.full(len(self.triangles), -1)
-
-    def actuator_segments(self, state: State) -> Array:
-        """Both ends of every straight piece of the cables: (s, 2, 3) [m]."""
-        cables = self.actuator_set.cables
-        return cables.paths.segments(cables.stations.place(*self.pose(state))[0])
 
     def displacement(self, state: State, dq: Array) -> float:
         """Largest displacement of a node or of a point attached to it in a change dq (n,) [m]."""
@@ -140,31 +114,35 @@ class BeamRobot(SteppedRobot):
         Returns:
             force (n,) [N, N m] without actuators and contacts, and K = −∂force/∂q as CSC values (nnz,).
         """
-        x, Q = self.pose(state)
-        body, dof = self.body, self.pattern.dof
+        motion, body, dof = self.motion(state), self.body, self.pattern.dof
+        x, Q = motion.x, motion.Q
         force, K = np.zeros((2 * self.n_nodes, 3)), np.zeros(len(self.pattern.indices))
         force[::2] = np.outer(body.mass, self.gravity)
         assemble_beams(x, Q, body.arrays, exact, self.beam_slot, force, K)
-        self.actuator_set.add_stiffness(x, Q, effort, exact, K)
+        actuators = self.actuator_set
+        efforts = actuators.efforts(effort)
+        if efforts is not None:
+            add_beam_cable_stiffness(
+                *actuators.stations.place(x, Q), actuators.paths.segment_arrays,
+                efforts[: actuators.paths.n_a], exact, self.cable_slot, K,
+            )  # fmt: skip
         total = force[dof >= 0].ravel()
-        preload = self.actuator_set.preload(x, Q, self.dof, self.n)
+        preload = actuators.preload(motion)
         if preload is not None:
             total += preload[0]
         if self.effector_force.any():
-            held = self.effectors.points.placed(x, Q, self.dof, self.n)
-            places = self.effectors.kinds.places(held)
-            total += places.H.T @ self.effector_force
+            total += self.effectors.places(motion).H.T @ self.effector_force
         return total, K
 
     def potential(self, state: State) -> float:
         """Elastic energy minus the work of gravity and outer forces since rest [J]."""
-        x, Q = self.pose(state)
-        body = self.body
+        motion, body = self.motion(state), self.body
+        x, Q = motion.x, motion.Q
         force, K = np.zeros((2 * self.n_nodes, 3)), np.zeros(len(self.pattern.indices))
         energy = assemble_beams(x, Q, body.arrays, False, self.beam_slot, force, K)
         weight = float(body.mass @ ((x - body.nodes) @ self.gravity))
         moved = (self.effector(state) - self.effector(self.rest())).ravel()
-        preload = self.actuator_set.preload(x, Q, self.dof, self.n)
+        preload = self.actuator_set.preload(motion)
         work = weight + float(self.effector_force @ moved) + (preload[1] if preload else 0.0)
         return energy - work
 
@@ -220,20 +198,6 @@ class BeamRobot(SteppedRobot):
         across = np.cross(theta, moment)
         found[:, 3:] = moment + 0.5 * across + factor * np.cross(theta, across)
         return found.ravel()
-
-    def rows(self, state: State, contacts: bool = True) -> RobotRows:
-        """Rows of effectors, actuators and, with `contacts`, contacts at this state."""
-        x, Q = self.pose(state)
-        return RobotRows(
-            effectors=self.effectors.rows(x, Q, self.dof, self.n),
-            actuators=self.actuator_set.rows(x, Q, self.dof, self.n),
-            contacts=self.contact_rows(x, Q) if contacts else self.no_contact_rows(),
-        )
-
-    def contact_rows(self, x: Array, Q: Array) -> ContactRows:
-        """Gaps and H_c of the candidates in range at node positions and rotations."""
-        placed = self.surfaces.contact_points.placed(x, Q, self.dof, self.n)
-        return contact_rows(self.contacts.detect(placed.y), placed)
 
     def advance(self, state: State, system: System, dv: Array) -> State:
         """The state one step later: v + dv, nodes moved and turned by h (v + dv).

@@ -3,22 +3,19 @@
 from __future__ import annotations
 
 import dataclasses
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from dataclasses import dataclass
-from typing import Self
+from typing import Self, TypeVar
 
 import numpy as np
 import scipy.sparse as sp
 
-from tauten.model.actuators import ActuatorSet, BeamActuators
-from tauten.model.contact import ContactSet
-from tauten.model.effectors import BeamEffectors, NodalEffectors
-from tauten.model.interface import Actuators, EffectorLayout, Limits
-from tauten.model.layout import Layout, row_layout
+from tauten.model.body.robot_base import RobotBase
 from tauten.model.numerics import Array, Factorisation, FactorisationError, Ints
-from tauten.model.robot import Assembled, RobotNames, State
-from tauten.model.rows import ContactRows, PairSlots
+from tauten.model.robot import Assembled, State
 from tauten.model.system import Integration, Pattern, System, make_system, semidefinite_shares
+
+P = TypeVar("P")
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,54 +33,19 @@ class SparseAssembled(Assembled):
     D: Array | None
 
 
-@dataclass(frozen=True, slots=True)
-class SparseRobot(ABC):
-    """Names, sizes and the linear system of a `Robot` that has a pattern and a factorisation.
+@dataclass(frozen=True, slots=True, eq=False)
+class SparseRobot(RobotBase[P]):
+    """The linear system of a `Robot` that has a pattern and a factorisation.
 
-    Attributes:
-        names: of the robot and its effectors.
-        digest: of its description, see `tauten.model.schema.robot_digest`.
-        gravity: (3,) [m/s²].
-        tolerance: depth of penetration from which a unit column is added for a contact candidate [m].
-        integration: time step and scheme.
+    Attributes, beside those of every robot:
         pattern: sparsity of its matrices.
         mass: (n,) lumped mass of the free degrees of freedom [kg], [kg m²] where they are rotations.
-        actuators: names, kinds and laws of its actuators.
-        actuator_set: their rows and curvature.
-        limits: limits of their efforts, positions and rates.
-        effectors: what is to reach targets.
-        contacts: candidates and the surfaces they may touch.
         factorisation: workspace of the linear solver.
     """
 
-    names: RobotNames
-    digest: str
-    gravity: Array
-    tolerance: float
-    integration: Integration
     pattern: Pattern
     mass: Array
-    actuators: Actuators
-    actuator_set: ActuatorSet | BeamActuators
-    limits: Limits
-    effectors: NodalEffectors | BeamEffectors
-    contacts: ContactSet
     factorisation: Factorisation
-
-    @property
-    def name(self) -> str:
-        """Name in keys and messages."""
-        return self.names.robot
-
-    @property
-    def frame(self) -> str:
-        """Frame id of its positions on the wire."""
-        return self.names.frame
-
-    @property
-    def h(self) -> float:
-        """Time step [s]."""
-        return self.integration.h
 
     @property
     def n(self) -> int:
@@ -91,39 +53,9 @@ class SparseRobot(ABC):
         return self.pattern.n
 
     @property
-    def n_a(self) -> int:
-        """Actuators; couplings count as one."""
-        return len(self.actuators)
-
-    @property
-    def layout(self) -> Layout:
-        """Where the rows of effectors, actuators and contacts are in a step."""
-        return row_layout(self.effector_layout.n_rows, self.n_a)
-
-    @property
-    def effector_layout(self) -> EffectorLayout:
-        """Kinds of the effectors, their rows, goal values and weights."""
-        return self.effectors.kinds.layout
-
-    @property
-    def n_c(self) -> int:
-        """Contact candidates, slots of λ_c."""
-        return self.contacts.n_slots
-
-    @property
     def linear_solver(self) -> str:
         """Name of the factorisation in use."""
         return self.factorisation.name
-
-    @property
-    def pairs(self) -> tuple[PairSlots, ...]:
-        """Contact pairs in the order of their slots."""
-        return self.contacts.pair_slots
-
-    @property
-    def effector_names(self) -> tuple[str, ...]:
-        """Names of the effectors, in row order."""
-        return self.names.effectors
 
     def fork(self) -> Self:
         """The same robot with a separate factorisation workspace."""
@@ -266,7 +198,3 @@ class SparseRobot(ABC):
             h: its length [s].
         """
         return None, None
-
-    def no_contact_rows(self) -> ContactRows:
-        """Contact rows with no candidate in range."""
-        return ContactRows.out_of_range(sp.csr_array((0, self.n)), self.n_c)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from abc import abstractmethod
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 import scipy.sparse as sp
@@ -14,9 +15,11 @@ from tauten.model.numerics import Array, FactorisationError
 from tauten.model.robot import State, StepStart
 from tauten.model.system import System, make_iterate
 
+P = TypeVar("P")
 
-@dataclass(frozen=True, slots=True)
-class SteppedRobot(SparseRobot):
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SteppedRobot(SparseRobot[P]):
     """A sparse robot with energies, and with systems of the iterations of a step.
 
     Its mass matrix is diagonal and constant.

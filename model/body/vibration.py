@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.linalg import LinearOperator, eigsh
@@ -11,7 +13,7 @@ from tauten.model.numerics import Array, make_factorisation
 from tauten.model.robot import State
 
 
-def natural_frequencies(robot: SparseRobot, state: State, count: int) -> Array:
+def natural_frequencies(robot: SparseRobot[Any], state: State, count: int) -> Array:
     """The lowest natural frequencies without damping, cables slack, no contact: (count,) [Hz].
 
     Solves K x = ω² M x with the exact tangent K at the state and the mass M of what is not fixed, drives

@@ -3,7 +3,13 @@
 from tauten.model.constraints.coordinates import make_coordinates, make_product_pattern
 from tauten.model.constraints.drums import Drums, supports_of
 from tauten.model.constraints.followers import GluedNodes
-from tauten.model.constraints.frames import DriveRegion, PinnedRegion, RigidRegion, make_frames
+from tauten.model.constraints.frames import (
+    DriveRegion,
+    Frames,
+    PinnedRegion,
+    RigidRegion,
+    make_frames,
+)
 from tauten.model.constraints.joints import FrameJoints
 from tauten.model.constraints.robot import ConstrainedRobot
 
@@ -11,6 +17,7 @@ __all__ = [
     "ConstrainedRobot",
     "DriveRegion",
     "Drums",
+    "Frames",
     "GluedNodes",
     "FrameJoints",
     "PinnedRegion",

@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 from tauten.model.constraints.followers import GluedNodes, follow_matrix, joined_followers
 from tauten.model.constraints.frames import Frames, PinnedRegion
 from tauten.model.numerics import Array, Bools, Ints, kernel
-from tauten.model.rows import Jacobian
 from tauten.model.system import Pattern
 
 # Entries (row, column, component of the lever, sign) of ∂(ω x a)/∂ω.
@@ -80,16 +79,36 @@ class CoordinateMap:
         rows = len(self.indptr) - 1
         return sp.csr_array((values, self.indices, self.indptr), shape=(rows, self.n))
 
-    def through(self, H: Jacobian, T: Array) -> sp.csr_array:
-        """H T (m, n) for rows H (m, 3 n_nodes) and values T (nnz,) of the map; entries may occur twice.
 
-        Args:
-            H: rows over the nodes.
-            T: from `values`.
-        """
-        rows = sp.csr_array(H)
-        arrays = mapped_rows(rows.indptr, rows.indices, rows.data, self.indptr, self.indices, T)
-        return sp.csr_array(arrays, shape=(rows.shape[0], self.n))
+@dataclass(frozen=True, slots=True)
+class NodeMap:
+    """The map at one state, a `Through`.
+
+    Attributes:
+        coordinates: the map.
+        levers: (k, 3) of frame nodes, from `Frames.place` [m].
+        T: (nnz,) values of T.
+    """
+
+    coordinates: CoordinateMap
+    levers: Array
+    T: Array
+
+    @property
+    def n(self) -> int:
+        """Coordinates' velocities."""
+        return self.coordinates.n
+
+    def rows(self, H: sp.csr_array) -> sp.csr_array:
+        """H T (m, n) for rows H (m, 3 n_nodes); entries may occur twice."""
+        map_ = self.coordinates
+        arrays = mapped_rows(H.indptr, H.indices, H.data, map_.indptr, map_.indices, self.T)
+        return sp.csr_array(arrays, shape=(H.shape[0], self.n))
+
+    def forces(self, on_nodes: Array) -> Array:
+        """Tᵀ f (n,) for forces f on nodes, on rotations of beam nodes and on drums."""
+        forces: Array = self.coordinates.matrix(self.T).T @ on_nodes
+        return forces
 
 
 @kernel

@@ -18,8 +18,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from tauten.model.numerics import Array, Ints
-from tauten.model.points import CableSet
-from tauten.model.rows import Rows, stack
+from tauten.model.points import NodePoints, Paths, segment_nodes
 
 SLACK_SHARE = 1e-6  # of the stiffness of a slack cable in the tangent
 
@@ -75,19 +74,6 @@ class Drums:
         )
         return efforts
 
-    def motor_rows(self, rows: Rows, columns: Ints, theta: Array) -> Rows:
-        """Rows of all motors, those of drums as unit rows.
-
-        Args:
-            rows: of all motors, zero for drums.
-            columns: (d,) velocities of the drums.
-            theta: (d,) their coordinates.
-        """
-        unit = sp.csr_array((np.ones(len(columns)), (self.motors, columns)), shape=rows.H.shape)
-        delta = rows.delta.copy()
-        delta[self.motors] = theta
-        return Rows(sp.csr_array(rows.H + unit), delta)
-
     def entries(self, first: int) -> tuple[Ints, Ints]:
         """Rows and columns of the entries that `tangent` gives.
 
@@ -117,40 +103,19 @@ class Drums:
         return np.concatenate(values)
 
 
-def supports_of(cables: CableSet, chosen: list[int], number: Ints) -> tuple[Ints, ...]:
+def supports_of(
+    paths: Paths, stations: NodePoints, chosen: list[int], number: Ints
+) -> tuple[Ints, ...]:
     """Degrees of freedom that the lengths of cables depend on, as `Drums` has them.
 
     Args:
-        cables: all cables of the robot.
+        paths: of all cables of the robot.
+        stations: points that they pass.
         chosen: numbers of those on drums.
         number: (n_nodes,) number of each node among those that are not fixed, −1 where it is fixed.
     """
-    found = []
+    found, nodes_of = [], segment_nodes(paths, stations)
     for cable in chosen:
-        nodes = np.unique(number[cables.segment_nodes[cables.paths.owner == cable]])
+        nodes = np.unique(number[nodes_of[paths.owner == cable]])
         found.append((3 * nodes[nodes >= 0][:, None] + np.arange(3)).ravel())
     return tuple(found)
-
-
-def with_unit_rows(others: Rows, places: Ints, coordinates: Ints, delta: Array) -> Rows:
-    """Rows among which those of coordinates stand, as unit rows.
-
-    Args:
-        others: all other rows.
-        places: (m,) numbers of the unit rows among all of them.
-        coordinates: (m,) the coordinate of each.
-        delta: (m,) their values.
-    """
-    m = len(places)
-    if m == 0:
-        return others
-    shape = (m, others.H.shape[1])
-    units = Rows(sp.csr_array((np.ones(m), coordinates, np.arange(m + 1)), shape=shape), delta)
-    if len(others) == 0:
-        return units
-    count = len(others) + m
-    order = np.empty(count, dtype=np.int64)
-    order[places] = len(others) + np.arange(m)
-    order[np.setdiff1d(np.arange(count), places)] = np.arange(len(others))
-    both = stack([others, units])
-    return Rows(both.H[order], both.delta[order])

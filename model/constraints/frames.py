@@ -198,21 +198,15 @@ class Frames:
         drives = np.hstack([np.cos(half), np.sin(half) * self.axes])
         return np.concatenate([poses[:, 3:], drives, [[1.0, 0.0, 0.0, 0.0]]])
 
-    def drive_segments(self, q: Array) -> Array:
-        """For each drive the point of its axis beside its region, and one metre along: (n_drives, 2, 3) [m].
-
-        Args:
-            q: (7 n_rigid + 4 n_pinned + n_drives,) coordinates.
-        """
-        theta = self.parted(q)[1]
-        points = np.zeros((self.n_drives, 3))
-        for drive in range(self.n_drives):
-            own = self.offsets[self.owner == self.n_turning + drive]
-            middle = own.mean(axis=0) if len(own) else np.zeros(3)  # a drum moves no nodes
-            axis, travel = self.axes[drive], theta[drive]
-            shift = (middle @ axis) * axis if self.turns[drive] else middle + travel * axis
-            points[drive] = self.through[drive] + shift
-        return np.stack([points, points + self.axes], axis=1)
+    def beside(self, drive: int) -> Array:
+        """The point of a drive's axis beside its region at rest: (3,) [m]."""
+        own = self.offsets[self.owner == self.n_turning + drive]
+        middle = own.mean(axis=0) if len(own) else np.zeros(3)  # a drum moves no nodes
+        axis = self.axes[drive]
+        point: Array = self.through[drive] + (
+            (middle @ axis) * axis if self.turns[drive] else middle
+        )
+        return point
 
     def centripetal(self, levers: Array, v: Array) -> Array:
         """Accelerations of the nodes at constant velocities of the regions: (k, 3) [m/s²].

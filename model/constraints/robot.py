@@ -5,40 +5,121 @@ from __future__ import annotations
 import dataclasses
 from dataclasses import dataclass
 from functools import partial
-from typing import TypeVar
 
 import numpy as np
 import scipy.sparse as sp
 
-from tauten.model.actuators import motor_rows
-from tauten.model.body import SparseAssembled
-from tauten.model.constraints.coordinates import ProductPattern
-from tauten.model.constraints.drums import Drums, with_unit_rows
-from tauten.model.constraints.placed_robot import PlacedRobot
+from tauten.model.body import SparseAssembled, SparseRobot
+from tauten.model.constraints.coordinates import CoordinateMap, NodeMap, ProductPattern
+from tauten.model.constraints.drums import Drums
+from tauten.model.constraints.frames import Frames
+from tauten.model.constraints.joints import FrameJoints
 from tauten.model.materials import EXACT, HELD
+from tauten.model.mesh import TetMesh
 from tauten.model.numerics import Array, FactorisationError, Ints
-from tauten.model.robot import Assembled, RobotRows, State
-from tauten.model.rows import ContactRows, Rows
+from tauten.model.points import MeanPoints, NodeMotion, NodePoints
+from tauten.model.robot import Assembled, State
+from tauten.model.rows import Rows
 from tauten.model.system import Integration, System, make_system
+from tauten.model.tetra import TetRobot
 
-R = TypeVar("R", bound=Rows)
 
-
-@dataclass(frozen=True, slots=True)
-class ConstrainedRobot(PlacedRobot):
+@dataclass(frozen=True, slots=True, eq=False)
+class ConstrainedRobot(SparseRobot[NodePoints | MeanPoints]):
     """A robot of tetrahedra and beams some of whose nodes follow others, a `Robot`; made by `load_robot`.
+
+    State.q has the positions of free nodes, position and unit quaternion of each rigid region, the unit
+    quaternion of each pinned one, and the angle or travel of each drive; State.v has three, six, three and
+    one numbers for them. A node of a beam is a rigid region of four nodes: itself and three beside it.
 
     Forces, tangent and rows are those of the nodes, multiplied with T = ∂x/∂q (`CoordinateMap`).
 
-    Attributes, beside those of `PlacedRobot`:
+    Attributes, beside those of every sparse robot:
+        raw: the same robot without constraints, drives or couplings, over all nodes that are not fixed.
+        frames: rigid regions and drives.
+        coordinates: the map to the nodes.
+        driven: (m,) numbers of the actuated drives among the drive regions; hinges are drive regions without
+            an actuator.
+        joints: beams and springs between frames; None: there are none.
         product: pattern of Tᵀ K T and places in it.
         spring_values: values of the springs' tangent, see `FrameJoints.entries`.
         drums: motors that wind several cables; None: there are none.
     """
 
+    raw: TetRobot
+    frames: Frames
+    coordinates: CoordinateMap
+    driven: Ints
+    joints: FrameJoints | None
     product: ProductPattern
     spring_values: Array
     drums: Drums | None
+
+    @property
+    def mesh(self) -> TetMesh:
+        """Linear tetrahedra on all nodes at rest."""
+        return self.raw.mesh
+
+    @property
+    def size(self) -> float:
+        """Diagonal of the bounding box at rest [m]."""
+        return self.raw.size
+
+    @property
+    def n_nodes(self) -> int:
+        """Nodes, fixed ones included."""
+        return self.raw.n_nodes
+
+    @property
+    def n_elements(self) -> int:
+        """Tetrahedra, of smoothed elements those that are averaged, and beams."""
+        return self.raw.n_elements
+
+    @property
+    def triangles(self) -> Ints:
+        """Surface as triples of `points`: (t, 3)."""
+        return self.raw.triangles if self.joints is None else self.joints.drawn(self.mesh)
+
+    def turns(self, state: State) -> Array:
+        """Rotations of the nodes of beams: (b, 4), unit quaternions."""
+        assert self.joints is not None
+        return self.frames.quaternions(state.q[3 * len(self.coordinates.free) :])[
+            self.joints.turning
+        ]
+
+    def rest(self) -> State:
+        """The stress-free state at standstill."""
+        free = self.raw.rest().q.reshape(-1, 3)[self.coordinates.free]
+        return State(np.concatenate([free.ravel(), self.frames.rest()]), np.zeros(self.n))
+
+    def placed(self, state: State) -> tuple[Array, NodeMap]:
+        """Positions (3 m,) of the nodes that are not fixed [m], and the map there."""
+        first, map_ = 3 * len(self.coordinates.free), self.coordinates
+        x = np.zeros((map_.n_nodes, 3))
+        x[map_.free] = state.q[:first].reshape(-1, 3)
+        x[self.frames.nodes], levers = self.frames.place(state.q[first:])
+        return map_.followed(x.ravel()), NodeMap(map_, levers, map_.values(levers))
+
+    def motion(self, state: State) -> NodeMotion:
+        """Where the nodes are at a state, and how they move with the coordinates."""
+        return self.placed_motion(state)[0]
+
+    def placed_motion(self, state: State) -> tuple[NodeMotion, NodeMap]:
+        """`motion`, and its map to the nodes."""
+        positions, through = self.placed(state)
+        x, raw = self.mesh.nodes.copy(), self.raw
+        x[raw.pattern.dof >= 0] = positions.reshape(-1, 3)
+        angles = self.drive_angles(state)
+        return NodeMotion(x, raw.pattern.dof, raw.n, through, angles), through
+
+    def nodes(self, state: State) -> Array:
+        """Positions of all nodes, fixed ones included: (n_nodes, 3) [m]."""
+        return self.motion(state).x
+
+    def points(self, state: State) -> Array:
+        """Positions of what `triangles` joins, here all nodes and the outlines of beams: (P, 3) [m]."""
+        x = self.nodes(state)
+        return x if self.joints is None else self.joints.points(x, self.turns(state))
 
     def loaded(self, gravity: Array, effector_force: Array) -> ConstrainedRobot:
         """The robot under another gravity (3,) [m/s²] and forces on its effectors (3 p,) [N]."""
@@ -65,55 +146,54 @@ class ConstrainedRobot(PlacedRobot):
         Returns:
             force (n,) without actuators and contacts, and K = −∂force/∂q as CSC values (nnz,).
         """
-        semidefinite = self.raw.elements.semidefinite
-        return self.forces_at(state, *self.placed(state), effort, EXACT if exact else semidefinite)
+        kind = EXACT if exact else self.raw.elements.semidefinite
+        return self.forces_at(state, *self.placed_motion(state), effort, kind)
 
     def stiffness(self, state: State) -> Array:
         """The stiffness of the material, with rotations of elements held, as CSC values (nnz,)."""
-        return self.forces_at(state, *self.placed(state), None, HELD)[1]
+        return self.forces_at(state, *self.placed_motion(state), None, HELD)[1]
 
     def forces_at(
-        self, state: State, raw_state: State, levers: Array, effort: Array | None, kind: int
+        self, state: State, motion: NodeMotion, through: NodeMap, effort: Array | None, kind: int
     ) -> tuple[Array, Array]:
         """`forces` where the nodes are known.
 
         Args:
             state: where to evaluate.
-            raw_state: the nodes there, and
-            levers: (k, 3) their levers, from `placed`.
+            motion: of the nodes there, and
+            through: its map to them, from `placed_motion`.
             effort: (n_a,) efforts of the actuators, as in `forces`.
             kind: of tangent, see `TetRobot.forces_with`.
         """
-        exact = kind == EXACT
-        T = self.coordinates.values(levers)
-        efforts, winding, parts = self.efforts(effort), np.zeros(0), list[Array]()
+        exact, actuators, T = kind == EXACT, self.actuator_set, through.T
+        efforts, winding, parts = actuators.efforts(effort), np.zeros(0), list[Array]()
         pulled = np.zeros(self.raw.n)
         if self.drums is not None:
-            rows, tensions = self.wound(state, raw_state)
-            efforts = np.zeros(self.raw.n_a) if efforts is None else efforts
+            rows, tensions = self.wound(motion)
+            efforts = np.zeros(len(actuators.others)) if efforts is None else efforts
             efforts[self.drums.cables] = tensions
             pulled, winding = rows.H[self.drums.cables].T @ tensions, -self.drums.efforts(tensions)
             parts = [self.drums.tangent(rows.H, tensions)]
-        force, K = self.raw.forces_with(kind, raw_state, efforts)
+        force, K = self.raw.nodal_forces(kind, motion.x, actuators.loads(efforts, exact))
         tangent = self.product.tangent.apply(K, T, len(self.pattern.indices))
         moments = np.zeros(0)
         if self.joints is not None:
-            x, Q = self.raw.nodes(raw_state), self.turns(state)
-            _, joined, turning, part = self.joints.assemble(x, Q, exact)
-            force = force + joined[self.raw.pattern.dof >= 0].ravel()
+            Q = self.turns(state)
+            _, joined, turning, part = self.joints.assemble(motion.x, Q, exact)
+            force = force + joined[motion.dof >= 0].ravel()
             moments = turning.ravel()
             parts = [part, self.spring_values, *parts]
         if parts:
             tangent += self.product.joints.apply(np.concatenate(parts), T, len(tangent))
-        matrix = self.coordinates.matrix(T)
-        mapped: Array = matrix.T @ np.concatenate([force + pulled, moments, winding])
-        preload = self.preload(state)
+        mapped = through.forces(np.concatenate([force + pulled, moments, winding]))
+        preload = actuators.preload(motion)
         if preload is not None:
             mapped = mapped + preload[0]
         if exact and len(self.frames.nodes):
             if efforts is not None and len(efforts) > 0:
-                force = force + self.other_rows(raw_state).H.T @ efforts
-            self.add_lever_stiffness(levers, force, tangent)
+                others = self.raw.actuator_set.rows(self.raw_motion(motion))
+                force = force + others.H.T @ efforts
+            self.add_lever_stiffness(through.levers, force, tangent)
         return mapped, tangent
 
     def add_lever_stiffness(self, levers: Array, force: Array, K: Array) -> None:
@@ -129,17 +209,10 @@ class ConstrainedRobot(PlacedRobot):
         K[self.product.rigid_places] += blocks
         K[self.product.drive_places] += drives
 
-    def efforts(self, lam: Array | None) -> Array | None:
-        """Efforts on the actuators of `raw`, without drives, under lam (n_a,); None for none."""
-        if self.coupling is not None:
-            lam = self.coupling.efforts(np.zeros(self.n_a) if lam is None else lam)
-        return None if lam is None else np.delete(lam, self.drive_places)
-
     @property
     def motor_coordinates(self) -> Ints:
         """Degrees of freedom that drives and drums hold."""
-        drums = np.zeros(0, np.int64) if self.drums is None else self.drums.regions
-        return self.n - self.frames.n_drives + np.concatenate([self.driven, drums])
+        return self.actuator_set.drives.columns
 
     def mass_values(self, T: Array) -> Array:
         """Values (nnz,) of the mass matrix Tᵀ M T [kg, kg m, kg m²] for values T of the map."""
@@ -150,7 +223,7 @@ class ConstrainedRobot(PlacedRobot):
 
     def mass_matrix(self, state: State) -> sp.csc_array:
         """The mass matrix (n, n) at a state."""
-        values = self.mass_values(self.coordinates.values(self.placed(state)[1]))
+        values = self.mass_values(self.placed(state)[1].T)
         return sp.csc_array(
             (values, self.pattern.indices, self.pattern.indptr), shape=(self.n,) * 2
         )
@@ -167,11 +240,10 @@ class ConstrainedRobot(PlacedRobot):
         """
         assert isinstance(assembled, SparseAssembled)
         state, scheme, K = assembled.state, integration, assembled.K
-        levers = self.placed(state)[1]
-        T = self.coordinates.values(levers)
-        mass, force = self.mass_values(T), assembled.force
+        through = self.placed(state)[1]
+        mass, force = self.mass_values(through.T), assembled.force
         if not scheme.static and len(self.frames.nodes):
-            force = force + self.inertia_force(levers, T, state.v)
+            force = force + self.inertia_force(through, state.v)
         damping = None if scheme.static else self.damping_with(assembled.D, state, scheme)[1]
         make = partial(make_system, self.pattern, self.factorisation, scheme, damping=damping)
         try:
@@ -191,105 +263,49 @@ class ConstrainedRobot(PlacedRobot):
                     raise
         raise AssertionError("unreachable")
 
-    def inertia_force(self, levers: Array, T: Array, v: Array) -> Array:
+    def inertia_force(self, through: NodeMap, v: Array) -> Array:
         """Centrifugal and gyroscopic forces, −Tᵀ M Ṫ v: (n,).
 
         Args:
-            levers: (k, 3) of frame nodes [m].
-            T: values of the map.
+            through: the map to the nodes.
             v: (n,) velocity.
         """
-        rate = self.frames.centripetal(levers, v[3 * len(self.coordinates.free) :])
+        rate = self.frames.centripetal(through.levers, v[3 * len(self.coordinates.free) :])
         acceleration = self.coordinates.gather.T @ rate.ravel()  # of all nodes
-        matrix = self.coordinates.matrix(T)
-        on_nodes = np.zeros(
-            matrix.shape[0]
-        )  # the inertia of a beam's node is the same about all axes
+        # the inertia of a beam's node is the same about all axes
+        on_nodes = np.zeros(len(self.coordinates.indptr) - 1)
         on_nodes[: len(acceleration)] = self.raw.mass * acceleration
-        force: Array = -(matrix.T @ on_nodes)
-        return force
+        return -through.forces(on_nodes)
 
     def potential(self, state: State) -> float:
         """Elastic energy minus the work of gravity, outer forces and preloads since rest [J]."""
-        preload = self.preload(state)
-        raw_state = self.placed(state)[0]
-        energy = self.raw.potential(raw_state)
+        motion = self.motion(state)
+        preload, energy = self.actuator_set.preload(motion), self.raw.nodal_potential(motion.x)
         if self.joints is not None:
-            x = self.raw.nodes(raw_state)
-            energy += self.joints.assemble(x, self.turns(state), False)[0]
+            energy += self.joints.assemble(motion.x, self.turns(state), False)[0]
         if self.drums is not None:
-            theta = self.drive_angles(state)[self.drums.regions]
-            energy += self.drums.energy(self.wound(state, raw_state)[0].delta, theta)
+            theta = motion.travel[self.drums.regions]
+            energy += self.drums.energy(self.wound(motion)[0].delta, theta)
         return energy if preload is None else energy - preload[1]
-
-    def preload(self, state: State) -> tuple[Array, float] | None:
-        """Force (n,) of the offsets of couplings, and its work since rest [J]; None without any."""
-        if self.coupling is None or not self.coupling.is_preloaded:
-            return None
-        raw_state, levers = self.placed(state)
-        T = self.coordinates.values(levers)
-        others = self.through(self.other_rows(raw_state), T)
-        members, offsets = self.member_rows(others, state), self.coupling.offsets
-        return members.H.T @ offsets, float(offsets @ members.delta)
-
-    def other_rows(self, raw_state: State) -> Rows:
-        """Rows of all actuators but drives over the nodes."""
-        x, pattern = self.raw.nodes(raw_state), self.raw.pattern
-        return self.raw.actuator_set.rows(x, pattern.dof, pattern.n)
-
-    def through(self, rows: R, T: Array) -> R:
-        """Rows over nodes as rows over the coordinates, for values T of the map."""
-        return dataclasses.replace(rows, H=self.coordinates.through(rows.H, T))
 
     def inverted(self, state: State) -> int:
         """Number of tetrahedra that are turned inside out."""
-        return self.raw.inverted(self.placed(state)[0])
-
-    def rows(self, state: State, contacts: bool = True) -> RobotRows:
-        """Rows of effectors, actuators and, with `contacts`, contacts at this state."""
-        raw_state, levers = self.placed(state)
-        T = self.coordinates.values(levers)
-        found = self.raw.rows(raw_state, contacts)
-        touching, members = (
-            found.contacts,
-            self.member_rows(self.through(found.actuators, T), state),
-        )
-        assert isinstance(touching.rows, Rows)  # of a mesh
-        motors = motor_rows(self.coupling, members)
-        if self.drums is not None:
-            theta = self.drive_angles(state)[self.drums.regions]
-            motors = self.drums.motor_rows(
-                motors, self.motor_coordinates[len(self.driven) :], theta
-            )
-        return RobotRows(
-            effectors=self.through(found.effectors, T),
-            actuators=motors,
-            contacts=ContactRows(self.through(touching.rows, T), touching.found),
-        )
-
-    def member_rows(self, others: Rows, state: State) -> Rows:
-        """Rows of all single actuators: drives have the unit rows of their coordinates.
-
-        Args:
-            others: those of all actuators but drives.
-            state: the state.
-        """
-        angles = self.drive_angles(state)[self.driven]
-        columns = self.n - self.frames.n_drives + self.driven
-        return with_unit_rows(others, self.drive_places, columns, angles)
+        return self.mesh.inverted(self.nodes(state))
 
     def drive_angles(self, state: State) -> Array:
         """Angle or travel of every drive region: (n_drives,)."""
         return state.q[len(state.q) - self.frames.n_drives :]
 
-    def wound(self, state: State, raw_state: State) -> tuple[Rows, Array]:
+    def raw_motion(self, motion: NodeMotion) -> NodeMotion:
+        """The same nodes with themselves as unknowns."""
+        return NodeMotion(motion.x, motion.dof, motion.n_free)
+
+    def wound(self, motion: NodeMotion) -> tuple[Rows, Array]:
         """Rows of all cables over the nodes, and tensions [N] of those on drums."""
         assert self.drums is not None
-        cables, pattern = self.raw.actuator_set.cables, self.raw.pattern
-        x = self.raw.nodes(raw_state)
-        rows = cables.paths.rows(cables.placed(x, pattern.dof, pattern.n))
-        theta = self.drive_angles(state)[self.drums.regions]
-        return rows, self.drums.tensions(rows.delta, theta)
+        actuators = self.actuator_set
+        rows = actuators.paths.rows(self.raw_motion(motion).placed(actuators.stations))
+        return rows, self.drums.tensions(rows.delta, motion.travel[self.drums.regions])
 
     def advance(self, state: State, system: System, dv: Array) -> State:
         """The state one step later: v + dv, moved by h (v + dv).

@@ -6,7 +6,6 @@ from tauten.model.contact.detection import (
     ContactSet,
     blocks_of,
     contact_rows,
-    gap_entries,
 )
 from tauten.model.contact.self_contact import (
     ALARM_EDGES,
@@ -25,7 +24,6 @@ __all__ = [
     "WALL_ALARMS",
     "blocks_of",
     "contact_rows",
-    "gap_entries",
     "mean_edge",
     "neighbours_at_rest",
 ]

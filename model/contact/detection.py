@@ -46,7 +46,7 @@ from tauten.model.contact.surface_topology import SurfaceTopology, join_surfaces
 from tauten.model.contacts import Contacts
 from tauten.model.numerics import Array, Ints, kernel
 from tauten.model.points import Entries, Placed
-from tauten.model.rows import ContactRows, PairSlots, Rows
+from tauten.model.rows import ContactRows, PairSlots
 
 SHORT = 16  # candidates; blocks of connected parts have at least as many
 
@@ -278,7 +278,7 @@ def contact_rows(detection: Detection, placed: Placed) -> ContactRows:
         detection: candidates in range.
         placed: the vertices at this state.
     """
-    return ContactRows(Rows(placed.rows(gap_entries(detection)), detection.gap), detection)
+    return ContactRows(placed.many_rows(gap_entries(detection), detection.gap), detection)
 
 
 def gap_entries(detection: Detection) -> Entries:

@@ -4,24 +4,41 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
+import scipy.sparse as sp
 
 from tauten.model.actuators import (
-    ActuatorParts,
+    ActuatorSet,
     ChamberError,
+    ChamberSet,
     ChamberSurface,
-    PointForce,
+    Coupling,
     cavity_around,
     cavity_nearest,
     chamber_surface,
+    coupled_nodes,
     coupling_of,
     inside_out,
+    make_chambers,
+    make_forces,
+    no_drives,
 )
 from tauten.model.mesh import UNITS, MeshError, Selector, TetMesh, read_triangles
 from tauten.model.numerics import Array, Ints
-from tauten.model.points import Cable, CableSet, MaterialPoints, attach, make_cables
+from tauten.model.points import (
+    Cable,
+    MaterialPoints,
+    MeanPoints,
+    NodePoints,
+    Paths,
+    attach,
+    make_cables,
+    mean_points,
+    points_at,
+)
 from tauten.model.schema import (
     ChamberSettings,
     Extrapolation,
@@ -38,10 +55,56 @@ Points: TypeAlias = list[tuple[float, float, float]]
 Place: TypeAlias = Callable[[Points, str, float], MaterialPoints]
 
 
+@dataclass(frozen=True, slots=True)
+class ActuatorParts:
+    """The actuators of a body, before the degrees of freedom are known.
+
+    Attributes:
+        paths: of the cables.
+        stations: points that they pass.
+        chambers: cavities under pressure.
+        directions: (f, 3) of the forces, unit vectors.
+        pushed: (f, n_nodes) weights of the nodes in the point of each force.
+        coupling: of these; None: there is none.
+    """
+
+    paths: Paths
+    stations: NodePoints
+    chambers: ChamberSet
+    directions: Array
+    pushed: sp.csr_array
+    coupling: Coupling | None
+
+    @property
+    def groups(self) -> list[Ints]:
+        """Groups of nodes (g, s) that the actuators couple."""
+        return coupled_nodes(self.paths, self.stations, self.chambers)
+
+    def placed(self, x0: Array, dof: Ints, n: int) -> ActuatorSet[NodePoints | MeanPoints]:
+        """The actuators over the degrees of freedom, each driven alone and without drives.
+
+        Args:
+            x0: (n_nodes, 3) node positions at rest [m].
+            dof: (n_nodes,) first degree of freedom of a node, −1 where it is fixed.
+            n: number of degrees of freedom.
+        """
+        points = mean_points(self.pushed, dof, n)
+        return ActuatorSet(
+            paths=self.paths,
+            stations=self.stations,
+            chambers=self.chambers,
+            walls=points_at(self.chambers.used),
+            forces=make_forces(self.directions, points.at(x0)),
+            pushed=points,
+            drives=no_drives(),
+            coupling=None,
+        )
+
+
 def build_actuators(
     config: RobotConfig, body: BodyParts, selector: Selector, place: Place
 ) -> ActuatorParts:
-    """All actuators of a robot file.
+    """All actuators of a robot file but drives.
 
     Args:
         config: the robot file.
@@ -52,10 +115,17 @@ def build_actuators(
     Raises:
         RobotFileError: a point outside the mesh, a chamber that is not closed, an empty region.
     """
+    x0 = body.mesh.nodes
+    paths, stations = build_cables(config, body.mesh, selector.source, place)
+    surfaces = [build_chamber(item, selector, place) for item in config.chambers]
+    weights = [pushed_nodes(item, body, selector, place) for item in config.forces]
+    directions = np.array([item.direction for item in config.forces]).reshape(-1, 3)
     return ActuatorParts(
-        cables=build_cables(config, body.mesh, selector.source, place),
-        chambers=[build_chamber(item, selector, place) for item in config.chambers],
-        forces=[build_force(item, body, selector, place) for item in config.forces],
+        paths=paths,
+        stations=stations,
+        chambers=make_chambers(surfaces, x0),
+        directions=directions / np.linalg.norm(directions, axis=1, keepdims=True),
+        pushed=sp.csr_array(np.array(weights).reshape(-1, len(x0))),
         coupling=coupling_of(config),
     )
 
@@ -122,10 +192,8 @@ def turned_surface(item: ChamberSettings, points: Array, triangles: Ints) -> str
     return f"{item.stl} is inside out: its normals point into the chamber; it has been turned"
 
 
-def build_force(
-    item: ForceSettings, body: BodyParts, selector: Selector, place: Place
-) -> PointForce:
-    """A force at a point or spread over the nodes in a region by their mass.
+def pushed_nodes(item: ForceSettings, body: BodyParts, selector: Selector, place: Place) -> Array:
+    """Weights (n_nodes,) of the nodes in the point of a force; in a region they are by mass.
 
     Args:
         item: the force.
@@ -133,18 +201,22 @@ def build_force(
         selector: of regions of the mesh.
         place: attaches points to the body.
     """
-    where = f"{selector.source}: forces.{item.name}"
-    direction = np.array(item.direction) / np.linalg.norm(item.direction)
+    weights = np.zeros(len(body.mesh.nodes))
     if item.point is not None:
-        point = place([item.point], f"{where}.point", item.max_outside)
-        return PointForce(point.nodes[0], point.weights[0], direction)
+        where = f"{selector.source}: forces.{item.name}.point"
+        point = place([item.point], where, item.max_outside)
+        np.add.at(weights, point.nodes[0], point.weights[0])
+        return weights
     assert item.region is not None
     chosen = np.flatnonzero(selector.select_nodes(item.region, f"forces.{item.name}.region"))
-    return PointForce(chosen, body.mass[chosen] / body.mass[chosen].sum(), direction)
+    weights[chosen] = body.mass[chosen] / body.mass[chosen].sum()
+    return weights
 
 
-def build_cables(config: RobotConfig, mesh: TetMesh, source: str, place: Place) -> CableSet:
-    """Cables attached to the mesh.
+def build_cables(
+    config: RobotConfig, mesh: TetMesh, source: str, place: Place
+) -> tuple[Paths, NodePoints]:
+    """Cables attached to the mesh, and the points that they pass.
 
     Args:
         config: the robot file.

@@ -9,7 +9,14 @@ from pathlib import Path
 
 import numpy as np
 
-from tauten.model.actuators import BeamActuators, coupling_of
+from tauten.model.actuators import (
+    ActuatorSet,
+    Coupling,
+    coupling_of,
+    make_chambers,
+    make_forces,
+    no_drives,
+)
 from tauten.model.beams import (
     BeamBody,
     BeamError,
@@ -31,9 +38,11 @@ from tauten.model.mesh import point_selector, spread_points, vertex_points
 from tauten.model.numerics import Array, Bools, Ints, make_factorisation
 from tauten.model.points import (
     AttachedPoints,
-    BeamCables,
+    Paths,
     attach_to_nodes,
-    make_beam_cables,
+    join_attached_points,
+    make_paths,
+    no_attached_points,
 )
 from tauten.model.robot import names_of
 from tauten.model.schema import (
@@ -82,14 +91,16 @@ def build_beam_robot(config: BeamConfig, structure: Structure, source: str) -> B
         raise RobotFileError(
             f"{source}: {table}: a robot made of beams is driven by cables, remove this table"
         )
-    cables = build_beam_cables(config, structure, body, source)
+    paths, stations = build_beam_cables(config, structure, body, source)
     selector = point_selector(body.nodes, config.named_regions(), source)
     effectors = build_beam_effectors(
         config.effectors, selector, partial(on_vertebra, structure, body)
     )
     surfaces, named = build_beam_surfaces(structure, profiles, body)
     contacts = build_beam_contacts(config, surfaces, named, body, source)
-    pattern = make_pattern(np.repeat(fixed, 2), [groups(body.ends), groups(cables.ends)])
+    pattern = make_pattern(
+        np.repeat(fixed, 2), [groups(body.ends), groups(ends_of(paths, stations))]
+    )
     free = ~fixed
     scheme = config.integration
     return BeamRobot(
@@ -102,19 +113,48 @@ def build_beam_robot(config: BeamConfig, structure: Structure, source: str) -> B
         pattern=pattern,
         tree=tree_of(body, fixed),
         beam_slot=pattern.blocks(groups(body.ends)),
+        cable_slot=pattern.blocks(groups(ends_of(paths, stations))),
         mass=np.repeat(np.stack([body.mass, body.inertia], axis=1)[free].ravel(), 3),
         effector_force=np.zeros(3 * len(config.effectors)),
         actuators=actuators_of(config),
-        actuator_set=BeamActuators(
-            cables, coupling_of(config), pattern.blocks(groups(cables.ends))
-        ),
+        actuator_set=beam_actuators(paths, stations, coupling_of(config)),
         limits=limits_of(config, source),
         effectors=effectors,
         surfaces=surfaces,
         contacts=contacts,
+        vertices=surfaces.contact_points,
         factorisation=make_factorisation(
             pattern.indptr, pattern.indices, scheme.factorisation, scheme.threads
         ),
+    )
+
+
+def ends_of(paths: Paths, stations: AttachedPoints) -> Ints:
+    """Nodes at both ends of every segment, cable by cable: (s, 2)."""
+    node, first = stations.nodes[:, 0], paths.first
+    return np.stack([node[first], node[first + 1]], axis=1)
+
+
+def beam_actuators(
+    paths: Paths, stations: AttachedPoints, coupling: Coupling | None
+) -> ActuatorSet[AttachedPoints]:
+    """Cables and their couplings.
+
+    Args:
+        paths: of the cables.
+        stations: points that they pass.
+        coupling: of the cables.
+    """
+    none = no_attached_points()
+    return ActuatorSet(
+        paths=paths,
+        stations=stations,
+        chambers=make_chambers([], np.zeros((0, 3))),
+        walls=none,
+        forces=make_forces(np.zeros((0, 3)), np.zeros((0, 3))),
+        pushed=none,
+        drives=no_drives(),
+        coupling=coupling,
     )
 
 
@@ -198,8 +238,8 @@ def fixed_beam_nodes(config: BeamConfig, body: BeamBody, source: str) -> Bools:
 
 def build_beam_cables(
     config: BeamConfig, structure: Structure, body: BeamBody, source: str
-) -> BeamCables:
-    """Cables through holes of vertebrae.
+) -> tuple[Paths, AttachedPoints]:
+    """Cables through holes of vertebrae, and the points that they pass.
 
     Args:
         config: the robot file.
@@ -219,7 +259,9 @@ def build_beam_cables(
         if len(short):
             raise RobotFileError(f"{what}.points: {short[0]} and {short[0] + 1} coincide")
         cables.append(on_vertebra(structure, body, cable.points, what, cable.max_outside))
-    return make_beam_cables(cables, body.nodes, np.tile([1.0, 0.0, 0.0, 0.0], (len(body.nodes), 1)))
+    stations = join_attached_points(cables)
+    y, _ = stations.place(body.nodes, np.tile([1.0, 0.0, 0.0, 0.0], (len(body.nodes), 1)))
+    return make_paths([len(cable) for cable in cables], y), stations
 
 
 def on_vertebra(

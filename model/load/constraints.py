@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
-from tauten.model.actuators import Coupling
+from tauten.model.actuators import Coupling, DriveSet
 from tauten.model.constraints import (
     ConstrainedRobot,
     DriveRegion,
     Drums,
+    Frames,
     GluedNodes,
     PinnedRegion,
     RigidRegion,
@@ -26,7 +27,7 @@ from tauten.model.load.bodies import Bodies
 from tauten.model.load.glue import attached_parts, build_glue
 from tauten.model.load.joins import AnyFrame, axis_of, join_frames, require_no_circle
 from tauten.model.numerics import Bools, Ints, make_factorisation
-from tauten.model.points import CableSet
+from tauten.model.points import NodePoints, Paths
 from tauten.model.schema import RobotConfig, RobotFileError
 from tauten.model.tetra import TetRobot
 
@@ -234,7 +235,9 @@ def constrained(
     for region, (_, nodes) in enumerate(constraints.regions):
         moving[nodes] = region
     joints = beam_joints(bodies.beams, moving, constraints.springs)
-    drums = build_drums(config, raw.actuator_set.cables, len(drives), number)
+    paths, stations = raw.actuator_set.paths, raw.actuator_set.stations
+    assert isinstance(stations, NodePoints)  # cables pass combinations of a few nodes each
+    drums = build_drums(config, paths, stations, len(drives), number)
     none = np.zeros(0, dtype=np.int64)
     turning = none if joints is None else joints.turning
     wound = none if drums is None else drums.regions
@@ -245,8 +248,7 @@ def constrained(
         i, j = (np.concatenate(pair) for pair in zip(entries, more, strict=True))
         entries = i, j
     product = make_product_pattern(coordinates, raw.pattern, frames, entries)
-    names = [item.name for item in config.single_actuators]
-    pattern = product.pattern
+    pattern, driven = product.pattern, np.arange(len(config.drives))
     rest = coordinates.values(frames.place(frames.rest())[1])
     rotary = np.zeros(0) if joints is None else np.repeat(joints.inertia, 3)
     mass = np.concatenate([raw.mass, rotary, np.zeros(len(wound))])
@@ -261,10 +263,15 @@ def constrained(
         pattern=pattern,
         mass=inertia[pattern.diagonal],
         actuators=raw.actuators,
-        actuator_set=raw.actuator_set,
+        actuator_set=replace(
+            raw.actuator_set,
+            drives=build_drives(config, frames, driven, wound, coordinates.n),
+            coupling=coupling,
+        ),
         limits=raw.limits,
         effectors=raw.effectors,
         contacts=raw.contacts,
+        vertices=raw.vertices,
         factorisation=make_factorisation(
             pattern.indptr, pattern.indices, solver.factorisation, solver.threads
         ),
@@ -272,21 +279,47 @@ def constrained(
         frames=frames,
         coordinates=coordinates,
         product=product,
-        coupling=coupling,
-        drive_places=np.array([names.index(item.name) for item in config.drives], dtype=np.int64),
-        driven=np.arange(len(config.drives)),
+        driven=driven,
         joints=joints,
         spring_values=np.zeros(0) if joints is None else joints.spring_tangent(number).data,
         drums=drums,
     )
 
 
-def build_drums(config: RobotConfig, cables: CableSet, n_drives: int, number: Ints) -> Drums | None:
+def build_drives(
+    config: RobotConfig, frames: Frames, driven: Ints, wound: Ints, n: int
+) -> DriveSet:
+    """The drives of a robot file, then its drums, whose places are after all single actuators.
+
+    Args:
+        config: the robot file.
+        frames: regions that move with a frame.
+        driven: (m,) numbers of the drives among the drive regions.
+        wound: (d,) numbers of the drums among them.
+        n: unknowns of the robot, the last of which are those of drive regions.
+    """
+    names = [item.name for item in config.single_actuators]
+    places = np.array([names.index(item.name) for item in config.drives], dtype=np.int64)
+    travels = np.concatenate([driven, wound])
+    return DriveSet(
+        places=np.concatenate([places, len(names) + np.arange(len(wound))]),
+        columns=n - frames.n_drives + travels,
+        travels=travels,
+        axes=frames.axes[driven],
+        beside=np.array([frames.beside(drive) for drive in driven]).reshape(-1, 3),
+        slides=~frames.turns[driven],
+    )
+
+
+def build_drums(
+    config: RobotConfig, paths: Paths, stations: NodePoints, n_drives: int, number: Ints
+) -> Drums | None:
     """The drums of a robot file; None: it has none.
 
     Args:
         config: the robot file.
-        cables: of the robot.
+        paths: of all cables.
+        stations: points that they pass.
         n_drives: drive regions, the last of which are drums.
         number: (n_nodes,) number of each node among those that are not fixed.
     """
@@ -305,5 +338,5 @@ def build_drums(config: RobotConfig, cables: CableSet, n_drives: int, number: In
         pretension=np.array([spring.pretension for spring in springs if spring]),
         motors=np.array([order.index(item.name) for item in items]),
         regions=n_drives - len(items) + np.arange(len(items)),
-        supports=supports_of(cables, chosen, number),
+        supports=supports_of(paths, stations, chosen, number),
     )

@@ -9,18 +9,16 @@ import scipy.sparse as sp
 
 from tauten.model.actuators import ChamberError, cavity_around, chamber_surface
 from tauten.model.effectors import (
-    BeamEffectors,
     DistanceMeasure,
+    Effectors,
     EffectorSet,
     FrameMeasure,
     LengthMeasure,
     Measure,
-    NodalEffectors,
     PositionMeasure,
     VolumeMeasure,
     frame_coefficients,
     make_effector_set,
-    nodal_effectors,
 )
 from tauten.model.interface import effector_layout
 from tauten.model.mesh import Selector
@@ -28,9 +26,11 @@ from tauten.model.numerics import Array, Ints
 from tauten.model.points import (
     AttachedPoints,
     MaterialPoints,
+    MeanPoints,
     attach_to_nodes,
     join_attached_points,
     make_paths,
+    mean_points,
 )
 from tauten.model.schema import EffectorSettings, RobotFileError
 
@@ -45,7 +45,7 @@ def build_nodal_effectors(
     place: PlacePoints,
     dof: Ints,
     n: int,
-) -> NodalEffectors:
+) -> Effectors[MeanPoints]:
     """Effectors of a body whose configuration is the positions of nodes.
 
     Args:
@@ -66,7 +66,7 @@ def build_nodal_effectors(
         coefficients.append(weights)
     joined = sp.csr_array(sp.vstack(coefficients, format="csr"))
     kinds = _effector_set(effectors, measures, np.asarray(joined @ nodes), selector)
-    return nodal_effectors(kinds, joined, dof, n)
+    return Effectors(kinds, mean_points(joined, dof, n))
 
 
 def _on_nodes(
@@ -142,7 +142,7 @@ def length_measure(
 
 def build_beam_effectors(
     effectors: list[EffectorSettings], selector: Selector, attach: AttachPoints
-) -> BeamEffectors:
+) -> Effectors[AttachedPoints]:
     """Effectors of a robot made of beams.
 
     Args:
@@ -191,7 +191,7 @@ def build_beam_effectors(
     joined = join_attached_points(parts)
     rest = np.tile([1.0, 0.0, 0.0, 0.0], (len(nodes), 1))
     kinds = _effector_set(effectors, measures, joined.place(nodes, rest)[0], selector)
-    return BeamEffectors(kinds, joined)
+    return Effectors(kinds, joined)
 
 
 def _node_frame(origin: AttachedPoints) -> AttachedPoints:

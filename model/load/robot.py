@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from tauten.model.actuators import place_actuators
+from tauten.model.actuators import nodal_curvature
 from tauten.model.constraints import ConstrainedRobot
 from tauten.model.interface import actuators_of, limits_of
 from tauten.model.load.actuators import build_actuators, place_points
@@ -22,6 +22,7 @@ from tauten.model.load.constraints import build_constraints, constrained, requir
 from tauten.model.load.contacts import build_contacts
 from tauten.model.load.effectors import build_nodal_effectors
 from tauten.model.numerics import make_factorisation
+from tauten.model.points import points_at
 from tauten.model.robot import Robot, names_of
 from tauten.model.schema import (
     BeamConfig,
@@ -216,9 +217,6 @@ def build_robot(
     require_held(config, bodies, constraints)
     place = partial(place_points, body.mesh, config.extrapolate_from)
     parts = build_actuators(config, body, selector, place)
-    coupling = parts.coupling
-    if constraints:  # couplings are those of the robot in other coordinates
-        parts = replace(parts, coupling=None)
     pattern = make_pattern(fixed, [*(part.nodes for part in body.domains), *parts.groups])
     contacts = build_contacts(config, selector)
     mass = body.mass[~fixed]  # (n / 3,)
@@ -233,6 +231,7 @@ def build_robot(
         )
     scheme = config.integration
     backend = "superlu" if constraints else scheme.factorisation
+    actuators = parts.placed(body.mesh.nodes, pattern.dof, pattern.n)
     robot = TetRobot(
         names=names_of(config),
         digest=robot_digest(config, contents_of(config, meshes), Path(source).parent),
@@ -245,11 +244,15 @@ def build_robot(
         viscosity=viscosity,
         mass=np.repeat(mass, 3),
         load=np.outer(mass, config.gravity).ravel(),
+        curvature=nodal_curvature(parts.paths, parts.stations, parts.chambers, pattern),
         actuators=actuators_of(config),
-        actuator_set=place_actuators(parts, body.mesh.nodes, pattern),
+        actuator_set=actuators,
         limits=limits_of(config, source),
         effectors=build_nodal_effectors(config.effectors, selector, place, pattern.dof, pattern.n),
         contacts=contacts,
+        vertices=points_at(np.arange(len(body.mesh.nodes))),
         factorisation=make_factorisation(pattern.indptr, pattern.indices, backend, scheme.threads),
     )
-    return constrained(robot, constraints, config, bodies, coupling) if constraints else robot
+    if constraints:  # couplings are those of the robot in other coordinates
+        return constrained(robot, constraints, config, bodies, parts.coupling)
+    return replace(robot, actuator_set=replace(actuators, coupling=parts.coupling))

@@ -56,6 +56,10 @@ class TetMesh:
         """Diagonal of the bounding box [m]."""
         return float(np.linalg.norm(np.ptp(self.nodes, axis=0)))
 
+    def inverted(self, x: Array) -> int:
+        """Number of tetrahedra that are turned inside out at nodes x (n_nodes, 3) [m]."""
+        return int((signed_volumes(x, self.tets) < 0.0).sum())
+
     def refine(self) -> TetMesh:
         """Every tetrahedron cut into eight through its edge midpoints."""
         nodes, tets, ends = with_midpoints(self.nodes, self.tets)

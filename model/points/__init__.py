@@ -2,46 +2,67 @@
 
 from tauten.model.points.attached_points import (
     AttachedPoints,
+    PlacedOnBeams,
+    PoseMotion,
     attach_between,
     attach_to_nodes,
     join_attached_points,
+    no_attached_points,
 )
-from tauten.model.points.beam_cables import BeamCables, add_beam_cable_stiffness, make_beam_cables
-from tauten.model.points.cable import Cable, CableSet, add_cable_stiffness, make_cables
+from tauten.model.points.beam_cables import add_beam_cable_stiffness
+from tauten.model.points.cable import (
+    Cable,
+    add_cable_stiffness,
+    make_cables,
+    segment_nodes,
+    segment_weights,
+)
 from tauten.model.points.entries import (
     Entries,
+    Motion,
     Placed,
-    PlacedByMap,
-    PlacedOnNodes,
-    coordinates,
-    placed_nodes,
+    dense_units,
+    mapped_rows,
 )
 from tauten.model.points.material_points import MaterialPoints, attach
+from tauten.model.points.nodes import (
+    MeanPoints,
+    NodeMotion,
+    NodePoints,
+    mean_points,
+    points_at,
+)
 from tauten.model.points.paths import Paths, Segments, blunted, make_paths, path_lengths
 
 __all__ = [
     "AttachedPoints",
-    "BeamCables",
     "Cable",
-    "CableSet",
     "Entries",
     "MaterialPoints",
+    "MeanPoints",
+    "Motion",
+    "NodeMotion",
+    "NodePoints",
     "Paths",
     "Placed",
-    "PlacedByMap",
-    "PlacedOnNodes",
+    "PlacedOnBeams",
+    "PoseMotion",
     "Segments",
     "add_beam_cable_stiffness",
     "add_cable_stiffness",
     "attach",
     "attach_between",
     "attach_to_nodes",
-    "coordinates",
     "blunted",
+    "dense_units",
     "join_attached_points",
-    "make_beam_cables",
     "make_cables",
     "make_paths",
+    "mapped_rows",
+    "mean_points",
+    "no_attached_points",
     "path_lengths",
-    "placed_nodes",
+    "points_at",
+    "segment_nodes",
+    "segment_weights",
 ]

@@ -19,7 +19,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from tauten.model.numerics import Array, Ints, cross, kernel, quaternion, rotate, row, scale
-from tauten.model.points.entries import Entries, coordinates
+from tauten.model.points.entries import Entries, Placed, sparse_units
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,31 +48,48 @@ class AttachedPoints:
         """
         return place(x, Q, self.nodes, self.weights, self.offsets)
 
-    def placed(self, x: Array, Q: Array, dof: Ints, n: int) -> PlacedOnBeams:
-        """The points at one state.
 
-        Args:
-            x: (n_nodes, 3) node positions [m].
-            Q: (n_nodes, 4) node rotations.
-            dof: (n_nodes,) first degree of freedom of a node, −1 where it is fixed.
-            n: number of degrees of freedom.
-        """
-        return PlacedOnBeams(*self.place(x, Q), self, dof, n)
+@dataclass(frozen=True, slots=True)
+class PoseMotion:
+    """Nodes that move and turn at one state, a `Motion` of `AttachedPoints`.
+
+    Attributes:
+        x: (n_nodes, 3) positions [m].
+        Q: (n_nodes, 4) rotations, unit quaternions.
+        dof: (n_nodes,) first of the six degrees of freedom of a node, −1 where it is fixed.
+        n: unknowns.
+    """
+
+    x: Array
+    Q: Array
+    dof: Ints
+    n: int
+
+    @property
+    def travel(self) -> Array:
+        """Motors move no unknown directly: (0,)."""
+        return np.zeros(0)
+
+    def placed(self, points: AttachedPoints) -> PlacedOnBeams:
+        """Points of the body at this state."""
+        return PlacedOnBeams(*points.place(self.x, self.Q), points, self.dof, self.n)
+
+    def units(self, columns: Ints) -> sp.csr_array:
+        """Unit rows (m, n) of some unknowns (m,)."""
+        return sparse_units(columns, self.n)
 
 
 @dataclass(frozen=True, slots=True)
-class PlacedOnBeams:
+class PlacedOnBeams(Placed):
     """Attached points at one state of nodes whose positions and rotations are the unknowns.
 
-    Attributes:
-        y: (p, 3) positions [m].
+    Attributes, beside those of all placed points:
         arms: (p, 2, 3) weighted lever arms [m].
         points: the points.
         dof: (n_nodes,) first degree of freedom of a node, −1 where it is fixed.
         n: number of degrees of freedom.
     """
 
-    y: Array
     arms: Array
     points: AttachedPoints
     dof: Ints
@@ -85,10 +102,6 @@ class PlacedOnBeams:
             self.points.nodes, self.points.weights, self.arms, self.dof,
         )  # fmt: skip
         return sp.csr_array((data, columns, starts), shape=(len(entries.starts) - 1, self.n))
-
-    def motion(self) -> sp.csr_array:
-        """Derivative of the positions by the unknowns: (3 p, n)."""
-        return self.rows(coordinates(len(self.y)))
 
 
 def attach_to_nodes(nodes: Array, ids: Ints, points: Array) -> AttachedPoints:
@@ -120,12 +133,19 @@ def attach_between(nodes: Array, ends: Ints, share: Array, points: Array) -> Att
     return AttachedPoints(np.asarray(ends, dtype=np.int64), weights, points[:, None] - nodes[ends])
 
 
+def no_attached_points() -> AttachedPoints:
+    """No points."""
+    none = np.zeros((0, 2), dtype=np.int64)
+    return AttachedPoints(none, np.zeros((0, 2)), np.zeros((0, 2, 3)))
+
+
 def join_attached_points(parts: list[AttachedPoints]) -> AttachedPoints:
     """All points one after the other."""
+    every = [no_attached_points(), *parts]
     return AttachedPoints(
-        np.concatenate([part.nodes for part in parts]),
-        np.concatenate([part.weights for part in parts]),
-        np.concatenate([part.offsets for part in parts]),
+        np.concatenate([part.nodes for part in every]),
+        np.concatenate([part.weights for part in every]),
+        np.concatenate([part.offsets for part in every]),
     )
 
 

@@ -1,4 +1,4 @@
-"""Cables that slide through points attached to beams, and their curvature; signs as in `paths`.
+"""Curvature of cables that slide through points attached to beams; signs as in `paths`.
 
 A hole lies at a distance from the node it is attached to. When the node turns, the force at the hole keeps
 its direction while its lever arm turns: with force f and arm r this adds (f·r) I − ½ (r fᵀ + f rᵀ) to the
@@ -7,50 +7,10 @@ tangent of the node's rotation.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from tauten.model.numerics import Array, Ints, Vector3, dot, kernel, row, scale
-from tauten.model.points.attached_points import AttachedPoints, join_attached_points
-from tauten.model.points.paths import Paths, Segments, blunted, make_paths
-
-
-@dataclass(frozen=True, slots=True)
-class BeamCables:
-    """All cables of a robot made of beams.
-
-    Attributes:
-        paths: through the stations.
-        stations: points that cables pass, each fixed to one node, cable by cable.
-    """
-
-    paths: Paths
-    stations: AttachedPoints
-
-    @property
-    def n_a(self) -> int:
-        """Number of cables."""
-        return self.paths.n_a
-
-    @property
-    def ends(self) -> Ints:
-        """Nodes at both ends of every segment, cable by cable: (s, 2)."""
-        node, first = self.stations.nodes[:, 0], self.paths.first
-        return np.stack([node[first], node[first + 1]], axis=1)
-
-
-def make_beam_cables(cables: list[AttachedPoints], x: Array, Q: Array) -> BeamCables:
-    """Cables through points.
-
-    Args:
-        cables: the points of each cable, in the order it passes them.
-        x: (n_nodes, 3) node positions at which rest lengths are measured [m].
-        Q: (n_nodes, 4) node rotations there.
-    """
-    stations = join_attached_points(cables)
-    y, _ = stations.place(x, Q)
-    return BeamCables(make_paths([len(cable) for cable in cables], y), stations)
+from tauten.model.points.paths import Segments, blunted
 
 
 @kernel

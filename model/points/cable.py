@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from tauten.model.numerics import Array, Ints, kernel
-from tauten.model.points.entries import PlacedOnNodes
 from tauten.model.points.material_points import MaterialPoints
+from tauten.model.points.nodes import NodePoints
 from tauten.model.points.paths import Paths, Segments, blunted, make_paths
 
 
@@ -32,48 +32,8 @@ class Cable:
     pull_point: Array | None
 
 
-@dataclass(frozen=True, slots=True)
-class CableSet:
-    """All cables of a robot made of tetrahedra.
-
-    Attributes:
-        paths: through the stations.
-        nodes: (p, 4) nodes of the stations.
-        weights: (p, 4) their weights; zero where a station does not move.
-        fixed: (p, 3) position of what does not move in a station [m].
-        segment_nodes: (s, 8) nodes of both ends of every segment.
-        segment_weights: (s, 8) their weights, those of the first end negated.
-    """
-
-    paths: Paths
-    nodes: Ints
-    weights: Array
-    fixed: Array
-    segment_nodes: Ints
-    segment_weights: Array
-
-    @property
-    def n_a(self) -> int:
-        """Number of cables."""
-        return self.paths.n_a
-
-    def stations(self, x: Array) -> Array:
-        """Positions of the stations (p, 3) at node positions x (n_nodes, 3) [m]."""
-        return combined(x, self.nodes, self.weights, self.fixed)
-
-    def placed(self, x: Array, dof: Ints, n: int) -> PlacedOnNodes:
-        """The stations at one state.
-
-        Args:
-            x: (n_nodes, 3) node positions [m].
-            dof: (n_nodes,) first degree of freedom of a node, −1 where it is fixed.
-            n: number of degrees of freedom.
-        """
-        return PlacedOnNodes(self.stations(x), self.nodes, self.weights, dof, n)
-
-
-def make_cables(cables: list[Cable], x0: Array) -> CableSet:
-    """Arrays of the cables, rest lengths measured at node positions x0 (n_nodes, 3)."""
+def make_cables(cables: list[Cable], x0: Array) -> tuple[Paths, NodePoints]:
+    """Paths of the cables and their stations, rest lengths measured at node positions x0 (n_nodes, 3)."""
     none = np.zeros((0, 4), dtype=np.int64)
     nodes, weights, fixed, counts = [none], [np.zeros((0, 4))], [np.zeros((0, 3))], []
     for cable in cables:
@@ -86,33 +46,20 @@ def make_cables(cables: list[Cable], x0: Array) -> CableSet:
         weights.append(own.weights)
         fixed.append(np.zeros((len(own), 3)))
         counts.append(len(own) + (cable.pull_point is not None))
-    joined = np.concatenate(nodes), np.concatenate(weights), np.concatenate(fixed)
-    paths = make_paths(counts, combined(x0, *joined))
-    first, second = paths.first, paths.first + 1
-    return CableSet(
-        paths,
-        *joined,
-        segment_nodes=np.concatenate([joined[0][first], joined[0][second]], axis=1),
-        segment_weights=np.concatenate([-joined[1][first], joined[1][second]], axis=1),
-    )
+    stations = NodePoints(np.concatenate(nodes), np.concatenate(weights), np.concatenate(fixed))
+    return make_paths(counts, stations.at(x0)), stations
 
 
-@kernel
-def combined(x: Array, nodes: Ints, weights: Array, fixed: Array) -> Array:
-    """Positions (p, 3) of combinations of nodes [m].
+def segment_nodes(paths: Paths, stations: NodePoints) -> Ints:
+    """Nodes of both ends of every segment: (s, 8)."""
+    first, nodes = paths.first, stations.nodes
+    return np.concatenate([nodes[first], nodes[first + 1]], axis=1)
 
-    Args:
-        x: (n_nodes, 3) node positions [m].
-        nodes: (p, k) nodes of the points.
-        weights: (p, k) their weights.
-        fixed: (p, 3) what is added to them [m].
-    """
-    y = fixed.copy()
-    for p in range(nodes.shape[0]):
-        for a in range(nodes.shape[1]):
-            for i in range(3):
-                y[p, i] += weights[p, a] * x[nodes[p, a], i]
-    return y
+
+def segment_weights(paths: Paths, stations: NodePoints) -> Array:
+    """Their weights, those of the first end negated: (s, 8)."""
+    first, weights = paths.first, stations.weights
+    return np.concatenate([-weights[first], weights[first + 1]], axis=1)
 
 
 @kernel

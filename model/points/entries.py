@@ -1,21 +1,23 @@
-"""Rows over points, and points at one state that turn these into rows over the unknowns.
+"""Rows over points, and the motion of a body, which turns these into rows over its unknowns.
 
 What a cable, a chamber, an effector or a contact does is a sum of vectorᵀ δx over points, whatever the
 points are fixed to: `Entries`. What a body does is to place points and to know how they move with its
-unknowns: `Placed`, one implementation for each kind of coordinates.
+unknowns: `Motion` and `Placed`, one implementation for each kind of coordinates.
 """
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, TypeVar
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
 from tauten.model.numerics import Array, Ints, kernel
-from tauten.model.rows import Jacobian
+from tauten.model.rows import ChainedRows, Jacobian, Rows
+
+P_contra = TypeVar("P_contra", contravariant=True)
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,18 +35,49 @@ class Entries:
     vectors: Array
 
 
-class Placed(Protocol):
-    """Points at one state."""
+@dataclass(frozen=True, slots=True)
+class Placed(ABC):
+    """Points at one state.
 
-    @property
-    def y(self) -> Array:
-        """Their positions: (p, 3) [m]."""
+    Attributes:
+        y: (p, 3) positions [m].
+    """
 
+    y: Array
+
+    @abstractmethod
     def rows(self, entries: Entries) -> Jacobian:
         """Rows (m, n) over the unknowns, of rows over these points."""
 
+    def many_rows(self, entries: Entries, delta: Array) -> Rows | ChainedRows:
+        """The same with the values delta (m,) of rows of which only some are used."""
+        return Rows(self.rows(entries), delta)
+
     def motion(self) -> Jacobian:
         """Derivative of the positions by the unknowns: (3 p, n)."""
+        return self.rows(coordinates(len(self.y)))
+
+
+class Motion(Protocol[P_contra]):
+    """A body at one state: where its points are, and how they move with its unknowns.
+
+    Points are of the type that a body of this kind has: combinations of nodes, points attached to nodes that
+    turn, or points moved by modes.
+    """
+
+    @property
+    def n(self) -> int:
+        """Unknowns."""
+
+    @property
+    def travel(self) -> Array:
+        """Values (d,) of the coordinates that motors move directly, drives and drums; most have none."""
+
+    def placed(self, points: P_contra) -> Placed:
+        """Points of the body at this state."""
+
+    def units(self, columns: Ints) -> Jacobian:
+        """Unit rows (m, n) of some unknowns (m,)."""
 
 
 def coordinates(count: int) -> Entries:
@@ -53,58 +86,27 @@ def coordinates(count: int) -> Entries:
     return Entries(rows, rows[:-1] // 3, np.tile(np.eye(3), (count, 1)))
 
 
-@dataclass(frozen=True, slots=True)
-class PlacedOnNodes:
-    """Points that are combinations of nodes whose positions are the unknowns.
-
-    Attributes:
-        y: (p, 3) positions [m].
-        nodes: (p, k) nodes of each point.
-        weights: (p, k) their weights.
-        dof: (n_nodes,) first degree of freedom of a node, −1 where it is fixed.
-        n: number of degrees of freedom.
-    """
-
-    y: Array
-    nodes: Ints
-    weights: Array
-    dof: Ints
-    n: int
-
-    def rows(self, entries: Entries) -> sp.csr_array:
-        """Rows (m, n) over the unknowns, of rows over these points."""
-        starts, points, vectors = entries.starts, entries.points, entries.vectors
-        data, columns, indptr = node_rows(
-            starts, points, vectors, self.nodes, self.weights, self.dof
-        )
-        return sp.csr_array((data, columns, indptr), shape=(len(starts) - 1, self.n))
-
-    def motion(self) -> sp.csr_array:
-        """Derivative of the positions by the unknowns: (3 p, n)."""
-        return self.rows(coordinates(len(self.y)))
+def sparse_units(columns: Ints, n: int) -> sp.csr_array:
+    """Unit rows (m, n) of some unknowns (m,)."""
+    m = len(columns)
+    return sp.csr_array((np.ones(m), columns, np.arange(m + 1)), shape=(m, n))
 
 
-def placed_nodes(x: Array, dof: Ints, n: int) -> PlacedOnNodes:
-    """The nodes themselves.
-
-    Args:
-        x: (n_nodes, 3) their positions [m].
-        dof: (n_nodes,) first degree of freedom of a node, −1 where it is fixed.
-        n: number of degrees of freedom.
-    """
-    return PlacedOnNodes(x, np.arange(len(x))[:, None], np.ones((len(x), 1)), dof, n)
+def dense_units(columns: Ints, n: int) -> Array:
+    """Unit rows (m, n) of some unknowns (m,)."""
+    units = np.zeros((len(columns), n))
+    units[np.arange(len(columns)), columns] = 1.0
+    return units
 
 
 @dataclass(frozen=True, slots=True)
-class PlacedByMap:
+class PlacedByMap(Placed):
     """Points whose derivative by the unknowns is known, sparse or dense.
 
-    Attributes:
-        y: (p, 3) positions [m].
+    Attributes, beside those of all placed points:
         map: (3 p, n) their derivative.
     """
 
-    y: Array
     map: Jacobian
 
     def rows(self, entries: Entries) -> Jacobian:
@@ -120,45 +122,6 @@ class PlacedByMap:
     def motion(self) -> Jacobian:
         """Derivative of the positions by the unknowns: (3 p, n)."""
         return self.map
-
-
-@kernel
-def node_rows(
-    starts: Ints, points: Ints, vectors: Array, nodes: Ints, weights: Array, dof: Ints
-) -> tuple[Array, NDArray[np.int32], NDArray[np.int32]]:
-    """CSR data, columns and row starts of `PlacedOnNodes.rows`; every node occurs once in a row.
-
-    Args:
-        starts: (m + 1,) as in `Entries`.
-        points: (e,) as in `Entries`.
-        vectors: (e, 3) as in `Entries`.
-        nodes: (p, k) nodes of the points.
-        weights: (p, k) their weights.
-        dof: (n_nodes,) first degree of freedom of a node, −1 where it is fixed.
-    """
-    m, most = starts.shape[0] - 1, points.shape[0] * nodes.shape[1]
-    data, columns = np.zeros(3 * most), np.empty(3 * most, np.int32)
-    indptr, seen = np.zeros(m + 1, np.int32), np.full(dof.shape[0], -1, np.int64)
-    end = 0
-    for r in range(m):
-        begin = end
-        for e in range(starts[r], starts[r + 1]):
-            p = points[e]
-            for a in range(nodes.shape[1]):
-                w, node = weights[p, a], nodes[p, a]
-                first = dof[node]
-                if w == 0.0 or first < 0:
-                    continue
-                at = seen[node]
-                if at < begin:
-                    at, end = end, end + 3
-                    seen[node] = at
-                    for i in range(3):
-                        columns[at + i] = first + i
-                for i in range(3):
-                    data[at + i] += w * vectors[e, i]
-        indptr[r + 1] = end
-    return data[:end], columns[:end], indptr
 
 
 @kernel

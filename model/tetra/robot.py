@@ -7,38 +7,35 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tauten.model.actuators import ActuatorSet
+from tauten.model.actuators import Loads, NodalCurvature
 from tauten.model.body import SteppedRobot
-from tauten.model.contact import contact_rows
-from tauten.model.effectors import NodalEffectors
 from tauten.model.materials import EXACT, HELD
 from tauten.model.mesh import TetMesh, boundary_triangles
 from tauten.model.numerics import Array, Ints
-from tauten.model.points import placed_nodes
-from tauten.model.robot import RobotRows, State
-from tauten.model.rows import ContactRows
+from tauten.model.points import MeanPoints, NodeMotion, NodePoints
+from tauten.model.robot import State
 from tauten.model.system import System
 from tauten.model.tetra.solid import Solid
 from tauten.model.tetra.turning import TurningSteps
 from tauten.model.tetra.viscoelastic import Viscoelasticity
 
 
-@dataclass(frozen=True, slots=True)
-class TetRobot(SteppedRobot):
+@dataclass(frozen=True, slots=True, eq=False)
+class TetRobot(SteppedRobot[NodePoints | MeanPoints]):
     """A soft robot made of tetrahedra, a `Robot`; made by `load_robot`.
 
     Attributes, beside those of every sparse robot:
         mesh: linear tetrahedra on all nodes at rest; quadratic elements are cut into eight.
         elements: its elements.
         load: (n,) gravity and outer forces on the effectors [N].
+        curvature: of its cables and chambers.
         viscosity: of its materials; None: they are elastic.
     """
 
-    actuator_set: ActuatorSet
-    effectors: NodalEffectors
     mesh: TetMesh
     elements: Solid
     load: Array
+    curvature: NodalCurvature
     viscosity: Viscoelasticity | None = None
 
     @property
@@ -73,41 +70,18 @@ class TetRobot(SteppedRobot):
         x[self.pattern.dof >= 0] = state.q.reshape(-1, 3)
         return x
 
-    def effector(self, state: State) -> Array:
-        """Positions of the effectors: (p, 3) [m]."""
-        return self.effectors.positions(self.nodes(state))
-
-    def effector_values(self, state: State) -> Array:
-        """Goal values of the effectors: (n_v,)."""
-        return self.effectors.values(self.nodes(state))
+    def motion(self, state: State) -> NodeMotion:
+        """Where the nodes are at a state."""
+        return NodeMotion(self.nodes(state), self.pattern.dof, self.n)
 
     def points(self, state: State) -> Array:
         """Positions of what `triangles` joins, here all nodes: (n_nodes, 3) [m]."""
         return self.nodes(state)
 
-    def candidates(self, state: State) -> Array:
-        """Positions of the contact candidates: (n_c, 3) [m]."""
-        return self.contacts.positions(self.nodes(state))
-
-    @property
-    def segment_owners(self) -> Ints:
-        """The actuator of every segment that `actuator_segments` gives: (s,)."""
-        return self.actuator_set.motors(self.actuator_set.segment_members)
-
-    @property
-    def chamber_owners(self) -> Ints:
-        """The actuator whose chamber each of `triangles` encloses, −1 where none: (t,)."""
-        return self.actuator_set.motors(self.actuator_set.chamber_members(self.triangles))
-
-    def actuator_segments(self, state: State) -> Array:
-        """Segments by which cables and forces are drawn: (s, 2, 3) [m], see `Robot`."""
-        return self.actuator_set.segments(self.nodes(state))
-
     def loaded(self, gravity: Array, effector_force: Array) -> TetRobot:
         """The robot under another gravity (3,) [m/s²] and forces on its effectors (3 p,) [N]."""
         body = self.mass * np.tile(gravity, self.n // 3)  # (n,)
-        places = self.effectors.kinds.places(self.effectors.placed(self.mesh.nodes))
-        pushed = places.H.T @ effector_force
+        pushed = self.effectors.places(self.motion(self.rest())).H.T @ effector_force
         return dataclasses.replace(self, gravity=np.asarray(gravity), load=body + pushed)
 
     def displacement(self, state: State, dq: Array) -> float:
@@ -144,26 +118,40 @@ class TetRobot(SteppedRobot):
             state: as in `forces`.
             effort: as in `forces`.
         """
-        x, dof = self.nodes(state), self.pattern.dof
+        motion, actuators = self.motion(state), self.actuator_set
+        loads = actuators.loads(actuators.efforts(effort), tangent == EXACT)
+        total, K = self.nodal_forces(tangent, motion.x, loads)
+        preload = actuators.preload(motion)
+        return (total if preload is None else total + preload[0]), K
+
+    def nodal_forces(self, tangent: int, x: Array, loads: Loads | None) -> tuple[Array, Array]:
+        """Internal and outer forces on the nodes that are not fixed, and their tangent.
+
+        Args:
+            tangent: as in `forces_with`.
+            x: (n_nodes, 3) node positions [m].
+            loads: efforts of cables and chambers, whose curvature enters the tangent.
+        """
         force, K = np.zeros_like(x), np.zeros(len(self.pattern.indices))
         self.elements.assemble(x, tangent, force, K)
-        self.actuator_set.add_stiffness(x, effort, tangent == EXACT, K)
-        total = force[dof >= 0].ravel() + self.load
-        preload = self.actuator_set.preload(x, dof, self.n)
-        return (total if preload is None else total + preload[0]), K
+        if loads is not None:
+            self.curvature.add(x, loads, K)
+        return force[self.pattern.dof >= 0].ravel() + self.load, K
 
     def potential(self, state: State) -> float:
         """Elastic energy minus the work of gravity and outer forces since rest [J]."""
-        x = self.nodes(state)
-        preload = self.actuator_set.preload(x, self.pattern.dof, self.n)
-        work = float(self.load @ (state.q - self.rest().q)) + (preload[1] if preload else 0.0)
-        return self.elements.energy(x) - work
+        motion = self.motion(state)
+        preload = self.actuator_set.preload(motion)
+        return self.nodal_potential(motion.x) - (preload[1] if preload else 0.0)
+
+    def nodal_potential(self, x: Array) -> float:
+        """Elastic energy minus the work of gravity and outer forces at nodes x (n_nodes, 3) [J]."""
+        moved = (x - self.mesh.nodes)[self.pattern.dof >= 0].ravel()
+        return self.elements.energy(x) - float(self.load @ moved)
 
     def inverted(self, state: State) -> int:
         """Number of tetrahedra that are turned inside out."""
-        corners = self.nodes(state)[self.mesh.tets]  # (e, 4, 3)
-        volumes = np.linalg.det(corners[:, 1:] - corners[:, :1])  # (e,), of either sign
-        return int((volumes < 0.0).sum())
+        return self.mesh.inverted(self.nodes(state))
 
     def viscosity_at(self, state: State, h: float) -> tuple[Array | None, Array | None]:
         """Forces (n,) of viscous materials' memory [N], and matrix C as CSC values (nnz,); None: no such.
@@ -187,20 +175,6 @@ class TetRobot(SteppedRobot):
         """The velocity (n,) that moves one state to another within a step [m/s]."""
         v: Array = (end.q - start.q) / self.h
         return v
-
-    def rows(self, state: State, contacts: bool = True) -> RobotRows:
-        """Rows of effectors, actuators and, with `contacts`, contacts at this state."""
-        x = self.nodes(state)
-        return RobotRows(
-            effectors=self.effectors.rows(x),
-            actuators=self.actuator_set.rows(x, self.pattern.dof, self.n),
-            contacts=self.contact_rows(x) if contacts else self.no_contact_rows(),
-        )
-
-    def contact_rows(self, x: Array) -> ContactRows:
-        """Gaps and H_c of the candidates in range at node positions x (n_nodes, 3)."""
-        placed = placed_nodes(x, self.pattern.dof, self.n)
-        return contact_rows(self.contacts.detect(x), placed)
 
     def turning_steps(self) -> TurningSteps:
         """What makes long steps towards equilibrium turn elements instead of stretching them."""

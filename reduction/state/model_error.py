@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -24,7 +24,7 @@ class TipCheck:
     """
 
     def __init__(
-        self, robot: ReducedRobot, contact: Literal["none", "full"] | ContactSpace
+        self, robot: ReducedRobot[Any], contact: Literal["none", "full"] | ContactSpace
     ) -> None:
         """Compare this robot, with the contact model of its controller."""
         enrichment = default_enrichment(robot.tolerance)

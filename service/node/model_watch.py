@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from tauten.controller import Controller
 from tauten.model import ContactSpace, load_robot
@@ -47,7 +47,7 @@ class ModelWatch:
 
     def __init__(
         self,
-        robot: ReducedRobot,
+        robot: ReducedRobot[Any],
         contact: Literal["none", "full"] | ContactSpace,
         settings: ModelSettings,
     ) -> None:
@@ -158,7 +158,7 @@ class FallBack:
     """
 
     watch: ModelWatch
-    reduced: ReducedRobot
+    reduced: ReducedRobot[Any]
     full: Controller | None
 
     @property

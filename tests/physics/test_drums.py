@@ -44,7 +44,7 @@ def antagonists(**changes: object) -> ConstrainedRobot:
 def pulled(robot: ConstrainedRobot, simulator: Simulator) -> tuple[Array, Array]:
     """Pulled lengths [m] and tensions [N] of all cables."""
     state = simulator.state
-    rows, efforts = robot.wound(state, robot.placed(state)[0])
+    rows, efforts = robot.wound(robot.motion(state))
     return rows.delta, efforts
 
 
@@ -55,7 +55,7 @@ def test_forces_and_tangent_are_derivatives_of_the_energy() -> None:
     dq = 5e-4 * rng.standard_normal(robot.n)
     dq[-1] = 3e-3
     state = moved(robot, robot.rest(), dq)
-    efforts = robot.wound(state, robot.placed(state)[0])[1]
+    efforts = robot.wound(robot.motion(state))[1]
     assert efforts[0] > 1.0
     assert efforts[1] == 0.0
     d, step = rng.standard_normal(robot.n), 1e-7
@@ -144,7 +144,7 @@ def test_a_drum_on_a_rod_goes_slack_and_is_controlled() -> None:
             assert decision.status.usable
             controller.advance()
         assert robot.effector(controller.state)[0, 2] == pytest.approx(height, abs=2e-4)
-        effort = robot.wound(controller.state, robot.placed(controller.state)[0])[1]
+        effort = robot.wound(robot.motion(controller.state))[1]
         assert effort.min() >= 0.0
         assert effort.max() > 0.5
 

@@ -1,10 +1,10 @@
-"""The actuators of a robot in reduced coordinates: cables, chambers, forces, and their couplings.
+"""The actuators of a robot in reduced coordinates, and their curvature.
 
 The volume of a chamber is a cubic polynomial of the positions of its surface, hence of α: with β = (1, α)
 
-    V = 1/6 T βββ,   ∂V/∂α = 1/2 (T ββ),   ∂²V/∂α² = T β                                     (T5)
+    V = 1/6 T βββ,   ∂²V/∂α² = T β                                                          (T5)
 
-without the first components of the derivatives. The symmetric tensor T is summed over the surface once.
+without the first components of the derivative. The symmetric tensor T is summed over the surface once.
 """
 
 from __future__ import annotations
@@ -13,93 +13,42 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tauten.model import Rows
-from tauten.model.actuators import Coupling, motor_rows
+from tauten.model.actuators import ActuatorSet
 from tauten.model.numerics import Array
-from tauten.model.points import Paths
 from tauten.model.tetra import TetRobot
 from tauten.reduction.state.tetra.arrays import Tendons
-from tauten.reduction.state.tetra.body import ReducedPoints, reduced_stations, reduced_tendons
+from tauten.reduction.state.tetra.body import ModePoints, mode_points, reduced_tendons
 from tauten.reduction.state.tetra.points import node_rows
 
 TRIANGLES = 128  # summed at a time
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class ReducedActuators:
-    """The actuators of a reduced robot.
+class ModalCurvature:
+    """Second derivatives of lengths and volumes in reduced coordinates.
 
     Attributes:
-        paths: of the cables.
-        stations: points that they pass.
-        tendons: their segments, for the curvature.
+        tendons: segments of the cables.
         volumes: (c, r + 1, r + 1, r + 1) T of each chamber [m³].
-        forces: (f, r) constant rows of the forces.
-        coupling: of all of these; None: each is driven alone.
     """
 
-    paths: Paths
-    stations: ReducedPoints
     tendons: Tendons
     volumes: Array
-    forces: Array
-    coupling: Coupling | None
 
-    @property
-    def n_a(self) -> int:
-        """Number of motors, the length of λ_a."""
-        if self.coupling is not None:
-            return self.coupling.n_a
-        return self.paths.n_a + len(self.volumes) + len(self.forces)
-
-    def rows(self, alpha: Array) -> Rows:
-        """Positions δ_a and H_a at a state α (r,): Rows of (n_a, r)."""
-        return motor_rows(self.coupling, self._member_rows(alpha))
-
-    def efforts(self, lam: Array) -> Array:
-        """Efforts on the single actuators under efforts of the motors lam (n_a,)."""
-        return lam if self.coupling is None else self.coupling.efforts(lam)
-
-    def tensions(self, efforts: Array) -> Array:
-        """Those of the cables among the efforts of the single actuators."""
-        return efforts[: self.paths.n_a]
-
-    def preload(self, alpha: Array) -> Array | None:
-        """Force (r,) [N] of the offsets of couplings at a state α (r,); None without any."""
-        if self.coupling is None or not self.coupling.is_preloaded:
-            return None
-        force: Array = self.coupling.offsets @ self._member_rows(alpha).H
-        return force
-
-    def set_curvature(self, alpha: Array, efforts: Array, curvature: Array) -> None:
+    def write(self, alpha: Array, pressure: Array, curvature: Array) -> None:
         """Write what the chambers add to the tangent, −Σ λ ∂²V/∂α².
 
         Args:
             alpha: (r,) state [m].
-            efforts: of the single actuators.
+            pressure: (c,) [Pa].
             curvature: (r, r) to be overwritten; left alone without chambers.
         """
-        first = self.paths.n_a
         for chamber, T in enumerate(self.volumes):
             part = contracted(T, alpha)[1:, 1:]
             if chamber == 0:
-                np.multiply(part, -efforts[first], out=curvature)
+                np.multiply(part, -pressure[0], out=curvature)
             else:
-                curvature -= efforts[first + chamber] * part
-
-    def _member_rows(self, alpha: Array) -> Rows:
-        cables = self.paths.rows(self.stations.placed(alpha))
-        if len(self.volumes) + len(self.forces) == 0:
-            return cables
-        slopes, values = [cables.dense()], [cables.delta]
-        beta = np.append(1.0, alpha)
-        for T in self.volumes:
-            slope = 0.5 * (contracted(T, alpha) @ beta)  # (r + 1,)
-            slopes.append(slope[None, 1:])
-            values.append(np.array([(slope @ beta) / 3.0 - T[0, 0, 0] / 6.0]))
-        slopes.append(self.forces)
-        values.append(self.forces @ alpha)
-        return Rows(np.vstack(slopes), np.concatenate(values))
+                curvature -= pressure[chamber] * part
 
 
 def contracted(T: Array, alpha: Array) -> Array:
@@ -109,18 +58,27 @@ def contracted(T: Array, alpha: Array) -> Array:
     return product.reshape(size, size)
 
 
-def reduced_actuators(robot: TetRobot, Phi: Array) -> ReducedActuators:
+def reduced_actuators(robot: TetRobot, Phi: Array) -> ActuatorSet[ModePoints]:
     """The actuators of a robot in the coordinates of a state basis Φ (n, r)."""
-    full, r = robot.actuator_set, Phi.shape[1]
-    volumes = [volume_tensor(robot, Phi, chamber) for chamber in range(len(full.chambers))]
-    return ReducedActuators(
-        paths=full.cables.paths,
-        stations=reduced_stations(robot, Phi),
-        tendons=reduced_tendons(robot, Phi),
-        volumes=np.array(volumes).reshape(-1, r + 1, r + 1, r + 1),
-        forces=np.asarray(full.forces.H @ Phi),
+    full = robot.actuator_set
+    return ActuatorSet(
+        paths=full.paths,
+        stations=mode_points(robot, Phi, full.stations),
+        chambers=full.chambers,
+        walls=mode_points(robot, Phi, full.walls),
+        forces=full.forces,
+        pushed=mode_points(robot, Phi, full.pushed),
+        drives=full.drives,
         coupling=full.coupling,
     )
+
+
+def modal_curvature(robot: TetRobot, Phi: Array) -> ModalCurvature:
+    """The curvature of the actuators in the coordinates of a state basis Φ (n, r)."""
+    r, chambers = Phi.shape[1], robot.actuator_set.chambers
+    volumes = [volume_tensor(robot, Phi, chamber) for chamber in range(len(chambers))]
+    tendons = reduced_tendons(robot, Phi)
+    return ModalCurvature(tendons, np.array(volumes).reshape(-1, r + 1, r + 1, r + 1))
 
 
 def volume_tensor(robot: TetRobot, Phi: Array, chamber: int) -> Array:

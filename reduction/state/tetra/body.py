@@ -9,32 +9,99 @@ import numpy as np
 from tauten.model.contact import ContactPair, ContactSet
 from tauten.model.materials import COROTATIONAL
 from tauten.model.numerics import LANES, Array, Ints
-from tauten.model.points import PlacedByMap
+from tauten.model.points import (
+    Entries,
+    MeanPoints,
+    NodePoints,
+    Placed,
+    dense_units,
+    mapped_rows,
+    points_at,
+    segment_nodes,
+)
 from tauten.model.tetra import TetRobot
 from tauten.reduction.state.tetra.arrays import Body, Tendons, in_lanes, in_rows
 from tauten.reduction.state.tetra.points import gradients_of, integration_points, node_rows
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class ReducedPoints:
-    """Points that move with the reduced state: x = x₀ + map α.
+class ModePoints:
+    """Points that move with the reduced state: x = x₀ + map β.
 
     Attributes:
         rest: (3 p,) positions in the rest state [m].
-        map: (3 p, r).
+        map: (3 p, R).
     """
 
     rest: Array
     map: Array
 
-    def at(self, alpha: Array) -> Array:
-        """Positions (p, 3) [m]."""
-        positions: Array = (self.rest + self.map @ alpha).reshape(-1, 3)
-        return positions
 
-    def placed(self, alpha: Array) -> PlacedByMap:
-        """The points at a state (r,)."""
-        return PlacedByMap(self.at(alpha), self.map)
+@dataclass(frozen=True, slots=True, eq=False)
+class ModeMotion:
+    """A body moved by modes at one state, a `Motion` of `ModePoints`.
+
+    Attributes:
+        beta: (R,) how much each mode moves it [m].
+        J: (R, n) ∂β/∂q; None: β are the unknowns.
+        travel: (d,) values of the coordinates that motors move directly.
+    """
+
+    beta: Array
+    J: Array | None
+    travel: Array
+
+    @property
+    def n(self) -> int:
+        """Unknowns."""
+        return len(self.beta) if self.J is None else int(self.J.shape[1])
+
+    def placed(self, points: ModePoints) -> PlacedByModes:
+        """Points of the body at this state."""
+        y = (points.rest + points.map @ self.beta).reshape(-1, 3)
+        return PlacedByModes(y, points.map, self.J)
+
+    def units(self, columns: Ints) -> Array:
+        """Unit rows (m, n) of some unknowns (m,)."""
+        return dense_units(columns, self.n)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PlacedByModes(Placed):
+    """Points moved by modes at one state.
+
+    Attributes, beside those of all placed points:
+        map: (3 p, R) their derivative by β.
+        J: (R, n) ∂β/∂q; None: β are the unknowns.
+    """
+
+    map: Array
+    J: Array | None
+
+    def rows(self, entries: Entries) -> Array:
+        """Rows (m, n) over the unknowns, of rows over these points."""
+        H: Array = mapped_rows(entries.starts, entries.points, entries.vectors, self.map)
+        return H if self.J is None else H @ self.J
+
+    def motion(self) -> Array:
+        """Derivative of the positions by the unknowns: (3 p, n)."""
+        return self.map if self.J is None else self.map @ self.J
+
+
+def mode_points(robot: TetRobot, Phi: Array, points: NodePoints | MeanPoints) -> ModePoints:
+    """Points of a body in reduced coordinates.
+
+    Args:
+        robot: the full model.
+        Phi: (n, R) state modes.
+        points: of the full model.
+    """
+    rest = points.at(robot.mesh.nodes).ravel()
+    if isinstance(points, MeanPoints):
+        return ModePoints(rest, np.asarray(points.C @ Phi))
+    rows = node_rows(robot, Phi, points.nodes)
+    motion = np.einsum("pa,pair->pir", points.weights, rows).reshape(-1, Phi.shape[1])
+    return ModePoints(rest, np.ascontiguousarray(motion))
 
 
 def sampled_body(robot: TetRobot, Phi: Array, elements: Ints, weights: Array) -> Body:
@@ -74,27 +141,20 @@ def sampled_body(robot: TetRobot, Phi: Array, elements: Ints, weights: Array) ->
 
 def reduced_tendons(robot: TetRobot, Phi: Array) -> Tendons:
     """The cables in reduced coordinates."""
-    cables = robot.actuator_set.cables
-    first, y = cables.paths.first, cables.stations(robot.mesh.nodes)
-    rows = node_rows(robot, Phi, cables.segment_nodes)
-    D = np.einsum("sa,sair->ris", cables.segment_weights, rows)
+    curvature, x0 = robot.curvature, robot.mesh.nodes
+    paths, stations = curvature.paths, curvature.stations
+    y = stations.at(x0)
+    rows = node_rows(robot, Phi, segment_nodes(paths, stations))
+    D = np.einsum("sa,sair->ris", curvature.weights, rows)
     return Tendons(
-        np.searchsorted(cables.paths.owner, np.arange(cables.n_a + 1)),
+        np.searchsorted(paths.owner, np.arange(paths.n_a + 1)),
         in_rows(D.reshape(Phi.shape[1], -1)),
-        (y[first + 1] - y[first]).T.ravel(),
-        cables.paths.shortest,
+        (y[paths.first + 1] - y[paths.first]).T.ravel(),
+        paths.shortest,
     )
 
 
-def reduced_stations(robot: TetRobot, Phi: Array) -> ReducedPoints:
-    """The stations of the cables in reduced coordinates."""
-    cables = robot.actuator_set.cables
-    motion = np.einsum("pa,pair->pir", cables.weights, node_rows(robot, Phi, cables.nodes))
-    rest = cables.stations(robot.mesh.nodes)
-    return ReducedPoints(rest.ravel(), np.ascontiguousarray(motion.reshape(-1, Phi.shape[1])))
-
-
-def contact_surface(robot: TetRobot, Phi: Array) -> tuple[ReducedPoints, ContactSet]:
+def contact_surface(robot: TetRobot, Phi: Array) -> tuple[ModePoints, ContactSet]:
     """The vertices that contacts refer to, and the contacts on these vertices only."""
     old = robot.contacts
     parts = [part.ravel() for pair in old.pairs for part in (pair.nodes, pair.triangles)]
@@ -107,6 +167,5 @@ def contact_surface(robot: TetRobot, Phi: Array) -> tuple[ReducedPoints, Contact
         ContactPair(pair.name, number(pair.nodes), pair.weights, number(pair.triangles), pair.apart)
         for pair in old.pairs
     ]
-    rows = node_rows(robot, Phi, used).reshape(-1, Phi.shape[1])
-    surface = ReducedPoints(robot.mesh.nodes[used].ravel(), np.ascontiguousarray(rows))
+    surface = mode_points(robot, Phi, points_at(used))
     return surface, ContactSet(pairs, len(used), old.alarm_distance, old.distance)

@@ -17,12 +17,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tauten.model import Assembled, ContactRows, Integration, RobotRows, Rows, State, System
-from tauten.model.actuators import motor_rows
+from tauten.model import Assembled, Integration, State, System
 from tauten.model.constraints import ConstrainedRobot
 from tauten.model.numerics import Array, Ints
 from tauten.reduction.dense_step import DenseAssembled, implicit_system, scheme_of, shares_of
 from tauten.reduction.reduced_robot import ElementSample, ReducedRobot, StateBasisError
+from tauten.reduction.state.tetra.body import ModeMotion, ModePoints
 from tauten.reduction.state.tetra.ecsw import sample_elements
 from tauten.reduction.state.tetra.robot import ReducedTetRobot, ReducibleTetRobot, SampledAssembled
 
@@ -76,27 +76,25 @@ class DrivenAssembled(DenseAssembled):
 
     Attributes:
         body: those of the robot without drives, over β.
-        J: (R, r + m) ∂β/∂(α, θ).
+        motion: β there, and its derivative J by (α, θ).
     """
 
     body: SampledAssembled
-    J: Array
+    motion: ModeMotion
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class ReducedDrivenRobot(ReducedRobot):
+class ReducedDrivenRobot(ReducedRobot[ModePoints]):
     """A reduced robot with drives. State.q has α and the angle or travel of each drive, State.v their rates.
 
     Attributes, beside those of every reduced robot:
         body: the robot without drives, reduced to β.
-        motion: β of the coordinates.
-        other_places: numbers of what is no drive among all single actuators.
+        drive_motion: β of the coordinates.
     """
 
     full: ConstrainedRobot
     body: ReducedTetRobot
-    motion: DriveMotion
-    other_places: Ints
+    drive_motion: DriveMotion
 
     @property
     def n_elements(self) -> int:
@@ -109,9 +107,11 @@ class ReducedDrivenRobot(ReducedRobot):
 
     def loaded(self, gravity: Array, effector_force: Array) -> ReducedDrivenRobot:
         """The robot under another gravity (3,) [m/s²] and forces on its effectors (3 p,) [N]."""
+        full = self.full.loaded(gravity, effector_force)
         return dataclasses.replace(
             self,
-            full=self.full.loaded(gravity, effector_force),
+            full=full,
+            gravity=full.gravity,
             body=self.body.loaded(gravity, effector_force),
         )
 
@@ -125,28 +125,21 @@ class ReducedDrivenRobot(ReducedRobot):
         project = self.Phi.T * ReducibleDrivenRobot(self.full).weight
         return State(project @ (state.q - self.full.rest().q), project @ state.v)
 
-    def effector(self, state: State) -> Array:
-        """Positions of the effectors: (p, 3) [m]."""
-        return self.body.effector(self.moved(state))
-
-    def effector_values(self, state: State) -> Array:
-        """Goal values of the effectors: (n_v,)."""
-        return self.body.effector_values(self.moved(state))
-
-    def candidates(self, state: State) -> Array:
-        """Positions of the contact candidates: (n_c, 3) [m]."""
-        return self.body.candidates(self.moved(state))
+    def motion(self, state: State) -> ModeMotion:
+        """Where the points of the body are at a state."""
+        map_, q = self.drive_motion, state.q
+        return ModeMotion(map_.beta(q), map_.jacobian(q), q[map_.modes :])
 
     def moved(self, state: State) -> State:
         """The state of `body`, at standstill."""
-        beta = self.motion.beta(state.q)
+        beta = self.drive_motion.beta(state.q)
         return State(beta, np.zeros_like(beta))
 
     def displacement(self, state: State, dq: Array) -> float:
         """Largest displacement of an effector, contact vertex or driven node in a change dq (r + m,) [m]."""
-        change = np.zeros(self.motion.size)
+        change = np.zeros(self.drive_motion.size)
         change[: len(dq)] = dq
-        driven = np.abs(dq[self.motion.modes :]) * self.full.frames.reach
+        driven = np.abs(dq[self.drive_motion.modes :]) * self.full.frames.reach
         return max(
             self.body.displacement(self.moved(state), change), float(driven.max(initial=0.0))
         )
@@ -174,17 +167,23 @@ class ReducedDrivenRobot(ReducedRobot):
             effort: (n_a,) last efforts of the actuators.
             integration: another scheme than the robot's.
         """
-        scheme, motion, q = integration or self.integration, self.motion, state.q
-        J, mass, inertia = motion.jacobian(q), np.zeros((0, 0)), np.zeros(self.n)
-        moved = State(motion.beta(q), np.zeros(motion.size) if scheme.static else J @ state.v)
-        body = self.body.assemble(moved, self.full.efforts(effort), scheme)
+        scheme, map_, motion = (
+            integration or self.integration,
+            self.drive_motion,
+            self.motion(state),
+        )
+        J, mass, inertia = motion.J, np.zeros((0, 0)), np.zeros(self.n)
+        assert J is not None
+        moved = State(motion.beta, np.zeros(map_.size) if scheme.static else J @ state.v)
+        body = self.body.assemble(moved, self.actuator_set.efforts(effort), scheme)
         if not scheme.static:
-            centripetal = state.v[motion.modes :] ** 2 @ motion.bend(q)
+            centripetal = state.v[map_.modes :] ** 2 @ map_.bend(state.q)
             mass, inertia = J.T @ body.mass @ J, J.T @ (body.mass @ centripetal)
-        force, coupling = J.T @ body.force, self.full.coupling
-        if coupling is not None and coupling.is_preloaded:
-            force = force + coupling.offsets @ self.member_rows(state, J).dense()
-        return DrivenAssembled(state, effort, mass, force, inertia, J.T @ body.resisting, body, J)
+        force, preload = J.T @ body.force, self.actuator_set.preload(motion)
+        if preload is not None:
+            force = force + preload[0]
+        resisting = J.T @ body.resisting
+        return DrivenAssembled(state, effort, mass, force, inertia, resisting, body, motion)
 
     def tangent(self, at: DrivenAssembled, shares: tuple[float, float], exact: bool) -> Array:
         """A sum of the stiffness of the material and the tangent (r + m, r + m).
@@ -194,14 +193,16 @@ class ReducedDrivenRobot(ReducedRobot):
             shares: of D and of K.
             exact: whether K is the derivative, or positive semidefinite.
         """
-        motion, body = self.motion, at.body
-        tangent: Array = at.J.T @ self.body.tangent(body, shares, exact) @ at.J
-        if exact and len(motion.turning) > 0:
+        map_, body, J = self.drive_motion, at.body, at.motion.J
+        assert J is not None
+        tangent: Array = J.T @ self.body.tangent(body, shares, exact) @ J
+        if exact and len(map_.turning) > 0:
             others, efforts = body.force, body.effort
             if efforts is not None and len(efforts) > 0:
-                others = others + efforts @ self.body.actuator_set.rows(body.state.q).dense()
-            diagonal = np.einsum("ii->i", tangent)[motion.modes :]
-            diagonal -= shares[1] * (motion.bend(at.state.q) @ others)
+                over_beta = self.body.motion(body.state)
+                others = others + efforts @ self.body.actuator_set.rows(over_beta).dense()
+            diagonal = np.einsum("ii->i", tangent)[map_.modes :]
+            diagonal -= shares[1] * (map_.bend(at.state.q) @ others)
         return tangent
 
     def system(self, assembled: Assembled, integration: Integration) -> System:
@@ -210,39 +211,6 @@ class ReducedDrivenRobot(ReducedRobot):
         at, scheme = assembled, scheme_of(integration)
         shares, L = shares_of(scheme), np.zeros((self.n, self.n))
         return implicit_system(scheme, at, lambda exact: self.tangent(at, shares, exact), L)
-
-    def rows(self, state: State, contacts: bool = True) -> RobotRows:
-        """Rows of effectors, actuators and, where `contacts` is true, contacts at this state."""
-        J = self.motion.jacobian(state.q)
-        found = self.body.rows(self.moved(state), contacts)
-        touching, members = found.contacts, self.member_rows(state, J, found.actuators)
-        return RobotRows(
-            effectors=dataclasses.replace(found.effectors, H=found.effectors.dense() @ J),
-            actuators=motor_rows(self.full.coupling, members),
-            contacts=ContactRows(
-                Rows(touching.rows.dense() @ J, touching.rows.delta), touching.found
-            ),
-        )
-
-    def member_rows(self, state: State, J: Array, others: Rows | None = None) -> Rows:
-        """Rows (m, r + m) of all single actuators: drives have unit rows.
-
-        Args:
-            state: the state.
-            J: of the motion there.
-            others: rows of all actuators but drives over β, where they are known.
-        """
-        full, first = self.full, self.motion.modes
-        if others is None:
-            others = self.body.actuator_set.rows(self.motion.beta(state.q))
-        places = full.drive_places
-        H = np.zeros((len(others) + len(places), self.n))
-        delta = np.zeros(len(H))
-        if len(others) > 0:
-            H[self.other_places], delta[self.other_places] = others.dense() @ J, others.delta
-        H[places, first + full.driven] = 1.0
-        delta[places] = state.q[first + full.driven]
-        return Rows(H, delta)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -364,6 +332,26 @@ class ReducibleDrivenRobot:
         """
         E, motion = self.places(Phi)
         robot, body = self.robot, self.plain.reduced(E, elements, weights)
-        count = body.actuator_set.n_a + len(robot.drive_places)
-        others = np.setdiff1d(np.arange(count), robot.drive_places)
-        return ReducedDrivenRobot(robot, Phi, robot.integration, body, motion, others)
+        drives = robot.actuator_set.drives
+        actuators = dataclasses.replace(
+            body.actuator_set,
+            drives=dataclasses.replace(drives, columns=motion.modes + drives.travels),
+            coupling=robot.actuator_set.coupling,
+        )
+        return ReducedDrivenRobot(
+            names=robot.names,
+            digest=robot.digest,
+            gravity=robot.gravity,
+            tolerance=robot.tolerance,
+            integration=robot.integration,
+            actuators=robot.actuators,
+            actuator_set=actuators,
+            limits=robot.limits,
+            effectors=body.effectors,
+            contacts=body.contacts,
+            vertices=body.vertices,
+            full=robot,
+            Phi=Phi,
+            body=body,
+            drive_motion=motion,
+        )

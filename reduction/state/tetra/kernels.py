@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tauten.model.numerics import Array, Ints, kernel
+from tauten.model.numerics import Array, kernel
 from tauten.model.points import blunted
 from tauten.reduction.state.tetra.arrays import Body, Response, Tendons, Work
 from tauten.reduction.state.tetra.elements import add_elements
@@ -80,34 +80,3 @@ def curve(alpha: Array, effort: Array, tendons: Tendons, Y: Array) -> None:
             dot = along[s] * (x[s] * D0 + y[s] * D1 + z[s] * D2)
             out[s], out[g + s] = scale[s] * D0 - dot * x[s], scale[s] * D1 - dot * y[s]
             out[2 * g + s] = scale[s] * D2 - dot * z[s]
-
-
-@kernel
-def contact_jacobian(
-    normal: Array, slots: Ints, vertices: Ints, coefficients: Array, own: Array, surface: Array
-) -> Array:
-    """Contact rows in reduced coordinates (m, r), equation (T2) of `tauten.model.contact.detection`.
-
-    Args:
-        normal: (m, 3) directions.
-        slots: (m,) candidates.
-        vertices: (m, 6) vertices of each row; the first three are those of the candidate, and not used.
-        coefficients: (m, 6) their shares.
-        own: (n_c, 3, r) derivative of the candidates with respect to α.
-        surface: (3 v, r) that of the vertices.
-    """
-    m, r = normal.shape[0], surface.shape[1]
-    H = np.empty((m, r))
-    for k in range(m):
-        n0, n1, n2 = normal[k, 0], normal[k, 1], normal[k, 2]
-        h, x, y, z = H[k], own[slots[k], 0], own[slots[k], 1], own[slots[k], 2]
-        for j in range(r):
-            h[j] = n0 * x[j] + n1 * y[j] + n2 * z[j]
-        # one vertex at a time: the compiler makes vector instructions of short sums only
-        for a in range(3, 6):
-            w, f = coefficients[k, a], 3 * vertices[k, a]
-            w0, w1, w2 = w * n0, w * n1, w * n2
-            x, y, z = surface[f], surface[f + 1], surface[f + 2]
-            for j in range(r):
-                h[j] += w0 * x[j] + w1 * y[j] + w2 * z[j]
-    return H

@@ -12,30 +12,27 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tauten.model import (
-    Assembled,
-    ContactRows,
-    Integration,
-    RobotRows,
-    Rows,
-    State,
-    System,
-    TetRobot,
-)
-from tauten.model.contact import ContactSet
+from tauten.model import Assembled, Integration, State, System, TetRobot
+from tauten.model.effectors import Effectors
 from tauten.model.numerics import Array, Ints
 from tauten.reduction.dense_step import DenseAssembled, implicit_system, scheme_of, shares_of
 from tauten.reduction.reduced_robot import ElementSample, ReducedRobot
-from tauten.reduction.state.tetra.actuators import ReducedActuators, reduced_actuators
+from tauten.reduction.state.tetra.actuators import (
+    ModalCurvature,
+    modal_curvature,
+    reduced_actuators,
+)
 from tauten.reduction.state.tetra.arrays import Body, Response, Work, make_work
 from tauten.reduction.state.tetra.body import (
-    ReducedPoints,
+    ModeMotion,
+    ModePoints,
     contact_surface,
+    mode_points,
     sampled_body,
 )
 from tauten.reduction.state.tetra.ecsw import sample_elements
 from tauten.reduction.state.tetra.elements import assemble_response
-from tauten.reduction.state.tetra.kernels import combine, contact_jacobian
+from tauten.reduction.state.tetra.kernels import combine
 from tauten.reduction.state.tetra.points import integration_points
 
 _VOLUME = (
@@ -59,32 +56,24 @@ class SampledAssembled(DenseAssembled):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class ReducedTetRobot(ReducedRobot):
+class ReducedTetRobot(ReducedRobot[ModePoints]):
     """A reduced robot made of tetrahedra.
 
     Attributes, beside those of every reduced robot:
         body: sampled elements.
-        actuator_set: rows and curvature of its actuators.
+        curvature: of its cables and chambers.
         mass: (r, r) Φᵀ M Φ [kg].
         load: (r,) Φᵀ of gravity and outer forces [N].
-        effector_points: points that the effectors are functions of.
         effector_places: (3 p, r) displacement of the effectors, where outer forces act on them.
-        surface: vertices of candidates and target triangles.
-        contacts: candidates and triangles on the vertices of `surface`.
-        candidate_motion: (n_c, 3, r) derivative of the candidates with respect to α.
         work: workspace of the kernels.
     """
 
     full: TetRobot
     body: Body
-    actuator_set: ReducedActuators
+    curvature: ModalCurvature
     mass: Array
     load: Array
-    effector_points: ReducedPoints
     effector_places: Array
-    surface: ReducedPoints
-    contacts: ContactSet
-    candidate_motion: Array
     work: Work
 
     @property
@@ -94,12 +83,14 @@ class ReducedTetRobot(ReducedRobot):
 
     def fork(self) -> ReducedTetRobot:
         """The same robot with a workspace of its own."""
-        return dataclasses.replace(self, work=make_work(self.body, self.actuator_set.tendons))
+        return dataclasses.replace(self, work=make_work(self.body, self.curvature.tendons))
 
     def loaded(self, gravity: Array, effector_force: Array) -> ReducedTetRobot:
         """The robot under another gravity (3,) [m/s²] and forces on its effectors (3 p,) [N]."""
         full = self.full.loaded(gravity, effector_force)
-        return dataclasses.replace(self, full=full, load=self.Phi.T @ full.load)
+        return dataclasses.replace(
+            self, full=full, gravity=full.gravity, load=self.Phi.T @ full.load
+        )
 
     def lifted(self, state: State) -> State:
         """The state of the full robot: q₀ + Φ α, Φ v."""
@@ -112,21 +103,13 @@ class ReducedTetRobot(ReducedRobot):
         Phi = self.Phi
         return State(Phi.T @ (weight * (state.q - self.full.rest().q)), Phi.T @ (weight * state.v))
 
-    def effector(self, state: State) -> Array:
-        """Positions of the effectors: (p, 3) [m]."""
-        return self.full.effectors.kinds.positions(self.effector_points.at(state.q))
-
-    def effector_values(self, state: State) -> Array:
-        """Goal values of the effectors: (n_v,)."""
-        return self.full.effectors.kinds.values(self.effector_points.at(state.q))
-
-    def candidates(self, state: State) -> Array:
-        """Positions of the contact candidates: (n_c, 3) [m]."""
-        return self.contacts.positions(self.surface.at(state.q))
+    def motion(self, state: State) -> ModeMotion:
+        """Where the points of the body are at a state."""
+        return ModeMotion(state.q, None, np.zeros(0))
 
     def displacement(self, state: State, dq: Array) -> float:
         """Largest displacement of an effector or contact vertex in a change dq (r,) [m]."""
-        parts = (self.effector_places @ dq, self.surface.map @ dq)
+        parts = (self.effector_places @ dq, self.vertices.map @ dq)
         return max(float(np.abs(part).max(initial=0.0)) for part in parts)
 
     def forces(
@@ -154,15 +137,17 @@ class ReducedTetRobot(ReducedRobot):
         """
         scheme, response = integration or self.integration, self.work.response
         actuators, alpha = self.actuator_set, state.q
-        efforts = actuators.efforts(np.zeros(self.n_a) if effort is None else effort)
-        actuators.set_curvature(alpha, efforts, response.curvature)
-        preload = actuators.preload(alpha)
-        load = self.load if preload is None else self.load + preload
+        efforts = actuators.efforts(effort)
+        loads = actuators.loads(np.zeros(self.n_a) if efforts is None else efforts, exact=True)
+        assert loads is not None
+        self.curvature.write(alpha, loads.pressure, response.curvature)
+        preload = actuators.preload(self.motion(state))
+        load = self.load if preload is None else self.load + preload[0]
         damped = not scheme.static and scheme.rayleigh_stiffness > 0.0
         assemble_response(alpha, state.v, load, damped, self.body, response)
         return SampledAssembled(
             state, effort, self.mass, response.force.copy(), np.zeros(self.n),
-            response.resisting.copy(), actuators.tensions(efforts), response, damped,
+            response.resisting.copy(), loads.tension, response, damped,
         )  # fmt: skip
 
     def tangent(self, at: SampledAssembled, shares: tuple[float, float], exact: bool) -> Array:
@@ -175,7 +160,7 @@ class ReducedTetRobot(ReducedRobot):
         """
         if not (exact or at.damped or self.body.corotational):
             assemble_response(at.state.q, at.state.v, self.load, True, self.body, at.response)
-        tendons = self.actuator_set.tendons
+        tendons = self.curvature.tendons
         combine(
             at.state.q, at.tension, shares, exact, at.response, self.body, tendons, self.work
         )  # fmt: skip
@@ -189,25 +174,6 @@ class ReducedTetRobot(ReducedRobot):
         return implicit_system(
             scheme, at, lambda exact: self.tangent(at, shares, exact), self.work.L
         )
-
-    def rows(self, state: State, contacts: bool = True) -> RobotRows:
-        """Rows of effectors, actuators and, where `contacts` is true, contacts at this state."""
-        return RobotRows(
-            effectors=self.full.effectors.kinds.rows(self.effector_points.placed(state.q)),
-            actuators=self.actuator_set.rows(state.q),
-            contacts=self._contact_rows(state.q) if contacts else self._no_contact_rows(),
-        )
-
-    def _contact_rows(self, alpha: Array) -> ContactRows:
-        found = self.contacts.detect(self.surface.at(alpha))
-        H = contact_jacobian(
-            found.normal, found.slots, found.vertices, found.coefficients,
-            self.candidate_motion, self.surface.map,
-        )  # fmt: skip
-        return ContactRows(Rows(H, found.gap), found)
-
-    def _no_contact_rows(self) -> ContactRows:
-        return ContactRows.out_of_range(np.zeros((0, self.n)), self.n_c)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -297,24 +263,28 @@ class ReducibleTetRobot:
             weights: (s,) their weights.
         """
         robot = self.robot
-        body = sampled_body(robot, Phi, elements, weights)
-        actuators = reduced_actuators(robot, Phi)
+        body, curvature = sampled_body(robot, Phi, elements, weights), modal_curvature(robot, Phi)
         surface, contacts = contact_surface(robot, Phi)
-        by_mode = [contacts.positions(mode.reshape(-1, 3)) for mode in surface.map.T]
-        effectors = robot.effectors.placed(robot.mesh.nodes)
-        points, places = effectors.y.ravel(), robot.effectors.kinds.places(effectors)
+        places = robot.effectors.places(robot.motion(robot.rest()))
+        points = mode_points(robot, Phi, robot.effectors.points)
         return ReducedTetRobot(
+            names=robot.names,
+            digest=robot.digest,
+            gravity=robot.gravity,
+            tolerance=robot.tolerance,
+            integration=robot.integration,
+            actuators=robot.actuators,
+            actuator_set=reduced_actuators(robot, Phi),
+            limits=robot.limits,
+            effectors=Effectors(robot.effectors.kinds, points),
+            contacts=contacts,
+            vertices=surface,
             full=robot,
             Phi=Phi,
-            integration=robot.integration,
             body=body,
-            actuator_set=actuators,
+            curvature=curvature,
             mass=Phi.T @ (robot.mass[:, None] * Phi),
             load=Phi.T @ robot.load,
-            effector_points=ReducedPoints(points, np.asarray(robot.effectors.C @ Phi)),
             effector_places=np.asarray(places.H @ Phi),
-            surface=surface,
-            contacts=contacts,
-            candidate_motion=np.stack(by_mode, axis=2),
-            work=make_work(body, actuators.tendons),
+            work=make_work(body, curvature.tendons),
         )

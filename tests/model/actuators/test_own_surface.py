@@ -23,6 +23,7 @@ from tauten.model.mesh import TetMesh
 from tauten.model.numerics import Array, Ints
 from tauten.model.schema import RobotConfig, RobotFileError, validated
 from tauten.reduction.state.tetra.actuators import reduced_actuators
+from tauten.reduction.state.tetra.body import ModeMotion
 
 OWN = {**{name: value for name, value in CHAMBER.items() if name != "inside"},
        "stl": "air.stl", "own_surface": True}  # fmt: skip
@@ -102,7 +103,7 @@ def test_the_reduced_volume_is_that_of_the_full_model(tmp_path: Path) -> None:
     Phi, _ = np.linalg.qr(np.random.default_rng(0).standard_normal((robot.n, 6)))
     alpha = np.array([2.0, -1.0, 3.0, 1.0, -2.0, 1.5]) * 1e-3
     full = robot.rows(State(robot.rest().q + Phi @ alpha, robot.rest().v), contacts=False).actuators
-    reduced = reduced_actuators(robot, Phi).rows(alpha)
+    reduced = reduced_actuators(robot, Phi).rows(ModeMotion(alpha, None, np.zeros(0)))
     np.testing.assert_allclose(reduced.delta, full.delta, rtol=1e-9)
     np.testing.assert_allclose(reduced.H, full.H @ Phi, atol=1e-9 * np.abs(reduced.H).max())
 

@@ -9,6 +9,7 @@ from support.robots.bodies import CABLE, CHAMBER, beam_robot, box_mesh, pneumati
 
 from tauten.model import State
 from tauten.model.numerics import Array
+from tauten.model.points import NodeMotion
 from tauten.model.tetra import TetRobot
 
 PUSH = {"name": "push", "point": [0.1, 0.01, 0.01], "direction": [0.0, 3.0, 4.0],
@@ -84,7 +85,8 @@ def test_the_pressure_moves_no_free_body() -> None:
     robot = pneumatic_robot(fixed=[{"lower": [0.0, 0.0, 0.0], "upper": [1e-3, 0.02, 0.02]}])
     chambers, x = robot.actuator_set.chambers, robot.nodes(deformed(robot))
     every = 3 * np.arange(len(x))
-    forces = chambers.rows(chambers.placed(x, every, x.size)).dense().reshape(-1, 3)
+    walls = NodeMotion(x, every, x.size).placed(robot.actuator_set.walls)
+    forces = chambers.rows(walls).dense().reshape(-1, 3)
     scale = np.abs(forces).sum()
     assert scale > 0.0
     np.testing.assert_allclose(forces.sum(axis=0), 0.0, atol=1e-12 * scale)
@@ -105,9 +107,8 @@ def test_a_force_spread_over_a_region_acts_at_its_centre_of_mass() -> None:
 def test_a_robot_of_cables_alone_has_their_rows() -> None:
     size = (0.1, 0.02, 0.02)
     robot = beam_robot(box_mesh(size, (5, 2, 2)), size)
-    x, dof = robot.nodes(deformed(robot)), robot.pattern.dof
-    rows = robot.actuator_set.rows(x, dof, robot.n)
-    cables = robot.actuator_set.cables
-    cables = cables.paths.rows(cables.placed(x, dof, robot.n))
+    motion, actuators = robot.motion(deformed(robot)), robot.actuator_set
+    rows = actuators.rows(motion)
+    cables = actuators.paths.rows(motion.placed(actuators.stations))
     np.testing.assert_array_equal(rows.dense(), cables.dense())
     assert CHAMBER["name"] not in robot.actuators.names

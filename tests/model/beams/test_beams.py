@@ -20,7 +20,13 @@ from tauten.model.beams import (
 )
 from tauten.model.body import Material
 from tauten.model.numerics import Array, rotation_vector, turned
-from tauten.model.points import Entries, attach_between, attach_to_nodes, join_attached_points
+from tauten.model.points import (
+    Entries,
+    PoseMotion,
+    attach_between,
+    attach_to_nodes,
+    join_attached_points,
+)
 
 STEEL = Material(2e11, 0.3, 7800.0)
 D = np.array([50.0, 20.0, 15.0, 2.0, 3.0, 5.0])  # of the same order, so that no term hides
@@ -128,7 +134,7 @@ def test_attached_points_move_as_their_velocity_map() -> None:
     np.testing.assert_allclose(points.place(frame.x, frame.Q)[0], rest)
     frame.move(rng.standard_normal(12))
     dof = frame.pattern.dof[::2]
-    placed = points.placed(frame.x, frame.Q, dof, 12)
+    placed = PoseMotion(frame.x, frame.Q, dof, 12).placed(points)
     J = placed.motion()
     x, Q, v, eps = frame.x, frame.Q, rng.standard_normal(12), 1e-6
     moved = []

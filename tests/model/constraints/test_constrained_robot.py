@@ -83,8 +83,8 @@ def direction(robot: ConstrainedRobot) -> Array:
 
 
 def test_velocities_of_nodes(robot: ConstrainedRobot, state: State, direction: Array) -> None:
-    found = derivative(robot, state, lambda at: robot.placed(at)[0].q, direction)
-    T = robot.coordinates.matrix(robot.coordinates.values(robot.placed(state)[1]))
+    found = derivative(robot, state, lambda at: robot.placed(at)[0], direction)
+    T = robot.coordinates.matrix(robot.placed(state)[1].T)
     assert np.abs(T @ direction - found).max() < 1e-8 * np.abs(found).max()
 
 
@@ -132,10 +132,10 @@ def test_the_tangent_is_the_derivative_of_the_forces(
 def test_the_semidefinite_tangent_is_that_of_the_nodes(
     robot: ConstrainedRobot, state: State
 ) -> None:
-    raw_state, levers = robot.placed(state)
-    T = robot.coordinates.matrix(robot.coordinates.values(levers)).toarray()
+    q, through = robot.placed(state)
+    T = robot.coordinates.matrix(through.T).toarray()
     raw, n = robot.raw.pattern, robot.raw.n
-    _, raw_values = robot.raw.forces(raw_state, robot.efforts(None))
+    _, raw_values = robot.raw.forces(State(q, q), robot.actuator_set.efforts(None))
     nodes = sp.csc_array((raw_values, raw.indices, raw.indptr), shape=(n, n)).toarray()
     _, values = robot.forces(state)
     pattern = robot.pattern
@@ -149,9 +149,9 @@ def test_the_semidefinite_tangent_is_that_of_the_nodes(
 def test_centripetal_accelerations(robot: ConstrainedRobot, state: State, direction: Array) -> None:
     """The second derivative of the nodes along a motion with constant velocities of the coordinates."""
     step = 1e-4
-    q = [robot.placed(moved(robot, state, s * step * direction))[0].q for s in (-1.0, 0.0, 1.0)]
+    q = [robot.placed(moved(robot, state, s * step * direction))[0] for s in (-1.0, 0.0, 1.0)]
     second = (q[0] - 2.0 * q[1] + q[2]) / step**2
-    _, levers = robot.placed(state)
+    levers = robot.placed(state)[1].levers
     rate = robot.frames.centripetal(levers, direction[3 * len(robot.coordinates.free) :])
     found = robot.coordinates.gather.T @ rate.ravel()
     assert np.abs(found - second).max() < 1e-5 * np.abs(second).max()
@@ -160,7 +160,7 @@ def test_centripetal_accelerations(robot: ConstrainedRobot, state: State, direct
 def test_a_fork_and_a_load_keep_the_constraints(robot: ConstrainedRobot, state: State) -> None:
     other = robot.fork().loaded(np.array([0.0, 9.81, 0.0]), np.zeros(3))
     assert np.array_equal(other.nodes(state), robot.nodes(state))
-    T = robot.coordinates.matrix(robot.coordinates.values(robot.placed(state)[1]))
+    T = robot.coordinates.matrix(robot.placed(state)[1].T)
     weight = T.T @ (robot.raw.mass * np.tile([0.0, 9.81, 9.81], robot.raw.n // 3))
     assert other.forces(state)[0] - robot.forces(state)[0] == pytest.approx(weight)
 

@@ -98,8 +98,8 @@ def test_frames_of_each_kind(robot: ConstrainedRobot) -> None:
 
 
 def test_velocities_of_nodes(robot: ConstrainedRobot, state: State, direction: Array) -> None:
-    found = derivative(robot, state, lambda at: robot.placed(at)[0].q, direction)
-    T = robot.coordinates.matrix(robot.coordinates.values(robot.placed(state)[1]))
+    found = derivative(robot, state, lambda at: robot.placed(at)[0], direction)
+    T = robot.coordinates.matrix(robot.placed(state)[1].T)
     assert np.abs((T @ direction)[: len(found)] - found).max() < 1e-7 * np.abs(found).max()
 
 

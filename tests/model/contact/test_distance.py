@@ -10,9 +10,14 @@ from hypothesis import strategies as st
 from tauten.model.contact import ContactPair, ContactSet, contact_rows
 from tauten.model.mesh import boundary_triangles
 from tauten.model.numerics import Array, Ints
-from tauten.model.points import placed_nodes
+from tauten.model.points import NodeMotion, Placed, points_at
 
 ALARM = 0.4
+
+
+def placed_nodes(x: Array, dof: Ints, n: int) -> Placed:
+    """The nodes themselves at one state."""
+    return NodeMotion(x, dof, n).placed(points_at(np.arange(len(x))))
 
 
 def bumpy_block(rng: np.random.Generator, bumps: float) -> tuple[Array, Ints]:

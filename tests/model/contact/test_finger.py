@@ -8,11 +8,16 @@ import pytest
 from benchmarks.contact_basis import solve_pgs
 from tauten.model import Simulator
 from tauten.model.contact import ContactPair, ContactSet, contact_rows
-from tauten.model.numerics import solve_lcp
-from tauten.model.points import placed_nodes
+from tauten.model.numerics import Array, Ints, solve_lcp
+from tauten.model.points import NodeMotion, Placed, points_at
 from tauten.model.tetra import TetRobot
 
 PULL = 0.022  # closes the mouths of all notches
+
+
+def placed_nodes(x: Array, dof: Ints, n: int) -> Placed:
+    """The nodes themselves at one state."""
+    return NodeMotion(x, dof, n).placed(points_at(np.arange(len(x))))
 
 
 @pytest.fixture(scope="module")

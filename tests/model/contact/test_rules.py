@@ -7,9 +7,14 @@ from hypothesis import strategies as st
 
 from tauten.model.contact import BLOCK, ContactPair, ContactSet, contact_rows
 from tauten.model.numerics import Array, Ints
-from tauten.model.points import placed_nodes
+from tauten.model.points import NodeMotion, Placed, points_at
 
 ALARM = 2e-3
+
+
+def placed_nodes(x: Array, dof: Ints, n: int) -> Placed:
+    """The nodes themselves at one state."""
+    return NodeMotion(x, dof, n).placed(points_at(np.arange(len(x))))
 
 
 def sheet(width: float, cells: int) -> tuple[Array, Ints]:

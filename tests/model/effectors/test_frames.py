@@ -14,6 +14,7 @@ from support.effectors import BEAM_KINDS, END, beams, disturbed, moved, solid
 from tauten.model import EffectorLayout, Pose, State
 from tauten.model.effectors import FrameMeasure, frame_coefficients
 from tauten.model.numerics import Array, matrix_quaternion, rotated_by, rotation_between
+from tauten.model.points import NodeMotion
 from tauten.model.tetra import TetRobot
 
 FRAME = {"name": "tool", "kind": "frame", "region": END, "point": [0.12, 0.0, 0.01]}
@@ -38,7 +39,7 @@ def test_a_rigid_motion_of_all_nodes_is_that_of_the_frame(
 ) -> None:
     robot, rotation = framed, Rotation.from_rotvec(turn)
     x = rotation.apply(robot.mesh.nodes) + shift
-    values = robot.effectors.values(x)
+    values = robot.effectors.values(NodeMotion(x, robot.pattern.dof, robot.n))
     np.testing.assert_allclose(values[:3], rotation.apply([0.12, 0.0, 0.01]) + shift, atol=1e-12)
     assert Rotation.from_quat(values[[4, 5, 6, 3]]).approx_equal(rotation, atol=1e-10)
 

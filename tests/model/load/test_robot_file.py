@@ -67,7 +67,7 @@ def test_a_good_file_loads_in_si(folder: Path) -> None:
     robot = load(folder, GOOD)
     assert (robot.n_a, robot.layout.n_e, robot.n_c) == (1, 3, 7)
     assert robot.n == 3 * (len(robot.mesh.nodes) - 9)
-    assert robot.actuator_set.cables.paths.rest_length == pytest.approx([0.08])
+    assert robot.actuator_set.paths.rest_length == pytest.approx([0.08])
     assert robot.effector(robot.rest()) == pytest.approx(np.array([[0.1, 0.01, 0.01]]))
     assert robot.mass.sum() / 3 == pytest.approx(1000.0 * 0.1 * 0.02**2, rel=0.1)
     assert robot.actuators.names == ("tendon",)

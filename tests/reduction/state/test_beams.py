@@ -101,7 +101,7 @@ def test_displacement_belongs_to_the_state_that_is_given(
 
 def motion_of(reduced: ReducedBeamRobot, alpha: Array) -> Array:
     """Derivatives (n, r) of the full robot's degrees of freedom by α."""
-    J = reduced.moved(alpha).J.reshape(-1, 6, reduced.n)
+    J = reduced.moved(alpha).motion.J.reshape(-1, 6, reduced.n)
     return J[reduced.full.dof >= 0].reshape(-1, reduced.n)
 
 

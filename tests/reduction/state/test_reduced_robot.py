@@ -10,6 +10,7 @@ from support.state_bases import basis_of, turned_space
 from tauten.controller import Controller
 from tauten.model import Integration, Robot, Simulator, State
 from tauten.model.numerics import Array, FactorisationError
+from tauten.model.points import segment_nodes
 from tauten.model.points.paths import SHORTEST
 from tauten.model.tetra import TetRobot
 from tauten.reduction.campaign import Snapshots
@@ -121,12 +122,12 @@ def test_short_segments_of_cables_are_rounded_as_in_the_full_robot(
     thumb: TetRobot, complete: ReducedRobot, apart: float
 ) -> None:
     """Two stations of a cable at a distance of 0.3 of that from which lengths are rounded, and at none."""
-    cables, dof = thumb.actuator_set.cables, thumb.pattern.dof
+    actuators, dof = thumb.actuator_set, thumb.pattern.dof
     x, effort = thumb.mesh.nodes, np.array([2.0])
-    ends = cables.paths.segments(cables.stations(x))[0]  # (2, 3)
+    ends = actuators.paths.segments(actuators.stations.at(x))[0]  # (2, 3)
     across = ends[1] - ends[0]
     along = across / np.linalg.norm(across)
-    second = cables.segment_nodes[0, 4:]
+    second = segment_nodes(actuators.paths, actuators.stations)[0, 4:]
     second = second[dof[second] >= 0]
     q = thumb.rest().q.copy()
     q[dof[second][:, None] + np.arange(3)] += apart * SHORTEST * along - across

@@ -1,0 +1,153 @@
+"""What every robot has, whatever its coordinates are: names, and rows over its points."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import Generic, TypeVar
+
+import numpy as np
+
+from tauten.model.actuators import ActuatorSet
+from tauten.model.contact import ContactSet, contact_rows
+from tauten.model.effectors import Effectors
+from tauten.model.interface import Actuators, EffectorLayout, Limits
+from tauten.model.layout import Layout, row_layout
+from tauten.model.numerics import Array, Ints
+from tauten.model.points import Motion
+from tauten.model.robot import RobotNames, RobotRows, State
+from tauten.model.rows import ContactRows, PairSlots
+from tauten.model.system import Integration
+
+P = TypeVar("P")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RobotBase(ABC, Generic[P]):
+    """Names, sizes and rows of a `Robot` whose points are of type P (`tauten.model.points.Motion`).
+
+    Attributes:
+        names: of the robot and its effectors.
+        digest: of its description, see `tauten.model.schema.robot_digest`.
+        gravity: (3,) [m/s²].
+        tolerance: depth of penetration from which a unit column is added for a contact candidate [m].
+        integration: time step and scheme.
+        actuators: names, kinds and laws of its actuators.
+        actuator_set: their rows.
+        limits: limits of their efforts, positions and rates.
+        effectors: what is to reach targets.
+        contacts: candidates and the surfaces they may touch, and
+        vertices: the points of these surfaces.
+    """
+
+    names: RobotNames
+    digest: str
+    gravity: Array
+    tolerance: float
+    integration: Integration
+    actuators: Actuators
+    actuator_set: ActuatorSet[P]
+    limits: Limits
+    effectors: Effectors[P]
+    contacts: ContactSet
+    vertices: P
+
+    @property
+    def name(self) -> str:
+        """Name in keys and messages."""
+        return self.names.robot
+
+    @property
+    def frame(self) -> str:
+        """Frame id of its positions on the wire."""
+        return self.names.frame
+
+    @property
+    def effector_names(self) -> tuple[str, ...]:
+        """Names of the effectors, in row order."""
+        return self.names.effectors
+
+    @property
+    def h(self) -> float:
+        """Time step [s]."""
+        return self.integration.h
+
+    @property
+    @abstractmethod
+    def n(self) -> int:
+        """Free degrees of freedom, the length of v."""
+
+    @property
+    def n_a(self) -> int:
+        """Actuators; couplings count as one."""
+        return len(self.actuators)
+
+    @property
+    def layout(self) -> Layout:
+        """Where the rows of effectors, actuators and contacts are in a step."""
+        return row_layout(self.effector_layout.n_rows, self.n_a)
+
+    @property
+    def effector_layout(self) -> EffectorLayout:
+        """Kinds of the effectors, their rows, goal values and weights."""
+        return self.effectors.kinds.layout
+
+    @property
+    def n_c(self) -> int:
+        """Contact candidates, slots of λ_c."""
+        return self.contacts.n_slots
+
+    @property
+    def pairs(self) -> tuple[PairSlots, ...]:
+        """Contact pairs in the order of their slots."""
+        return self.contacts.pair_slots
+
+    @property
+    @abstractmethod
+    def triangles(self) -> Ints:
+        """Surface as triples of `points`: (t, 3)."""
+
+    @abstractmethod
+    def motion(self, state: State) -> Motion[P]:
+        """Where the points of the body are at a state, and how they move with the unknowns."""
+
+    def effector(self, state: State) -> Array:
+        """Positions of the effectors: (p, 3) [m]."""
+        return self.effectors.positions(self.motion(state))
+
+    def effector_values(self, state: State) -> Array:
+        """Goal values of the effectors: (n_v,)."""
+        return self.effectors.values(self.motion(state))
+
+    def candidates(self, state: State) -> Array:
+        """Positions of the contact candidates: (n_c, 3) [m]."""
+        return self.contacts.positions(self.motion(state).placed(self.vertices).y)
+
+    @property
+    def segment_owners(self) -> Ints:
+        """The actuator of every segment that `actuator_segments` gives: (s,)."""
+        return self.actuator_set.segment_owners
+
+    @property
+    def chamber_owners(self) -> Ints:
+        """The actuator whose chamber each of `triangles` encloses, −1 where none: (t,)."""
+        return self.actuator_set.chamber_owners(self.triangles)
+
+    def actuator_segments(self, state: State) -> Array:
+        """Segments by which actuators are drawn: (s, 2, 3) [m], see `Robot`."""
+        return self.actuator_set.segments(self.motion(state))
+
+    def rows(self, state: State, contacts: bool = True) -> RobotRows:
+        """Rows of effectors, actuators and, with `contacts`, contacts at this state."""
+        motion = self.motion(state)
+        found = self.contact_rows(motion) if contacts else self.no_contact_rows(motion)
+        return RobotRows(self.effectors.rows(motion), self.actuator_set.rows(motion), found)
+
+    def contact_rows(self, motion: Motion[P]) -> ContactRows:
+        """Gaps and H_c of the candidates in range."""
+        placed = motion.placed(self.vertices)
+        return contact_rows(self.contacts.detect(placed.y), placed)
+
+    def no_contact_rows(self, motion: Motion[P]) -> ContactRows:
+        """Contact rows with no candidate in range."""
+        return ContactRows.out_of_range(motion.units(np.zeros(0, dtype=np.int64)), self.n_c)
