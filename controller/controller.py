@@ -11,17 +11,9 @@ from tauten.controller.damping import undamped
 from tauten.controller.lead import no_lead
 from tauten.controller.locks import locked, no_locks, resting, unlocked, with_locks, within_rate
 from tauten.controller.plan import DecideSettings, Prepared
-from tauten.controller.qpcc import QpccSettings, Status
+from tauten.controller.qpcc import Backend, QpccSettings, Status
 from tauten.controller.settings import ControllerSettings
-from tauten.controller.step import (
-    Decision,
-    advance,
-    decide,
-    hold,
-    horizon_of,
-    prepare,
-    substeps_of,
-)
+from tauten.controller.step import Decision, advance, decide, hold, horizon_of, prepare, substeps_of
 from tauten.controller.winches import ROUNDING
 from tauten.model import (
     Command,
@@ -63,6 +55,7 @@ class Controller:
         contact: Literal["none", "full"] | ContactSpace = "none",
         enrichment: Enrichment | None = None,
         settings: ControllerSettings | None = None,
+        qp: Backend | None = None,
     ) -> None:
         """Start at rest.
 
@@ -73,6 +66,7 @@ class Controller:
                 most three rounds.
             settings: of the inverse problem; default: those of a robot file that does not set any. See
                 `load_controller_settings`.
+            qp: solves the quadratic programs; default: the library that the settings name.
 
         Raises:
             ValueError: `contact` is none of these, or a basis of another robot's size.
@@ -85,7 +79,7 @@ class Controller:
         self.settings = DecideSettings(
             epsilon=settings.regularisation,
             enrichment=enrichment or default,
-            qpcc=QpccSettings(solver=settings.qp_solver, max_pivots=settings.max_pivots),
+            qpcc=QpccSettings(qp or settings.qp_solver, settings.max_pivots),
             substeps=substeps_of(self.robot, settings.substeps),
             ahead=self.horizon.ticks,
         )

@@ -16,7 +16,8 @@ class ControllerSettings(Section):
 
     qp_solver: Name = Field(
         default="daqp",
-        description="Name of the QP library: daqp (default), osqp, proxqp and others.",
+        description="Name of the QP library: daqp (default), osqp, proxqp and others, or what an installed "
+        "package adds.",
     )
     regularisation: Annotated[float, Field(ge=0.0, le=1e6)] = Field(
         default=1e-3,

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, ValidationInfo, field_validator
 
 from tauten.model.load import robot_path
-from tauten.model.schema import Positive, Rate, Section, in_range, read_toml, validated
+from tauten.model.schema import Name, Positive, Rate, Section, in_range, read_toml, validated
 
 
 class ModelSettings(Section):
@@ -66,6 +66,11 @@ class ServiceSettings(Section):
     feedback_gain: Annotated[Positive, in_range(0.0, 1e3, "1/s")] = Field(
         default=2.0,
         description="Gain with which a closed loop corrects targets [1/s], by default 2.",
+    )
+    estimator: Name = Field(
+        default="feedback",
+        description="What corrects targets in a closed loop: feedback (default), or one that an installed "
+        "package adds.",
     )
     measurement_delay: Annotated[float, Field(ge=0.0, le=10.0)] = Field(
         default=0.0, description="Age of a measurement when it arrives [s], by default 0."

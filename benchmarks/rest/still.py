@@ -241,7 +241,7 @@ def still_run(
         if plant is not None:
             position = np.where(held, np.nan, left[-1].position)
             plant.step(position, np.where(held, left[-1].effort, np.nan))
-            feedback.observe(controller.effector_values, plant.effector_values, robot.h)
+            feedback.update(controller.effector_values, plant.effector_values, robot.h)
         if tick % last == last - 1 and max(_changes(left[-last:], robot)) < STANDING * RESTING:
             break
     where = controller.effector_values if plant is None else plant.effector_values

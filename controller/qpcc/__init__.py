@@ -6,6 +6,7 @@ from tauten.controller.qpcc.piece import parabola
 from tauten.controller.qpcc.problem import Qpcc, Start, read_qpcc, write_qpcc
 from tauten.controller.qpcc.qp import (
     UNBOUNDED,
+    Backend,
     KeptQp,
     Qp,
     QpAnswer,
@@ -20,6 +21,7 @@ from tauten.controller.qpcc.solve import NO_PIECE, QpccSettings, solve_qpcc
 from tauten.controller.qpcc.warming import warm_solver
 
 __all__ = [
+    "Backend",
     "Budget",
     "Certificate",
     "Descent",

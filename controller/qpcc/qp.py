@@ -4,9 +4,9 @@
 
 The first n entries of `lower`, `upper` bound the variables, the others the rows of A. Entries beyond
 ±UNBOUNDED are no bounds. The QPs of a QPCC are small (n <= 10, m <= 60 as a rule) and solved thousands of
-times a second, so that setting up and wrapping cost more than the iterations: daqp is called directly, every
-other library through qpsolvers. Their answers are taken as they are; what these are good for, the residuals
-of the solution say.
+times a second, so that setting up and wrapping cost more than the iterations: daqp is called directly, other
+libraries through qpsolvers, and a function of somebody else as it is. Their answers are taken as they are;
+what these are good for, the residuals of the solution say.
 """
 
 from __future__ import annotations
@@ -21,8 +21,10 @@ import daqp
 import numpy as np
 from scipy.sparse import csc_matrix
 
+from tauten.model.load import extension, extension_names
 from tauten.model.numerics import Array
 
+GROUP = "tauten.qp_solvers"  # of entry points
 UNBOUNDED = 1e30
 ENDLESS = (
     1e12  # a QP whose variables are of order one has no minimum where its answer is this large
@@ -76,21 +78,33 @@ Backend = Callable[[Qp], QpAnswer]
 
 
 def available_backends() -> tuple[str, ...]:
-    """Names that `qp_backend` accepts on this machine, the default first."""
+    """Names that `qp_backend` accepts on this machine: the default, entry points, libraries of qpsolvers."""
     import qpsolvers
 
-    return ("daqp", *(name for name in qpsolvers.available_solvers if name != "daqp"))
+    others = (*extension_names(GROUP), *qpsolvers.available_solvers)
+    return tuple(dict.fromkeys(("daqp", *others)))
 
 
-@cache
-def qp_backend(name: str) -> Backend:
-    """The function that solves (5) with a named library.
+def qp_backend(solver: str | Backend) -> Backend:
+    """The function that solves (5).
+
+    Args:
+        solver: the function itself; it never raises. Or its name: "daqp", an entry point of the group
+            "tauten.qp_solvers", or a library that qpsolvers knows.
 
     Raises:
         ValueError: the library is not installed or unknown.
     """
+    return _named(solver) if isinstance(solver, str) else solver
+
+
+@cache
+def _named(name: str) -> Backend:
     if name == "daqp":
         return solve_daqp
+    added: Backend | None = extension(GROUP, name)
+    if added is not None:
+        return added
     known = available_backends()
     if name not in known:
         raise ValueError(f"QP solver {name!r} is not installed, found are {', '.join(known)}")

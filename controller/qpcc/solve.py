@@ -19,7 +19,7 @@ from tauten.controller.qpcc.descent import Budget, Descent, DescentPoint
 from tauten.controller.qpcc.feasible import all_empty, least_violation
 from tauten.controller.qpcc.homotopy import penalty_homotopy
 from tauten.controller.qpcc.problem import Qpcc, Warm, start_of
-from tauten.controller.qpcc.qp import qp_backend
+from tauten.controller.qpcc.qp import Backend, qp_backend
 from tauten.controller.qpcc.residuals import EXACT, FLOOR, RIDGE
 from tauten.controller.qpcc.scaling import (
     CROSSED_LIMITS,
@@ -41,7 +41,7 @@ class QpccSettings:
     """How to solve.
 
     Attributes:
-        solver: QP library, one of `qp.available_backends()`.
+        solver: QP library, one of `qp.available_backends()`, or a function; see `qp.qp_backend`.
         max_pivots: QPs solved at most, in all phases together.
         time_limit: wall time [s], in all phases together; it may be exceeded by one QP.
         second_start: when a penalty homotopy looks for a lower optimum from a second start: "cold", without
@@ -49,7 +49,7 @@ class QpccSettings:
             is found otherwise.
     """
 
-    solver: str = "daqp"
+    solver: str | Backend = "daqp"
     max_pivots: int = 300
     time_limit: float = math.inf
     second_start: Literal["cold", "always", "never"] = "cold"

@@ -9,20 +9,20 @@ import numpy as np
 
 from tauten.controller.qpcc.descent import Budget, Descent, solve_piece
 from tauten.controller.qpcc.problem import Qpcc
-from tauten.controller.qpcc.qp import qp_backend
+from tauten.controller.qpcc.qp import Backend, qp_backend
 from tauten.controller.qpcc.scaling import scale
 from tauten.controller.qpcc.solve import QpccSettings, solve_qpcc
 
 CLOSED = np.zeros(2, dtype=np.bool_)
 
 
-def warm_solver(solver: str) -> None:
+def warm_solver(solver: str | Backend) -> None:
     """Compile or load all kernels of `solve_qpcc`, those of its rare ways too.
 
     Rare are pieces that a QP library must solve, degenerate points, and limits in conflict.
 
     Args:
-        solver: QP library, one of `qp.available_backends()`.
+        solver: QP library, see `qp.qp_backend`.
 
     Raises:
         ValueError: the library is not installed.

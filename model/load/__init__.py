@@ -3,6 +3,7 @@
 from tauten.model.load.beam_bodies import beam_mesh
 from tauten.model.load.beams import groups
 from tauten.model.load.bodies import build_bodies, read_bodies
+from tauten.model.load.extensions import extension, extension_names
 from tauten.model.load.robot import (
     build_robot,
     command_name,
@@ -17,6 +18,8 @@ __all__ = [
     "build_bodies",
     "build_robot",
     "command_name",
+    "extension",
+    "extension_names",
     "groups",
     "load_robot",
     "make_robot",

@@ -147,7 +147,7 @@ def follow(
         measured = body.effector[0], error, sent.position, sent.effort
         rows.append((*measured, decide, step, touching, not usable, *own))
         if closed:
-            feedback.observe(controller.effector_values, where, robot.h)
+            feedback.update(controller.effector_values, where, robot.h)
     found = zip(*rows, strict=True)
     effector, errors, position, effort, decided, stepped, touched, unusable, model, own_errors = (
         found

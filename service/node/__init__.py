@@ -2,6 +2,7 @@
 
 from tauten.service.node.answers import QuestionAnswers
 from tauten.service.node.clock import Beat, Clock, punctual_clock
+from tauten.service.node.estimator import Estimator, make_estimator
 from tauten.service.node.feedback import LARGEST, Feedback, ModelHistory, stable_gain
 from tauten.service.node.inputs import MeasuredLoop
 from tauten.service.node.limiter import ActuationLimiter
@@ -20,6 +21,7 @@ __all__ = [
     "Beat",
     "Clock",
     "ControlLoop",
+    "Estimator",
     "Feedback",
     "Histogram",
     "LARGEST",
@@ -34,6 +36,7 @@ __all__ = [
     "Signals",
     "commanded",
     "judged",
+    "make_estimator",
     "make_fall_back",
     "punctual_clock",
     "serve",

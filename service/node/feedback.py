@@ -46,6 +46,20 @@ def stable_gain(gain: float, delay: float) -> float:
     return gain if delay <= 0.0 else min(gain, _MARGIN * pi / (2.0 * delay))
 
 
+def capped(layout: EffectorLayout, correction: Array, largest: float) -> Array:
+    """A correction (n_e,) of which no position, rotation or scalar is longer than allowed.
+
+    Args:
+        layout: of the effectors.
+        correction: (n_e,).
+        largest: length, in metres by the layout's units [m].
+    """
+    found = correction.copy()
+    for part, length in zip(layout.parts(), layout.lengths(correction), strict=True):
+        found[part] *= min(1.0, largest / max(length, 1e-300))
+    return found
+
+
 class Feedback:
     """Integral correction of targets.
 
@@ -71,29 +85,23 @@ class Feedback:
         self._layout = layout
         self.correction: Array = np.zeros(layout.n_rows)
 
-    @property
-    def length(self) -> float:
-        """Length of the longest correction of a position, rotation or scalar [m]."""
-        return float(self._layout.lengths(self.correction).max())
-
-    def observe(self, model: Array, measured: Array, seconds: float) -> None:
-        """Correct by a measurement.
+    def update(self, predicted: Array, measured: Array, seconds: float) -> Array:
+        """The correction (n_e,) after a measurement.
 
         Args:
-            model: (n_v,) the model's effectors when the measurement was made.
+            predicted: (n_v,) the model's effectors when the measurement was made.
             measured: (n_v,) the measured effectors.
             seconds: since the measurement before.
         """
-        if not np.isfinite(model).all():
-            return
+        if not np.isfinite(predicted).all():
+            return self.correction
         # exact for constant x_e - x_m, so that no gain and no pause makes it overshoot
         share = 1.0 - np.exp(-self.gain * seconds)
         layout = self._layout
-        difference = layout.difference(model, measured)  # (n_e,)
+        difference = layout.difference(predicted, measured)  # (n_e,)
         correction = self.correction + share * (difference - self.correction)  # (n_e,)
-        for part, length in zip(layout.parts(), layout.lengths(correction), strict=True):
-            correction[part] *= min(1.0, self.largest / max(length, 1e-300))
-        self.correction = correction
+        self.correction = capped(layout, correction, self.largest)
+        return self.correction
 
     def reset(self) -> None:
         """No correction."""

@@ -16,7 +16,8 @@ import zenoh
 from tauten.model import Robot
 from tauten.model.numerics import Array
 from tauten.service.log import Entry, LogRecorder
-from tauten.service.node.feedback import LARGEST, Feedback, ModelHistory
+from tauten.service.node.estimator import Estimator, make_estimator
+from tauten.service.node.feedback import LARGEST, ModelHistory, capped, stable_gain
 from tauten.service.node.plausibility import MeasurementCheck
 from tauten.service.settings import ServiceSettings
 from tauten.service.wire import (
@@ -155,7 +156,7 @@ class NodeInputs:
         if self._loop is None:
             return Goal(values, None, values, self._targets.stamp, self._delay)
         followed = self._targets.followed(now)
-        correction = np.where(followed, self._loop.feedback.correction, 0.0)
+        correction = np.where(followed, self._loop.correction, 0.0)
         corrected = self._layout.moved(values, correction)
         return Goal(values, correction, corrected, self._targets.stamp, self._delay)
 
@@ -255,11 +256,15 @@ class MeasuredLoop:
 
     Attributes:
         subscriber: of the measurements.
-        feedback: the correction.
+        correction: (n_e,) added to the targets.
     """
 
     def __init__(
-        self, robot: Robot, settings: ServiceSettings, subscriber: EffectorSubscriber
+        self,
+        robot: Robot,
+        settings: ServiceSettings,
+        subscriber: EffectorSubscriber,
+        estimator: Estimator | None = None,
     ) -> None:
         """Start without a measurement.
 
@@ -267,15 +272,16 @@ class MeasuredLoop:
             robot: that is measured.
             settings: timeout, gain and delay of the measurements.
             subscriber: of its measurements.
+            estimator: of the correction; None: the one that the settings name.
         """
-        largest = LARGEST * robot.size
         self.subscriber = subscriber
-        self.feedback = Feedback(
-            robot.effector_layout, settings.feedback_gain, largest, settings.measurement_delay
-        )
+        self.correction: Array = np.zeros(robot.effector_layout.n_rows)
+        self._estimator = estimator or make_estimator(robot, settings)
+        self._layout, self._largest = robot.effector_layout, LARGEST * robot.size
+        self._settings = settings
         self._delay = settings.measurement_delay
         self._timeout = settings.measurement_timeout
-        self._check = MeasurementCheck(robot.effector_layout, robot.size, largest)
+        self._check = MeasurementCheck(robot.effector_layout, robot.size, self._largest)
         self._history = ModelHistory()
         self._reason = ""  # why the last measurement was not plausible
         self._plausible = -np.inf  # monotonic time of the last plausible measurement [s]
@@ -302,7 +308,9 @@ class MeasuredLoop:
                 rejection = Rejection(RejectionReason.NOT_PLAUSIBLE, self._reason)
                 self.subscriber.counts.refuse(rejection)
             else:
-                self.feedback.observe(model, measured, min(seconds, self._timeout))
+                found = self._estimator.update(model, measured, min(seconds, self._timeout))
+                if np.isfinite(found).all():
+                    self.correction = capped(self._layout, found, self._largest)
                 self._plausible = now
         lasting = bool(self._reason) and now - self._plausible > self._timeout
         return Cause.IMPLAUSIBLE if self._check.fault or lasting else Cause.NONE
@@ -311,21 +319,24 @@ class MeasuredLoop:
         """Start again after a reset, and after an enable where measurements were not plausible."""
         fault = bool(self._check.fault) and command is OperatorCommand.ENABLE
         if fault or command is OperatorCommand.RESET:
-            self.feedback.reset()
+            self._estimator.reset()
+            self.correction = np.zeros_like(self.correction)
             self._check.reset()
             self._reason = ""
 
     def diagnostic(self) -> Diagnostic:
         """Correction, its limit, and the age of the measurements."""
-        feedback, age = self.feedback, self.subscriber.oldest(time.monotonic())
-        at_cap = feedback.length >= _AT_CAP * feedback.largest
+        age, largest = self.subscriber.oldest(time.monotonic()), self._largest
+        length = float(self._layout.lengths(self.correction).max())
+        at_cap = length >= _AT_CAP * largest
         message = self._reason or ("the correction is at its limit" if at_cap else "plausible")
         values = {
-            "correction_mm": f"{1e3 * feedback.length:.4g}",
-            "largest_correction_mm": f"{1e3 * feedback.largest:.4g}",
+            "correction_mm": f"{1e3 * length:.4g}",
+            "largest_correction_mm": f"{1e3 * largest:.4g}",
             "age_s": f"{age:.3g}",
             "delay_s": f"{self._delay:g}",
-            "gain": f"{feedback.gain:.4g}",
+            "estimator": self._settings.estimator,
+            "gain": f"{stable_gain(self._settings.feedback_gain, self._delay):.4g}",
         }
         level = Level.WARN if self._reason or at_cap else Level.OK
         return Diagnostic("feedback", level, message, values)

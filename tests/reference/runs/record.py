@@ -98,7 +98,7 @@ def record(name: str, folder: Path) -> Path:
         loop.prepare()
         plant.step(effort=action.actuation.effort)
         if done > HOLD:
-            feedback.observe(loop.controller.effector_values, plant.effector_values, robot.h)
+            feedback.update(loop.controller.effector_values, plant.effector_values, robot.h)
     recorder.close()
     return path
 

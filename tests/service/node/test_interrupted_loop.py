@@ -50,7 +50,7 @@ def at_rest(robots: tuple[Robot, Robot], goal: Array) -> Array:
     for tick in range(TICKS):
         controller.prepare()
         model, values = controller.effector_values, goal.copy()
-        feedback.observe(model, driven.simulator.effector_values, robots[0].h)
+        feedback.update(model, driven.simulator.effector_values, robots[0].h)
         if tick < LATER:
             values[second] = model[second]
         if tick in HELD:

@@ -65,16 +65,17 @@ class Rig:
         return [self.tick(target) for target in targets]
 
     def tick(self, target: Array) -> Cause:
-        loop, feedback = self.loop, self.measured.feedback
+        loop, measured = self.loop, self.measured
         self._now += loop.controller.robot.h
         for ring, xyz in zip(self.rings, self._measure(self.plant.effector).tolist(), strict=True):
             ring.samples.append(Sample(encode_point(Point(0, "", tuple(xyz)))))
-        self.measured.subscriber.read(self._now, 1.8e9)
-        cause = self.measured.correct(self._now, loop.controller.effector_values)
-        action = loop.tick(target.ravel() + feedback.correction, Signals(True, measurement=cause))
+        measured.subscriber.read(self._now, 1.8e9)
+        cause = measured.correct(self._now, loop.controller.effector_values)
+        action = loop.tick(target.ravel() + measured.correction, Signals(True, measurement=cause))
         self.plant.step(position=action.actuation.position)
         loop.prepare()
-        self.largest = max(self.largest, feedback.length)
+        lengths = loop.controller.robot.effector_layout.lengths(measured.correction)
+        self.largest = max(self.largest, float(lengths.max()))
         away = float(np.linalg.norm(self.plant.effector - target, axis=1).max())
         self.farthest = max(self.farthest, away)
         return action.cause

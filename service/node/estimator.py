@@ -1,0 +1,61 @@
+"""What a closed loop adds to the targets: the interface of all estimators, and which one a robot file names.
+
+An estimator gets what the model predicted and what was measured, and gives a correction of the targets. Its
+rows are those of `EffectorLayout`: positions and scalars, rotations about the frame's own axes. `Feedback`
+is the one of tauten; packages add others as entry points of the group "tauten.estimators", functions of
+robot and settings. Measurements that are late, damaged or implausible never reach an estimator, and no
+correction that is infinite or longer than `LARGEST` of the robot's size leaves the loop.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from tauten.model import Robot, RobotFileError
+from tauten.model.load import extension, extension_names
+from tauten.model.numerics import Array
+from tauten.service.node.feedback import LARGEST, Feedback
+from tauten.service.settings import ServiceSettings
+
+GROUP = "tauten.estimators"  # of entry points
+
+
+class Estimator(Protocol):
+    """From measurements to a correction of the targets."""
+
+    def update(self, predicted: Array, measured: Array, seconds: float) -> Array:
+        """The correction (n_e,) from now on.
+
+        Args:
+            predicted: (n_v,) the model's effectors when the measurement was made.
+            measured: (n_v,) the measured effectors.
+            seconds: since the measurement before.
+        """
+
+    def reset(self) -> None:
+        """Forget all measurements; the correction is zero then."""
+
+
+def make_estimator(robot: Robot, settings: ServiceSettings) -> Estimator:
+    """The estimator that a robot file names.
+
+    Args:
+        robot: that is measured.
+        settings: of the service; `estimator` names it.
+
+    Raises:
+        RobotFileError: no installed package has it.
+    """
+    if settings.estimator == "feedback":
+        largest = LARGEST * robot.size
+        return Feedback(
+            robot.effector_layout, settings.feedback_gain, largest, settings.measurement_delay
+        )
+    make = extension(GROUP, settings.estimator)
+    if make is None:
+        known = ", ".join(("feedback", *extension_names(GROUP)))
+        raise RobotFileError(
+            f"robot {robot.name}: service.estimator is {settings.estimator!r}, found are {known}"
+        )
+    estimator: Estimator = make(robot, settings)
+    return estimator

@@ -1,0 +1,163 @@
+"""What docs/extend.md adds from outside works in tauten: through robot files, commands and arguments."""
+
+from __future__ import annotations
+
+import ast
+from dataclasses import dataclass
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+import pytest
+from extension.conftest import blocks
+from support.processes import ROBOT, write_robot
+from support.qpcc_checks import assert_solves, recorded
+
+from tauten.controller import Controller, Status
+from tauten.controller.qpcc import (
+    Qp,
+    QpAnswer,
+    QpccSettings,
+    available_backends,
+    qp_backend,
+    solve_qpcc,
+)
+from tauten.model import Robot, RobotFileError
+from tauten.model.load import extension
+from tauten.model.numerics import Array
+from tauten.service.node import LARGEST, Estimator, MeasuredLoop, make_estimator
+from tauten.service.settings import ServiceSettings
+from tauten.service.setup import load_setup, warm_controller
+from tauten.service.wire import (
+    CDR,
+    Cause,
+    EffectorSubscriber,
+    OperatorCommand,
+    Point,
+    encode_point,
+)
+
+LINES = 40
+
+
+def test_each_example_is_short() -> None:
+    for block in blocks("python"):
+        assert len(block.splitlines()) <= LINES
+        assert ast.parse(block).body
+
+
+def test_names_are_those_of_installed_packages(package: ModuleType) -> None:
+    assert extension("tauten.qp_solvers", "none_such") is None
+    with pytest.raises(
+        ValueError, match="QP solver 'none_such' is not installed, found are daqp, "
+    ):
+        qp_backend("none_such")
+    assert "admm" in available_backends()
+
+
+def test_a_qp_library_decides_alike(package: ModuleType, tmp_path: Path) -> None:
+    """By name from a robot file, and as an argument: the certificate proves its decisions as any others."""
+    file = write_robot(
+        tmp_path, ROBOT.replace("rate = 50.0 }", 'rate = 50.0, qp_solver = "admm" }')
+    )
+    setup = load_setup(file)
+    named, given = warm_controller(setup), Controller(setup.robot, qp=package.admm)
+    assert named.settings.qpcc.solver == "admm"
+    usual = Controller(setup.robot)
+    target = usual.shifted(0.05 * setup.robot.size)
+    for _ in range(10):
+        found = [one.step(target) for one in (named, given, usual)]
+        for one in found:
+            assert one.status is Status.OK
+            assert one.certificate.stationarity < 1e-6
+            np.testing.assert_allclose(one.effort, found[2].effort, rtol=1e-6, atol=1e-6)
+
+
+def test_a_qp_library_solves_what_the_default_solves(package: ModuleType) -> None:
+    calls, problems = 0, [step.problem() for step in recorded("three_cables_5")[:40:4]]
+
+    def counted(qp: Qp) -> QpAnswer:
+        nonlocal calls
+        calls += 1
+        answer: QpAnswer = package.admm(qp)
+        return answer
+
+    for problem in problems:
+        usual = solve_qpcc(problem)
+        found = solve_qpcc(problem, settings=QpccSettings(counted))
+        assert found.status is Status.OK
+        assert_solves(problem, found)
+        np.testing.assert_allclose(found.lam_a, usual.lam_a, atol=1e-5)
+    assert calls > 0
+
+
+class Ring:
+    """Measurements of one effector."""
+
+    def __init__(self) -> None:
+        self.samples: list[Sample] = []
+
+    def try_recv(self) -> Sample | None:
+        return self.samples.pop(0) if self.samples else None
+
+
+@dataclass(frozen=True)
+class Sample:
+    """A measurement as Zenoh gives it."""
+
+    payload: bytes
+    encoding: str = CDR
+    timestamp: None = None
+
+
+def test_an_estimator_corrects_a_closed_loop(package: ModuleType, beam: Robot) -> None:
+    """A robot a millimetre beside its model, of which one measurement in five is far off."""
+    settings = ServiceSettings(estimator="median", measurement_timeout=5.0)
+    layout, rest = beam.effector_layout, beam.effector_values(beam.rest())
+    rings = [Ring() for _ in beam.effector_names]
+    subscriber = EffectorSubscriber(rings, beam.frame, layout, rest, 1.0, timeout=0.25)
+    loop = MeasuredLoop(beam, settings, subscriber)
+    off = np.array([0.0, 1e-3, 0.0])
+    for tick in range(60):
+        wrong = 3e-3 if tick % 5 == 4 else 0.0
+        for ring, xyz in zip(rings, rest.reshape(-1, 3) - off - wrong, strict=True):
+            ring.samples.append(Sample(encode_point(Point(0, "", tuple(xyz.tolist())))))
+        now = 10.0 + 0.02 * tick
+        subscriber.read(now, 1.8e9)
+        assert loop.correct(now, rest) is Cause.NONE
+    np.testing.assert_allclose(loop.correction.reshape(-1, 3), np.tile(off, (2, 1)), atol=1e-9)
+    assert loop.diagnostic().values["estimator"] == "median"
+    loop.after_command(OperatorCommand.RESET)
+    assert not loop.correction.any()
+
+
+def test_what_an_estimator_gives_is_bounded(beam: Robot) -> None:
+    """By argument: a correction that is not finite is not used, a long one is shortened."""
+
+    class Wild(Estimator):
+        found = np.full(beam.effector_layout.n_rows, np.nan)
+
+        def update(self, predicted: Array, measured: Array, seconds: float) -> Array:
+            return self.found
+
+        def reset(self) -> None:
+            pass
+
+    layout, rest, wild = beam.effector_layout, beam.effector_values(beam.rest()), Wild()
+    rings = [Ring() for _ in beam.effector_names]
+    subscriber = EffectorSubscriber(rings, beam.frame, layout, rest, 1.0, timeout=0.25)
+    loop = MeasuredLoop(beam, ServiceSettings(), subscriber, wild)
+    for tick in range(2):
+        for ring, xyz in zip(rings, rest.reshape(-1, 3).tolist(), strict=True):
+            ring.samples.append(Sample(encode_point(Point(0, "", tuple(xyz)))))
+        subscriber.read(10.0 + 0.02 * tick, 1.8e9)
+        loop.correct(10.0 + 0.02 * tick, rest)
+        if tick == 0:
+            assert not loop.correction.any()
+            wild.found = np.full(layout.n_rows, 1e3)
+    assert layout.lengths(loop.correction).max() == pytest.approx(LARGEST * beam.size)
+
+
+def test_an_estimator_that_nobody_has_is_refused(beam: Robot) -> None:
+    with pytest.raises(RobotFileError, match="estimator is 'kalman', found are feedback"):
+        make_estimator(beam, ServiceSettings(estimator="kalman"))
