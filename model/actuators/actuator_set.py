@@ -94,13 +94,17 @@ class ActuatorSet(Generic[P]):
 
     def member_rows(self, motion: Motion[P]) -> Rows:
         """Rows of the single actuators."""
+        others = self.other_rows(motion)
+        return others if len(self.drives) == 0 else self.drives.among(others, motion)
+
+    def other_rows(self, motion: Motion[P]) -> Rows:
+        """Rows of cables, chambers and forces, in the order of `others`."""
         parts = [self.paths.rows(motion.placed(self.stations))]
         if len(self.chambers) > 0:
             parts.append(self.chambers.rows(motion.placed(self.walls)))
         if len(self.forces) > 0:
             parts.append(self.forces.rows(motion.placed(self.pushed)))
-        others = parts[0] if len(parts) == 1 else stack(parts)
-        return others if len(self.drives) == 0 else self.drives.among(others, motion)
+        return parts[0] if len(parts) == 1 else stack(parts)
 
     def efforts(self, lam: Array | None) -> Array | None:
         """Efforts on cables, chambers and forces, without drives, under those of the motors.

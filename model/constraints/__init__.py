@@ -1,6 +1,10 @@
 """Rigid regions, drives and attachments by elimination: robots in the coordinates that these leave."""
 
-from tauten.model.constraints.coordinates import make_coordinates, make_product_pattern
+from tauten.model.constraints.coordinates import (
+    CoordinateMap,
+    make_coordinates,
+    make_product_pattern,
+)
 from tauten.model.constraints.drums import Drums, supports_of
 from tauten.model.constraints.followers import GluedNodes
 from tauten.model.constraints.frames import (
@@ -15,6 +19,7 @@ from tauten.model.constraints.robot import ConstrainedRobot
 
 __all__ = [
     "ConstrainedRobot",
+    "CoordinateMap",
     "DriveRegion",
     "Drums",
     "Frames",

@@ -62,6 +62,10 @@ class Drums:
         tension: Array = self.stiffness * np.maximum(self.stretched(delta, theta), 0.0)
         return tension
 
+    def held_by(self, tension: Array) -> Array:
+        """Stiffness of the springs (c,) in the tangent under tensions (c,) [N/m]."""
+        return np.where(tension > 0.0, 1.0, SLACK_SHARE) * self.stiffness
+
     def energy(self, delta: Array, theta: Array) -> float:
         """Energy in the springs since rest [J]; arguments as of `stretched`."""
         tension = self.tensions(delta, theta)
@@ -94,12 +98,11 @@ class Drums:
             H: rows of all cables over the nodes that are not fixed.
             tension: (c,) of those on drums [N].
         """
-        values = [np.zeros(0)]
+        values, stiffness = [np.zeros(0)], self.held_by(tension)
         for place, support in enumerate(self.supports):
             dense = H[[self.cables[place]]].toarray()[0]
             h = np.append(dense[support], -self.gains[place])
-            share = 1.0 if tension[place] > 0.0 else SLACK_SHARE
-            values.append(share * self.stiffness[place] * np.outer(h, h).ravel())
+            values.append(stiffness[place] * np.outer(h, h).ravel())
         return np.concatenate(values)
 
 

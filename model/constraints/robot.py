@@ -191,7 +191,7 @@ class ConstrainedRobot(SparseRobot[NodePoints | MeanPoints]):
             mapped = mapped + preload[0]
         if exact and len(self.frames.nodes):
             if efforts is not None and len(efforts) > 0:
-                others = self.raw.actuator_set.rows(self.raw_motion(motion))
+                others = actuators.other_rows(self.raw_motion(motion))
                 force = force + others.H.T @ efforts
             self.add_lever_stiffness(through.levers, force, tangent)
         return mapped, tangent

@@ -7,7 +7,7 @@ from tauten.model.beams import BeamRobot
 from tauten.model.constraints import ConstrainedRobot
 from tauten.reduction.reduced_robot import Reducible, StateBasisError
 from tauten.reduction.state.beams import ReducibleBeamRobot
-from tauten.reduction.state.tetra import ReducibleDrivenRobot, ReducibleTetRobot
+from tauten.reduction.state.tetra import ReducibleTetRobot
 
 
 def reducible(robot: Robot) -> Reducible:
@@ -22,15 +22,16 @@ def reducible(robot: Robot) -> Reducible:
             f"robot {robot.name}: viscous materials have no state bases; leave out material.viscosity, "
             "or use the full model"
         )
-    if isinstance(robot, ConstrainedRobot):
-        unlike = robot.joints is not None or robot.drums is not None
-        if robot.frames.n_turning > 0 or unlike:
-            raise StateBasisError(
-                f"robot {robot.name}: robots of tetrahedra with rigid regions, pins, beams or drums have no "
-                "state bases; use the full model"
-            )
-        return ReducibleDrivenRobot(robot)
-    if isinstance(robot, TetRobot):
+    if (
+        isinstance(robot, ConstrainedRobot)
+        and robot.joints is not None
+        and len(robot.joints.nodes) > 0
+    ):
+        raise StateBasisError(
+            f"robot {robot.name}: robots with beams beside bodies of tetrahedra have no state bases; use "
+            "the full model"
+        )
+    if isinstance(robot, TetRobot | ConstrainedRobot):
         return ReducibleTetRobot(robot)
     if isinstance(robot, BeamRobot):
         return ReducibleBeamRobot(robot)

@@ -8,14 +8,15 @@ import scipy.sparse as sp
 from support.robots.bodies import beam_config
 from support.robots.joined import joined, rod
 from support.robots.small_bodies import MESH, SIZE, constrained, moved
+from support.state_bases import basis_of
 
 from tauten.controller import Controller
-from tauten.model import Simulator
+from tauten.model import Simulator, State
 from tauten.model.constraints import ConstrainedRobot
 from tauten.model.load import build_robot
 from tauten.model.numerics import Array
 from tauten.model.schema import RobotConfig, RobotFileError, validated
-from tauten.reduction.state import StateBasisError, reducible
+from tauten.reduction.state import reduced_robot, reducible
 
 STIFFNESS, PRETENSION = 5e3, 2.0
 LIMITS = {"max_tension": 50.0, "max_pull": 0.05, "max_rate": 1.0}
@@ -149,9 +150,29 @@ def test_a_drum_on_a_rod_goes_slack_and_is_controlled() -> None:
         assert effort.max() > 0.5
 
 
-def test_a_drum_has_no_state_basis() -> None:
-    with pytest.raises(StateBasisError, match="pins, beams or drums have no state bases"):
-        reducible(antagonists())
+@pytest.mark.parametrize("exact", [False, True])
+def test_a_drum_in_modes_is_that_of_the_full_robot(exact: bool) -> None:
+    """Forces, tangent and rows in random modes with every element, one cable taut and one slack."""
+    robot = antagonists()
+    body = reducible(robot)
+    free, modes = robot.n - 1, 8
+    Phi = np.zeros((robot.n, modes + 1))
+    random = np.linalg.qr(np.random.default_rng(0).normal(size=(free, modes)))[0]
+    Phi[:free, :modes], Phi[free, modes] = random / np.sqrt(body.weight[:-1, None]), 1.0
+    every = np.arange(body.n_elements)
+    reduced = reduced_robot(robot, basis_of(robot, Phi, every, np.ones(len(every))))
+    q = np.append(3e-4 * np.random.default_rng(1).normal(size=modes), 3e-3)
+    state, lam = State(q, np.zeros(modes + 1)), np.array([0.4])
+    lifted = reduced.lifted(state)
+    assert (robot.wound(robot.motion(lifted))[1] > 0.0).tolist() == [True, False]
+    force, K = reduced.forces(state, lam, exact)
+    full_force, values = robot.forces(lifted, lam, exact)
+    full = sp.csc_array((values, robot.pattern.indices, robot.pattern.indptr), (robot.n,) * 2)
+    np.testing.assert_allclose(force, Phi.T @ full_force, rtol=1e-8, atol=1e-10)
+    np.testing.assert_allclose(K, Phi.T @ (full @ Phi), atol=1e-9 * np.abs(K).max())
+    found, there = reduced.rows(state).actuators, robot.rows(lifted).actuators
+    np.testing.assert_allclose(found.delta, there.delta, atol=1e-15)
+    np.testing.assert_allclose(found.dense(), there.dense() @ Phi, atol=1e-12)
 
 
 def test_a_drum_needs_cables_with_springs() -> None:

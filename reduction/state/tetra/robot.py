@@ -1,8 +1,9 @@
 """A robot of tetrahedra in reduced coordinates: no array of a step is as long as its mesh.
 
-q = q₀ + Φ α (14). State.q is α, State.v its rate. Forces and tangent are sums over a sample of elements,
-directly in α (`tauten.reduction.state.tetra.kernels`); contact vertices, cable stations and effectors move
-with their rows of Φ, multiplied with the weights once.
+Nodes are at q₀ + E β (14), with β = α where the robot has no drives, and otherwise also sines and cosines of
+their angles θ (`tauten.reduction.state.tetra.node_chart`). State.q is (α, θ), State.v its rate. Forces and
+tangent are sums over a sample of elements, directly in β (`tauten.reduction.state.tetra.kernels`); those in
+(α, θ) follow with J = ∂β/∂(α, θ): Jᵀ f and Jᵀ K J.
 """
 
 from __future__ import annotations
@@ -12,32 +13,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tauten.model import Assembled, Integration, State, System, TetRobot
-from tauten.model.effectors import Effectors
-from tauten.model.numerics import Array, Ints
+from tauten.model import Assembled, Integration, Robot, State, System
+from tauten.model.constraints import Drums
+from tauten.model.numerics import Array
 from tauten.reduction.dense_step import DenseAssembled, implicit_system, scheme_of, shares_of
-from tauten.reduction.reduced_robot import ElementSample, ReducedRobot
-from tauten.reduction.state.tetra.actuators import (
-    ModalCurvature,
-    modal_curvature,
-    reduced_actuators,
-)
+from tauten.reduction.reduced_robot import ReducedRobot
+from tauten.reduction.state.tetra.actuators import ModalCurvature
 from tauten.reduction.state.tetra.arrays import Body, Response, Work, make_work
-from tauten.reduction.state.tetra.body import (
-    ModeMotion,
-    ModePoints,
-    contact_surface,
-    mode_points,
-    sampled_body,
-)
-from tauten.reduction.state.tetra.ecsw import sample_elements
+from tauten.reduction.state.tetra.body import ModeMotion, ModePoints
 from tauten.reduction.state.tetra.elements import assemble_response
 from tauten.reduction.state.tetra.kernels import combine
-from tauten.reduction.state.tetra.points import integration_points
-
-_VOLUME = (
-    2.0  # factor between the volume of the weighted elements and the body's; samples reach 1.02
-)
+from tauten.reduction.state.tetra.node_chart import DriveMotion, NodeChart
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,14 +31,50 @@ class SampledAssembled(DenseAssembled):
     """Forces and tangents of sampled elements at a state; attributes beside those of `DenseAssembled`.
 
     Attributes:
+        motion: β there, and its derivative J.
+        over_beta: (R,) forces without actuators and contacts for β.
+        members: efforts on cables, chambers and forces; None: there are none.
+        wound: cables on drums; None: there are none.
         tension: of each cable [N].
         response: of the elements, in the workspace of the robot that assembled it.
         damped: whether it has the stiffness of the material.
     """
 
+    motion: ModeMotion
+    over_beta: Array
+    members: Array | None
+    wound: Wound | None
     tension: Array
     response: Response
     damped: bool
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Wound:
+    """The cables on drums at a state, see `tauten.model.constraints.Drums`.
+
+    Attributes:
+        H: (c, n) change of their pulled lengths, less that of what the drums have wound.
+        tension: (c,) [N].
+        tangent: (n, n) of the springs.
+    """
+
+    H: Array
+    tension: Array
+    tangent: Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ReducedSprings:
+    """ReducedSprings between points of a body in reduced coordinates, energy ½ βᵀ K β + pᵀ β.
+
+    Attributes:
+        K: (R, R) [N/m].
+        p: (R,) [N].
+    """
+
+    K: Array
+    p: Array
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -60,19 +82,28 @@ class ReducedTetRobot(ReducedRobot[ModePoints]):
     """A reduced robot made of tetrahedra.
 
     Attributes, beside those of every reduced robot:
+        chart: the deviations that Φ combines.
+        E: (3 n_nodes, R) displacements of all nodes that are not fixed, by β.
+        drive_motion: β of the coordinates.
         body: sampled elements.
         curvature: of its cables and chambers.
-        mass: (r, r) Φᵀ M Φ [kg].
-        load: (r,) Φᵀ of gravity and outer forces [N].
-        effector_places: (3 p, r) displacement of the effectors, where outer forces act on them.
+        mass: (R, R) Eᵀ M E [kg].
+        load: (R,) Eᵀ of gravity and outer forces [N].
+        springs: that keep hinges aligned; None: there are none.
+        drums: motors that wind several cables; None: there are none.
+        effector_places: (3 p, R) displacement of the effectors, where outer forces act on them.
         work: workspace of the kernels.
     """
 
-    full: TetRobot
+    chart: NodeChart
+    E: Array
+    drive_motion: DriveMotion
     body: Body
     curvature: ModalCurvature
     mass: Array
     load: Array
+    springs: ReducedSprings | None
+    drums: Drums | None
     effector_places: Array
     work: Work
 
@@ -87,35 +118,47 @@ class ReducedTetRobot(ReducedRobot[ModePoints]):
 
     def loaded(self, gravity: Array, effector_force: Array) -> ReducedTetRobot:
         """The robot under another gravity (3,) [m/s²] and forces on its effectors (3 p,) [N]."""
-        full = self.full.loaded(gravity, effector_force)
+        full: Robot = self.full.loaded(gravity, effector_force)
+        raw = self.chart.raw.loaded(gravity, effector_force)
         return dataclasses.replace(
-            self, full=full, gravity=full.gravity, load=self.Phi.T @ full.load
+            self,
+            full=full,
+            chart=dataclasses.replace(self.chart, raw=raw),
+            gravity=full.gravity,
+            load=self.E.T @ raw.load,
         )
 
     def lifted(self, state: State) -> State:
-        """The state of the full robot: q₀ + Φ α, Φ v."""
-        Phi = self.Phi
-        return State(self.full.rest().q + Phi @ state.q, Phi @ state.v)
+        """The state of the full robot whose deviations are Φ α."""
+        q = self.chart.configuration(self.Phi @ state.q)
+        return State(q, self.chart.velocity(q, self.Phi @ state.v))
 
     def projected(self, state: State) -> State:
-        """The nearest state to one of the full robot, in the mass."""
-        weight = 3.0 * self.full.mass / self.full.mass.sum()  # (n,)
-        Phi = self.Phi
-        return State(Phi.T @ (weight * (state.q - self.full.rest().q)), Phi.T @ (weight * state.v))
+        """The nearest state to one of the full robot, in the mass, with the same angles and travels."""
+        project, chart = self.Phi.T * chart_weight(self.chart), self.chart
+        q = project @ chart.deviations(state.q[:, None])[:, 0]
+        return State(q, project @ chart.rates(state.q, state.v[:, None])[:, 0])
 
     def motion(self, state: State) -> ModeMotion:
         """Where the points of the body are at a state."""
-        return ModeMotion(state.q, None, np.zeros(0))
+        map_, q = self.drive_motion, state.q
+        if map_.drives == 0:
+            return ModeMotion(q, None, np.zeros(0))
+        return ModeMotion(map_.beta(q), map_.jacobian(q), q[map_.modes :])
 
     def displacement(self, state: State, dq: Array) -> float:
-        """Largest displacement of an effector or contact vertex in a change dq (r,) [m]."""
-        parts = (self.effector_places @ dq, self.vertices.map @ dq)
+        """Largest displacement of an effector, contact vertex or driven node in a change dq (n,) [m]."""
+        motion, frames = self.motion(state), self.chart.frames
+        change = dq if motion.J is None else motion.J @ dq
+        parts = [self.effector_places @ change, self.vertices.map @ change]
+        if frames is not None:
+            parts.append(dq[self.drive_motion.modes :] * frames.reach[frames.n_turning :])
         return max(float(np.abs(part).max(initial=0.0)) for part in parts)
 
     def forces(
         self, state: State, effort: Array | None = None, exact: bool = False
     ) -> tuple[Array, Array]:
-        """Forces without actuators and contacts (r,) [N], and the tangent K (r, r).
+        """Forces without actuators and contacts (n,) [N], and the tangent K (n, n).
 
         Args:
             state: where to evaluate.
@@ -136,155 +179,100 @@ class ReducedTetRobot(ReducedRobot[ModePoints]):
             integration: another scheme than the robot's.
         """
         scheme, response = integration or self.integration, self.work.response
-        actuators, alpha = self.actuator_set, state.q
+        actuators, motion = self.actuator_set, self.motion(state)
+        beta, J = motion.beta, motion.J
         efforts = actuators.efforts(effort)
-        loads = actuators.loads(np.zeros(self.n_a) if efforts is None else efforts, exact=True)
+        wound = self.wound(motion)
+        if wound is not None and self.drums is not None:
+            efforts = np.zeros(len(actuators.others)) if efforts is None else efforts
+            efforts[self.drums.cables] = wound.tension
+        loads = actuators.loads(
+            np.zeros(actuators.n_members) if efforts is None else efforts, exact=True
+        )
         assert loads is not None
-        self.curvature.write(alpha, loads.pressure, response.curvature)
-        preload = actuators.preload(self.motion(state))
-        load = self.load if preload is None else self.load + preload[0]
+        self.curvature.write(beta, loads.pressure, response.curvature)
         damped = not scheme.static and scheme.rayleigh_stiffness > 0.0
-        assemble_response(alpha, state.v, load, damped, self.body, response)
+        load, rate = self.load, state.v if J is None or scheme.static else J @ state.v
+        if self.springs is not None:
+            load = load - self.springs.K @ beta - self.springs.p
+        assemble_response(beta, rate, load, damped, self.body, response)
+        over_beta, resisting = response.force.copy(), response.resisting.copy()
+        if damped and self.springs is not None:
+            resisting += self.springs.K @ rate
+        force, mass, inertia = over_beta, self.mass, np.zeros(self.n)
+        if J is not None:
+            force, resisting = J.T @ over_beta, J.T @ resisting
+            if not scheme.static:
+                map_ = self.drive_motion
+                centripetal = state.v[map_.modes :] ** 2 @ map_.bend(state.q)
+                mass, inertia = J.T @ mass @ J, J.T @ (self.mass @ centripetal)
+        preload = actuators.preload(motion)
+        if preload is not None:
+            force = force + preload[0]
+        if wound is not None:
+            force = force + wound.tension @ wound.H
+            if damped:
+                resisting = resisting + wound.tangent @ state.v
         return SampledAssembled(
-            state, effort, self.mass, response.force.copy(), np.zeros(self.n),
-            response.resisting.copy(), loads.tension, response, damped,
+            state, effort, mass, force, inertia, resisting,
+            motion, over_beta, efforts, wound, loads.tension, response, damped,
         )  # fmt: skip
 
     def tangent(self, at: SampledAssembled, shares: tuple[float, float], exact: bool) -> Array:
-        """A sum of the stiffness of the material and the tangent (r, r), in the workspace.
+        """A sum of the stiffness of the material and the tangent (n, n).
 
         Args:
             at: the state.
             shares: of D and of K.
             exact: whether K is the derivative, or positive semidefinite.
         """
+        beta, J = at.motion.beta, at.motion.J
         if not (exact or at.damped or self.body.corotational):
-            assemble_response(at.state.q, at.state.v, self.load, True, self.body, at.response)
+            rate = at.state.v if J is None else J @ at.state.v
+            assemble_response(beta, rate, self.load, True, self.body, at.response)
         tendons = self.curvature.tendons
-        combine(
-            at.state.q, at.tension, shares, exact, at.response, self.body, tendons, self.work
-        )  # fmt: skip
-        return self.work.S.copy()
+        combine(beta, at.tension, shares, exact, at.response, self.body, tendons, self.work)
+        tangent: Array = self.work.S.copy()
+        if self.springs is not None:
+            tangent += (shares[0] + shares[1]) * self.springs.K
+        if J is None:
+            return tangent
+        tangent = J.T @ tangent @ J
+        map_ = self.drive_motion
+        if exact and len(map_.turning) > 0:
+            others, efforts = at.over_beta, at.members
+            if efforts is not None and len(efforts) > 0:
+                over_beta = ModeMotion(beta, None, at.motion.travel)
+                others = others + efforts @ self.actuator_set.other_rows(over_beta).dense()
+            diagonal = np.einsum("ii->i", tangent)[map_.modes :]
+            diagonal -= shares[1] * (map_.bend(at.state.q) @ others)
+        if at.wound is not None:
+            tangent += (shares[0] + shares[1]) * at.wound.tangent
+        return tangent
+
+    def wound(self, motion: ModeMotion) -> Wound | None:
+        """The cables on drums at a state; None: there are none."""
+        drums, actuators = self.drums, self.actuator_set
+        if drums is None:
+            return None
+        rows = actuators.paths.rows(motion.placed(actuators.stations))
+        tension = drums.tensions(rows.delta, motion.travel[drums.regions])
+        H = rows.chosen(drums.cables)
+        columns = self.drive_motion.modes + drums.regions[drums.owner]
+        H[np.arange(len(H)), columns] -= drums.gains
+        return Wound(H, tension, H.T @ (drums.held_by(tension)[:, None] * H))
 
     def system(self, assembled: Assembled, integration: Integration) -> System:
         """The system of one step, see `ReducedRobot`."""
         assert isinstance(assembled, SampledAssembled)
         at, scheme = assembled, scheme_of(integration)
         shares = shares_of(scheme)
-        return implicit_system(
-            scheme, at, lambda exact: self.tangent(at, shares, exact), self.work.L
-        )
+        L = self.work.L if at.motion.J is None else np.zeros((self.n, self.n))
+        return implicit_system(scheme, at, lambda exact: self.tangent(at, shares, exact), L)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class ReducibleTetRobot:
-    """A robot made of tetrahedra as state reduction sees it: deviations are displacements.
-
-    Modes are orthonormal in the mass, Φᵀ M Φ = m I with the body's mass m, so α is in metres and |α| is the
-    root mean square displacement of the body. Fixed nodes have no rows in Φ, so they do not move.
-
-    Attributes:
-        robot: the robot.
-    """
-
-    robot: TetRobot
-
-    @property
-    def own_coordinates(self) -> int:
-        """None: all displacements are those of modes."""
-        return 0
-
-    @property
-    def weight(self) -> Array:
-        """Diagonal (n,) of M / m."""
-        weight: Array = (
-            3.0 * self.robot.mass / self.robot.mass.sum()
-        )  # every node counts three times
-        return weight
-
-    @property
-    def norm(self) -> str:
-        """What W is, in a word."""
-        return "mass"
-
-    @property
-    def default_motion(self) -> float:
-        """Relative projection error that a basis is allowed, a share of all displacement."""
-        return 5e-5
-
-    @property
-    def n_elements(self) -> int:
-        """Number of integration points."""
-        return len(integration_points(self.robot))
-
-    def deviations(self, q: Array) -> Array:
-        """Displacements (n, s) of configurations (n, s) [m]."""
-        displacements: Array = q - self.robot.rest().q[:, None]
-        return displacements
-
-    def rates(self, q: Array, motion: Array) -> Array:
-        """The velocities (n, k) themselves, at any configuration q (n,) [m/s]."""
-        return motion
-
-    def sample(self, Phi: Array, alphas: Array, tolerance: float, seed: int) -> ElementSample:
-        """A sample of integration points, see `sample_elements`.
-
-        Args:
-            Phi: (n, r) state modes.
-            alphas: (r, s) states of a campaign [m].
-            tolerance: relative residual.
-            seed: of random directions.
-        """
-        return sample_elements(self.robot, Phi, alphas, tolerance, seed)
-
-    def implausible(self, elements: Ints, weights: Array) -> str:
-        """A sentence where the weighted elements have another volume than the body.
-
-        Args:
-            elements: (s,) numbers of integration points.
-            weights: (s,) their weights.
-        """
-        volume = integration_points(self.robot).volume
-        with np.errstate(over="ignore"):
-            share = float(weights @ volume[elements] / volume.sum())
-        if 1.0 / _VOLUME <= share <= _VOLUME:
-            return ""
-        return (
-            f"the weighted elements of this state basis have {share:.3g} times the volume of "
-            f"robot {self.robot.name!r}, allowed are {1.0 / _VOLUME} to {_VOLUME}"
-        )
-
-    def reduced(self, Phi: Array, elements: Ints, weights: Array) -> ReducedTetRobot:
-        """The robot in the coordinates of a state basis.
-
-        Args:
-            Phi: (n, r) state modes.
-            elements: (s,) numbers of integration points, ascending.
-            weights: (s,) their weights.
-        """
-        robot = self.robot
-        body, curvature = sampled_body(robot, Phi, elements, weights), modal_curvature(robot, Phi)
-        surface, contacts = contact_surface(robot, Phi)
-        places = robot.effectors.places(robot.motion(robot.rest()))
-        points = mode_points(robot, Phi, robot.effectors.points)
-        return ReducedTetRobot(
-            names=robot.names,
-            digest=robot.digest,
-            gravity=robot.gravity,
-            tolerance=robot.tolerance,
-            integration=robot.integration,
-            actuators=robot.actuators,
-            actuator_set=reduced_actuators(robot, Phi),
-            limits=robot.limits,
-            effectors=Effectors(robot.effectors.kinds, points),
-            contacts=contacts,
-            vertices=surface,
-            full=robot,
-            Phi=Phi,
-            body=body,
-            curvature=curvature,
-            mass=Phi.T @ (robot.mass[:, None] * Phi),
-            load=Phi.T @ robot.load,
-            effector_places=np.asarray(places.H @ Phi),
-            work=make_work(body, curvature.tendons),
-        )
+def chart_weight(chart: NodeChart) -> Array:
+    """Diagonal (m,) of M / m for nodes that modes move, one for each drive."""
+    mass = chart.raw.mass.reshape(-1, 3)[chart.moved].ravel()
+    weight = 3.0 * mass / mass.sum()  # every node counts three times
+    return np.concatenate([weight, np.ones(chart.drives)])

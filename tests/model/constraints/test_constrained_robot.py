@@ -30,7 +30,6 @@ from tauten.model import Simulator, State
 from tauten.model.constraints import ConstrainedRobot
 from tauten.model.numerics import Array
 from tauten.model.schema import RobotFileError
-from tauten.reduction.state import StateBasisError, reducible
 
 
 def pair(**changes: object) -> ConstrainedRobot:
@@ -163,11 +162,6 @@ def test_a_fork_and_a_load_keep_the_constraints(robot: ConstrainedRobot, state: 
     T = robot.coordinates.matrix(robot.placed(state)[1].T)
     weight = T.T @ (robot.raw.mass * np.tile([0.0, 9.81, 9.81], robot.raw.n // 3))
     assert other.forces(state)[0] - robot.forces(state)[0] == pytest.approx(weight)
-
-
-def test_rigid_regions_have_no_state_basis(robot: ConstrainedRobot) -> None:
-    with pytest.raises(StateBasisError, match="with rigid regions, pins, beams or drums have no"):
-        reducible(robot)
 
 
 def servo(**changes: object) -> dict[str, object]:

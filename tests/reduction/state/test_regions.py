@@ -1,0 +1,206 @@
+"""State bases of robots with rigid regions, pins and hinges: against the full robots."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from support.robots.joined import joined, push, rod
+from support.robots.small_bodies import (
+    END,
+    FIRST,
+    GLUE,
+    HINGE,
+    LAST,
+    MESH,
+    MIDDLE,
+    RUBBER,
+    SECOND,
+    SLIDE,
+    TURN,
+    constrained,
+    moved,
+)
+from support.state_bases import basis_of
+
+from tauten.model import Simulator, State
+from tauten.model.constraints import ConstrainedRobot
+from tauten.model.numerics import Array
+from tauten.reduction.state import StateBasisError, reduced_robot, reducible
+from tauten.reduction.state.modes import pod, with_own, without_own
+from tauten.reduction.state.tetra.reducible import ReducibleTetRobot
+
+BOX = ((0.02, 0.02, 0.02), (2, 2, 2))
+SOFT = ((0.06, 0.02, 0.02), (6, 2, 2))
+FORCES = np.random.default_rng(4).uniform(-1.0, 1.0, size=(40, 3)) * [0.02, 0.05, 0.05]
+
+
+def chain() -> ConstrainedRobot:
+    """A soft box that is held, glued to it a rigid box, on that two more, each on a hinge."""
+    first, second, third = ({"kind": "all", "body": name} for name in ("first", "second", "third"))
+    root = {"lower": [0.0, 0.0, 0.0], "upper": [0.0, 0.02, 0.02]}
+    face = {"body": "soft", "lower": [0.06, 0.0, 0.0], "upper": [0.06, 0.02, 0.02]}
+    return joined(
+        [
+            {"name": "soft", "fixed": [root]},
+            {"name": "first", "rigid": True, "position": [0.06, 0.0, 0.0]},
+            {"name": "second", "rigid": True, "position": [0.08, 0.0, 0.0]},
+            {"name": "third", "rigid": True, "position": [0.10, 0.0, 0.0]},
+        ],
+        {"soft": SOFT, "first": BOX, "second": BOX, "third": BOX},
+        gravity=[9.81, 0.0, 0.0],
+        attachments=[
+            {"kind": "glue", "region": face, "to": first},
+            {
+                "kind": "hinge", "region": second, "to": first, "through": [0.08, 0.01, 0.01],
+                "axis": [0.0, 1.0, 0.0], "tilt_stiffness": 0.5,
+            },
+            {
+                "kind": "hinge", "region": third, "to": second, "through": [0.10, 0.01, 0.01],
+                "axis": [0.0, 0.0, 1.0], "tilt_stiffness": 0.5,
+            },
+        ],
+        forces=[
+            push(name, [0.12, 0.01, 0.01], direction)
+            for name, direction in (
+                ("x", [1.0, 0.0, 0.0]), ("y", [0.0, 1.0, 0.0]), ("z", [0.0, 0.0, 1.0]),
+            )
+        ],
+        effectors=[{"name": "end", "point": [0.12, 0.01, 0.01]}],
+    )  # fmt: skip
+
+
+def frames_of_each_kind() -> ConstrainedRobot:
+    """Glue that follows a rigid plate, a servo, a slider and a hinge on the frame."""
+    return constrained(
+        [MESH, MESH], bodies=[FIRST, SECOND], mesh=None, fixed=[], material=RUBBER,
+        attachments=[GLUE, HINGE],
+        rigid=[{"name": "plate", "region": {**END, "body": "first"}}],
+        drives=[{**TURN, "region": MIDDLE}, {**SLIDE, "region": LAST}],
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module", params=[chain, frames_of_each_kind])
+def robot(request: pytest.FixtureRequest) -> ConstrainedRobot:
+    found = request.param()
+    assert isinstance(found, ConstrainedRobot)
+    return found
+
+
+@pytest.fixture(scope="module")
+def state(robot: ConstrainedRobot) -> State:
+    """Frames turned by a tenth and more, nodes moved by millimetres."""
+    rng = np.random.default_rng(1)
+    scale = np.full(robot.n, 1e-3)
+    first = 3 * len(robot.coordinates.free)
+    scale[first + robot.frames.rotations[:, None] + np.arange(3)] = 0.3
+    scale[first + robot.frames.drives] = 0.2
+    there = moved(robot, robot.rest(), scale * rng.standard_normal(robot.n))
+    return State(there.q, rng.standard_normal(robot.n))
+
+
+def test_a_configuration_comes_back_from_its_deviations(
+    robot: ConstrainedRobot, state: State
+) -> None:
+    chart = ReducibleTetRobot(robot).chart
+    back = chart.configuration(chart.deviations(state.q[:, None])[:, 0])
+    np.testing.assert_allclose(robot.nodes(State(back, state.v)), robot.nodes(state), atol=1e-12)
+    rates = chart.rates(state.q, state.v[:, None])[:, 0]
+    np.testing.assert_allclose(chart.velocity(state.q, rates), state.v, atol=1e-9)
+
+
+def test_rates_are_the_derivative_of_the_deviations(robot: ConstrainedRobot, state: State) -> None:
+    chart, step = ReducibleTetRobot(robot).chart, 1e-6
+    ahead, behind = (moved(robot, state, sign * step * state.v).q for sign in (1.0, -1.0))
+    found = chart.deviations(np.stack([ahead, behind], axis=1)) @ [1.0, -1.0] / (2.0 * step)
+    rates = chart.rates(state.q, state.v[:, None])[:, 0]
+    np.testing.assert_allclose(rates, found, atol=1e-7 * np.abs(found).max())
+
+
+@pytest.fixture(scope="module")
+def equilibria() -> tuple[ConstrainedRobot, Array]:
+    """The chain, and its configurations (n_q, s) under many forces."""
+    robot = chain()
+    simulator, found = Simulator(robot, "none"), []
+    for force in FORCES:
+        assert simulator.settle(effort=force).converged
+        found.append(simulator.state.q)
+    return robot, np.array(found).T
+
+
+def test_hinges_in_modes_rest_where_the_full_robot_does(
+    equilibria: tuple[ConstrainedRobot, Array],
+) -> None:
+    """Under forces that the basis has not seen; most of the way is the swing about the hinges."""
+    robot, q = equilibria
+    body = reducible(robot)
+    deviations = body.deviations(q)
+    modes = pod(without_own(body, deviations), body.weight, 30)
+    every = np.arange(body.n_elements)
+    basis = basis_of(robot, with_own(body, modes.Phi), every, np.ones(len(every)))
+    reduced = reduced_robot(robot, basis)
+    full, small = Simulator(robot, "none"), Simulator(reduced, "none")
+    rest = robot.effector(robot.rest())[0]
+    ways, errors = [], []
+    for force in np.random.default_rng(5).uniform(-0.8, 0.8, size=(6, 3)) * [0.02, 0.05, 0.05]:
+        assert full.settle(effort=force).converged
+        assert small.settle(effort=force).converged
+        there = robot.effector(full.state)[0]
+        ways.append(np.linalg.norm(there - rest))
+        errors.append(np.linalg.norm(reduced.effector(small.state)[0] - there))
+    assert max(ways) > 0.01
+    assert max(errors) < 0.02 * max(ways)
+
+
+def test_the_springs_of_a_hinge_hold_it_in_modes(
+    equilibria: tuple[ConstrainedRobot, Array],
+) -> None:
+    """Forces of all modes, at a state in their span, are those of the nodes: the power of a motion."""
+    robot, q = equilibria
+    body = reducible(robot)
+    modes = pod(without_own(body, body.deviations(q)), body.weight, 38)
+    every = np.arange(body.n_elements)
+    Phi = with_own(body, modes.Phi)
+    reduced = reduced_robot(robot, basis_of(robot, Phi, every, np.ones(len(every))))
+    assert robot.joints is not None
+    assert robot.joints.springs.shape[0] > 0
+    for column in (0, 7, 19):
+        state = reduced.projected(State(q[:, column], np.zeros(robot.n)))
+        force = reduced.forces(state)[0]
+        # the same nodes in the full robot: elements, gravity and springs
+        beta = reduced.motion(state).beta
+        raw = robot.raw
+        at = State(raw.rest().q + reduced.E @ beta, np.zeros(raw.n))
+        x = raw.nodes(at)
+        spring = robot.joints.springs
+        on_nodes = (spring.T @ (spring @ x.ravel())).reshape(-1, 3)
+        expected = reduced.E.T @ (raw.forces(at)[0] - on_nodes[raw.pattern.dof >= 0].ravel())
+        np.testing.assert_allclose(force, expected, atol=1e-8 * np.abs(expected).max())
+
+
+def test_the_tangent_is_the_derivative_of_the_forces(
+    equilibria: tuple[ConstrainedRobot, Array],
+) -> None:
+    robot, q = equilibria
+    body = reducible(robot)
+    modes = pod(without_own(body, body.deviations(q)), body.weight, 20)
+    every = np.arange(body.n_elements)
+    reduced = reduced_robot(
+        robot, basis_of(robot, with_own(body, modes.Phi), every, np.ones(len(every)))
+    )
+    state = reduced.projected(State(q[:, 3], np.zeros(robot.n)))
+    direction, step = np.random.default_rng(2).normal(size=reduced.n), 1e-7
+    ahead, behind = (
+        reduced.forces(State(state.q + sign * step * direction, state.v))[0] for sign in (1.0, -1.0)
+    )
+    _, K = reduced.forces(state, exact=True)
+    difference = -(ahead - behind) / (2.0 * step)
+    np.testing.assert_allclose(K @ direction, difference, atol=1e-5 * np.abs(difference).max())
+
+
+def test_beams_beside_bodies_have_no_state_basis() -> None:
+    held = {"kind": "sphere", "centre": [0.0, 0.0, 0.0], "radius": 1e-3}
+    robot = joined([rod("rod", [[0.0, 0.0, 0.0], [0.1, 0.0, 0.0]], fixed=[held])])
+    with pytest.raises(
+        StateBasisError, match="with beams beside bodies of tetrahedra have no state"
+    ):
+        reducible(robot)
