@@ -60,12 +60,15 @@ class StepStart:
     Attributes:
         state: configuration and velocity there.
         integration: scheme and time step.
+        mass: the mass matrix M there, as the robot stores it.
         damping: the matrix C of the viscous forces −C v in the step, as the robot stores it.
-        force: (n,) other forces that are constant in the step, those of viscous materials' memory [N].
+        force: (n,) other forces that are constant in the step: those of viscous materials' memory, and of
+            inertia at constant velocities [N].
     """
 
     state: State
     integration: Integration
+    mass: Array
     damping: Array
     force: Array
 

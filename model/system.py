@@ -230,11 +230,10 @@ def make_system(
     a, n = integration.rayleigh_mass, pattern.n
     share = 0.0 if integration.ahead else h
     A, resisting = _combined(pattern.indptr, pattern.indices, h, share, (damping, K), v)
+    Mv = times(pattern, mass, v)
     if len(mass) == n:
-        Mv = mass * v
         A[pattern.diagonal] += (1.0 + h * a) * mass
     else:
-        Mv = sp.csc_array((mass, pattern.indices, pattern.indptr), shape=(n, n)) @ v
         A += (1.0 + h * a) * mass
     factorisation.refactor(A)
     dv = factorisation.solve(h * (force - a * Mv - resisting))
@@ -267,6 +266,21 @@ def _combined(
     return A, product
 
 
+def times(pattern: Pattern, values: Array, v: Array) -> Array:
+    """A matrix times a vector v (n,): (n,).
+
+    Args:
+        pattern: sparsity of the matrix.
+        values: (n,) of its diagonal, or (nnz,) of its entries.
+        v: the vector.
+    """
+    if len(values) == pattern.n:
+        return values * v
+    shape = (pattern.n, pattern.n)
+    product: Array = sp.csc_array((values, pattern.indices, pattern.indptr), shape=shape) @ v
+    return product
+
+
 def coasting(h: float, v: Array) -> System:
     """A step without forces, in which the velocity v (n,) does not change: for `Robot.advance` only.
 
@@ -278,30 +292,29 @@ def coasting(h: float, v: Array) -> System:
 
 
 def make_iterate(
-    pattern: Pattern,
     factorisation: Factorisation,
     h: float,
     K: Array,
     damping: Array,
-    mass: Array,
+    mass: tuple[Ints | slice, Array],
     force: Array,
 ) -> System:
     """Build and factorise the system of one iteration of a step, (M + h C + h² K) dv = h force.
 
     Args:
-        pattern: sparsity of K and C.
         factorisation: overwritten with the factors.
         h: time step [s].
         K: (nnz,) tangent values.
         damping: (nnz,) values of C.
-        mass: (n,) lumped mass [kg].
+        mass: places of M among these values, and its values there [kg].
         force: (n,) all forces without constraints, those of inertia and viscosity included [N].
 
     Raises:
         FactorisationError: the matrix is not positive definite.
     """
     A = h * h * K + h * damping
-    A[pattern.diagonal] += mass
+    places, masses = mass
+    A[places] += masses
     factorisation.refactor(A)
     dv = factorisation.solve(h * force)
     return System(h, np.zeros_like(dv), dv, float(np.linalg.norm(force)), factorisation)

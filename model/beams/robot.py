@@ -12,15 +12,15 @@ from tauten.model.beams.body import BeamBody
 from tauten.model.beams.elements import assemble_beams
 from tauten.model.beams.surfaces import BeamSurfaces
 from tauten.model.beams.tree import BeamTree
-from tauten.model.body import SteppedRobot
-from tauten.model.numerics import Array, Ints, rotations_between, turned
+from tauten.model.body import SparseRobot
+from tauten.model.numerics import Array, Ints, moments_at_end, rotations_between, turned
 from tauten.model.points import AttachedPoints, PoseMotion, add_beam_cable_stiffness
 from tauten.model.robot import State, StepStart
 from tauten.model.system import System
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class BeamRobot(SteppedRobot[AttachedPoints]):
+class BeamRobot(SparseRobot[AttachedPoints]):
     """A cable-driven robot made of beams, a `Robot`; made by `load_robot`.
 
     A node has six degrees of freedom: its position, and rotations about the fixed axes. For each free node q
@@ -30,6 +30,7 @@ class BeamRobot(SteppedRobot[AttachedPoints]):
 
     Attributes, beside those of every sparse robot:
         body: the beams at rest.
+        mass: (n,) lumped mass [kg] and rotary inertia [kg m²] of the free degrees of freedom.
         tree: the elements outwards from the fixed nodes, along which nodes move; None: they form loops.
         beam_slot: places of the elements in the pattern.
         cable_slot: places of the segments of cables.
@@ -38,6 +39,7 @@ class BeamRobot(SteppedRobot[AttachedPoints]):
     """
 
     body: BeamBody
+    mass: Array
     tree: BeamTree | None
     beam_slot: tuple[Ints, Ints]
     cable_slot: tuple[Ints, Ints]
@@ -146,6 +148,10 @@ class BeamRobot(SteppedRobot[AttachedPoints]):
         work = weight + float(self.effector_force @ moved) + (preload[1] if preload else 0.0)
         return energy - work
 
+    def masses(self, state: State) -> Array:
+        """Lumped masses and rotary inertias (n,), the same at any state."""
+        return self.mass
+
     def velocity(self, start: State, end: State) -> Array:
         """The velocity (n,) that moves one state to another within a step [m/s, rad/s].
 
@@ -176,9 +182,6 @@ class BeamRobot(SteppedRobot[AttachedPoints]):
     def at_end(self, start: State, end: State, force: Array) -> Array:
         """Forces (n,) at the end of a step that do the work of given ones at its start [N, N m].
 
-        Where the end of a straight step is turned further by a small δ, the rotation θ of the step grows by
-        L⁻¹(θ) δ, with the left Jacobian L of the exponential map, so that moments are multiplied by L⁻ᵀ.
-
         Args:
             start: of the step.
             end: of the step.
@@ -191,12 +194,8 @@ class BeamRobot(SteppedRobot[AttachedPoints]):
             at = forces_at_end(*self.pose(start), *self.pose(end), load, beams)
             return at[self.dof >= 0].ravel()
         found = force.reshape(-1, 6).copy()
-        theta, moment = self.h * self.velocity(start, end).reshape(-1, 6)[:, 3:], found[:, 3:]
-        half = 0.5 * np.linalg.norm(theta, axis=1, keepdims=True)
-        safe = np.maximum(half, 1e-4)
-        factor = (1.0 - safe / np.tan(safe)) / (4.0 * safe * safe)  # 1/12 at zero
-        across = np.cross(theta, moment)
-        found[:, 3:] = moment + 0.5 * across + factor * np.cross(theta, across)
+        theta = self.h * self.velocity(start, end).reshape(-1, 6)[:, 3:]
+        found[:, 3:] = moments_at_end(theta, found[:, 3:])
         return found.ravel()
 
     def advance(self, state: State, system: System, dv: Array) -> State:

@@ -3,7 +3,6 @@
 from tauten.model.body.material import Material
 from tauten.model.body.robot_base import RobotBase
 from tauten.model.body.sparse_robot import SparseAssembled, SparseRobot
-from tauten.model.body.stepped_robot import SteppedRobot
 from tauten.model.body.vibration import natural_frequencies
 
 __all__ = [
@@ -11,6 +10,5 @@ __all__ = [
     "RobotBase",
     "SparseAssembled",
     "SparseRobot",
-    "SteppedRobot",
     "natural_frequencies",
 ]

@@ -17,7 +17,7 @@ from tauten.model.constraints.kernels import (
     lever_stiffness,
     place_frames,
 )
-from tauten.model.numerics import Array, Bools, Ints, turned
+from tauten.model.numerics import Array, Bools, Ints, moments_at_end, rotations_between, turned
 
 
 @dataclass(frozen=True, slots=True)
@@ -249,6 +249,33 @@ class Frames:
         after = np.hstack([poses[: self.n_rigid, :3] + rigid[:, :3], quaternions[: self.n_rigid]])
         pinned = quaternions[self.n_rigid :]
         return np.concatenate([after.ravel(), pinned.ravel(), theta + step[self.drives]])
+
+    def between(self, before: Array, after: Array) -> Array:
+        """The step (n_velocities,) that moves coordinates to others, inverse of `moved`; turns of up to π.
+
+        Args:
+            before: (7 n_rigid + 4 n_pinned + n_drives,) coordinates.
+            after: others.
+        """
+        (first, theta), (last, ahead) = self.parted(before), self.parted(after)
+        step = np.zeros(self.n_velocities)
+        rigid = step[: 6 * self.n_rigid].reshape(-1, 6)
+        rigid[:, :3] = last[: self.n_rigid, :3] - first[: self.n_rigid, :3]
+        turns = rotations_between(first[:, 3:].copy(), last[:, 3:].copy())
+        step[self.rotations[:, None] + np.arange(3)] = turns
+        step[self.drives] = ahead - theta
+        return step
+
+    def at_end(self, step: Array, force: Array) -> Array:
+        """Forces (n_velocities,) at the end of a step that do the work of given ones on the step.
+
+        Args:
+            step: (n_velocities,) from `between`.
+            force: (n_velocities,) [N], [N m].
+        """
+        turns, found = self.rotations[:, None] + np.arange(3), force.copy()
+        found[turns] = moments_at_end(step[turns].reshape(-1, 3), force[turns].reshape(-1, 3))
+        return found
 
 
 def make_frames(

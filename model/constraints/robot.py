@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-import scipy.sparse as sp
 
 from tauten.model.body import SparseAssembled, SparseRobot
 from tauten.model.constraints.coordinates import CoordinateMap, NodeMap, ProductPattern
@@ -221,12 +220,13 @@ class ConstrainedRobot(SparseRobot[NodePoints | MeanPoints]):
         mass = np.concatenate([self.raw.mass, turning, winding])
         return self.product.inertia.apply(mass, T, len(self.pattern.indices))
 
-    def mass_matrix(self, state: State) -> sp.csc_array:
-        """The mass matrix (n, n) at a state."""
-        values = self.mass_values(self.placed(state)[1].T)
-        return sp.csc_array(
-            (values, self.pattern.indices, self.pattern.indptr), shape=(self.n,) * 2
-        )
+    def masses(self, state: State) -> Array:
+        """Values (nnz,) of the mass matrix at a state."""
+        return self.mass_values(self.placed(state)[1].T)
+
+    def inertia_at(self, state: State) -> Array:
+        """Centrifugal and gyroscopic forces (n,) at a state [N]."""
+        return self.inertia_force(self.placed(state)[1], state.v)
 
     def system(self, assembled: Assembled, integration: Integration) -> System:
         """The system of one step, `linearise` where forces and tangents are known.
@@ -242,7 +242,7 @@ class ConstrainedRobot(SparseRobot[NodePoints | MeanPoints]):
         state, scheme, K = assembled.state, integration, assembled.K
         through = self.placed(state)[1]
         mass, force = self.mass_values(through.T), assembled.force
-        if not scheme.static and len(self.frames.nodes):
+        if not scheme.static:
             force = force + self.inertia_force(through, state.v)
         damping = None if scheme.static else self.damping_with(assembled.D, state, scheme)[1]
         make = partial(make_system, self.pattern, self.factorisation, scheme, damping=damping)
@@ -270,6 +270,8 @@ class ConstrainedRobot(SparseRobot[NodePoints | MeanPoints]):
             through: the map to the nodes.
             v: (n,) velocity.
         """
+        if len(self.frames.nodes) == 0:
+            return np.zeros(self.n)
         rate = self.frames.centripetal(through.levers, v[3 * len(self.coordinates.free) :])
         acceleration = self.coordinates.gather.T @ rate.ravel()  # of all nodes
         # the inertia of a beam's node is the same about all axes
@@ -287,6 +289,28 @@ class ConstrainedRobot(SparseRobot[NodePoints | MeanPoints]):
             theta = motion.travel[self.drums.regions]
             energy += self.drums.energy(self.wound(motion)[0].delta, theta)
         return energy if preload is None else energy - preload[1]
+
+    def velocity(self, start: State, end: State) -> Array:
+        """The velocity (n,) that moves one state to another within a step [m/s], [rad/s].
+
+        Rotations of up to π in a step.
+        """
+        first = 3 * len(self.coordinates.free)
+        straight = end.q[:first] - start.q[:first]
+        v: Array = np.concatenate([straight, self.frames.between(start.q[first:], end.q[first:])])
+        return v / self.h
+
+    def at_end(self, start: State, end: State, force: Array) -> Array:
+        """Forces (n,) at the end of a step that do the work of given ones at its start [N, N m].
+
+        Args:
+            start: of the step.
+            end: of the step.
+            force: (n,) forces and moments that do work on displacements and turns v h [N, N m].
+        """
+        first = 3 * len(self.coordinates.free)
+        step = self.frames.between(start.q[first:], end.q[first:])
+        return np.concatenate([force[:first], self.frames.at_end(step, force[first:])])
 
     def inverted(self, state: State) -> int:
         """Number of tetrahedra that are turned inside out."""

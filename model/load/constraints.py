@@ -249,10 +249,6 @@ def constrained(
         entries = i, j
     product = make_product_pattern(coordinates, raw.pattern, frames, entries)
     pattern, driven = product.pattern, np.arange(len(config.drives))
-    rest = coordinates.values(frames.place(frames.rest())[1])
-    rotary = np.zeros(0) if joints is None else np.repeat(joints.inertia, 3)
-    mass = np.concatenate([raw.mass, rotary, np.zeros(len(wound))])
-    inertia = product.inertia.apply(mass, rest, len(pattern.indices))
     solver = config.integration
     return ConstrainedRobot(
         names=raw.names,
@@ -261,7 +257,6 @@ def constrained(
         tolerance=raw.tolerance,
         integration=raw.integration,
         pattern=pattern,
-        mass=inertia[pattern.diagonal],
         actuators=raw.actuators,
         actuator_set=replace(
             raw.actuator_set,

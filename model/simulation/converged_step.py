@@ -2,19 +2,20 @@
 
 The end q of a step of length h from q₀, v₀ is a minimum of the incremental potential
 
-    Φ(q) = ½ (v − v₀)ᵀ M (v − v₀) + ½ h vᵀ C v + Π(q),   q = q₀ ⊕ h v                    (C1)
+    Φ(q) = ½ (v − v₀)ᵀ M (v − v₀) + ½ h vᵀ C v − h vᵀ f + Π(q),   q = q₀ ⊕ h v           (C1)
 
 under the constraints of cables and contacts at q; Π is the energy of elasticity, gravity and outer forces,
-C the damping at the start of the step, ⊕ moves and turns the nodes. Newton with the exact tangent, or
-the positive semidefinite one where that is not definite, solves a linear complementarity problem in each
-iteration; its first iteration is the step with one linearisation. A line search on Φ and the exact penalty of
-the constraints (`tauten.model.simulation.equilibrium`) bounds the iterations. (Kane, Marsden, Ortiz and West,
-International Journal for Numerical Methods in Engineering 49, 2000; Li et al., Incremental Potential
-Contact, 2020.)
+M and C mass and damping at the start of the step, f the forces of inertia and of viscous materials' memory
+there, ⊕ moves and turns the nodes. Newton with the exact tangent, or the positive semidefinite one where that
+is not definite, solves a linear complementarity problem in each iteration; its first iteration is the step
+with one linearisation. A line search on Φ and the exact penalty of the constraints
+(`tauten.model.simulation.equilibrium`) bounds the iterations. (Kane, Marsden, Ortiz and West, International
+Journal for Numerical Methods in Engineering 49, 2000; Li et al., Incremental Potential Contact, 2020.)
 
 Because Φ(q) ≤ Φ(q₀), the end has Π(q) ≤ E₀ = Π(q₀) + ½ v₀ᵀ M v₀, plus the work of winches. Where Π is
-convex along the step, Π(q) + ½ vᵀ M v ≤ E₀ follows. Where it is not (a beam that snaps), implicit Euler may
-gain energy; v is then scaled down to the velocity at which the energies are equal.
+convex along the step and M constant, Π(q) + ½ vᵀ M v ≤ E₀ follows. Where they are not (a beam that snaps, a
+lever that turns), implicit Euler may gain energy; v is then scaled down to the velocity at which the energies
+are equal.
 """
 
 from __future__ import annotations
@@ -46,11 +47,11 @@ class Stepped(Robot, Protocol):
     def potential(self, state: State) -> float:
         """Elastic energy minus the work of gravity and outer forces since rest [J]."""
 
-    def kinetic_energy(self, v: Array) -> float:
-        """½ vᵀ M v of velocities (n,) [J]."""
+    def kinetic_energy(self, state: State) -> float:
+        """½ vᵀ M v [J]."""
 
     def step_start(self, state: State) -> StepStart:
-        """The start of a step, see `SteppedRobot.step_start`."""
+        """The start of a step, see `SparseRobot.step_start`."""
 
     def velocity(self, start: State, end: State) -> Array:
         """The velocity (n,) that moves one state to another within a step [m/s]."""
@@ -58,11 +59,11 @@ class Stepped(Robot, Protocol):
     def energy(self, state: State) -> float:
         """Potential, kinetic and stored energy [J]."""
 
-    def dissipation(self, start: StepStart, v: Array) -> float:
-        """½ h vᵀ C v − h vᵀ f of velocities (n,), f the constant forces of the step [J]."""
+    def step_energy(self, start: StepStart, v: Array) -> float:
+        """Φ − Π of (C1) for a velocity (n,) [J]."""
 
     def linearise_iterate(self, state: State, start: StepStart, effort: Array) -> System:
-        """The system of one iteration of a step, see `SteppedRobot.linearise_iterate`.
+        """The system of one iteration of a step, see `SparseRobot.linearise_iterate`.
 
         Args:
             state: the iterate.
@@ -111,9 +112,7 @@ class IncrementalPotential:
 
     def _value(self, state: State) -> float:
         robot, start = self._robot, self._start
-        v = robot.velocity(start.state, state)
-        kinetic = robot.kinetic_energy(v - start.state.v)
-        return kinetic + robot.dissipation(start, v) + robot.potential(state)
+        return robot.step_energy(start, robot.velocity(start.state, state)) + robot.potential(state)
 
 
 def converged_step(
@@ -140,8 +139,7 @@ def converged_step(
     """
     if not isinstance(robot, Stepped):
         raise ValueError(
-            f"robot {robot.name}: converged steps need a full model without drives, rigid regions and "
-            "attachments"
+            f"robot {robot.name}: converged steps need a full model, not one with a state basis"
         )
     start = robot.step_start(state)
     system = robot.linearise_iterate(state, start, forces.effort)
@@ -195,6 +193,6 @@ def without_gain(robot: Stepped, before: State, after: State, forces: Forces) ->
     gain = robot.energy(after) - robot.energy(before) - work
     if not gain > 0.0:
         return after
-    kinetic = robot.kinetic_energy(after.v)
+    kinetic = robot.kinetic_energy(after)
     share = max(kinetic - gain, 0.0) / kinetic if kinetic > 0.0 else 0.0
     return replace(after, v=np.sqrt(share) * after.v)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tauten.model.actuators import Loads, NodalCurvature
-from tauten.model.body import SteppedRobot
+from tauten.model.body import SparseRobot
 from tauten.model.materials import EXACT, HELD
 from tauten.model.mesh import TetMesh, boundary_triangles
 from tauten.model.numerics import Array, Ints
@@ -21,12 +21,13 @@ from tauten.model.tetra.viscoelastic import Viscoelasticity
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class TetRobot(SteppedRobot[NodePoints | MeanPoints]):
+class TetRobot(SparseRobot[NodePoints | MeanPoints]):
     """A soft robot made of tetrahedra, a `Robot`; made by `load_robot`.
 
     Attributes, beside those of every sparse robot:
         mesh: linear tetrahedra on all nodes at rest; quadratic elements are cut into eight.
         elements: its elements.
+        mass: (n,) lumped mass of the free degrees of freedom [kg].
         load: (n,) gravity and outer forces on the effectors [N].
         curvature: of its cables and chambers.
         viscosity: of its materials; None: they are elastic.
@@ -34,6 +35,7 @@ class TetRobot(SteppedRobot[NodePoints | MeanPoints]):
 
     mesh: TetMesh
     elements: Solid
+    mass: Array
     load: Array
     curvature: NodalCurvature
     viscosity: Viscoelasticity | None = None
@@ -166,10 +168,13 @@ class TetRobot(SteppedRobot[NodePoints | MeanPoints]):
         force, C = self.viscosity.assemble(self.elements, x, state.memory, h)
         return force[self.pattern.dof >= 0].ravel(), C
 
-    def energy(self, state: State) -> float:
-        """Potential and kinetic energy, and that stored in viscous materials [J]."""
-        stored = 0.0 if self.viscosity is None else self.viscosity.energy(state.memory)
-        return self.potential(state) + self.kinetic_energy(state.v) + stored
+    def stored(self, state: State) -> float:
+        """Energy stored in the memory of viscous materials [J]."""
+        return 0.0 if self.viscosity is None else self.viscosity.energy(state.memory)
+
+    def masses(self, state: State) -> Array:
+        """Lumped masses (n,), the same at any state."""
+        return self.mass
 
     def velocity(self, start: State, end: State) -> Array:
         """The velocity (n,) that moves one state to another within a step [m/s]."""

@@ -316,8 +316,7 @@ def warm_plant(robot: Robot, settings: PlantSettings, model: str = "full") -> Wa
     """
     if settings.steps == "converged" and not isinstance(robot, Stepped):
         raise RobotFileError(
-            f"robot {robot.name}: steps are converged, a robot with drives, rigid regions or attachments "
-            "has only others"
+            f"robot {robot.name}: steps are converged, a robot with a state basis has only others"
         )
     simulator, seconds = warm_simulator(robot, settings)
     if settings.steps != "own":

@@ -135,6 +135,6 @@ def test_rolling_over_a_potential_hill_gains_no_energy(tmp_path: Path) -> None:
     for _ in range(400):
         assert simulator.step(effort=[0.0], converged=True).converged
         state = simulator.state
-        total.append(loaded.potential(state) + loaded.kinetic_energy(state.v))
+        total.append(loaded.potential(state) + loaded.kinetic_energy(state))
     assert np.diff(total).max() <= 1e-12 * np.ptp(total)
     assert np.linalg.norm(simulator.effector[0, 1:]) > 0.3 * LENGTH, "it has snapped aside"

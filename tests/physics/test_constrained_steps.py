@@ -1,0 +1,280 @@
+"""Converged time steps of robots with rigid regions, pins, drives, glue, beams and drums."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+from support.robots.bodies import beam_robot, box_mesh
+from support.robots.joined import joined, push, rod
+from support.robots.small_bodies import (
+    END,
+    FIRST,
+    GLUE,
+    HINGE,
+    LAST,
+    MESH,
+    MIDDLE,
+    ROOT,
+    RUBBER,
+    SECOND,
+    SIZE,
+    SLIDE,
+    TURN,
+    constrained,
+    moved,
+    rigid_box,
+)
+
+from tauten.model import Simulator, State
+from tauten.model.constraints import ConstrainedRobot
+from tauten.model.mesh import TetMesh
+from tauten.model.numerics import Array
+
+G = 9.81
+DOWN = [0.0, 0.0, -G]
+STIFF = {**RUBBER, "young_modulus": 1e9}
+EVERYWHERE = {"kind": "hinge", "region": {"kind": "all"}, "axis": [0.0, 1.0, 0.0]}
+LINE = [[0.0, 0.0, 0.0], [0.1, 0.0, 0.0]]
+SPRING = {"stiffness": 5e3, "pretension": 2.0}
+LIMITS = {"max_tension": 50.0, "max_pull": 0.05, "max_rate": 1.0}
+
+
+def mixed() -> ConstrainedRobot:
+    """Two soft bodies, glued, with a rigid plate, a servo, a slider and a hinge on the frame."""
+    return constrained(
+        [MESH, MESH], mesh=None, fixed=[], bodies=[FIRST, SECOND], material=RUBBER, gravity=DOWN,
+        attachments=[GLUE, HINGE],
+        rigid=[{"name": "plate", "region": {**END, "body": "first"}}],
+        drives=[{**TURN, "region": MIDDLE}, {**SLIDE, "region": LAST}],
+        controller={"rate": 200.0},
+    )  # fmt: skip
+
+
+def chain() -> ConstrainedRobot:
+    """A soft bar, a rigid box that hangs from its end by a pin, and a beam that is glued to the box."""
+    start = {"body": "rod", "kind": "sphere", "centre": LINE[0], "radius": 1e-6}
+    box, soft = ({"kind": "all", "body": name} for name in ("box", "soft"))
+    return joined(
+        [
+            {"name": "soft", "position": [0.0, -0.005, -0.005], "fixed": [ROOT]},
+            {"name": "box", "rigid": True, "position": [0.1, -0.005, -0.02]},
+            rod("rod", LINE, position=[0.11, 0.0, -0.01], elements=4),
+        ],
+        {"soft": ((0.1, 0.01, 0.01), (6, 1, 1)), "box": ((0.01, 0.01, 0.02), (1, 1, 1))},
+        attachments=[
+            {"kind": "pin", "region": box, "through": [0.1, 0.0, 0.0], "to": soft},
+            {"kind": "glue", "region": start, "to": box},
+        ],
+        gravity=DOWN, forces=[push("push", [0.1, 0.0, 0.0], [0.0, 0.0, 1.0])],
+        integration={"scheme": "implicit-euler"}, controller={"rate": 200.0},
+    )  # fmt: skip
+
+
+def wound() -> ConstrainedRobot:
+    """A soft bar with a cable below and one above on one drum."""
+    cables = [
+        {"name": name, "points": [[0.01, 0.01, z], [0.1, 0.01, z]], "spring": SPRING, **LIMITS}
+        for name, z in (("lower", 0.002), ("upper", 0.018))
+    ]
+    drum = {
+        "name": "drum", "kind": "drum", "members": ["lower", "upper"], "gains": [1.0, -1.0],
+        "max_position": 0.02, "max_effort": 100.0, "max_rate": 0.5,
+    }  # fmt: skip
+    return constrained(
+        box_mesh(SIZE, (4, 1, 1)), cables=cables, couplings=[drum], controller={"rate": 200.0}
+    )
+
+
+ROBOTS = [mixed, chain, wound]
+
+
+def shaken(robot: ConstrainedRobot, speed: float) -> State:
+    """At rest in place, with velocities of nodes and regions of about this speed [m/s]."""
+    v = speed * np.random.default_rng(4).standard_normal(robot.n)
+    first = 3 * len(robot.coordinates.free)
+    v[first + robot.frames.rotations[:, None] + np.arange(3)] *= 50.0  # rad/s
+    v[first + robot.frames.drives] = 0.0
+    return State(robot.rest().q, v)
+
+
+def swing(robot: ConstrainedRobot, start: State, steps: int, **command: Array) -> Array:
+    """Energy (steps + 1,) [J] of a motion under constant actuators."""
+    simulator = Simulator(robot, contact="none")
+    simulator.start_from(start)
+    energies = [robot.energy(start)]
+    for _ in range(steps):
+        assert simulator.step(**command, converged=True).converged
+        energies.append(robot.energy(simulator.state))
+    return np.array(energies)
+
+
+@pytest.mark.parametrize("make", ROBOTS)
+def test_the_balance_of_a_step_is_the_derivative_of_its_potential(
+    make: Callable[[], ConstrainedRobot],
+) -> None:
+    """Central differences of Φ at an iterate far from the start are what an iteration has out of balance."""
+    robot = make()
+    scheme = replace(robot.integration, rayleigh_mass=3.0, rayleigh_stiffness=1e-3)
+    robot = replace(robot, integration=scheme)
+    rng = np.random.default_rng(5)
+    start = robot.step_start(shaken(robot, 0.1))
+    state = moved(robot, start.state, robot.h * shaken(robot, 0.05).v)
+
+    def potential(at: State) -> float:
+        return robot.step_energy(start, robot.velocity(start.state, at)) + robot.potential(at)
+
+    system = robot.linearise_iterate(state, start, np.zeros(robot.n_a))
+    for _ in range(3):
+        e = rng.standard_normal(robot.n)
+        d = system.solve(e[:, None])[:, 0]  # so that d · balance = e · A⁻¹ balance
+        scale = 1e-4 / np.abs(d).max()
+        near, behind, far, beyond = (
+            potential(moved(robot, state, times * scale * d)) for times in (1.0, -1.0, 2.0, -2.0)
+        )
+        slope = (8.0 * (near - behind) - (far - beyond)) / (12.0 * scale)  # of fourth order
+        assert -system.v_free @ e / robot.h == pytest.approx(slope, rel=1e-5)
+
+
+def test_a_compound_pendulum_takes_implicit_eulers_steps() -> None:
+    """I (ω − ω₀) = h m g s sin θ at the end of every step: one equation in one unknown, by bisection."""
+    hinge = {**EVERYWHERE, "through": [0.0, 0.01, 0.02]}
+    robot = constrained(
+        material=STIFF, fixed=[], gravity=DOWN, attachments=[hinge], controller={"rate": 50.0}
+    )
+    mass, r = robot.raw.mass[::3], robot.mesh.nodes - np.array([0.0, 0.01, 0.02])
+    about, centre = float(mass @ (r[:, 0] ** 2 + r[:, 2] ** 2)), mass @ r  # kg m², kg m
+    h, theta, omega = robot.h, 0.0, 0.0
+    simulator = Simulator(robot, contact="none")
+    for _ in range(40):
+        assert simulator.step(effort=np.zeros(robot.n_a), converged=True).converged
+
+        def balance(w: float, at: float = theta, before: float = omega) -> float:
+            angle = at + h * w
+            lever = centre[0] * np.cos(angle) + centre[2] * np.sin(angle)
+            return about * (w - before) / h - G * lever
+
+        omega = float(brentq(balance, -100.0, 100.0, xtol=1e-12))
+        theta += h * omega
+        assert simulator.state.q[-1] == pytest.approx(theta, abs=1e-5)
+    assert abs(theta) > 1.0, "it has swung far"
+
+
+@pytest.mark.parametrize("make", ROBOTS)
+def test_energy_never_grows_while_motors_hold(make: Callable[[], ConstrainedRobot]) -> None:
+    """From wild velocities; drives and drums are held, cables slack."""
+    robot = make()
+    position = np.where([one in ("tendon", "push") for one in robot.actuators.names], np.nan, 0.0)
+    effort = np.where(np.isnan(position), 0.0, np.nan)
+    energies = swing(robot, shaken(robot, 0.5), 40, position=position, effort=effort)
+    assert np.diff(energies).max() < 1e-12 * np.abs(energies).max(), "beyond rounding"
+    assert energies[-1] < energies[0]
+
+
+def test_energy_grows_by_no_more_than_the_work_of_a_motor() -> None:
+    """A servo lifts a soft bar: what it gains is its work, up to what implicit Euler loses."""
+    robot = mixed()
+    simulator, angle = Simulator(robot, contact="none"), robot.actuators.names.index("servo")
+    work, energy, gained = 0.0, robot.energy(robot.rest()), []
+    for step in range(40):
+        effort = np.zeros(robot.n_a)
+        position = np.full(robot.n_a, np.nan)
+        before = simulator.position[angle]
+        position[angle], effort[angle] = -0.01 * (step + 1), np.nan
+        assert simulator.step(position=position, effort=effort, converged=True).converged
+        work += simulator.effort[angle] * (simulator.position[angle] - before)
+        gained.append(robot.energy(simulator.state) - energy)
+        assert gained[-1] <= work + 1e-9
+    assert work > 0.0
+
+
+def test_a_tumbling_body_keeps_its_energy_and_follows_eulers_equations() -> None:
+    """Torque-free, about the unstable axis: Euler's equations by a Runge-Kutta method."""
+    far = []
+    for rate in (200.0, 800.0):
+        robot = rigid_box(controller={"rate": rate})
+        mass, x = robot.raw.mass[::3], robot.mesh.nodes
+        r = x - np.average(x, axis=0, weights=mass)
+        tensor = np.einsum("n,nij->ij", mass, np.eye(3) * (r**2).sum(1)[:, None, None])
+        values, axes = np.linalg.eigh(tensor - np.einsum("n,ni,nj->ij", mass, r, r))
+        omega = axes @ np.array([0.5, 4.0, 1.0])
+        start = State(robot.rest().q, np.concatenate([np.zeros(3), omega]))
+
+        def rate_of(_: float, w: Array, moments: Array = values) -> Array:
+            return np.asarray(-np.cross(w, moments * w) / moments)
+
+        path = solve_ivp(rate_of, (0.0, 0.5), axes.T @ omega, rtol=1e-10, atol=1e-12)
+        simulator = Simulator(robot, contact="none")
+        simulator.start_from(start)
+        for _ in range(int(0.5 * rate)):
+            assert simulator.step(effort=np.zeros(robot.n_a), converged=True).converged
+        last = simulator.state
+        assert robot.kinetic_energy(last) <= robot.kinetic_energy(start) * (1.0 + 1e-12)
+        assert robot.kinetic_energy(last) > 0.9 * robot.kinetic_energy(start)
+        inverse = last.q[3:7] * np.array([1.0, -1.0, -1.0, -1.0])
+        w, u = inverse[0], inverse[1:]
+        across = np.cross(u, last.v[3:])
+        own = axes.T @ (last.v[3:] + 2.0 * w * across + 2.0 * np.cross(u, across))
+        far.append(np.abs(own - path.y[:, -1]).max())
+    assert far[1] < 0.05 * np.linalg.norm([0.5, 4.0, 1.0])
+    assert far[0] > 2.5 * far[1], "of first order"
+
+
+@pytest.mark.parametrize("make", ROBOTS)
+def test_the_first_iteration_is_the_step_with_one_linearisation(
+    make: Callable[[], ConstrainedRobot],
+) -> None:
+    """Both steps become the same as the time step becomes short, at second order of it or better."""
+    plain = make()
+    apart = []
+    for rate in (400.0, 1600.0):
+        robot = replace(plain, integration=replace(plain.integration, rate=rate))
+        ends = []
+        for converged in (False, True):
+            simulator = Simulator(robot, contact="none")
+            simulator.start_from(shaken(robot, 0.02))
+            simulator.step(effort=np.zeros(robot.n_a), converged=converged)
+            ends.append(robot.points(simulator.state))
+        apart.append(float(np.abs(ends[0] - ends[1]).max()))
+    assert apart[0] > 8.0 * apart[1]
+
+
+def test_a_glued_pair_takes_the_steps_of_one_mesh() -> None:
+    """Constraints that constrain nothing: the robot without them, to the tolerance of a step."""
+    left = box_mesh((0.05, 0.02, 0.02), (3, 2, 2))
+    right = TetMesh(left.nodes + np.array([0.05, 0.0, 0.0]), left.tets)
+    nodes, inverse = np.unique(
+        np.concatenate([left.nodes, right.nodes]).round(12), axis=0, return_inverse=True
+    )
+    inverse = inverse.ravel()
+    whole = TetMesh(
+        nodes, np.concatenate([inverse[left.tets], inverse[len(left.nodes) + right.tets]])
+    )
+    face = {"body": "right", "lower": [0.05, 0.0, 0.0], "upper": [0.05, 0.02, 0.02]}
+    common = {
+        "gravity": DOWN, "material": RUBBER, "controller": {"rate": 50.0},
+        "integration": {"rayleigh_mass": 1.0, "rayleigh_stiffness": 5e-3},
+    }  # fmt: skip
+    pair = constrained(
+        [left, right], mesh=None, fixed=[],
+        bodies=[
+            {"name": "left", "mesh": {"file": "a"}, "fixed": [ROOT]},
+            {"name": "right", "mesh": {"file": "b"}},
+        ],
+        attachments=[{"kind": "glue", "region": face, "to": {"kind": "all", "body": "left"}}],
+        **common,
+    )  # fmt: skip
+    one = beam_robot(whole, SIZE, **common)
+    order = [int(np.linalg.norm(whole.nodes - x, axis=1).argmin()) for x in pair.mesh.nodes]
+    first, second = Simulator(pair, contact="none"), Simulator(one, contact="none")
+    for _ in range(15):
+        for simulator in (first, second):
+            assert simulator.step(effort=[8.0], converged=True).converged
+    x = one.nodes(second.state)[order]
+    assert np.abs(x - pair.mesh.nodes).max() > 0.01, "it has bent far"
+    assert np.abs(pair.nodes(first.state) - x).max() < 1e-7
+    assert pair.energy(first.state) == pytest.approx(one.energy(second.state), rel=1e-6)
