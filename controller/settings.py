@@ -20,9 +20,10 @@ class ControllerSettings(Section):
         "package adds.",
     )
     regularisation: Annotated[float, Field(ge=0.0, le=1e6)] = Field(
-        default=1e-3,
+        default=1e-6,
         description="Weight of the energy of the actuators against the distance to the target, unitless, by "
-        "default 1e-3.",
+        "default 1e-6: it selects among efforts that are equally good, and holds a robot back from a target "
+        "in reach by a part of the way that is of its order.",
     )
     basis: str | None = Field(
         default=None,

@@ -53,6 +53,28 @@ def test_a_target_out_of_reach_does_not_make_the_finger_tremble(finger: Robot) -
     assert np.linalg.norm(controller.effector - goal) == pytest.approx(best.fun, rel=1e-3)
 
 
+@pytest.mark.parametrize("name", ["finger", "trunk", "diamond", "tripod"])
+def test_a_near_target_in_reach_is_reached(name: str) -> None:
+    """The energy of the actuators selects among equally good efforts, and does not hold the robot back."""
+    setup = load_setup(name)
+    robot, held = setup.robot, setup.robot.actuators.laws.held_by_force
+    simulator = Simulator(robot, "none")
+    simulator.settle_start()
+    share = 0.15 * np.linspace(1.0, 0.2, robot.n_a)
+    position = np.where(held, np.nan, share * robot.limits.farthest_position)
+    effort = np.where(held, share * robot.limits.effort_max, np.nan)
+    assert simulator.settle(position, effort).converged
+    controller = Controller(robot, settings=setup.controller)
+    assert controller.settle_start().converged
+    goal = simulator.effector_values
+    away = robot.effector_layout.error(goal, controller.effector_values)
+    assert away > 5e-4
+    for _ in range(150):
+        controller.step(goal)
+    left = robot.effector_layout.error(controller.effector_values, goal)
+    assert left < 1e-5 * away + 1e-6 * robot.size
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "offset"),
