@@ -7,6 +7,7 @@ from tauten.model.effectors.measure import (
     DistanceMeasure,
     LengthMeasure,
     Measure,
+    Measurement,
     PositionMeasure,
     VolumeMeasure,
 )
@@ -18,6 +19,7 @@ __all__ = [
     "FrameMeasure",
     "LengthMeasure",
     "Measure",
+    "Measurement",
     "PositionMeasure",
     "VolumeMeasure",
     "frame_coefficients",

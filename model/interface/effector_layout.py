@@ -4,7 +4,7 @@
 |---|---|---|---|
 | point, centre | position, 3 | 3 | m |
 | frame | position, quaternion (w, x, y, z), 7 | 6: position, rotation about the frame's axes | m, rad |
-| distance, length | 1 | 1 | m |
+| distance, length, function | 1 | 1 | m |
 | volume | 1 | 1 | m³ |
 
 Rotations need no chart that has a singular angle: the rows of a frame are those at its present rotation R,

@@ -21,6 +21,7 @@ from tauten.model.effectors import (
     make_effector_set,
 )
 from tauten.model.interface import effector_layout
+from tauten.model.load.extensions import extension, extension_names
 from tauten.model.mesh import Selector
 from tauten.model.numerics import Array, Ints
 from tauten.model.points import (
@@ -34,6 +35,7 @@ from tauten.model.points import (
 )
 from tauten.model.schema import EffectorSettings, RobotFileError
 
+EFFECTORS = "tauten.effectors"
 Positions = list[tuple[float, float, float]]
 PlacePoints = Callable[[Positions, str, float], MaterialPoints]
 AttachPoints = Callable[[Positions, str, float], AttachedPoints]
@@ -95,9 +97,8 @@ def _on_nodes(
         assert item.point is not None and item.other is not None
         ends = [attached([item.point], "point"), attached([item.other], "other")]
         return DistanceMeasure(), sp.csr_array(sp.vstack(ends))
-    if item.kind == "length":
-        assert item.points is not None
-        return length_measure(item.points, item.pull_point), attached(item.points, "points")
+    if item.points is not None:
+        return _of_points(item, item.points, f"{source}: {field}"), attached(item.points, "points")
     if item.kind == "volume":
         measure, ids = _cavity(item, selector, field)
         return measure, spread(ids, np.eye(len(ids)))
@@ -140,6 +141,43 @@ def length_measure(
     return LengthMeasure(path, fixed, len(points))
 
 
+def _of_points(item: EffectorSettings, points: Positions, what: str) -> Measure:
+    """A length, or a function that another package computes."""
+    if item.kind == "length":
+        return length_measure(points, item.pull_point)
+    return function_measure(item, what)
+
+
+def function_measure(item: EffectorSettings, what: str) -> Measure:
+    """A function of points that another package computes.
+
+    Args:
+        item: the effector.
+        what: its table, for errors.
+
+    Raises:
+        RobotFileError: no package has the function, or it does not give a number with its derivative.
+    """
+    assert item.measure is not None and item.points is not None
+    make = extension(EFFECTORS, item.measure)
+    if make is None:
+        known = ", ".join(extension_names(EFFECTORS)) or "none"
+        raise RobotFileError(
+            f"{what}.measure: no installed package has an entry point {item.measure!r} in {EFFECTORS}, found "
+            f"are: {known}"
+        )
+    rest = np.array(item.points)
+    measure: Measure = make(rest)
+    found = measure.at(rest)
+    shapes = [part.shape for part in (found.values, found.delta, found.position, found.gradient)]
+    if shapes != [(1,), (1,), (3,), (1, len(rest), 3)] or measure.carrier.shape != (len(rest),):
+        raise RobotFileError(
+            f"{what}.measure: {item.measure!r} gives values, delta, position and gradient of the shapes "
+            f"{shapes}, expected are [(1,), (1,), (3,), (1, {len(rest)}, 3)], and a carrier ({len(rest)},)"
+        )
+    return measure
+
+
 def build_beam_effectors(
     effectors: list[EffectorSettings], selector: Selector, attach: AttachPoints
 ) -> Effectors[AttachedPoints]:
@@ -170,9 +208,8 @@ def build_beam_effectors(
             ids = np.flatnonzero(selector.select_nodes(item.region, f"{field}.region"))
             measures.append(PositionMeasure(len(ids)))
             parts.append(attach_to_nodes(nodes, ids, nodes[ids]))
-        elif item.kind == "length":
-            assert item.points is not None
-            measures.append(length_measure(item.points, item.pull_point))
+        elif item.points is not None:
+            measures.append(_of_points(item, item.points, f"{source}: {field}"))
             parts.append(attached(item.points))
         elif item.kind == "distance":
             assert item.point is not None and item.other is not None

@@ -9,33 +9,34 @@ from pydantic import Field, model_validator
 from tauten.model.schema.region import Selection
 from tauten.model.schema.section import MaxOutside, Name, Point, Section
 
-EffectorKind = Literal["point", "frame", "centre", "distance", "length", "volume"]
+EffectorKind = Literal["point", "frame", "centre", "distance", "length", "volume", "function"]
 Weight = Annotated[float, Field(ge=0.0, le=1e6)]
 
 COMPONENTS: dict[EffectorKind, int] = {
-    "point": 3, "centre": 3, "frame": 6, "distance": 1, "length": 1, "volume": 1,
+    "point": 3, "centre": 3, "frame": 6, "distance": 1, "length": 1, "volume": 1, "function": 1,
 }  # fmt: skip
 # Fields that say what an effector is made of: of each kind those it needs, and those it may have.
 _NEEDS: dict[EffectorKind, tuple[str, ...]] = {
     "point": ("point",), "centre": ("region",), "frame": (), "distance": ("point", "other"),
-    "length": ("points",), "volume": (),
+    "length": ("points",), "volume": (), "function": ("points", "measure"),
 }  # fmt: skip
 _MAY: dict[EffectorKind, tuple[str, ...]] = {
     "point": (), "centre": (), "frame": ("point", "region"), "distance": (),
-    "length": ("pull_point",), "volume": ("region", "inside"),
+    "length": ("pull_point",), "volume": ("region", "inside"), "function": (),
 }  # fmt: skip
-_FIELDS = ("point", "other", "points", "pull_point", "region", "inside")
+_FIELDS = ("point", "other", "points", "pull_point", "region", "inside", "measure")
 
 
 class EffectorSettings(Section):
-    """What is to reach targets: a point, a frame, the centre of a region, a distance, length or volume."""
+    """What is to reach targets: a point, frame, centre of a region, distance, length, volume or function."""
 
     name: Name = Field(description="Name of the effector, used once.")
     kind: EffectorKind = Field(
         default="point",
         description="What it is: a point of the body; the frame (position and orientation) of a region or, "
         "on beams, of the vertebra at `point`; the centre of a region's nodes; the distance between two "
-        "points; the length of a passive cable; the volume of a cavity.",
+        "points; the length of a passive cable; the volume of a cavity; a function of points, a number "
+        "in metres.",
     )
     point: Point | None = Field(
         default=None,
@@ -48,7 +49,7 @@ class EffectorSettings(Section):
     points: list[Point] | None = Field(
         default=None,
         description="Points of the body at rest that the passive cable of a length slides through, in "
-        "order [m].",
+        "order [m]; of a function, its arguments.",
     )
     pull_point: Point | None = Field(
         default=None,
@@ -62,6 +63,10 @@ class EffectorSettings(Section):
     )
     inside: Point | None = Field(
         default=None, description="A point in the cavity of a volume [m], instead of `region`."
+    )
+    measure: Name | None = Field(
+        default=None,
+        description="Name of a function, an entry point of the group `tauten.effectors`, see docs/extend.md.",
     )
     weight: Weight | Annotated[list[Weight], Field(min_length=1)] = Field(
         default=1.0,
@@ -95,7 +100,7 @@ class EffectorSettings(Section):
             raise ValueError("region: needed by an effector of kind 'frame', on beams point")
         if self.kind == "volume" and len(given) != 1:
             raise ValueError("region: give either region or inside, where the cavity is")
-        if self.points is not None and len(self.points) + (self.pull_point is not None) < 2:
+        if self.kind == "length" and len(self.points or []) + (self.pull_point is not None) < 2:
             raise ValueError("points: a cable needs a pull_point or a second point")
         components = COMPONENTS[self.kind]
         if isinstance(self.weight, list) and len(self.weight) != components:

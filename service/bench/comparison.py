@@ -119,7 +119,7 @@ def compare_equilibria(robot: Robot, touching: Equilibrium, passing: Equilibrium
     own = [change[layout.rows_of(i)] for i in range(len(layout))]
     apart = np.linalg.norm(touching.effector - passing.effector, axis=1)  # (p,)
     for i, kind in enumerate(layout.kinds):
-        if kind in ("distance", "length"):
+        if kind in ("distance", "length", "function"):
             apart[i] = abs(own[i][0])
     return Comparison(
         robot=robot.name,

@@ -30,6 +30,7 @@ COLUMNS: dict[EffectorKind, tuple[str, ...]] = {
     "frame": (*_POSITION, "qw", "qx", "qy", "qz"),
     "distance": ("distance",),
     "length": ("length",),
+    "function": ("value",),
     "volume": ("volume",),
 }
 

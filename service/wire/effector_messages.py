@@ -46,7 +46,7 @@ from tauten.service.wire.rejection import Rejection, RejectionReason, quoted
 
 MESSAGE_TYPES: dict[EffectorKind, str] = {
     "point": POINT, "centre": POINT, "frame": POSE, "distance": JOINTS, "length": JOINTS,
-    "volume": JOINTS,
+    "volume": JOINTS, "function": JOINTS,
 }  # fmt: skip
 _MODELS: dict[str, type[JsonPointStamped | JsonPoseStamped | JsonJointState]] = {
     POINT: JsonPointStamped, POSE: JsonPoseStamped, JOINTS: JsonJointState,

@@ -12,6 +12,8 @@ import pytest
 from extension.conftest import blocks
 from support.processes import ROBOT, write_robot
 from support.qpcc_checks import assert_solves, recorded
+from support.robots.small_bodies import small_body
+from support.state_bases import basis_of, turned_space
 
 from tauten.controller import Controller, Status
 from tauten.controller.qpcc import (
@@ -22,9 +24,11 @@ from tauten.controller.qpcc import (
     qp_backend,
     solve_qpcc,
 )
-from tauten.model import Robot, RobotFileError
+from tauten.model import Robot, RobotFileError, Simulator, State
+from tauten.model.effectors import Measurement
 from tauten.model.load import extension
 from tauten.model.numerics import Array
+from tauten.reduction.state import reduced_robot, reducible
 from tauten.service.node import LARGEST, Estimator, MeasuredLoop, make_estimator
 from tauten.service.settings import ServiceSettings
 from tauten.service.setup import load_setup, warm_controller
@@ -161,3 +165,55 @@ def test_what_an_estimator_gives_is_bounded(beam: Robot) -> None:
 def test_an_estimator_that_nobody_has_is_refused(beam: Robot) -> None:
     with pytest.raises(RobotFileError, match="estimator is 'kalman', found are feedback"):
         make_estimator(beam, ServiceSettings(estimator="kalman"))
+
+
+SPREAD = {
+    "name": "grasp", "kind": "function", "measure": "spread",
+    "points": [[0.1, 0.0, 0.01], [0.1, 0.02, 0.01], [0.08, 0.01, 0.015]],
+}  # fmt: skip
+
+
+def test_a_function_of_points_is_an_effector_of_full_and_reduced_robots(
+    package: ModuleType,
+) -> None:
+    """Its rows are the derivative of its value, in modes too, and it is drawn at its points' mean."""
+    robot = small_body("linear", effectors=[SPREAD])
+    rng = np.random.default_rng(0)
+    q, d = robot.rest().q + 1e-3 * rng.normal(size=robot.n), rng.normal(size=robot.n)
+    state = State(q, np.zeros(robot.n))
+    values = [robot.effector_values(State(state.q + by * d, d)) for by in (1e-6, -1e-6)]
+    rows = robot.rows(state, contacts=False).effectors
+    np.testing.assert_allclose(rows.H @ d, (values[0] - values[1]) / 2e-6, rtol=1e-6)
+    y = np.array(SPREAD["points"])
+    assert robot.effector_values(robot.rest())[0] == pytest.approx(np.sqrt(y.var(axis=0).sum()))
+    assert robot.effector(robot.rest())[0] == pytest.approx(y.mean(axis=0))
+    Phi, every = turned_space(robot), np.arange(reducible(robot).n_elements)
+    reduced = reduced_robot(robot, basis_of(robot, Phi, every, np.ones(len(every))))
+    found = reduced.rows(reduced.projected(state), contacts=False).effectors
+    np.testing.assert_allclose(found.values, rows.values, rtol=1e-9)
+    np.testing.assert_allclose(found.dense(), rows.dense() @ Phi, atol=1e-9)
+
+
+def test_targets_of_a_function_are_followed(package: ModuleType) -> None:
+    """To a value that a pull of the cable is known to give."""
+    points = [[0.0, 0.01, 0.0], [0.1, 0.01, 0.02], [0.08, 0.01, 0.015]]
+    robot = small_body("linear", effectors=[{**SPREAD, "points": points}])
+    simulator = Simulator(robot, "none")
+    assert simulator.settle(position=[2e-3]).converged
+    goal, start = robot.effector_values(simulator.state), robot.effector_values(robot.rest())
+    controller = Controller(robot)
+    for _ in range(100):
+        assert controller.step(goal).status.usable
+    assert abs(controller.effector_values - goal)[0] < 0.05 * abs(goal - start)[0]
+
+
+def test_a_function_that_nobody_has_or_of_a_wrong_shape_is_refused(
+    package: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with pytest.raises(RobotFileError, match="no installed package has an entry point 'none' in"):
+        small_body("linear", effectors=[{**SPREAD, "measure": "none"}])
+    monkeypatch.setattr(package.Spread, "at", lambda self, y: Measurement(y, y, y, y))
+    with pytest.raises(
+        RobotFileError, match="gives values, delta, position and gradient of the shapes"
+    ):
+        small_body("linear", effectors=[SPREAD])
