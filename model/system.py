@@ -108,6 +108,12 @@ class Pattern:
         """Number of free degrees of freedom."""
         return len(self.indptr) - 1
 
+    def matrix(self, values: Array) -> sp.csc_array:
+        """A matrix (n, n) with values (nnz,) in this pattern, or (n,) on its diagonal."""
+        if len(values) == self.n:
+            return sp.csc_array(sp.diags_array(values))
+        return sp.csc_array((values, self.indices, self.indptr), shape=(self.n, self.n))
+
     def blocks(self, groups: Ints) -> tuple[Ints, Ints]:
         """Places of the 3x3 blocks that couple the nodes of each group.
 
@@ -230,10 +236,11 @@ def make_system(
     a, n = integration.rayleigh_mass, pattern.n
     share = 0.0 if integration.ahead else h
     A, resisting = _combined(pattern.indptr, pattern.indices, h, share, (damping, K), v)
-    Mv = times(pattern, mass, v)
     if len(mass) == n:
+        Mv = mass * v
         A[pattern.diagonal] += (1.0 + h * a) * mass
     else:
+        Mv = pattern.matrix(mass) @ v
         A += (1.0 + h * a) * mass
     factorisation.refactor(A)
     dv = factorisation.solve(h * (force - a * Mv - resisting))
@@ -264,21 +271,6 @@ def _combined(
             total += (C[place] + share * K[place]) * v[indices[place]]
         product[column] = total
     return A, product
-
-
-def times(pattern: Pattern, values: Array, v: Array) -> Array:
-    """A matrix times a vector v (n,): (n,).
-
-    Args:
-        pattern: sparsity of the matrix.
-        values: (n,) of its diagonal, or (nnz,) of its entries.
-        v: the vector.
-    """
-    if len(values) == pattern.n:
-        return values * v
-    shape = (pattern.n, pattern.n)
-    product: Array = sp.csc_array((values, pattern.indices, pattern.indptr), shape=shape) @ v
-    return product
 
 
 def coasting(h: float, v: Array) -> System:

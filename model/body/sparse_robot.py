@@ -20,7 +20,6 @@ from tauten.model.system import (
     make_iterate,
     make_system,
     semidefinite_shares,
-    times,
 )
 
 P = TypeVar("P")
@@ -162,10 +161,11 @@ class SparseRobot(RobotBase[P]):
 
     def mass_matrix(self, state: State) -> sp.csc_array:
         """The mass matrix (n, n) at a state."""
-        values, pattern = self.masses(state), self.pattern
-        if len(values) == self.n:
-            return sp.csc_array(sp.diags_array(values))
-        return sp.csc_array((values, pattern.indices, pattern.indptr), shape=(self.n,) * 2)
+        return self.matrix(self.masses(state))
+
+    def matrix(self, values: Array) -> sp.csc_array:
+        """A matrix (n, n) of this robot, from values (nnz,) in its pattern or (n,) on the diagonal."""
+        return self.pattern.matrix(values)
 
     def inertia_at(self, state: State) -> Array:
         """Centrifugal and gyroscopic forces (n,) at a state, none where the mass is constant [N]."""
@@ -226,7 +226,7 @@ class SparseRobot(RobotBase[P]):
 
     def kinetic_energy(self, state: State) -> float:
         """½ vᵀ M v [J]."""
-        return 0.5 * float(state.v @ times(self.pattern, self.masses(state), state.v))
+        return 0.5 * float(state.v @ self.matrix(self.masses(state)) @ state.v)
 
     def energy(self, state: State) -> float:
         """Potential and kinetic energy, and that stored in viscous materials [J]."""
@@ -276,8 +276,8 @@ class SparseRobot(RobotBase[P]):
     def step_energy(self, start: StepStart, v: Array) -> float:
         """Φ − Π of (C1): ½ (v − v₀)ᵀ M (v − v₀) + ½ h vᵀ C v − h vᵀ f of a velocity (n,) [J]."""
         change = v - start.state.v
-        kinetic = 0.5 * float(change @ times(self.pattern, start.mass, change))
-        viscous = 0.5 * times(self.pattern, start.damping, v) - start.force
+        kinetic = 0.5 * float(change @ self.matrix(start.mass) @ change)
+        viscous = 0.5 * (self.matrix(start.damping) @ v) - start.force
         return kinetic + self.h * float(v @ viscous)
 
     def linearise_iterate(self, state: State, start: StepStart, effort: Array) -> System:
@@ -294,8 +294,8 @@ class SparseRobot(RobotBase[P]):
             FactorisationError: A is not positive definite.
         """
         v = self.velocity(start.state, state)
-        accelerated = times(self.pattern, start.mass, v - start.state.v) / self.h
-        resisting = accelerated + times(self.pattern, start.damping, v) - start.force
+        accelerated = self.matrix(start.mass) @ (v - start.state.v) / self.h
+        resisting = accelerated + self.matrix(start.damping) @ v - start.force
         inertia = self.at_end(start.state, state, resisting)
         for exact in (True, False):
             force, K = self.forces(state, effort, exact)

@@ -27,10 +27,9 @@ def natural_frequencies(robot: SparseRobot[Any], state: State, count: int) -> Ar
     Raises:
         FactorisationError: K is not positive definite, the body is not held or the state not stable.
     """
-    pattern, n = robot.pattern, robot.n
     _, values = robot.forces(state, exact=True)
-    free = np.setdiff1d(np.arange(n), robot.motor_coordinates)
-    whole = sp.csc_array((values, pattern.indices, pattern.indptr), shape=(n, n))
+    free = np.setdiff1d(np.arange(robot.n), robot.motor_coordinates)
+    whole = robot.matrix(values)
     K = sp.csc_array(whole[:, free][free])
     K.sort_indices()
     M, n = sp.csc_array(robot.mass_matrix(state)[:, free][free]), len(free)

@@ -105,6 +105,12 @@ class NodeMap:
         arrays = mapped_rows(H.indptr, H.indices, H.data, map_.indptr, map_.indices, self.T)
         return sp.csr_array(arrays, shape=(H.shape[0], self.n))
 
+    def nodal_forces(self, on_nodes: Array) -> Array:
+        """Tᵀ f (n,) for forces f (3 n_nodes,) on nodes alone."""
+        every = np.zeros(len(self.coordinates.indptr) - 1)
+        every[: len(on_nodes)] = on_nodes
+        return self.forces(every)
+
     def forces(self, on_nodes: Array) -> Array:
         """Tᵀ f (n,) for forces f on nodes, on rotations of beam nodes and on drums."""
         forces: Array = self.coordinates.matrix(self.T).T @ on_nodes

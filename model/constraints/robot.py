@@ -89,7 +89,8 @@ class ConstrainedRobot(SparseRobot[NodePoints | MeanPoints]):
     def rest(self) -> State:
         """The stress-free state at standstill."""
         free = self.raw.rest().q.reshape(-1, 3)[self.coordinates.free]
-        return State(np.concatenate([free.ravel(), self.frames.rest()]), np.zeros(self.n))
+        q = np.concatenate([free.ravel(), self.frames.rest()])
+        return State(q, np.zeros(self.n), self.raw.relaxed)
 
     def placed(self, state: State) -> tuple[Array, NodeMap]:
         """Positions (3 m,) of the nodes that are not fixed [m], and the map there."""
@@ -240,11 +241,12 @@ class ConstrainedRobot(SparseRobot[NodePoints | MeanPoints]):
         """
         assert isinstance(assembled, SparseAssembled)
         state, scheme, K = assembled.state, integration, assembled.K
-        through = self.placed(state)[1]
+        through, damping = self.placed(state)[1], None
         mass, force = self.mass_values(through.T), assembled.force
         if not scheme.static:
+            remembered, damping = self.damping_with(assembled.D, state, scheme)
             force = force + self.inertia_force(through, state.v)
-        damping = None if scheme.static else self.damping_with(assembled.D, state, scheme)[1]
+            force = force if remembered is None else force + remembered
         make = partial(make_system, self.pattern, self.factorisation, scheme, damping=damping)
         try:
             return make(K, mass, force, state.v)
@@ -275,9 +277,25 @@ class ConstrainedRobot(SparseRobot[NodePoints | MeanPoints]):
         rate = self.frames.centripetal(through.levers, v[3 * len(self.coordinates.free) :])
         acceleration = self.coordinates.gather.T @ rate.ravel()  # of all nodes
         # the inertia of a beam's node is the same about all axes
-        on_nodes = np.zeros(len(self.coordinates.indptr) - 1)
-        on_nodes[: len(acceleration)] = self.raw.mass * acceleration
-        return -through.forces(on_nodes)
+        return -through.nodal_forces(self.raw.mass * acceleration)
+
+    def viscosity_at(self, state: State, h: float) -> tuple[Array | None, Array | None]:
+        """Forces (n,) of viscous materials' memory [N], and matrix C as CSC values (nnz,); None: no such.
+
+        Args:
+            state: where a step starts.
+            h: its length [s].
+        """
+        if self.raw.viscosity is None:
+            return None, None
+        motion, through = self.placed_motion(state)
+        force, C = self.raw.nodal_viscosity(self.raw.viscosity, motion.x, state.memory, h)
+        mapped = self.product.tangent.apply(C, through.T, len(self.pattern.indices))
+        return through.nodal_forces(force), mapped
+
+    def stored(self, state: State) -> float:
+        """Energy stored in the memory of viscous materials [J]."""
+        return self.raw.stored(state)
 
     def potential(self, state: State) -> float:
         """Elastic energy minus the work of gravity, outer forces and preloads since rest [J]."""
@@ -342,4 +360,9 @@ class ConstrainedRobot(SparseRobot[NodePoints | MeanPoints]):
         v = system.v + dv
         step, first = system.h * v, 3 * len(self.coordinates.free)
         moved = self.frames.moved(state.q[first:], step[first:])
-        return State(np.concatenate([state.q[:first] + step[:first], moved]), v)
+        after = State(np.concatenate([state.q[:first] + step[:first], moved]), v)
+        if self.raw.viscosity is None:
+            return after
+        before, end = self.nodes(state), self.nodes(after)
+        memory = self.raw.remembered(before, end, state.memory, system.h)
+        return dataclasses.replace(after, memory=memory)

@@ -224,11 +224,6 @@ def build_robot(
     viscosity = None
     if body.is_viscous:
         viscosity = make_viscoelasticity(elements, body.laws, body.viscosities)
-    if constraints and body.is_viscous:
-        raise RobotFileError(
-            f"{source}: material.viscosity: bodies with drives, rigid regions or attachments are elastic, "
-            "leave it out"
-        )
     scheme = config.integration
     backend = "superlu" if constraints else scheme.factorisation
     actuators = parts.placed(body.mesh.nodes, pattern.dof, pattern.n)

@@ -63,8 +63,12 @@ class TetRobot(SparseRobot[NodePoints | MeanPoints]):
     def rest(self) -> State:
         """The stress-free state at standstill."""
         q = self.mesh.nodes[self.pattern.dof >= 0].ravel()
-        memory = np.zeros(0 if self.viscosity is None else self.viscosity.memory_size)
-        return State(q.copy(), np.zeros_like(q), memory)
+        return State(q.copy(), np.zeros_like(q), self.relaxed)
+
+    @property
+    def relaxed(self) -> Array:
+        """The memory of viscous materials without stress."""
+        return np.zeros(0 if self.viscosity is None else self.viscosity.memory_size)
 
     def nodes(self, state: State) -> Array:
         """Positions of all nodes, fixed ones included: (n_nodes, 3) [m]."""
@@ -164,9 +168,34 @@ class TetRobot(SparseRobot[NodePoints | MeanPoints]):
         """
         if self.viscosity is None:
             return None, None
-        x = self.nodes(state)
-        force, C = self.viscosity.assemble(self.elements, x, state.memory, h)
+        return self.nodal_viscosity(self.viscosity, self.nodes(state), state.memory, h)
+
+    def nodal_viscosity(
+        self, viscosity: Viscoelasticity, x: Array, memory: Array, h: float
+    ) -> tuple[Array, Array]:
+        """Forces of the memory on the nodes that are not fixed (m,) [N], and C as CSC values (nnz,).
+
+        Args:
+            viscosity: of its materials.
+            x: (n_nodes, 3) node positions where a step starts [m].
+            memory: of the state there.
+            h: length of the step [s].
+        """
+        force, C = viscosity.assemble(self.elements, x, memory, h)
         return force[self.pattern.dof >= 0].ravel(), C
+
+    def remembered(self, before: Array, after: Array, memory: Array, h: float) -> Array:
+        """The memory of viscous materials at the end of a step.
+
+        Args:
+            before: (n_nodes, 3) node positions where it starts [m].
+            after: (n_nodes, 3) those where it ends [m].
+            memory: of the state where it starts.
+            h: its length [s].
+        """
+        if self.viscosity is None:
+            return memory
+        return self.viscosity.remembered(self.elements, before, after, memory, h)
 
     def stored(self, state: State) -> float:
         """Energy stored in the memory of viscous materials [J]."""
@@ -197,6 +226,5 @@ class TetRobot(SparseRobot[NodePoints | MeanPoints]):
         after = State(state.q + system.h * v, v)
         if self.viscosity is None:
             return after
-        before, end = self.nodes(state), self.nodes(after)
-        memory = self.viscosity.remembered(self.elements, before, end, state.memory, system.h)
+        memory = self.remembered(self.nodes(state), self.nodes(after), state.memory, system.h)
         return dataclasses.replace(after, memory=memory)
