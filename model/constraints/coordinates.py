@@ -105,15 +105,10 @@ class NodeMap:
         arrays = mapped_rows(H.indptr, H.indices, H.data, map_.indptr, map_.indices, self.T)
         return sp.csr_array(arrays, shape=(H.shape[0], self.n))
 
-    def nodal_forces(self, on_nodes: Array) -> Array:
-        """Tᵀ f (n,) for forces f (3 n_nodes,) on nodes alone."""
-        every = np.zeros(len(self.coordinates.indptr) - 1)
-        every[: len(on_nodes)] = on_nodes
-        return self.forces(every)
-
     def forces(self, on_nodes: Array) -> Array:
-        """Tᵀ f (n,) for forces f on nodes, on rotations of beam nodes and on drums."""
-        forces: Array = self.coordinates.matrix(self.T).T @ on_nodes
+        """Tᵀ f (n,) for forces f on nodes, then on rotations of beam nodes and on drums, zero where left out."""
+        others = np.zeros(len(self.coordinates.indptr) - 1 - len(on_nodes))
+        forces: Array = self.coordinates.matrix(self.T).T @ np.concatenate([on_nodes, others])
         return forces
 
 

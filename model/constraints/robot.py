@@ -277,7 +277,7 @@ class ConstrainedRobot(SparseRobot[NodePoints | MeanPoints]):
         rate = self.frames.centripetal(through.levers, v[3 * len(self.coordinates.free) :])
         acceleration = self.coordinates.gather.T @ rate.ravel()  # of all nodes
         # the inertia of a beam's node is the same about all axes
-        return -through.nodal_forces(self.raw.mass * acceleration)
+        return -through.forces(self.raw.mass * acceleration)
 
     def viscosity_at(self, state: State, h: float) -> tuple[Array | None, Array | None]:
         """Forces (n,) of viscous materials' memory [N], and matrix C as CSC values (nnz,); None: no such.
@@ -291,7 +291,7 @@ class ConstrainedRobot(SparseRobot[NodePoints | MeanPoints]):
         motion, through = self.placed_motion(state)
         force, C = self.raw.nodal_viscosity(self.raw.viscosity, motion.x, state.memory, h)
         mapped = self.product.tangent.apply(C, through.T, len(self.pattern.indices))
-        return through.nodal_forces(force), mapped
+        return through.forces(force), mapped
 
     def stored(self, state: State) -> float:
         """Energy stored in the memory of viscous materials [J]."""
