@@ -106,7 +106,7 @@ class NodeMap:
         return sp.csr_array(arrays, shape=(H.shape[0], self.n))
 
     def forces(self, on_nodes: Array) -> Array:
-        """Tᵀ f (n,) for forces f on nodes, then on rotations of beam nodes and on drums, zero where left out."""
+        """Tᵀ f (n,) for forces f on nodes, rotations of beam nodes and drums; the last may be left out."""
         others = np.zeros(len(self.coordinates.indptr) - 1 - len(on_nodes))
         forces: Array = self.coordinates.matrix(self.T).T @ np.concatenate([on_nodes, others])
         return forces
