@@ -172,6 +172,10 @@ class Robot(Protocol):
         """Finite elements."""
 
     @property
+    def moving_mass(self) -> float:
+        """Mass of all nodes that are not fixed [kg]."""
+
+    @property
     def size(self) -> float:
         """Diagonal of the bounding box at rest [m]."""
 

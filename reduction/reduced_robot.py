@@ -8,7 +8,7 @@ from typing import Any, Protocol, TypeVar
 
 import numpy as np
 
-from tauten.model import Assembled, Integration, Robot, State, System
+from tauten.model import Robot, State, System
 from tauten.model.body import RobotBase
 from tauten.model.numerics import Array, DenseFactors, Ints
 
@@ -45,6 +45,11 @@ class ReducedRobot(RobotBase[P]):
     @abstractmethod
     def n_elements(self) -> int:
         """Elements in the sample."""
+
+    @property
+    def moving_mass(self) -> float:
+        """Mass of all nodes that are not fixed [kg]."""
+        return self.full.moving_mass
 
     @property
     def size(self) -> float:
@@ -99,58 +104,6 @@ class ReducedRobot(RobotBase[P]):
     @abstractmethod
     def displacement(self, state: State, dq: Array) -> float:
         """Largest displacement of an effector or contact vertex in a change dq (r,) at a state, about [m]."""
-
-    @abstractmethod
-    def forces(
-        self, state: State, effort: Array | None = None, exact: bool = False
-    ) -> tuple[Array, Array]:
-        """Forces without actuators and contacts (r,), and the tangent K (r, r).
-
-        Args:
-            state: where to evaluate.
-            effort: (n_a,) efforts of the actuators, whose curvature enters the tangent.
-            exact: the exact derivative, which is not always positive definite.
-        """
-
-    def linearise(
-        self, state: State, effort: Array | None = None, integration: Integration | None = None
-    ) -> System:
-        """The system of one step from this state: A, b, v_free (7)-(10).
-
-        Args:
-            state: where the step starts.
-            effort: (n_a,) last efforts of the actuators, for the curvature they add to A.
-            integration: replaces the robot's own scheme.
-
-        Raises:
-            FactorisationError: A is not positive definite (a state that has blown up).
-        """
-        scheme = integration or self.integration
-        return self.system(self.assemble(state, effort, scheme), scheme)
-
-    @abstractmethod
-    def assemble(
-        self, state: State, effort: Array | None = None, integration: Integration | None = None
-    ) -> Assembled:
-        """Forces and tangents at a state, valid until this robot assembles others.
-
-        Args:
-            state: where steps start.
-            effort: (n_a,) last efforts of the actuators, for the curvature they add to A.
-            integration: another scheme than the robot's. The steps may have any length, but its damping.
-        """
-
-    @abstractmethod
-    def system(self, assembled: Assembled, integration: Integration) -> System:
-        """The system of one step, `linearise` where forces and tangents are known.
-
-        Args:
-            assembled: by this robot or a fork.
-            integration: scheme and length of the step.
-
-        Raises:
-            FactorisationError: A is not positive definite (a state that has blown up).
-        """
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -57,6 +57,11 @@ class BeamRobot(SparseRobot[AttachedPoints]):
         return len(self.body.ends)
 
     @property
+    def moving_mass(self) -> float:
+        """Mass of all nodes that are not fixed [kg]."""
+        return float(self.mass[::6].sum())
+
+    @property
     def size(self) -> float:
         """Diagonal of the bounding box at rest [m]."""
         return self.body.size

@@ -15,9 +15,9 @@ from tauten.model.interface import Actuators, EffectorLayout, Limits
 from tauten.model.layout import Layout, row_layout
 from tauten.model.numerics import Array, Ints
 from tauten.model.points import Motion
-from tauten.model.robot import RobotNames, RobotRows, State
+from tauten.model.robot import Assembled, RobotNames, RobotRows, State
 from tauten.model.rows import ContactRows, PairSlots
-from tauten.model.system import Integration
+from tauten.model.system import Integration, System
 
 P = TypeVar("P")
 
@@ -110,6 +110,58 @@ class RobotBase(ABC, Generic[P]):
     @abstractmethod
     def motion(self, state: State) -> Motion[P]:
         """Where the points of the body are at a state, and how they move with the unknowns."""
+
+    @abstractmethod
+    def forces(
+        self, state: State, effort: Array | None = None, exact: bool = False
+    ) -> tuple[Array, Array]:
+        """Forces without actuators and contacts (n,) [N], and K = −∂force/∂q as the robot stores it.
+
+        Args:
+            state: where to evaluate.
+            effort: (n_a,) efforts of the actuators, whose curvature enters the tangent; None: none does.
+            exact: exact derivative rather than the positive semidefinite tangent.
+        """
+
+    @abstractmethod
+    def assemble(
+        self, state: State, effort: Array | None = None, integration: Integration | None = None
+    ) -> Assembled:
+        """Forces and tangents at a state, valid until this robot assembles others.
+
+        Args:
+            state: where steps start.
+            effort: (n_a,) last efforts of the actuators, for the curvature they add to A.
+            integration: another scheme than the robot's. The steps may have any length, but its damping.
+        """
+
+    @abstractmethod
+    def system(self, assembled: Assembled, integration: Integration) -> System:
+        """The system of one step, `linearise` where forces and tangents are known.
+
+        Args:
+            assembled: by this robot or a fork.
+            integration: scheme and length of the step.
+
+        Raises:
+            FactorisationError: A is not positive definite (a state that has blown up).
+        """
+
+    def linearise(
+        self, state: State, effort: Array | None = None, integration: Integration | None = None
+    ) -> System:
+        """The system of one step from this state: A, b, v_free (7)-(10).
+
+        Args:
+            state: where the step starts.
+            effort: (n_a,) last efforts of the actuators, for the curvature they add to A.
+            integration: another scheme than the robot's.
+
+        Raises:
+            FactorisationError: A is not positive definite (a state that has blown up).
+        """
+        scheme = integration or self.integration
+        return self.system(self.assemble(state, effort, scheme), scheme)
 
     def effector(self, state: State) -> Array:
         """Positions of the effectors: (p, 3) [m]."""

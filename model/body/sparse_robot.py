@@ -66,34 +66,6 @@ class SparseRobot(RobotBase[P]):
         """The same robot with a separate factorisation workspace."""
         return dataclasses.replace(self, factorisation=self.factorisation.fork())
 
-    @abstractmethod
-    def forces(
-        self, state: State, effort: Array | None = None, exact: bool = False
-    ) -> tuple[Array, Array]:
-        """Forces without actuators and contacts (n,) [N], and K = −∂force/∂q as CSC values (nnz,).
-
-        Args:
-            state: where to evaluate.
-            effort: (n_a,) efforts of the actuators, whose curvature enters the tangent; None: none does.
-            exact: exact derivative rather than the positive semidefinite tangent.
-        """
-
-    def linearise(
-        self, state: State, effort: Array | None = None, integration: Integration | None = None
-    ) -> System:
-        """The system of one step from this state: A, b, v_free (7)-(10).
-
-        Args:
-            state: where the step starts.
-            effort: (n_a,) last efforts of the actuators, for the curvature they add to A.
-            integration: another scheme than the robot's.
-
-        Raises:
-            FactorisationError: A is not positive definite (a state that has blown up).
-        """
-        scheme = integration or self.integration
-        return self.system(self.assemble(state, effort, scheme), scheme)
-
     def assemble(
         self, state: State, effort: Array | None = None, integration: Integration | None = None
     ) -> SparseAssembled:

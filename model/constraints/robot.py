@@ -60,6 +60,11 @@ class ConstrainedRobot(SparseRobot[NodePoints | MeanPoints]):
         return self.raw.mesh
 
     @property
+    def moving_mass(self) -> float:
+        """Mass of all nodes that are not fixed [kg]."""
+        return self.raw.moving_mass
+
+    @property
     def size(self) -> float:
         """Diagonal of the bounding box at rest [m]."""
         return self.raw.size

@@ -41,6 +41,11 @@ class TetRobot(SparseRobot[NodePoints | MeanPoints]):
     viscosity: Viscoelasticity | None = None
 
     @property
+    def moving_mass(self) -> float:
+        """Mass of all nodes that are not fixed [kg]."""
+        return float(self.mass[::3].sum())
+
+    @property
     def size(self) -> float:
         """Diagonal of the bounding box at rest [m]."""
         return self.mesh.size

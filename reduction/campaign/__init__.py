@@ -17,7 +17,6 @@ from tauten.reduction.campaign.designs import (
     ramp,
 )
 from tauten.reduction.campaign.executors import ClusterError, dask_cluster, processes
-from tauten.reduction.campaign.moving_mass import moving_mass
 from tauten.reduction.campaign.run import run_campaign
 from tauten.reduction.campaign.snapshots import Origin, SnapshotError, Snapshots, join_snapshots
 
@@ -40,7 +39,6 @@ __all__ = [
     "join_snapshots",
     "latin_hypercube",
     "latin_hypercube_levels",
-    "moving_mass",
     "payload",
     "plackett_burman",
     "plackett_burman_levels",

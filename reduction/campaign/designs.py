@@ -17,7 +17,6 @@ from scipy.spatial.transform import Rotation
 from tauten.model import Robot
 from tauten.model.numerics import Array
 from tauten.reduction.campaign.command_range import CommandRange, command_range
-from tauten.reduction.campaign.moving_mass import moving_mass
 
 RAMP_STEPS = 200  # of one actuator whose position is commanded; the paper takes 800
 EFFORT_STEPS = 60  # of one actuator whose effort is commanded
@@ -183,7 +182,7 @@ def _loaded_runs(robot: Robot, found: CommandRange, seed: int) -> tuple[Run, ...
 def payload(robot: Robot) -> float:
     """`PAYLOAD` of the weight, spread evenly over the effectors: the force on each of them [N]."""
     size = float(np.linalg.norm(robot.gravity)) or STANDARD_GRAVITY
-    return PAYLOAD * moving_mass(robot) * size / len(robot.effector_names)
+    return PAYLOAD * robot.moving_mass * size / len(robot.effector_names)
 
 
 def _random_ends(found: CommandRange, count: int, seed: int) -> Array:

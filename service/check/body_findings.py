@@ -12,7 +12,6 @@ from tauten.model.body import natural_frequencies
 from tauten.model.constraints import ConstrainedRobot
 from tauten.model.mesh import wall_thickness
 from tauten.model.numerics import FactorisationError
-from tauten.reduction.campaign import moving_mass
 from tauten.service.check.findings import Finding, graded
 
 AnyRobot = TetRobot | ConstrainedRobot | BeamRobot
@@ -31,7 +30,7 @@ def body_findings(
         alarm_distance: from which contact is looked for [m].
         free: names of the bodies that nothing needs to hold, by the robot file.
     """
-    yield Finding("moving mass", "fine", f"{1e3 * moving_mass(robot):.4g} g")
+    yield Finding("moving mass", "fine", f"{1e3 * robot.moving_mass:.4g} g")
     if free:
         yield Finding("sag and natural frequencies", "fine", not_held(free))
     else:

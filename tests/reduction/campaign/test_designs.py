@@ -16,7 +16,6 @@ from tauten.reduction.campaign import (
     from_csv,
     latin_hypercube,
     latin_hypercube_levels,
-    moving_mass,
     plackett_burman,
     plackett_burman_levels,
     ramp,
@@ -40,7 +39,7 @@ def test_exploring_tilts_and_loads_the_robot_on_all_sides(thumb: TetRobot) -> No
     np.testing.assert_array_equal(own.gravity, np.tile(thumb.gravity[:, None], len(own)))
     assert not own.effector_force.any()
     down = np.array([0.0, 0.0, -1.0])
-    weight = 9.81 * moving_mass(thumb)
+    weight = 9.81 * thumb.moving_mass
     sides = []
     for run in loaded:
         gravity, force = run.gravity[:, 0], run.effector_force[:, 0]

@@ -10,7 +10,7 @@ import pytest
 from benchmarks.steps import ForeignLoadError, load_errors
 from tauten.model import Simulator
 from tauten.model.tetra import TetRobot
-from tauten.reduction.campaign import Snapshots, exploring, moving_mass, run_campaign
+from tauten.reduction.campaign import Snapshots, exploring, run_campaign
 from tauten.reduction.contact import ContactBasis
 from tauten.reduction.state import (
     StateBasis,
@@ -41,7 +41,7 @@ def test_payload_error_is_the_distance_of_two_models_that_carry_it(
 ) -> None:
     found = errors(thumb, of_ramp, thumb_basis, 0.05)["payload"]
     assert (found.cases, found.lost) == (12, 0)
-    force = np.array([0.0, 0.2 * 9.81 * moving_mass(thumb), 0.0])
+    force = np.array([0.0, 0.2 * 9.81 * thumb.moving_mass, 0.0])
     tips = []
     for robot in (thumb, reduced_robot(thumb, of_ramp)):
         simulator = Simulator(robot.loaded(thumb.gravity, force), contact="full")
