@@ -13,7 +13,7 @@ from tauten.model.actuators.enclosure import (
     enclosed_volume,
     inside_out,
 )
-from tauten.model.actuators.force import make_forces
+from tauten.model.actuators.force import ForceSet, make_forces
 
 __all__ = [
     "ActuatorSet",
@@ -22,6 +22,7 @@ __all__ = [
     "ChamberSurface",
     "Coupling",
     "DriveSet",
+    "ForceSet",
     "Loads",
     "NodalCurvature",
     "cavity_around",

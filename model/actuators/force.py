@@ -30,6 +30,10 @@ class ForceSet:
         """The points y (f, 3) of the forces, and one metre along them: (f, 2, 3) [m]."""
         return np.stack([y, y + self.directions], axis=1)
 
+    def vectors(self, efforts: Array) -> Array:
+        """The forces (f, 3) of efforts (f,) [N]."""
+        return efforts[:, None] * self.directions
+
     def rows(self, placed: Placed) -> Rows:
         """Displacements along the directions: Rows of (f, n) [m].
 

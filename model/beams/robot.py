@@ -14,14 +14,19 @@ from tauten.model.beams.surfaces import BeamSurfaces
 from tauten.model.beams.tree import BeamTree
 from tauten.model.body import SparseRobot
 from tauten.model.numerics import Array, Ints, moments_at_end, rotations_between, turned
-from tauten.model.points import AttachedPoints, PoseMotion, add_beam_cable_stiffness
+from tauten.model.points import (
+    AttachedPoints,
+    PoseMotion,
+    add_beam_cable_stiffness,
+    add_lever_stiffness,
+)
 from tauten.model.robot import State, StepStart
 from tauten.model.system import System
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BeamRobot(SparseRobot[AttachedPoints]):
-    """A cable-driven robot made of beams, a `Robot`; made by `load_robot`.
+    """A robot made of beams, driven by cables and forces, a `Robot`; made by `load_robot`.
 
     A node has six degrees of freedom: its position, and rotations about the fixed axes. For each free node q
     holds the position and a unit quaternion, seven numbers.
@@ -34,6 +39,7 @@ class BeamRobot(SparseRobot[AttachedPoints]):
         tree: the elements outwards from the fixed nodes, along which nodes move; None: they form loops.
         beam_slot: places of the elements in the pattern.
         cable_slot: places of the segments of cables.
+        force_slot: places of the rotations that forces turn.
         effector_force: (3 p,) outer forces on the effectors [N].
         surfaces: for contact and for drawing.
     """
@@ -43,6 +49,7 @@ class BeamRobot(SparseRobot[AttachedPoints]):
     tree: BeamTree | None
     beam_slot: tuple[Ints, Ints]
     cable_slot: tuple[Ints, Ints]
+    force_slot: tuple[Ints, Ints]
     effector_force: Array
     surfaces: BeamSurfaces
 
@@ -129,10 +136,15 @@ class BeamRobot(SparseRobot[AttachedPoints]):
         actuators = self.actuator_set
         efforts = actuators.efforts(effort)
         if efforts is not None:
+            cables = actuators.paths.n_a
             add_beam_cable_stiffness(
                 *actuators.stations.place(x, Q), actuators.paths.segment_arrays,
-                efforts[: actuators.paths.n_a], exact, self.cable_slot, K,
+                efforts[:cables], exact, self.cable_slot, K,
             )  # fmt: skip
+            if exact and len(actuators.forces) > 0:
+                _, arms = actuators.pushed.place(x, Q)
+                push = actuators.forces.vectors(efforts[cables:])
+                add_lever_stiffness(push, arms, self.force_slot, K)
         total = force[dof >= 0].ravel()
         preload = actuators.preload(motion)
         if preload is not None:

@@ -12,6 +12,7 @@ import numpy as np
 from tauten.model.actuators import (
     ActuatorSet,
     Coupling,
+    ForceSet,
     coupling_of,
     make_chambers,
     make_forces,
@@ -30,11 +31,12 @@ from tauten.model.beams import (
     make_tree,
 )
 from tauten.model.body import Material
-from tauten.model.contact import ContactPair, ContactSet
+from tauten.model.contact import ContactSet
 from tauten.model.interface import actuators_of, limits_of
 from tauten.model.load.beam_bodies import profile_of
+from tauten.model.load.contacts import contact_set
 from tauten.model.load.effectors import build_beam_effectors
-from tauten.model.mesh import point_selector, spread_points, vertex_points
+from tauten.model.mesh import point_selector
 from tauten.model.numerics import Array, Bools, Ints, make_factorisation
 from tauten.model.points import (
     AttachedPoints,
@@ -46,8 +48,6 @@ from tauten.model.points import (
 )
 from tauten.model.robot import names_of
 from tauten.model.schema import (
-    ALARM_DISTANCE,
-    ITSELF,
     BeamConfig,
     RobotFileError,
     Structure,
@@ -86,12 +86,8 @@ def build_beam_robot(config: BeamConfig, structure: Structure, source: str) -> B
     profiles = build_profiles(config, structure, material, source)
     body = build_beam_body(structure, profiles, material, source)
     fixed = fixed_beam_nodes(config, body, source)
-    if config.chambers or config.forces:
-        table = "chambers" if config.chambers else "forces"
-        raise RobotFileError(
-            f"{source}: {table}: a robot made of beams is driven by cables, remove this table"
-        )
-    paths, stations = build_beam_cables(config, structure, body, source)
+    paths, stations = build_beam_cables(config, structure, body, int(fixed.argmax()), source)
+    forces, pushed = build_beam_forces(config, structure, body, source)
     selector = point_selector(body.nodes, config.named_regions(), source)
     effectors = build_beam_effectors(
         config.effectors, selector, partial(on_vertebra, structure, body)
@@ -114,10 +110,11 @@ def build_beam_robot(config: BeamConfig, structure: Structure, source: str) -> B
         tree=tree_of(body, fixed),
         beam_slot=pattern.blocks(groups(body.ends)),
         cable_slot=pattern.blocks(groups(ends_of(paths, stations))),
+        force_slot=pattern.blocks(2 * pushed.nodes[:, :1] + 1),
         mass=np.repeat(np.stack([body.mass, body.inertia], axis=1)[free].ravel(), 3),
         effector_force=np.zeros(3 * len(config.effectors)),
         actuators=actuators_of(config),
-        actuator_set=beam_actuators(paths, stations, coupling_of(config)),
+        actuator_set=beam_actuators(paths, stations, forces, pushed, coupling_of(config)),
         limits=limits_of(config, source),
         effectors=effectors,
         surfaces=surfaces,
@@ -136,23 +133,28 @@ def ends_of(paths: Paths, stations: AttachedPoints) -> Ints:
 
 
 def beam_actuators(
-    paths: Paths, stations: AttachedPoints, coupling: Coupling | None
+    paths: Paths,
+    stations: AttachedPoints,
+    forces: ForceSet,
+    pushed: AttachedPoints,
+    coupling: Coupling | None,
 ) -> ActuatorSet[AttachedPoints]:
-    """Cables and their couplings.
+    """Cables, forces and their couplings.
 
     Args:
         paths: of the cables.
         stations: points that they pass.
-        coupling: of the cables.
+        forces: of fixed direction.
+        pushed: the point that each of them acts on.
+        coupling: of all of these.
     """
-    none = no_attached_points()
     return ActuatorSet(
         paths=paths,
         stations=stations,
         chambers=make_chambers([], np.zeros((0, 3))),
-        walls=none,
-        forces=make_forces(np.zeros((0, 3)), np.zeros((0, 3))),
-        pushed=none,
+        walls=no_attached_points(),
+        forces=forces,
+        pushed=pushed,
         drives=no_drives(),
         coupling=coupling,
     )
@@ -237,7 +239,7 @@ def fixed_beam_nodes(config: BeamConfig, body: BeamBody, source: str) -> Bools:
 
 
 def build_beam_cables(
-    config: BeamConfig, structure: Structure, body: BeamBody, source: str
+    config: BeamConfig, structure: Structure, body: BeamBody, base: int, source: str
 ) -> tuple[Paths, AttachedPoints]:
     """Cables through holes of vertebrae, and the points that they pass.
 
@@ -245,23 +247,55 @@ def build_beam_cables(
         config: the robot file.
         structure: the structure file.
         body: the beams.
+        base: a fixed node, which pull points are attached to.
         source: the robot file's path, for errors.
     """
-    cables = []
+    cables, counts = [], []
     for index, cable in enumerate(config.cables):
         what = f"{source}: cables.{index}"
-        if cable.pull_point is not None:
-            raise RobotFileError(
-                f"{what}.pull_point: a cable of beams starts at its first hole, give that in points"
-            )
-        route = np.array(cable.points)
+        start = [] if cable.pull_point is None else [cable.pull_point]
+        route = np.array([*start, *cable.points])
         short = np.flatnonzero(np.linalg.norm(np.diff(route, axis=0), axis=1) < 1e-9)
         if len(short):
             raise RobotFileError(f"{what}.points: {short[0]} and {short[0] + 1} coincide")
-        cables.append(on_vertebra(structure, body, cable.points, what, cable.max_outside))
+        at_rest = np.full(len(start), base), np.array(start).reshape(-1, 3)
+        cables += [
+            attach_to_nodes(body.nodes, *at_rest),
+            on_vertebra(structure, body, cable.points, what, cable.max_outside),
+        ]
+        counts.append(len(route))
     stations = join_attached_points(cables)
-    y, _ = stations.place(body.nodes, np.tile([1.0, 0.0, 0.0, 0.0], (len(body.nodes), 1)))
-    return make_paths([len(cable) for cable in cables], y), stations
+    return make_paths(counts, placed_at_rest(stations, body)), stations
+
+
+def build_beam_forces(
+    config: BeamConfig, structure: Structure, body: BeamBody, source: str
+) -> tuple[ForceSet, AttachedPoints]:
+    """Forces on vertebrae, and the points that they act on.
+
+    Args:
+        config: the robot file.
+        structure: the structure file.
+        body: the beams.
+        source: the robot file's path, for errors.
+    """
+    points, directions = [], [np.zeros((0, 3))]
+    for item in config.forces:
+        what = f"{source}: forces.{item.name}.point"
+        if item.point is None:
+            raise RobotFileError(
+                f"{what}: a force on beams acts on a point of a vertebra; give the point, not a region"
+            )
+        points.append(on_vertebra(structure, body, [item.point], what, item.max_outside))
+        directions.append(np.array([item.direction]) / np.linalg.norm(item.direction))
+    pushed = join_attached_points(points)
+    return make_forces(np.concatenate(directions), placed_at_rest(pushed, body)), pushed
+
+
+def placed_at_rest(points: AttachedPoints, body: BeamBody) -> Array:
+    """Positions (p, 3) of points that are attached to beams at rest [m]."""
+    unturned = np.tile([1.0, 0.0, 0.0, 0.0], (len(body.nodes), 1))
+    return points.place(body.nodes, unturned)[0]
 
 
 def on_vertebra(
@@ -330,26 +364,8 @@ def build_beam_contacts(
         check_surfaces(config.contacts, set(named))
     except ValueError as error:
         raise RobotFileError(f"{source}: {error}") from error
-    rest = np.tile([1.0, 0.0, 0.0, 0.0], (len(body.nodes), 1))
-    points, _ = surfaces.contact_points.place(body.nodes, rest)
-    pairs = []
-    for index, contact in enumerate(config.contacts):
-        if contact.against == ITSELF or contact.candidates is None or contact.points is None:
-            raise RobotFileError(
-                f"{source}: contacts.{index}: beams need candidates, points, and the name of another "
-                "surface in against"
-            )
-        try:
-            surface = named[contact.candidates]
-            nodes, weights = (
-                vertex_points(surface)
-                if contact.points == "vertices"
-                else spread_points(points, surface, contact.points)
-            )
-        except ValueError as error:
-            raise RobotFileError(f"{source}: contacts.{contact.candidates}: {error}") from error
-        name = f"{contact.candidates} on {contact.against}"
-        pairs.append(ContactPair(name, nodes, weights, named[contact.against]))
-    distance = config.contact.distance
-    alarm = config.contact.alarm_distance or ALARM_DISTANCE + distance
-    return ContactSet(pairs, len(points), alarm, distance)
+    every = np.concatenate([np.zeros((0, 3), np.int64), *named.values()])
+    triangles: dict[str | None, Ints] = {None: every}
+    triangles.update(named.items())
+    vertices = placed_at_rest(surfaces.contact_points, body)
+    return contact_set(config, vertices, triangles, source)

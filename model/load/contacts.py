@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from tauten.model.contact import (
     ALARM_EDGES,
     EDGES_AWAY,
@@ -12,18 +14,19 @@ from tauten.model.contact import (
     neighbours_at_rest,
 )
 from tauten.model.mesh import Selector, spread_points, triangle_areas, vertex_points
-from tauten.model.numerics import Ints
+from tauten.model.numerics import Array, Ints
 from tauten.model.schema import (
     ALARM_DISTANCE,
     ITSELF,
     ContactSettings,
     RobotConfig,
     RobotFileError,
+    RobotSettings,
 )
 
 
 def build_contacts(config: RobotConfig, selector: Selector) -> ContactSet:
-    """Candidates and target surfaces of every contact.
+    """Candidates and target surfaces of every contact of a robot with meshes.
 
     Args:
         config: the robot file.
@@ -33,12 +36,29 @@ def build_contacts(config: RobotConfig, selector: Selector) -> ContactSet:
         RobotFileError: a surface without triangles or area.
     """
     surfaces = contact_surfaces(config, selector)
-    alarm = alarm_distance(config, selector, surfaces)
+    return contact_set(config, selector.nodes, surfaces, selector.source)
+
+
+def contact_set(
+    config: RobotSettings, vertices: Array, surfaces: Mapping[str | None, Ints], source: str
+) -> ContactSet:
+    """Candidates and target surfaces of every contact.
+
+    Args:
+        config: the robot file.
+        vertices: (v, 3) of the surfaces at rest [m].
+        surfaces: triangles (t, 3) of each surface by name; None is all of them.
+        source: the robot file's path, for errors.
+
+    Raises:
+        RobotFileError: a surface without area.
+    """
+    alarm = alarm_distance(config, vertices, surfaces)
     pairs = [
-        contact_pair(contact, f"contacts.{index}", selector, surfaces, alarm)
+        contact_pair(contact, f"{source}: contacts.{index}", vertices, surfaces, alarm)
         for index, contact in enumerate(config.contacts)
     ]
-    return ContactSet(pairs, len(selector.nodes), alarm, config.contact.distance)
+    return ContactSet(pairs, len(vertices), alarm, config.contact.distance)
 
 
 def contact_surfaces(config: RobotConfig, selector: Selector) -> dict[str | None, Ints]:
@@ -59,46 +79,47 @@ def contact_surfaces(config: RobotConfig, selector: Selector) -> dict[str | None
 
 
 def alarm_distance(
-    config: RobotConfig, selector: Selector, surfaces: dict[str | None, Ints]
+    config: RobotSettings, vertices: Array, surfaces: Mapping[str | None, Ints]
 ) -> float:
     """The file's, or by default from the meshes of the surfaces that may touch themselves [m].
 
     Args:
         config: the robot file.
-        selector: of regions of the mesh.
+        vertices: (v, 3) of the surfaces at rest [m].
         surfaces: triangles of each surface by name.
     """
     if config.contact.alarm_distance is not None:
         return config.contact.alarm_distance
     folded = [surfaces[item.candidates] for item in config.contacts if item.against == ITSELF]
-    sizes = [ALARM_EDGES * mean_edge(selector.nodes, triangles) for triangles in folded]
+    sizes = [ALARM_EDGES * mean_edge(vertices, triangles) for triangles in folded]
     return min(sizes, default=ALARM_DISTANCE) + config.contact.distance
 
 
 def contact_pair(
     contact: ContactSettings,
-    field: str,
-    selector: Selector,
-    surfaces: dict[str | None, Ints],
+    where: str,
+    vertices: Array,
+    surfaces: Mapping[str | None, Ints],
     alarm: float,
 ) -> ContactPair:
     """One contact.
 
     Args:
         contact: its table.
-        field: name of the table, for errors.
-        selector: of regions of the mesh.
+        where: file and name of the table, for errors.
+        vertices: (v, 3) of the surfaces at rest [m].
         surfaces: triangles of each surface by name.
         alarm: the alarm distance [m].
 
     Raises:
         RobotFileError: a surface without area.
     """
-    vertices, triangles = selector.nodes, surfaces[contact.candidates]
+    triangles = surfaces[contact.candidates]
     edge = mean_edge(vertices, triangles)
     points = contact.points
     if points is None:
-        points = max(1, round(float(triangle_areas(vertices, triangles).sum()) / edge**2))
+        area = float(triangle_areas(vertices, triangles).sum())
+        points = max(1, round(area / edge**2)) if area > 0.0 else 1
     try:
         nodes, weights = (
             vertex_points(triangles)
@@ -106,7 +127,7 @@ def contact_pair(
             else spread_points(vertices, triangles, points)
         )
     except ValueError as error:
-        raise RobotFileError(f"{selector.source}: {field}: {error}") from error
+        raise RobotFileError(f"{where}: {error}") from error
     if contact.against != ITSELF:
         name = f"{contact.candidates} on {contact.against}"
         return ContactPair(name, nodes, weights, surfaces[contact.against])

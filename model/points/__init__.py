@@ -9,7 +9,7 @@ from tauten.model.points.attached_points import (
     join_attached_points,
     no_attached_points,
 )
-from tauten.model.points.beam_cables import add_beam_cable_stiffness
+from tauten.model.points.beam_cables import add_beam_cable_stiffness, add_lever_stiffness
 from tauten.model.points.cable import (
     Cable,
     add_cable_stiffness,
@@ -49,6 +49,7 @@ __all__ = [
     "PoseMotion",
     "Segments",
     "add_beam_cable_stiffness",
+    "add_lever_stiffness",
     "add_cable_stiffness",
     "attach",
     "attach_between",

@@ -1,4 +1,4 @@
-"""Curvature of cables that slide through points attached to beams; signs as in `paths`.
+"""Curvature of cables and forces on points that are attached to beams; signs as in `paths`.
 
 A hole lies at a distance from the node it is attached to. When the node turns, the force at the hole keeps
 its direction while its lever arm turns: with force f and arm r this adds (f·r) I − ½ (r fᵀ + f rᵀ) to the
@@ -86,3 +86,24 @@ def add_beam_cable_stiffness(  # noqa: C901  one flat loop nest is what numba co
                         for i in range(3):
                             place = slot[s, a, b] + j * column_length[s, b] + i
                             K[place] += part[3 * a + i, 3 * b + j]
+
+
+@kernel
+def add_lever_stiffness(forces: Array, arms: Array, blocks: tuple[Ints, Ints], K: Array) -> None:
+    """Add what the turning of lever arms under forces of fixed direction adds to the CSC values K (nnz,).
+
+    Args:
+        forces: (p, 3) on points that are attached to one node each [N].
+        arms: (p, 2, 3) their lever arms [m].
+        blocks: slot (p, 1, 1) and column_length (p, 1), see `Pattern.blocks`; groups are the rotations of
+            the nodes.
+        K: (nnz,) values of −∂force.
+    """
+    slot, column_length = blocks
+    for p in range(forces.shape[0]):
+        if slot[p, 0, 0] < 0:
+            continue
+        f, r = row(forces, p), row(arms[p], 0)
+        for j in range(3):
+            for i in range(3):
+                K[slot[p, 0, 0] + j * column_length[p, 0] + i] += lever_block(f, r, i, j)

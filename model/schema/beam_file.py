@@ -35,13 +35,17 @@ class BeamConfig(RobotSettings):
     ] = Field(description="Cross-sections that the structure file names, one table each.")
 
     @model_validator(mode="after")
-    def _no_drums(self) -> BeamConfig:
+    def _cables_and_forces(self) -> BeamConfig:
+        instead = "for that write the beams as bodies, with bodies.beam instead of a structure file"
+        if self.chambers:
+            raise ValueError(
+                "chambers: beams enclose no cavity; a chamber is part of a body with a mesh"
+            )
+        if self.drives:
+            raise ValueError(f"drives: they move regions of bodies; {instead}")
         for index, item in enumerate(self.couplings):
             if item.kind == "drum":
-                raise ValueError(
-                    f"couplings.{index}.kind: drums are for robots with a mesh or bodies, not for structure "
-                    "files"
-                )
+                raise ValueError(f"couplings.{index}.kind: a drum is a body of its own; {instead}")
         return self
 
     @model_validator(mode="after")

@@ -135,7 +135,10 @@ class ReducibleBeamRobot:
 
 
 def balancing_effort(robot: ReducedBeamRobot, state: State) -> Array:
-    """The tensions (n_a,) that balance the other forces at a state best, without contacts [N]."""
+    """The efforts (n_a,) that balance the other forces at a state best, without contacts [N]."""
     H = robot.rows(state, contacts=False).actuators.dense()
-    effort: Array = nnls(H.T, -robot.forces(state)[0])[0]
+    both = robot.actuators.laws.bilateral  # these pull, and they push
+    effort: Array = nnls(np.hstack([H.T, -H[both].T]), -robot.forces(state)[0])[0]
+    effort, pushing = effort[: len(H)], effort[len(H) :]
+    effort[both] -= pushing
     return effort

@@ -179,7 +179,7 @@ class ReducedBeamRobot(ReducedRobot[AttachedPoints]):
 
         Args:
             work: motion at the state.
-            effort: of each cable [N], or None.
+            effort: of each cable, then of each force [N], or None.
             exact: with the terms that loads bring.
         """
         full, actuators = self.full, self.actuator_set
@@ -195,6 +195,11 @@ class ReducedBeamRobot(ReducedRobot[AttachedPoints]):
             _, positions = path_lengths(points, paths.starts, paths.shortest)
             along = effort[self.cable][:, None] * positions
             add_point_loads(along, stations.nodes, stations.weights, arms, force, moment)
+            if len(actuators.forces) > 0:
+                pushed = actuators.pushed
+                _, arms = pushed.place(work.motion.x, work.motion.Q)
+                push = actuators.forces.vectors(effort[paths.n_a :])
+                add_point_loads(push, pushed.nodes, pushed.weights, arms, force, moment)
         if not exact:
             return K
         force += np.outer(full.body.mass, full.gravity)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.sparse import csc_array
 from support.robots.beam_robots import build, path_of_beams, rectangle
+from support.robots.joined import push
 from support.robots.short_arm import COUPLING, short_arm
 from support.state_bases import basis_of
 
@@ -349,3 +350,33 @@ def test_coupled_tendons_are_those_of_the_full_robot(tmp_path: Path, bent: State
     change = (total(state.q - step) - total(state.q + step)) / 2e-6
     _, K = robot.forces(state, lam, exact=True)
     np.testing.assert_allclose(K @ direction, change, atol=1e-6 * np.abs(change).max())
+
+
+def test_forces_are_in_the_reduced_tangent(tmp_path: Path) -> None:
+    """Of a force on a lever and of a cable from outside, against finite differences."""
+    nodes = np.outer(np.linspace(0.0, 1.0, 4), [0.0, 0.0, 1.0])
+    beams = path_of_beams(nodes, (1.0, 0.0, 0.0), "bar")
+    cable = {
+        "name": "stay", "points": [[0.0, 0.0, 1.0]], "pull_point": [0.4, -0.1, 0.1],
+        "max_tension": 100.0, "max_pull": 1.0, "max_rate": 1.0,
+    }  # fmt: skip
+    arm = build(
+        tmp_path, nodes, beams, [rectangle("bar", 0.02, 0.01)], (1e9, 0.3, 1000.0), [0], 3,
+        cables=[cable], forces=[push("push", [0.1, 0.2, 1.1], [1.0, 2.0, -3.0], max_outside=1.0)],
+    )  # fmt: skip
+    robot, lam, rng = with_all_modes(arm), np.array([7.0, -11.0]), np.random.default_rng(4)
+    alpha = 0.5 * rng.normal(size=robot.n)
+    state = State(alpha, alpha)
+    known = arm.rows(robot.lifted(state)).actuators
+    np.testing.assert_allclose(robot.rows(state).actuators.delta, known.delta, atol=1e-11)
+
+    def total(at: Array) -> Array:
+        here = State(at, at)
+        result: Array = robot.forces(here)[0] + robot.rows(here).actuators.dense().T @ lam
+        return result
+
+    _, K = robot.forces(state, lam, exact=True)
+    for direction in rng.normal(size=(3, robot.n)):
+        step = 1e-6 * direction
+        change = (total(alpha - step) - total(alpha + step)) / 2e-6
+        np.testing.assert_allclose(K @ direction, change, atol=1e-6 * np.abs(change).max())
