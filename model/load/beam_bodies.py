@@ -121,12 +121,18 @@ def build_beam(
         prefix: of the table's fields, for errors.
 
     Raises:
-        RobotFileError: a beam without length, one that lies along `up`, or one that is viscous.
+        RobotFileError: a beam without length, one that lies along `up`, or one that is viscous or
+            hyperelastic.
     """
     assert body.beam is not None and body.material is not None
     if body.material.viscosity is not None:
         raise RobotFileError(
             f"{source}: {prefix}material: a beam is elastic, give it a material without viscosity"
+        )
+    if body.material.law != "corotational":
+        raise RobotFileError(
+            f"{source}: {prefix}material.law: a cross-section is linear elastic, give the beam a material "
+            "with the law corotational"
         )
     profile = own_profile(config, body)
     axis = mesh.nodes[::CORNERS]  # (b, 3)

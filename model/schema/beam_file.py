@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any
 
 from pydantic import Field, model_validator
 
@@ -12,6 +12,7 @@ from tauten.model.schema.region import Selection
 from tauten.model.schema.robot_file import RobotSettings, check_unique
 from tauten.model.schema.section import Direction, Name, Point, Section, Thickness
 
+AS_BODIES = "for that write the beams as bodies, with bodies.beam instead of a structure file"
 Index = Annotated[int, Field(ge=0)]
 
 
@@ -34,18 +35,27 @@ class BeamConfig(RobotSettings):
         Field(min_length=1),
     ] = Field(description="Cross-sections that the structure file names, one table each.")
 
+    @model_validator(mode="before")
+    @classmethod
+    def _no_bodies(cls, raw: Any) -> Any:
+        for table in ("mesh", "bodies", "rigid", "attachments"):
+            if isinstance(raw, dict) and table in raw:
+                raise ValueError(f"{table}: not beside a structure file; {AS_BODIES}")
+        return raw
+
     @model_validator(mode="after")
     def _cables_and_forces(self) -> BeamConfig:
-        instead = "for that write the beams as bodies, with bodies.beam instead of a structure file"
         if self.chambers:
             raise ValueError(
                 "chambers: beams enclose no cavity; a chamber is part of a body with a mesh"
             )
         if self.drives:
-            raise ValueError(f"drives: they move regions of bodies; {instead}")
+            raise ValueError(f"drives: they move regions of bodies; {AS_BODIES}")
         for index, item in enumerate(self.couplings):
             if item.kind == "drum":
-                raise ValueError(f"couplings.{index}.kind: a drum is a body of its own; {instead}")
+                raise ValueError(
+                    f"couplings.{index}.kind: a drum is a coordinate beside those of nodes; {AS_BODIES}"
+                )
         return self
 
     @model_validator(mode="after")
