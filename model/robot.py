@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
+import scipy.sparse as sp
 
 from tauten.model.interface import Actuators, EffectorLayout, Limits
 from tauten.model.layout import Layout
@@ -287,6 +288,42 @@ class Robot(Protocol):
 
         Raises:
             FactorisationError: A is not positive definite (a state that has blown up).
+        """
+
+    def potential(self, state: State) -> float:
+        """Elastic energy minus the work of gravity and outer forces, zero at rest [J]."""
+
+    def kinetic_energy(self, state: State) -> float:
+        """½ vᵀ M v [J]."""
+
+    def energy(self, state: State) -> float:
+        """Potential and kinetic energy, and that stored in viscous materials [J]."""
+
+    def inverted(self, state: State) -> int:
+        """Number of elements that are turned inside out."""
+
+    def matrix(self, values: Array) -> sp.csc_array | Array:
+        """A matrix (n, n) from values as the robot stores them."""
+
+    def velocity(self, start: State, end: State) -> Array:
+        """The velocity (n,) that moves one state to another within a step [m/s], [rad/s]."""
+
+    def step_start(self, state: State) -> StepStart:
+        """The start of a step that is iterated (`tauten.model.simulation.converged_step`)."""
+
+    def step_energy(self, start: StepStart, v: Array) -> float:
+        """What a velocity (n,) adds to the potential in a step that is iterated [J]."""
+
+    def linearise_iterate(self, state: State, start: StepStart, effort: Array) -> System:
+        """The system of one iteration of a step that started elsewhere.
+
+        Args:
+            state: the iterate.
+            start: of the step.
+            effort: (n_a,) efforts of the last iteration.
+
+        Raises:
+            FactorisationError: A is not positive definite.
         """
 
     def rows(self, state: State, contacts: bool = True) -> RobotRows:

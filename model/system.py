@@ -284,29 +284,20 @@ def coasting(h: float, v: Array) -> System:
 
 
 def make_iterate(
-    factorisation: Factorisation,
-    h: float,
-    K: Array,
-    damping: Array,
-    mass: tuple[Ints | slice, Array],
-    force: Array,
+    factorisation: Factorisation, h: float, A: Array, force: Array, exact: bool
 ) -> System:
     """Build and factorise the system of one iteration of a step, (M + h C + h² K) dv = h force.
 
     Args:
         factorisation: overwritten with the factors.
         h: time step [s].
-        K: (nnz,) tangent values.
-        damping: (nnz,) values of C.
-        mass: places of M among these values, and its values there [kg].
+        A: M + h C + h² K, as the factorisation takes it.
         force: (n,) all forces without constraints, those of inertia and viscosity included [N].
+        exact: whether K is the exact tangent.
 
     Raises:
-        FactorisationError: the matrix is not positive definite.
+        FactorisationError: A is not positive definite.
     """
-    A = h * h * K + h * damping
-    places, masses = mass
-    A[places] += masses
     factorisation.refactor(A)
     dv = factorisation.solve(h * force)
-    return System(h, np.zeros_like(dv), dv, float(np.linalg.norm(force)), factorisation)
+    return System(h, np.zeros_like(dv), dv, float(np.linalg.norm(force)), factorisation, exact)

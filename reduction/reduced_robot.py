@@ -8,7 +8,7 @@ from typing import Any, Protocol, TypeVar
 
 import numpy as np
 
-from tauten.model import Robot, State, System
+from tauten.model import Integration, Robot, State, System
 from tauten.model.body import RobotBase
 from tauten.model.numerics import Array, DenseFactors, Ints
 
@@ -104,6 +104,26 @@ class ReducedRobot(RobotBase[P]):
     @abstractmethod
     def displacement(self, state: State, dq: Array) -> float:
         """Largest displacement of an effector or contact vertex in a change dq (r,) at a state, about [m]."""
+
+    def matrix(self, values: Array) -> Array:
+        """A matrix (r, r), which is stored as it is."""
+        return values
+
+    def add_mass(self, values: Array, mass: Array) -> None:
+        """Add a mass matrix (r, r) to a matrix (r, r)."""
+        values += mass
+
+    def damping_at(self, state: State, scheme: Integration) -> tuple[Array | None, Array]:
+        """No forces of memory, as materials are elastic, and C without a M (r, r)."""
+        return None, scheme.rayleigh_stiffness * self.forces(state)[1]
+
+    def factors(self) -> DenseFactors:
+        """A workspace for factors of matrices (r, r)."""
+        return DenseFactors(np.zeros((self.n, self.n)))
+
+    def inverted(self, state: State) -> int:
+        """Number of elements of the full robot that are turned inside out."""
+        return self.full.inverted(self.lifted(state))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

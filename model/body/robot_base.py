@@ -1,4 +1,4 @@
-"""What every robot has, whatever its coordinates are: names, and rows over its points."""
+"""What every robot has, whatever its coordinates: names, rows over its points, energies, iterated steps."""
 
 from __future__ import annotations
 
@@ -7,17 +7,18 @@ from dataclasses import dataclass
 from typing import Generic, TypeVar
 
 import numpy as np
+import scipy.sparse as sp
 
 from tauten.model.actuators import ActuatorSet
 from tauten.model.contact import ContactSet, contact_rows
 from tauten.model.effectors import Effectors
 from tauten.model.interface import Actuators, EffectorLayout, Limits
 from tauten.model.layout import Layout, row_layout
-from tauten.model.numerics import Array, Ints
+from tauten.model.numerics import Array, Factorisation, FactorisationError, Ints
 from tauten.model.points import Motion
-from tauten.model.robot import Assembled, RobotNames, RobotRows, State
+from tauten.model.robot import Assembled, RobotNames, RobotRows, State, StepStart
 from tauten.model.rows import ContactRows, PairSlots
-from tauten.model.system import Integration, System
+from tauten.model.system import Integration, System, make_iterate
 
 P = TypeVar("P")
 
@@ -203,3 +204,125 @@ class RobotBase(ABC, Generic[P]):
     def no_contact_rows(self, motion: Motion[P]) -> ContactRows:
         """Contact rows with no candidate in range."""
         return ContactRows.out_of_range(motion.units(np.zeros(0, dtype=np.int64)), self.n_c)
+
+    @abstractmethod
+    def masses(self, state: State) -> Array:
+        """The mass matrix at a state as the robot stores it, or lumped masses (n,) [kg], [kg m²]."""
+
+    @abstractmethod
+    def matrix(self, values: Array) -> sp.csc_array | Array:
+        """A matrix (n, n), from values as the robot stores them or from lumped masses (n,)."""
+
+    @abstractmethod
+    def add_mass(self, values: Array, mass: Array) -> None:
+        """Add what `masses` gives to a matrix as the robot stores it."""
+
+    @abstractmethod
+    def damping_at(self, state: State, scheme: Integration) -> tuple[Array | None, Array]:
+        """Forces (n,) of viscous materials' memory [N] or None, and C without a M as the robot stores it.
+
+        Args:
+            state: where a step is linearised.
+            scheme: its length and damping.
+        """
+
+    @abstractmethod
+    def factors(self) -> Factorisation:
+        """A workspace for factors of matrices as the robot stores them."""
+
+    def inertia_at(self, state: State) -> Array:
+        """Centrifugal and gyroscopic forces (n,) at a state, none where the mass is constant [N]."""
+        return np.zeros(self.n)
+
+    @abstractmethod
+    def potential(self, state: State) -> float:
+        """Elastic energy minus the work of gravity and outer forces since rest [J]."""
+
+    def inverted(self, state: State) -> int:
+        """Number of elements that are turned inside out."""
+        return 0
+
+    def stored(self, state: State) -> float:
+        """Energy stored in the memory of viscous materials [J]."""
+        return 0.0
+
+    def kinetic_energy(self, state: State) -> float:
+        """½ vᵀ M v [J]."""
+        return 0.5 * float(state.v @ self.matrix(self.masses(state)) @ state.v)
+
+    def energy(self, state: State) -> float:
+        """Potential and kinetic energy, and that stored in viscous materials [J]."""
+        return self.potential(state) + self.kinetic_energy(state) + self.stored(state)
+
+    def velocity(self, start: State, end: State) -> Array:
+        """The velocity (n,) that moves one state to another within a step [m/s], [rad/s]."""
+        v: Array = (end.q - start.q) / self.h
+        return v
+
+    def at_end(self, start: State, end: State, force: Array) -> Array:
+        """Forces (n,) at the end of a step that do the work of given ones at its start [N].
+
+        Args:
+            start: of the step.
+            end: of the step.
+            force: (n,) forces that do work on displacements v h [N].
+        """
+        return force
+
+    def damping_at_end(self, start: StepStart, K: Array) -> Array:
+        """Second derivative of ½ vᵀ C v by v h at the end of a step, where it may be approximated.
+
+        Args:
+            start: of the step, with C.
+            K: tangent at the end.
+        """
+        return start.damping
+
+    def step_start(self, state: State) -> StepStart:
+        """The start of a step that is iterated, with mass, damping and constant forces there.
+
+        Args:
+            state: where the step starts.
+        """
+        scheme, mass = self.integration, self.masses(state)
+        remembered, damping = self.damping_at(state, scheme)
+        self.add_mass(damping, scheme.rayleigh_mass * mass)
+        force = self.inertia_at(state)
+        return StepStart(
+            state, scheme, mass, damping, force if remembered is None else force + remembered
+        )
+
+    def step_energy(self, start: StepStart, v: Array) -> float:
+        """Φ − Π of (C1): ½ (v − v₀)ᵀ M (v − v₀) + ½ h vᵀ C v − h vᵀ f of a velocity (n,) [J]."""
+        change = v - start.state.v
+        kinetic = 0.5 * float(change @ self.matrix(start.mass) @ change)
+        viscous = 0.5 * (self.matrix(start.damping) @ v) - start.force
+        return kinetic + self.h * float(v @ viscous)
+
+    def linearise_iterate(self, state: State, start: StepStart, effort: Array) -> System:
+        """The system of one iteration of a step that started elsewhere, without velocity of its own.
+
+        Its solution dv moves the iterate by h dv.
+
+        Args:
+            state: the iterate.
+            start: of the step.
+            effort: (n_a,) tensions of the last iteration, for the curvature they add to A [N].
+
+        Raises:
+            FactorisationError: A is not positive definite.
+        """
+        v = self.velocity(start.state, state)
+        accelerated = self.matrix(start.mass) @ (v - start.state.v) / self.h
+        resisting = accelerated + self.matrix(start.damping) @ v - start.force
+        inertia = self.at_end(start.state, state, resisting)
+        for exact in (True, False):
+            force, K = self.forces(state, effort, exact)
+            A = self.h * self.h * K + self.h * self.damping_at_end(start, K)
+            self.add_mass(A, start.mass)
+            try:
+                return make_iterate(self.factors(), self.h, A, force - inertia, exact)
+            except FactorisationError:
+                if not exact:
+                    raise
+        raise AssertionError("unreachable")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-from abc import abstractmethod
 from dataclasses import dataclass
 from typing import Self, TypeVar
 
@@ -12,12 +11,11 @@ import scipy.sparse as sp
 
 from tauten.model.body.robot_base import RobotBase
 from tauten.model.numerics import Array, Factorisation, FactorisationError, Ints
-from tauten.model.robot import Assembled, State, StepStart
+from tauten.model.robot import Assembled, State
 from tauten.model.system import (
     Integration,
     Pattern,
     System,
-    make_iterate,
     make_system,
     semidefinite_shares,
 )
@@ -127,10 +125,6 @@ class SparseRobot(RobotBase[P]):
         """Degrees of freedom that a motor holds, none by default."""
         return np.zeros(0, dtype=np.int64)
 
-    @abstractmethod
-    def masses(self, state: State) -> Array:
-        """Lumped masses (n,), or values (nnz,) of the mass matrix, at a state [kg], [kg m²] of rotations."""
-
     def mass_matrix(self, state: State) -> sp.csc_array:
         """The mass matrix (n, n) at a state."""
         return self.matrix(self.masses(state))
@@ -139,9 +133,13 @@ class SparseRobot(RobotBase[P]):
         """A matrix (n, n) of this robot, from values (nnz,) in its pattern or (n,) on the diagonal."""
         return self.pattern.matrix(values)
 
-    def inertia_at(self, state: State) -> Array:
-        """Centrifugal and gyroscopic forces (n,) at a state, none where the mass is constant [N]."""
-        return np.zeros(self.n)
+    def add_mass(self, values: Array, mass: Array) -> None:
+        """Add masses, see `masses`, to the values (nnz,) of a matrix."""
+        values[self.pattern.diagonal if len(mass) == self.n else slice(None)] += mass
+
+    def factors(self) -> Factorisation:
+        """The workspace of the linear solver."""
+        return self.factorisation
 
     def damping_at(self, state: State, scheme: Integration) -> tuple[Array | None, Array]:
         """Forces (n,) of viscous materials' memory [N] or None, and C without a M as CSC values (nnz,).
@@ -187,101 +185,3 @@ class SparseRobot(RobotBase[P]):
             h: its length [s].
         """
         return None, None
-
-    @abstractmethod
-    def potential(self, state: State) -> float:
-        """Elastic energy minus the work of gravity and outer forces since rest [J]."""
-
-    def stored(self, state: State) -> float:
-        """Energy stored in the memory of viscous materials [J]."""
-        return 0.0
-
-    def kinetic_energy(self, state: State) -> float:
-        """½ vᵀ M v [J]."""
-        return 0.5 * float(state.v @ self.matrix(self.masses(state)) @ state.v)
-
-    def energy(self, state: State) -> float:
-        """Potential and kinetic energy, and that stored in viscous materials [J]."""
-        return self.potential(state) + self.kinetic_energy(state) + self.stored(state)
-
-    @abstractmethod
-    def velocity(self, start: State, end: State) -> Array:
-        """The velocity (n,) that moves one state to another within a step [m/s], [rad/s]."""
-
-    def at_end(self, start: State, end: State, force: Array) -> Array:
-        """Forces (n,) at the end of a step that do the work of given ones at its start [N].
-
-        Args:
-            start: of the step.
-            end: of the step.
-            force: (n,) forces that do work on displacements v h [N].
-        """
-        return force
-
-    def damping_at_end(self, start: StepStart, K: Array) -> Array:
-        """Second derivative (nnz,) of ½ vᵀ C v by v h at the end of a step, where it may be approximated.
-
-        Args:
-            start: of the step, with C.
-            K: (nnz,) tangent at the end.
-        """
-        return start.damping
-
-    def step_start(self, state: State) -> StepStart:
-        """The start of a step that is iterated, with mass, damping and constant forces there.
-
-        Args:
-            state: where the step starts.
-        """
-        scheme, mass = self.integration, self.masses(state)
-        remembered, damping = self.damping_at(state, scheme)
-        damping[self.diagonal_of(mass)] += scheme.rayleigh_mass * mass
-        force = self.inertia_at(state)
-        return StepStart(
-            state, scheme, mass, damping, force if remembered is None else force + remembered
-        )
-
-    def diagonal_of(self, mass: Array) -> Ints | slice:
-        """Where masses go among the values (nnz,) of a matrix, see `masses`."""
-        return self.pattern.diagonal if len(mass) == self.n else slice(None)
-
-    def step_energy(self, start: StepStart, v: Array) -> float:
-        """Φ − Π of (C1): ½ (v − v₀)ᵀ M (v − v₀) + ½ h vᵀ C v − h vᵀ f of a velocity (n,) [J]."""
-        change = v - start.state.v
-        kinetic = 0.5 * float(change @ self.matrix(start.mass) @ change)
-        viscous = 0.5 * (self.matrix(start.damping) @ v) - start.force
-        return kinetic + self.h * float(v @ viscous)
-
-    def linearise_iterate(self, state: State, start: StepStart, effort: Array) -> System:
-        """The system of one iteration of a step that started elsewhere, without velocity of its own.
-
-        Its solution dv moves the iterate by h dv.
-
-        Args:
-            state: the iterate.
-            start: of the step.
-            effort: (n_a,) tensions of the last iteration, for the curvature they add to A [N].
-
-        Raises:
-            FactorisationError: A is not positive definite.
-        """
-        v = self.velocity(start.state, state)
-        accelerated = self.matrix(start.mass) @ (v - start.state.v) / self.h
-        resisting = accelerated + self.matrix(start.damping) @ v - start.force
-        inertia = self.at_end(start.state, state, resisting)
-        for exact in (True, False):
-            force, K = self.forces(state, effort, exact)
-            try:
-                system = make_iterate(
-                    self.factorisation,
-                    self.h,
-                    K,
-                    self.damping_at_end(start, K),
-                    (self.diagonal_of(start.mass), start.mass),
-                    force - inertia,
-                )
-                return system if exact else dataclasses.replace(system, exact=False)
-            except FactorisationError:
-                if not exact:
-                    raise
-        raise AssertionError("unreachable")

@@ -1,8 +1,7 @@
 """Simulation of a robot: time steps, equilibria and their stability."""
 
-from tauten.model.simulation.converged_step import Stepped
 from tauten.model.simulation.equilibrium import Ending, Report
 from tauten.model.simulation.simulator import Simulator
 from tauten.model.simulation.travel import Travel, travel
 
-__all__ = ["Ending", "Report", "Simulator", "Stepped", "Travel", "travel"]
+__all__ = ["Ending", "Report", "Simulator", "Travel", "travel"]

@@ -21,55 +21,21 @@ are equal.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Protocol, runtime_checkable
 
 import numpy as np
 
 from tauten.model.condensed_step import Forces, condensed
 from tauten.model.contact_space import ContactSpace
-from tauten.model.enrichment import Enrichment, PredictedStep
+from tauten.model.enrichment import Enrichment
 from tauten.model.forward_step import ForwardStep, forward_step
 from tauten.model.interface import Command
-from tauten.model.numerics import Array, FactorisationError
-from tauten.model.robot import Robot, State, StepStart
+from tauten.model.numerics import FactorisationError
+from tauten.model.robot import Robot, State
 from tauten.model.simulation.equilibrium import Ending, Merit
-from tauten.model.system import System
 
 ITERATIONS = 40  # linearisations of a step at most
 TOLERANCE = 1e-5  # of the robot's size, displacement of a node in the last iteration; its error is far below
 CONTRACTION = 0.2  # iterations that shorten by this are in Newton's basin, and taken whole
-
-
-@runtime_checkable
-class Stepped(Robot, Protocol):
-    """A robot whose time step can be iterated to convergence."""
-
-    def potential(self, state: State) -> float:
-        """Elastic energy minus the work of gravity and outer forces since rest [J]."""
-
-    def kinetic_energy(self, state: State) -> float:
-        """½ vᵀ M v [J]."""
-
-    def step_start(self, state: State) -> StepStart:
-        """The start of a step, see `SparseRobot.step_start`."""
-
-    def velocity(self, start: State, end: State) -> Array:
-        """The velocity (n,) that moves one state to another within a step [m/s]."""
-
-    def energy(self, state: State) -> float:
-        """Potential, kinetic and stored energy [J]."""
-
-    def step_energy(self, start: StepStart, v: Array) -> float:
-        """Φ − Π of (C1) for a velocity (n,) [J]."""
-
-    def linearise_iterate(self, state: State, start: StepStart, effort: Array) -> System:
-        """The system of one iteration of a step, see `SparseRobot.linearise_iterate`.
-
-        Args:
-            state: the iterate.
-            start: of the step.
-            effort: (n_a,) tensions of the last iteration [N].
-        """
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,28 +59,6 @@ class ConvergedStep:
     ending: Ending
 
 
-class IncrementalPotential:
-    """Φ of (C1) along the iterations of one step."""
-
-    def __init__(self, robot: Stepped, start: StepStart) -> None:
-        """Of a step from `start`."""
-        self._robot, self._start = robot, start
-
-    def change(self, solved: PredictedStep, share: float, after: State) -> float:
-        """Change of Φ from an iterate to the next [J].
-
-        Args:
-            solved: the iteration.
-            share: of it that is taken.
-            after: the state it leads to.
-        """
-        return self._value(after) - self._value(solved.step.state)
-
-    def _value(self, state: State) -> float:
-        robot, start = self._robot, self._start
-        return robot.step_energy(start, robot.velocity(start.state, state)) + robot.potential(state)
-
-
 def converged_step(
     robot: Robot,
     space: ContactSpace,
@@ -134,16 +78,16 @@ def converged_step(
         command: pulled lengths or tensions at the end of the step.
 
     Raises:
-        ValueError: the robot is a reduced one.
         FactorisationError: the state has diverged.
     """
-    if not isinstance(robot, Stepped):
-        raise ValueError(
-            f"robot {robot.name}: converged steps need a full model, not one with a state basis"
-        )
     start = robot.step_start(state)
+
+    def potential(at: State) -> float:
+        """Φ of (C1) [J]."""
+        return robot.step_energy(start, robot.velocity(state, at)) + robot.potential(at)
+
     system = robot.linearise_iterate(state, start, forces.effort)
-    merit = Merit(robot, space, command, IncrementalPotential(robot, start), robot.advance)
+    merit = Merit(robot, space, command, potential, robot.advance)
     contacts = space.k > 0 or enrichment.rounds > 0
     iterate, lam, taken, movement = state, forces, 0, np.inf
     last: ForwardStep | None = None
@@ -179,7 +123,7 @@ def converged_step(
     return ConvergedStep(end, lam, last, movement, taken, ending)
 
 
-def without_gain(robot: Stepped, before: State, after: State, forces: Forces) -> State:
+def without_gain(robot: Robot, before: State, after: State, forces: Forces) -> State:
     """The end of a step, with a velocity that gains no energy beyond the work of the winches.
 
     Args:

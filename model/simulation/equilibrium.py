@@ -16,7 +16,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
-from typing import Protocol, runtime_checkable
 
 import numpy as np
 
@@ -30,7 +29,6 @@ from tauten.model.system import System
 
 WEIGHT = 2.0  # of a constraint's violation, relative to the largest force on it
 HALVINGS = 6  # of a step at most
-LOBATTO = ((0.5, 4.0 / 6.0), (1.0, 1.0 / 6.0))  # Simpson's rule without its first point
 
 
 class Ending(Enum):
@@ -43,22 +41,6 @@ class Ending(Enum):
     NO_EQUILIBRIUM = "no forces of actuators and contacts meet their constraints"
     OUT_OF_ITERATIONS = "the steps do not become small"
     NOT_FINITE = "the state has diverged"
-
-
-@runtime_checkable
-class Conservative(Protocol):
-    """A robot with a potential."""
-
-    def potential(self, state: State) -> float:
-        """Elastic energy minus the work of gravity and outer forces since rest [J]."""
-
-
-@runtime_checkable
-class Invertible(Protocol):
-    """A robot whose elements may turn inside out."""
-
-    def inverted(self, state: State) -> int:
-        """Number of elements that are turned inside out."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,46 +68,6 @@ class Report:
     share: float
 
 
-class EnergyAlongStep(Protocol):
-    """The part of a merit function that is no constraint."""
-
-    def change(self, solved: PredictedStep, share: float, after: State) -> float:
-        """Its change from a step's state to another [J].
-
-        Args:
-            solved: the step with its forces.
-            share: of the step that is taken.
-            after: the state it leads to.
-        """
-
-
-class StaticPotential:
-    """The potential Π of a robot at standstill."""
-
-    def __init__(self, robot: Robot) -> None:
-        """Of this robot."""
-        self._robot = robot
-
-    def change(self, solved: PredictedStep, share: float, after: State) -> float:
-        """Change of the potential in a share of a step [J]; without potential, the forces' work.
-
-        Args:
-            solved: the step with its forces.
-            share: of the step that is taken.
-            after: the state it leads to.
-        """
-        robot, state, system = self._robot, solved.step.state, solved.step.system
-        if isinstance(robot, Conservative):
-            return robot.potential(after) - robot.potential(state)
-        step = share * system.h * solved.dv
-        mean = robot.forces(state)[0] / 6.0
-        for place, weight in LOBATTO:
-            mean += (
-                weight * robot.forces(robot.advance(state, system, place * share * solved.dv))[0]
-            )
-        return -float(mean @ step)
-
-
 class Merit:
     """The merit φ along the steps of one command; weights only grow, so that φ does not cycle."""
 
@@ -134,7 +76,7 @@ class Merit:
         robot: Robot,
         space: ContactSpace,
         command: Command,
-        energy: EnergyAlongStep,
+        energy: Callable[[State], float],
         moved: Callable[[State, System, Array], State],
     ) -> None:
         """Start with no weights.
@@ -143,7 +85,7 @@ class Merit:
             robot: whose constraints are weighted.
             space: basis of its contact forces.
             command: what is held.
-            energy: what is minimised under the constraints.
+            energy: of a state, what is minimised under the constraints [J].
             moved: the state after a step of a system, a change of velocity (n,).
         """
         self._moved = moved
@@ -174,11 +116,11 @@ class Merit:
             largest: the share to try first.
         """
         state, share = solved.step.state, largest
-        before = self._constraints(state)
+        before = self._energy(state) + self._constraints(state)
         best, least = 0.0, np.inf
         for _ in range(HALVINGS + 1):
             after = self._moved(state, solved.step.system, share * solved.dv)
-            change = self._energy.change(solved, share, after) + self._constraints(after) - before
+            change = self._energy(after) + self._constraints(after) - before
             if change < 0.0:
                 return share
             if change < least:
@@ -222,7 +164,7 @@ def make_report(
     if not met:
         ending = Ending.NO_EQUILIBRIUM
     elif ending in (Ending.OUT_OF_ITERATIONS, Ending.NOT_FINITE):
-        if isinstance(robot, Invertible) and robot.inverted(state) > 0:
+        if robot.inverted(state) > 0:
             ending = Ending.INVERTED
         elif not solved.step.system.exact:
             ending = Ending.LIMIT_POINT

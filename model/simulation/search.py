@@ -30,7 +30,6 @@ from tauten.model.simulation.equilibrium import (
     Ending,
     Merit,
     Report,
-    StaticPotential,
     make_report,
 )
 from tauten.model.simulation.stability import way_on
@@ -197,7 +196,7 @@ class EquilibriumSearch:
         return self.robot.advance(state, system, dv)
 
     def _shares(self, command: Command) -> StepShares:
-        merit = Merit(self.robot, self._space, command, StaticPotential(self.robot), self._moved)
+        merit = Merit(self.robot, self._space, command, self.robot.potential, self._moved)
         patience = PATIENCE if self._turning is None else 0
         return StepShares(self.robot, merit, self._reach, self._near, patience)
 

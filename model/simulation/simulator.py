@@ -169,8 +169,7 @@ class Simulator:
 
         Raises:
             ValueError: not exactly one of the two for each actuator, a wrong shape, not finite, negative
-                tensions of cables, values beyond 1e6 (efforts of other actuators 1e9), or converged steps of
-                a robot that has none.
+                tensions of cables, or values beyond 1e6 (efforts of other actuators 1e9).
             FactorisationError: the state has diverged.
         """
         command = checked_command(self.robot, position, effort)

@@ -14,10 +14,7 @@ out of K, so that `way_on` does not judge robots whose contacts push.
 
 from __future__ import annotations
 
-from typing import Protocol, runtime_checkable
-
 import numpy as np
-import scipy.sparse as sp
 from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh
 
 from tauten.model.enrichment import PredictedStep
@@ -25,21 +22,11 @@ from tauten.model.forward_step import ForwardStep
 from tauten.model.numerics import Array, Bools
 from tauten.model.robot import Robot
 from tauten.model.simulation.equilibrium import Ending
-from tauten.model.system import Pattern
 
 NEGATIVE = -1e-6  # κ below this is unstable; rounding and the last movement are smaller
 ACCURACY = 1e-3  # of κ
 PUSHES = (0.02, -0.05)  # of the body, by which an unstable equilibrium is left
 FEWEST = 3  # degrees of freedom with which Lanczos iterations start
-
-
-@runtime_checkable
-class Sparse(Protocol):
-    """A robot whose tangent is stored as values in a pattern."""
-
-    @property
-    def pattern(self) -> Pattern:
-        """Sparsity of its tangent."""
 
 
 def unstable_direction(robot: Robot, solved: PredictedStep, held: Bools) -> Array | None:
@@ -64,8 +51,8 @@ def unstable_direction(robot: Robot, solved: PredictedStep, held: Bools) -> Arra
     taut = layout.n_e + np.flatnonzero(acting)
     effort = solved.lam[layout.actuators]
     h, system = step.system.h, step.system
-    K = tangent(robot, robot.forces(step.state, effort, exact=True)[1])
-    M = tangent(robot, factorised)
+    K = robot.matrix(robot.forces(step.state, effort, exact=True)[1])
+    M = robot.matrix(factorised)
     H, X = step.compliance.H[taut], h * h * step.compliance.X[taut]  # rows, and (K₊⁻¹ Hᵀ)ᵀ
     W = H @ X.T
     inverse = np.linalg.pinv(W, rcond=1e-10) if len(taut) > 0 else W
@@ -123,11 +110,3 @@ def way_on(
             pushed
         ] * direction / result.prediction.step.system.h
     return Ending.BUCKLED, None
-
-
-def tangent(robot: Robot, K: Array) -> sp.csc_array | Array:
-    """A tangent as a matrix (n, n), from the values as the robot stores it."""
-    if isinstance(robot, Sparse):
-        pattern = robot.pattern
-        return sp.csc_array((K, pattern.indices, pattern.indptr), shape=(robot.n, robot.n))
-    return K

@@ -210,11 +210,6 @@ class TetRobot(SparseRobot[NodePoints | MeanPoints]):
         """Lumped masses (n,), the same at any state."""
         return self.mass
 
-    def velocity(self, start: State, end: State) -> Array:
-        """The velocity (n,) that moves one state to another within a step [m/s]."""
-        v: Array = (end.q - start.q) / self.h
-        return v
-
     def turning_steps(self) -> TurningSteps:
         """What makes long steps towards equilibrium turn elements instead of stretching them."""
         return TurningSteps(self.mesh, self.pattern.dof)

@@ -14,7 +14,6 @@ import zenoh
 
 from tauten.model import Robot, RobotFileError, Simulator, load_robot
 from tauten.model.numerics import Array, FactorisationError
-from tauten.model.simulation import Stepped
 from tauten.service.node import Clock
 from tauten.service.plant.drives import DrivenRobot, OwnSteps, own_steps
 from tauten.service.process import StopFlag, manual_garbage_collection, one_blas_thread
@@ -312,12 +311,8 @@ def warm_plant(robot: Robot, settings: PlantSettings, model: str = "full") -> Wa
         model: of what order it is, for health and logs.
 
     Raises:
-        RobotFileError: the robot has no converged steps.
+        RobotFileError: time steps of this length lead to no state.
     """
-    if settings.steps == "converged" and not isinstance(robot, Stepped):
-        raise RobotFileError(
-            f"robot {robot.name}: steps are converged, a robot with a state basis has only others"
-        )
     simulator, seconds = warm_simulator(robot, settings)
     if settings.steps != "own":
         return Warm(DrivenRobot(simulator, 1), None, seconds, model)
@@ -357,7 +352,7 @@ def simulate(
 
     Raises:
         NetworkError: no session.
-        RobotFileError: the robot has no converged steps.
+        RobotFileError: time steps of this length lead to no state.
     """
     with ExitStack() as stack:
         stack.enter_context(one_blas_thread())

@@ -146,7 +146,13 @@ class ReducedBeamRobot(ReducedRobot[AttachedPoints]):
         full, work = self.full, self.moved(state.q)
         fallen = full.body.mass @ (work.motion.x - full.body.nodes) @ full.gravity
         pushed = np.vdot(self.outer, full.effectors.points.place(work.motion.x, work.motion.Q)[0])
-        return float(0.5 * state.q @ self.stiffness @ state.q - fallen - pushed)
+        preload = self.actuator_set.preload(work.motion)
+        work_done = fallen + pushed + (0.0 if preload is None else preload[1])
+        return float(0.5 * state.q @ self.stiffness @ state.q - work_done)
+
+    def masses(self, state: State) -> Array:
+        """The mass matrix Jᵀ M J (r, r) at a state."""
+        return self.projected_mass(self.moved(state.q))
 
     def forces(
         self, state: State, effort: Array | None = None, exact: bool = False

@@ -22,6 +22,7 @@ from tauten.reduction.state.tetra.actuators import ModalCurvature
 from tauten.reduction.state.tetra.arrays import Body, Response, Work, make_work
 from tauten.reduction.state.tetra.body import ModeMotion, ModePoints
 from tauten.reduction.state.tetra.elements import assemble_response
+from tauten.reduction.state.tetra.energy import sampled_energy
 from tauten.reduction.state.tetra.kernels import combine
 from tauten.reduction.state.tetra.node_chart import DriveMotion, NodeChart
 
@@ -203,9 +204,7 @@ class ReducedTetRobot(ReducedRobot[ModePoints]):
         if J is not None:
             force, resisting = J.T @ over_beta, J.T @ resisting
             if not scheme.static:
-                map_ = self.drive_motion
-                centripetal = state.v[map_.modes :] ** 2 @ map_.bend(state.q)
-                mass, inertia = J.T @ mass @ J, J.T @ (self.mass @ centripetal)
+                mass, inertia = self.masses(state), -self.inertia_at(state)
         preload = actuators.preload(motion)
         if preload is not None:
             force = force + preload[0]
@@ -249,6 +248,33 @@ class ReducedTetRobot(ReducedRobot[ModePoints]):
         if at.wound is not None:
             tangent += (shares[0] + shares[1]) * at.wound.tangent
         return tangent
+
+    def potential(self, state: State) -> float:
+        """Energy of the sampled elements, springs and drums, minus the work of loads since rest [J]."""
+        motion, springs, drums = self.motion(state), self.springs, self.drums
+        beta, preload = motion.beta, self.actuator_set.preload(motion)
+        energy = sampled_energy(beta, self.body) - float(self.load @ beta)
+        if springs is not None:
+            energy += float(beta @ (0.5 * springs.K @ beta + springs.p))
+        if drums is not None:
+            actuators = self.actuator_set
+            rows = actuators.paths.rows(motion.placed(actuators.stations))
+            energy += drums.energy(rows.delta, motion.travel[drums.regions])
+        return energy if preload is None else energy - preload[1]
+
+    def masses(self, state: State) -> Array:
+        """The mass matrix (n, n) at a state."""
+        J = self.motion(state).J
+        return self.mass if J is None else J.T @ self.mass @ J
+
+    def inertia_at(self, state: State) -> Array:
+        """Centrifugal forces (n,) of drives that turn [N]."""
+        map_, J = self.drive_motion, self.motion(state).J
+        if J is None:
+            return np.zeros(self.n)
+        centripetal = state.v[map_.modes :] ** 2 @ map_.bend(state.q)
+        forces: Array = -J.T @ (self.mass @ centripetal)
+        return forces
 
     def wound(self, motion: ModeMotion) -> Wound | None:
         """The cables on drums at a state; None: there are none."""
