@@ -8,6 +8,7 @@ for its workspace: code that steps a robot uses a `fork` of it.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Protocol
 
@@ -111,6 +112,10 @@ def names_of(config: RobotSettings) -> RobotNames:
         frame=config.frame,
         effectors=tuple(effector.name for effector in config.effectors),
     )
+
+
+# The displacement (n,) instead of a straight one (n,) from a state [m].
+Turning = Callable[[State, Array], Array]
 
 
 class Robot(Protocol):
@@ -301,6 +306,9 @@ class Robot(Protocol):
 
     def inverted(self, state: State) -> int:
         """Number of elements that are turned inside out."""
+
+    def turning_steps(self) -> Turning | None:
+        """What replaces long straight steps by such that turn elements; None: nothing does. Expensive."""
 
     def matrix(self, values: Array) -> sp.csc_array | Array:
         """A matrix (n, n) from values as the robot stores them."""

@@ -16,7 +16,7 @@ from tauten.model.interface import Actuators, EffectorLayout, Limits
 from tauten.model.layout import Layout, row_layout
 from tauten.model.numerics import Array, Factorisation, FactorisationError, Ints
 from tauten.model.points import Motion
-from tauten.model.robot import Assembled, RobotNames, RobotRows, State, StepStart
+from tauten.model.robot import Assembled, RobotNames, RobotRows, State, StepStart, Turning
 from tauten.model.rows import ContactRows, PairSlots
 from tauten.model.system import Integration, System, make_iterate
 
@@ -237,6 +237,10 @@ class RobotBase(ABC, Generic[P]):
     @abstractmethod
     def potential(self, state: State) -> float:
         """Elastic energy minus the work of gravity and outer forces since rest [J]."""
+
+    def turning_steps(self) -> Turning | None:
+        """What replaces long straight steps by such that turn elements; None: nothing does."""
+        return None
 
     def inverted(self, state: State) -> int:
         """Number of elements that are turned inside out."""

@@ -6,8 +6,8 @@ Where the state is out of balance by more than that, the load waits, and a line 
 (`tauten.model.simulation.equilibrium`) bounds steps that do not become shorter. So the state follows a branch
 of equilibria without settling on it, and descends to another one where the branch ends.
 
-Steps of robots that can turn elements do so instead of stretching them (`Turnable`). Nodes of beams move
-along arcs, but along straight lines where contacts push: steps along arcs do not always become short there.
+Steps of robots that can turn elements do so instead of stretching them (`Robot.turning_steps`). Nodes of beams
+move along arcs, but along straight lines where contacts push: steps along arcs do not always become short there.
 Near the end, where the tangent is not exact or contacts push, whose normals turn, steps are extrapolated by
 Anderson's method.
 """
@@ -15,7 +15,6 @@ Anderson's method.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Protocol, runtime_checkable
 
 import numpy as np
 
@@ -43,29 +42,6 @@ DEPTH = 5  # steps that are extrapolated from
 # Every second straight step only takes back what the one before has stretched: so many steps may be longer
 # than the shortest before they are searched along.
 PATIENCE = 16
-
-
-class Turning(Protocol):
-    """Replaces straight steps by such that turn elements."""
-
-    def turned(self, x: Array, u: Array) -> Array:
-        """The displacement (n,) instead of a straight one.
-
-        Args:
-            x: (n_nodes, 3) positions of all nodes before it [m].
-            u: (n,) straight displacement [m].
-        """
-
-
-@runtime_checkable
-class Turnable(Protocol):
-    """A robot whose long steps can turn its elements instead of stretching them."""
-
-    def nodes(self, state: State) -> Array:
-        """Positions of all nodes, fixed ones included: (n_nodes, 3) [m]."""
-
-    def turning_steps(self) -> Turning:
-        """What replaces straight steps; expensive."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,7 +72,7 @@ class EquilibriumSearch:
         """
         self.robot, self._space, self._enrichment = robot, space, enrichment
         self._reach, self._near = REACH * robot.size, NEAR * robot.size
-        self._turning = robot.turning_steps() if isinstance(robot, Turnable) else None
+        self._turning = robot.turning_steps()
 
     def run(
         self,
@@ -191,8 +167,7 @@ class EquilibriumSearch:
     def _moved(self, state: State, system: System, dv: Array) -> State:
         """The state after a step that turns elements where it is long."""
         if self._turning is not None and self.robot.displacement(state, system.h * dv) > self._near:
-            assert isinstance(self.robot, Turnable)
-            dv = self._turning.turned(self.robot.nodes(state), system.h * dv) / system.h
+            dv = self._turning(state, system.h * dv) / system.h
         return self.robot.advance(state, system, dv)
 
     def _shares(self, command: Command) -> StepShares:

@@ -13,7 +13,7 @@ from tauten.model.materials import EXACT, HELD
 from tauten.model.mesh import TetMesh, boundary_triangles
 from tauten.model.numerics import Array, Ints
 from tauten.model.points import MeanPoints, NodeMotion, NodePoints
-from tauten.model.robot import State
+from tauten.model.robot import State, Turning
 from tauten.model.system import System
 from tauten.model.tetra.solid import Solid
 from tauten.model.tetra.turning import TurningSteps
@@ -210,9 +210,10 @@ class TetRobot(SparseRobot[NodePoints | MeanPoints]):
         """Lumped masses (n,), the same at any state."""
         return self.mass
 
-    def turning_steps(self) -> TurningSteps:
+    def turning_steps(self) -> Turning:
         """What makes long steps towards equilibrium turn elements instead of stretching them."""
-        return TurningSteps(self.mesh, self.pattern.dof)
+        steps = TurningSteps(self.mesh, self.pattern.dof)
+        return lambda state, u: steps.turned(self.nodes(state), u)
 
     def advance(self, state: State, system: System, dv: Array) -> State:
         """The state one step later: v + dv and q + h (v + dv), at standstill when quasi-static.
