@@ -6,8 +6,9 @@ Where the state is out of balance by more than that, the load waits, and a line 
 (`tauten.model.simulation.equilibrium`) bounds steps that do not become shorter. So the state follows a branch
 of equilibria without settling on it, and descends to another one where the branch ends.
 
-Steps of robots that can turn elements do so instead of stretching them (`Robot.turning_steps`). Nodes of beams
-move along arcs, but along straight lines where contacts push: steps along arcs do not always become short there.
+Steps of robots that can turn elements do so instead of stretching them (`Robot.turning_steps`). Nodes of
+beams move along arcs, but along straight lines where contacts push: steps along arcs do not always become
+short there.
 Near the end, where the tangent is not exact or contacts push, whose normals turn, steps are extrapolated by
 Anderson's method.
 """
