@@ -29,6 +29,7 @@ from tauten.model import (
     contact_model,
     default_enrichment,
     no_forces,
+    one_blas_thread,
 )
 from tauten.model.numerics import Array, Bools, FactorisationError
 
@@ -205,6 +206,7 @@ class Controller:
         """Contact candidates within the alarm distance in the prepared step."""
         return 0 if self._prepared is None else len(self._prepared.step.rows.contacts)
 
+    @one_blas_thread()
     def step(self, target: Target) -> Actuation:
         """Prepare, decide and advance: one control step towards a target as of `decide`."""
         actuation = self.decide(target)

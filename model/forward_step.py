@@ -68,13 +68,13 @@ def eliminate_rows(W: Array, delta: Array, kept: Ints, zero: Ints) -> Eliminatio
     """
     diagonal = np.diag(W)[zero]
     scale = np.divide(1.0, np.sqrt(diagonal), out=np.zeros_like(diagonal), where=diagonal > 0.0)
-    values, vectors = np.linalg.eigh(scale[:, None] * W[np.ix_(zero, zero)] * scale)
+    values, vectors = np.linalg.eigh(scale[:, None] * W[zero[:, None], zero] * scale)
     large = values > SINGULAR * values.max(initial=0.0)
     basis = scale[:, None] * vectors[:, large]
     inverse = (basis / values[large]) @ basis.T  # (e, e)
-    cross = W[np.ix_(zero, kept)]  # (e, k)
+    cross = W[zero[:, None], kept]  # (e, k)
     gain, offset = -inverse @ cross, -inverse @ delta[zero]
-    W_kept = W[np.ix_(kept, kept)] + cross.T @ gain
+    W_kept = W[kept[:, None], kept] + cross.T @ gain
     return Elimination(0.5 * (W_kept + W_kept.T), delta[kept] + cross.T @ offset, gain, offset)
 
 
@@ -99,7 +99,8 @@ def forward_step(
         ]
     )
     while loop.prediction is None:
-        start = np.append(lam, np.zeros(len(loop.step.compliance) - len(lam)))
+        start = np.zeros(len(loop.step.compliance))
+        start[: len(lam)] = lam
         lam, residual, converged = solve_forces(loop.step, start, command)
         loop.check(lam)
     return ForwardStep(loop.prediction, residual, converged)
@@ -118,14 +119,14 @@ def solve_forces(step: CondensedStep, start: Array, command: Command) -> tuple[A
     kept, zero, delta = rows.unilateral, rows.equal, rows.under_effort(W)
     lam[rows.forced] = rows.effort
     if len(zero) == 0:
-        result = solve_lcp(W[np.ix_(kept, kept)], delta[kept], start[kept])
+        result = solve_lcp(W[kept[:, None], kept], delta[kept], start[kept])
         lam[kept] = result.lam
         return lam, result.residual, result.converged
     rest = eliminate_rows(W, delta, kept, zero)
     result = solve_lcp(rest.W, rest.delta, start[kept])
     lam[kept], lam[zero] = result.lam, rest.gain @ result.lam + rest.offset
-    solved = np.union1d(kept, zero)
-    moved = W[np.ix_(zero, solved)] * lam[solved]  # (e, k + e)
+    solved = np.concatenate([kept, zero])
+    moved = W[zero[:, None], solved] * lam[solved]  # (e, k + e)
     left = np.abs(delta[zero] + moved.sum(axis=1))
     equal = bool((left <= EQUAL * (np.abs(delta[zero]) + np.abs(moved).sum(axis=1))).all())
     return lam, result.residual, result.converged and equal

@@ -5,10 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import lru_cache
 
-import numpy as np
-
-from tauten.model.numerics import Bools, Ints
-
 
 @dataclass(frozen=True, slots=True)
 class Layout:
@@ -31,15 +27,6 @@ class Layout:
     acting: slice
     n_e: int
     n_a: int
-
-    def of_actuators(self, chosen: Bools) -> Ints:
-        """Rows (a,) of those actuators that are chosen (n_a,)."""
-        rows: Ints = self.n_e + np.flatnonzero(chosen)
-        return rows
-
-    def of_contacts(self, m: int) -> Ints:
-        """Rows (c,) of the contacts among m rows."""
-        return np.arange(self.contacts.start, m)
 
     def without_effectors(self) -> Layout:
         """The layout of steps that leave the effectors out."""

@@ -19,7 +19,7 @@ import numpy as np
 
 from tauten.model.condensed_step import CondensedStep
 from tauten.model.interface import Command
-from tauten.model.numerics import Array, Ints
+from tauten.model.numerics import Array, Bools, Ints, kernel
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,16 +64,33 @@ def sorted_rows(step: CondensedStep, command: Command) -> SortedRows:
         step: rows, compliance and laws of the actuators.
         command: position or effort of each actuator, or neither.
     """
-    layout, bilateral = step.layout, step.laws.bilateral
-    by_force, by_position = command.by_force, command.by_position
-    delta = step.compliance.delta_free.copy()
-    delta[layout.actuators] -= np.where(by_position, command.position, 0.0)
-    return SortedRows(
-        forced=layout.of_actuators(by_force),
-        effort=command.effort[by_force],
-        equal=layout.of_actuators(by_position & bilateral),
-        cables=layout.of_actuators(by_position & ~bilateral),
-        contacts=layout.of_contacts(len(delta)),
-        decided=layout.of_actuators(~by_force & ~by_position),
-        delta=delta,
+    position, effort, n_e = command.position, command.effort, step.layout.n_e
+    free, bilateral = step.compliance.delta_free, step.laws.bilateral
+    return SortedRows(*_sorted(free, position, effort, bilateral, n_e))
+
+
+@kernel
+def _sorted(
+    delta_free: Array, position: Array, effort: Array, bilateral: Bools, n_e: int
+) -> tuple[Ints, Array, Ints, Ints, Ints, Ints, Array]:
+    """The arrays of `SortedRows`, in their order.
+
+    Args:
+        delta_free: (m,) row values without forces.
+        position: (n_a,) that are given, NaN where not.
+        effort: (n_a,) likewise.
+        bilateral: (n_a,) actuators that pull and push.
+        n_e: effector rows, which come first.
+    """
+    by_force, by_position = ~np.isnan(effort), ~np.isnan(position)
+    delta, end = delta_free.copy(), n_e + len(position)
+    delta[n_e:end] -= np.where(by_position, position, 0.0)
+    return (
+        n_e + np.flatnonzero(by_force),
+        effort[by_force],
+        n_e + np.flatnonzero(by_position & bilateral),
+        n_e + np.flatnonzero(by_position & ~bilateral),
+        np.arange(end, len(delta)),
+        n_e + np.flatnonzero(~by_force & ~by_position),
+        delta,
     )

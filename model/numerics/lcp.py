@@ -50,6 +50,7 @@ class LcpResult:
     asymmetry: float = 0.0
 
 
+@kernel
 def complementarity(W: Array, lam: Array, delta: Array) -> float:
     """Largest |min(w_ii λ_i, δ_i)| [m]; 0 without rows.
 
@@ -58,7 +59,10 @@ def complementarity(W: Array, lam: Array, delta: Array) -> float:
         lam: (m,) forces [N].
         delta: (m,) gaps [m].
     """
-    return float(np.abs(np.minimum(np.diag(W) * lam, delta)).max(initial=0.0))
+    largest = 0.0
+    for i in range(len(lam)):  # np.minimum and np.maximum propagate NaN, min and max do not
+        largest = np.maximum(largest, np.abs(np.minimum(W[i, i] * lam[i], delta[i])))
+    return largest
 
 
 def solve_lcp(
@@ -85,47 +89,50 @@ def solve_lcp(
         max_iterations: active sets at most; default 100 + 10 m.
     """
     W, delta_free = np.ascontiguousarray(W), np.ascontiguousarray(delta_free)
-    if not (all_finite(W) and all_finite(delta_free)):
-        return result_for_bad_data(delta_free)
-    start = usable(start, delta_free)
+    first = np.zeros_like(delta_free) if start is None else np.ascontiguousarray(start, np.float64)
     limit = 100 + 10 * len(delta_free) if max_iterations is None else max_iterations
-    lam, iterations = active_set_forces(W, delta_free, start, max(rho, 1e-13), limit)
-    result = make_result(W, delta_free, lam, iterations)
-    if result.converged or not SHARPEST < rho <= 1e-9 or iterations >= limit:
-        return result
-    lam, more = active_set_forces(W, delta_free, lam, SHARPEST, limit - iterations)
-    again = make_result(W, delta_free, lam, iterations + more)
-    return again if again.residual < result.residual else result
+    return LcpResult(*_solved(W, delta_free, first, rho, limit))
 
 
-def usable(start: Array | None, delta_free: Array) -> Array:
-    """Forces to start from (m,), with zeros for entries that are negative or not finite."""
-    if start is None:
-        return np.zeros_like(delta_free)
-    return np.where(np.isfinite(start), np.maximum(start, 0.0), 0.0)
-
-
-def make_result(W: Array, delta_free: Array, lam: Array, iterations: int) -> LcpResult:
-    """The result, with gaps and residual of the original problem.
+@kernel
+def _solved(
+    W: Array, delta_free: Array, start: Array, rho: float, limit: int
+) -> tuple[Array, Array, float, int, bool, float]:
+    """The fields of the result, in their order, in one kernel, because each call takes time.
 
     Args:
         W: (m, m) compliance [m/N].
         delta_free: (m,) gaps without forces [m].
-        lam: (m,) forces [N].
-        iterations: that it took.
+        start: (m,) forces to start from; entries that are negative or not finite are ignored.
+        rho: regularisation.
+        limit: active sets at most.
     """
-    delta = delta_free + W @ lam
+    if not (all_finite(W) and all_finite(delta_free)):
+        return np.zeros_like(delta_free), delta_free, np.inf, 0, False, 0.0
+    usable = np.where(np.abs(start) < np.inf, start, 0.0)
+    lam, iterations = active_set_forces(W, delta_free, usable, max(rho, 1e-13), limit)
+    delta = delta_free + np.dot(W, lam)
     residual = complementarity(W, lam, delta)
-    asymmetry = 0.0
-    if not residual <= TOLERANCE:
-        largest = float(np.abs(W).max(initial=0.0))
-        asymmetry = float(np.abs(W - W.T).max(initial=0.0)) / largest if largest > 0.0 else 0.0
-    return LcpResult(lam, delta, residual, iterations, residual <= TOLERANCE, asymmetry)
+    if not residual <= TOLERANCE and SHARPEST < rho <= 1e-9 and iterations < limit:
+        again, more = active_set_forces(W, delta_free, lam, SHARPEST, limit - iterations)
+        delta_again = delta_free + np.dot(W, again)
+        residual_again = complementarity(W, again, delta_again)
+        if residual_again < residual:
+            lam, delta, residual = again, delta_again, residual_again
+            iterations += more
+    converged = residual <= TOLERANCE
+    return lam, delta, residual, iterations, converged, 0.0 if converged else asymmetry_of(W)
 
 
-def result_for_bad_data(delta_free: Array) -> LcpResult:
-    """The result for data that are not finite: no forces, not converged."""
-    return LcpResult(np.zeros_like(delta_free), delta_free, np.inf, 0, False)
+@kernel
+def asymmetry_of(W: Array) -> float:
+    """Largest |w_ij − w_ji| relative to the largest entry; 0 where there is none."""
+    largest, difference = 0.0, 0.0
+    for i in range(W.shape[0]):
+        for j in range(W.shape[0]):
+            largest = max(largest, abs(W[i, j]))
+            difference = max(difference, abs(W[i, j] - W[j, i]))
+    return difference / largest if largest > 0.0 else 0.0
 
 
 @kernel
