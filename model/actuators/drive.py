@@ -37,7 +37,9 @@ class DriveSet:
 
     def others(self, count: int) -> Ints:
         """Numbers of what is no drive among all single actuators, of which there are `count`."""
-        return np.setdiff1d(np.arange(count), self.places)
+        free = np.ones(count, np.bool_)
+        free[self.places] = False
+        return np.flatnonzero(free)
 
     def among(self, others: Rows, motion: Motion[Any]) -> Rows:
         """Rows of all single actuators, from those that are no drives.

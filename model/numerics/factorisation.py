@@ -230,6 +230,16 @@ def mkl() -> Any:
     return library
 
 
+def int_argument(value: int) -> Any:
+    """A number as Fortran takes it."""
+    return ctypes.byref(ctypes.c_int32(value))
+
+
+def array_argument(array: Any, number: type) -> Any:
+    """An array of numbers of a C type; it lives as long as the argument."""
+    return array.ctypes.data_as(ctypes.POINTER(number))
+
+
 MINIMUM_DEGREE, NESTED_DISSECTION = 0, 2  # PARDISO's orderings
 
 
@@ -255,6 +265,12 @@ class Pardiso(Analysed):
         self._pt = np.zeros(64, dtype=np.int64)
         self._iparm = np.zeros(64, dtype=np.int32)
         self._iparm[0], self._iparm[9] = 1, 8  # user-defined parameters
+        self._arguments = (  # the same in every call; each takes some µs to convert
+            array_argument(self._pt, ctypes.c_int64), int_argument(1), int_argument(2),
+            int_argument(self._n), array_argument(self._a, ctypes.c_double),
+            array_argument(self._ia, ctypes.c_int32), array_argument(self._ja, ctypes.c_int32),
+            int_argument(0), array_argument(self._iparm, ctypes.c_int32), int_argument(0),
+        )  # fmt: skip
         # a diagonally dominant probe for the analysis; later matrices share only the pattern
         self._a[:] = np.where(lower == np.repeat(np.arange(self._n), np.diff(lower_ptr)), 1.0, 0.0)
         if self._analyse(MINIMUM_DEGREE) <= self._analyse(NESTED_DISSECTION):
@@ -270,22 +286,13 @@ class Pardiso(Analysed):
         return int(self._iparm[18])
 
     def _call(self, phase: int, b: Array, x: Array, m: int) -> None:
-        def scalar(value: int) -> Any:
-            return ctypes.byref(ctypes.c_int32(value))
-
-        def ints(array: Any) -> Any:
-            return array.ctypes.data_as(ctypes.POINTER(ctypes.c_int32))
-
-        def floats(array: Array) -> Any:
-            return array.ctypes.data_as(ctypes.POINTER(ctypes.c_double))
-
         error = ctypes.c_int32(0)
         before = self._set_threads(self.threads)
+        pt, one, kind, n, a, ia, ja, permutation, iparm, silent = self._arguments
         self._pardiso(
-            self._pt.ctypes.data_as(ctypes.POINTER(ctypes.c_int64)),
-            scalar(1), scalar(1), scalar(2), scalar(phase), scalar(self._n),
-            floats(self._a), ints(self._ia), ints(self._ja), ints(np.zeros(1, dtype=np.int32)),
-            scalar(m), ints(self._iparm), scalar(0), floats(b), floats(x), ctypes.byref(error),
+            pt, one, one, kind, int_argument(phase), n, a, ia, ja, permutation, int_argument(m),
+            iparm, silent, array_argument(b, ctypes.c_double), array_argument(x, ctypes.c_double),
+            ctypes.byref(error),
         )  # fmt: skip
         self._set_threads(before)  # 0 where the thread had no number of its own
         if error.value:

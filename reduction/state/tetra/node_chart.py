@@ -32,11 +32,13 @@ class DriveMotion:
         modes: number of α.
         drives: m.
         turning: (t,) numbers of the drives that turn about their axes.
+        reach: (m,) largest displacement of a node by a unit of each drive [m].
     """
 
     modes: int
     drives: int
     turning: Ints
+    reach: Array
 
     @property
     def size(self) -> int:
@@ -203,8 +205,8 @@ class NodeChart:
             )
         frames, map_ = self.frames, self.coordinates
         if frames is None or map_ is None:
-            return Phi, DriveMotion(r, 0, np.zeros(0, dtype=np.int64))
-        motion = DriveMotion(r, m, np.flatnonzero(frames.turns))
+            return Phi, DriveMotion(r, 0, np.zeros(0, dtype=np.int64), np.zeros(0))
+        motion = DriveMotion(r, m, np.flatnonzero(frames.turns), frames.reach[frames.n_turning :])
         E = np.zeros((map_.n_nodes, 3, motion.size))
         E[self.moved, :, :r] = Phi[:first, :r].reshape(-1, 3, r)
         second = r + m

@@ -149,11 +149,11 @@ class ReducedTetRobot(ReducedRobot[ModePoints]):
 
     def displacement(self, state: State, dq: Array) -> float:
         """Largest displacement of an effector, contact vertex or driven node in a change dq (n,) [m]."""
-        motion, frames = self.motion(state), self.chart.frames
+        motion, map_ = self.motion(state), self.drive_motion
         change = dq if motion.J is None else motion.J @ dq
         parts = [self.effector_places @ change, self.vertices.map @ change]
-        if frames is not None:
-            parts.append(dq[self.drive_motion.modes :] * frames.reach[frames.n_turning :])
+        if map_.drives > 0:
+            parts.append(dq[map_.modes :] * map_.reach)
         return max(float(np.abs(part).max(initial=0.0)) for part in parts)
 
     def forces(
