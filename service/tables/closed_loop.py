@@ -26,8 +26,8 @@ def closed_loop_page(result: ClosedLoopBench) -> Page:
         tables.append(following_table(result))
     if pairs:
         tables += [closed_loop_errors_table(pairs), closed_loop_costs_table(pairs)]
-    parts = tuple(tables)
-    return Page("tauten bench closed-loop", about, parts)
+    command = f"tauten bench closed-loop {result.robot}{' --cases' if pairs else ''}"
+    return Page(command, about, tuple(tables))
 
 
 def following_table(result: ClosedLoopBench) -> Numbers:

@@ -169,3 +169,4 @@ def test_a_path_in_reach_is_followed_and_the_distance_of_model_and_plant_divided
     page = closed_loop_page(result)
     assert [len(table.rows) for table in page.parts] == [1]
     assert "unknown, run tauten check" in page.about
+    assert page.command == f"tauten bench closed-loop {beam.name}"
