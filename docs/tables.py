@@ -100,8 +100,7 @@ def contact() -> str:
 
 def gallery() -> str:
     """Robots of the gallery."""
-    page = gallery_page(read("gallery", GalleryBench))
-    return replace(page, parts=page.parts[:1]).markdown()
+    return gallery_page(read("gallery", GalleryBench)).markdown()
 
 
 TABLES: dict[str, Callable[[], str]] = {

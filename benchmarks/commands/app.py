@@ -7,7 +7,7 @@ import typer
 from benchmarks.commands.contact import contact_basis, finger, manipulator
 from benchmarks.commands.mechanics import elements, energy, equilibria
 from benchmarks.commands.qpcc import qpcc
-from benchmarks.commands.steps import gallery, sofa_meshes
+from benchmarks.commands.steps import gallery, load_errors, sofa_meshes
 from benchmarks.commands.still import still
 from benchmarks.commands.view import view
 from tauten.service.cli.terminal import log_options
@@ -20,7 +20,7 @@ app = typer.Typer(
 )
 app.callback()(log_options)
 _COMMANDS = (
-    *(finger, manipulator, gallery, sofa_meshes, qpcc, contact_basis),
+    *(finger, manipulator, gallery, load_errors, sofa_meshes, qpcc, contact_basis),
     *(elements, energy, equilibria, still, view),
 )
 for _command in _COMMANDS:

@@ -1,4 +1,4 @@
-"""`python -m benchmarks sofa-meshes` and `gallery`: times of whole steps."""
+"""`python -m benchmarks sofa-meshes`, `gallery` and `load-errors`: times of whole steps, and errors."""
 
 from __future__ import annotations
 
@@ -39,10 +39,7 @@ def gallery(
     json_file: Json = None,
     markdown: Markdown = None,
 ) -> None:
-    """Sizes, inverse steps of full and reduced model, errors and campaigns of the gallery's robots.
-
-    The errors of reduced models are those under loads that took no part in their training, and in motion.
-    """
+    """Sizes, inverse steps of full and reduced model, and campaigns of the gallery's robots."""
     from benchmarks.robots.gallery import ROBOTS
     from benchmarks.steps import bench_gallery
     from benchmarks.tables import gallery_page
@@ -51,3 +48,19 @@ def gallery(
     with progress_bar("gallery") as report:
         result = bench_gallery(names, count, report, model)
     show_result(result, gallery_page(result), json_file, markdown, 200)
+
+
+def load_errors(
+    robots: Annotated[
+        list[str], typer.Argument(help="Robots with a reduced model, names or files.")
+    ],
+    json_file: Json = None,
+    markdown: Markdown = None,
+) -> None:
+    """Reduced against full models under loads that took no part in their training, and in motion."""
+    from benchmarks.steps import bench_load_errors
+    from benchmarks.tables import load_errors_page
+
+    with progress_bar("load errors") as report:
+        result = bench_load_errors(tuple(robots), report)
+    show_result(result, load_errors_page(result), json_file, markdown, 160)

@@ -1,7 +1,8 @@
-"""Times of whole steps: with each kind of contact, on SOFA's meshes, of the gallery."""
+"""Times of whole steps: by kind of contact, on SOFA's meshes, of the gallery. Errors of reduced models."""
 
 from benchmarks.steps.control import ControlBench, bench_control
-from benchmarks.steps.gallery import GalleryBench, GalleryRow, LoadRow, bench_gallery
+from benchmarks.steps.gallery import GalleryBench, GalleryRow, bench_gallery
+from benchmarks.steps.load_bench import LoadBench, LoadRow, RobotLoads, bench_load_errors
 from benchmarks.steps.load_comparison import ForeignLoadError, load_errors
 from benchmarks.steps.sofa_meshes import SofaMeshBench, bench_sofa_meshes
 
@@ -11,9 +12,12 @@ __all__ = [
     "ControlBench",
     "GalleryBench",
     "GalleryRow",
+    "LoadBench",
     "LoadRow",
+    "RobotLoads",
     "SofaMeshBench",
     "bench_control",
     "bench_gallery",
+    "bench_load_errors",
     "bench_sofa_meshes",
 ]

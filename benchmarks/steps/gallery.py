@@ -1,19 +1,16 @@
-"""`python -m benchmarks gallery`: sizes, step times and errors of the robots of the gallery."""
+"""`python -m benchmarks gallery`: sizes and step times of the robots of the gallery."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from time import perf_counter
 
 import numpy as np
 
-from benchmarks.steps.load_comparison import LoadKind, load_errors
 from tauten.controller import Controller
 from tauten.model import Robot, Simulator
 from tauten.model.numerics import Array
 from tauten.reduction.campaign import TOLERANCE, Design, exploring
-from tauten.reduction.state import ReducedRobot
 from tauten.service.plant import PathSettings, make_path
 from tauten.service.process import HostInfo, Progress, host_info, one_blas_thread
 from tauten.service.replay import Spread, spread
@@ -21,27 +18,6 @@ from tauten.service.setup import Order, Setup, load_setup
 
 WARM_UP = 10  # steps that are not measured
 SAMPLED = 5  # equilibria from whose time that of the whole campaign is estimated
-
-
-@dataclass(frozen=True, slots=True)
-class LoadRow:
-    """Distances of the effectors of reduced and full model under loads of one kind.
-
-    Attributes:
-        kind: of the loads, see `tauten.reduction.state.ForeignLoadError`.
-        cases: equilibria, or time steps.
-        lost: those that only the full model found.
-        mean_mm: mean distance; None without cases.
-        max_mm: the largest; None without cases.
-        at: where the largest is.
-    """
-
-    kind: LoadKind
-    cases: int
-    lost: int
-    mean_mm: float | None
-    max_mm: float | None
-    at: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,8 +38,6 @@ class GalleryRow:
         tip_max_mm: the largest.
         campaign_equilibria: number of equilibria of `tauten reduce`.
         campaign_s: their time in one process, estimated from the first ones.
-        sampled: elements in its sample; None without.
-        loads: errors under loads and in motions that took no part in the training.
     """
 
     robot: str
@@ -79,8 +53,6 @@ class GalleryRow:
     tip_max_mm: float | None
     campaign_equilibria: int
     campaign_s: float
-    sampled: int | None = None
-    loads: tuple[LoadRow, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,30 +78,24 @@ def bench_gallery(
     with one_blas_thread():
         for name in names:
             progress(0.0, name)
-            rows.append(_row(name, steps, progress, model))
+            rows.append(_row(name, steps, model))
             progress(1.0 / len(names), name)
     return GalleryBench(host_info(), tuple(rows))
 
 
-def _row(name: str, steps: int, progress: Progress, model: Order | None) -> GalleryRow:
+def _row(name: str, steps: int, model: Order | None) -> GalleryRow:
     """All numbers of one robot.
 
     Args:
         name: of a shipped robot, or a robot file.
         steps: inverse steps of each model.
-        progress: called with what comes next.
         model: as in `bench_gallery`.
     """
-
-    def say(what: str) -> None:
-        progress(0.0, f"{name}: {what}")
-
     setup = load_setup(name, model=model, accept_error=True)
     full = load_setup(name, model="full")
     robot = full.robot
     targets = reach_targets(robot, steps + WARM_UP)
     design = exploring(robot)
-    say("time of an equilibrium")
     each = equilibrium_seconds(robot, design, SAMPLED)
     origin = None if setup.states is None else setup.states.origin
     return GalleryRow(
@@ -140,37 +106,12 @@ def _row(name: str, steps: int, progress: Progress, model: Order | None) -> Gall
         candidates=robot.n_c,
         modes=0 if isinstance(full.contact, str) else full.contact.k,
         state_modes=None if origin is None else origin.r,
-        sampled=None if origin is None else origin.sample,
         full_ms=inverse_times(full, targets),
         reduced_ms=None if origin is None else inverse_times(setup, targets),
         tip_mean_mm=None if origin is None else 1e3 * origin.tip_mean,
         tip_max_mm=None if origin is None else 1e3 * origin.tip_max,
-        loads=load_rows(setup, robot, say),
         campaign_equilibria=design.size,
         campaign_s=each * design.size,
-    )
-
-
-def load_rows(setup: Setup, robot: Robot, say: Callable[[str], None]) -> tuple[LoadRow, ...]:
-    """Errors of the reduced model under loads of each kind; none where the full one is served.
-
-    Args:
-        setup: with the reduced model.
-        robot: the full one.
-        say: called with what comes next.
-    """
-    if not isinstance(setup.robot, ReducedRobot):
-        return ()
-    return tuple(
-        LoadRow(
-            found.kind,
-            found.cases,
-            found.lost,
-            1e3 * found.mean if found.cases else None,
-            1e3 * found.largest if found.cases else None,
-            found.at,
-        )
-        for found in load_errors(robot, setup.robot, setup.contact, say)
     )
 
 

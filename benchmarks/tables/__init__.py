@@ -3,7 +3,7 @@
 from benchmarks.tables.arm import arm_page
 from benchmarks.tables.contact_basis import by_method, contact_basis_page, pairs_of
 from benchmarks.tables.elements import element_page
-from benchmarks.tables.gallery import gallery_page
+from benchmarks.tables.gallery import gallery_page, load_errors_page
 from benchmarks.tables.physics import energy_page, equilibria_page
 from benchmarks.tables.qpcc import qpcc_page
 from benchmarks.tables.steps import control_page, sofa_meshes_page
@@ -19,6 +19,7 @@ __all__ = [
     "energy_page",
     "equilibria_page",
     "gallery_page",
+    "load_errors_page",
     "pairs_of",
     "qpcc_page",
     "sofa_meshes_page",
