@@ -1,7 +1,7 @@
 """Times of whole steps: by kind of contact, on SOFA's meshes, of the gallery. Errors of reduced models."""
 
 from benchmarks.steps.control import ControlBench, bench_control
-from benchmarks.steps.gallery import GalleryBench, GalleryRow, bench_gallery
+from benchmarks.steps.gallery import GalleryBench, bench_gallery
 from benchmarks.steps.load_bench import LoadBench, LoadRow, RobotLoads, bench_load_errors
 from benchmarks.steps.load_comparison import ForeignLoadError, load_errors
 from benchmarks.steps.sofa_meshes import SofaMeshBench, bench_sofa_meshes
@@ -11,7 +11,6 @@ __all__ = [
     "load_errors",
     "ControlBench",
     "GalleryBench",
-    "GalleryRow",
     "LoadBench",
     "LoadRow",
     "RobotLoads",
