@@ -67,7 +67,6 @@ ORDER = (
     "benchmarks.contact_basis",
     "benchmarks.manipulator",
     "benchmarks.steps",
-    "benchmarks.rest",
     "benchmarks.view",
     "benchmarks.tables",
     "benchmarks.plots",

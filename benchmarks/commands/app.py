@@ -8,7 +8,6 @@ from benchmarks.commands.contact import contact_basis, finger, manipulator
 from benchmarks.commands.mechanics import elements, energy, equilibria
 from benchmarks.commands.qpcc import qpcc
 from benchmarks.commands.steps import gallery, load_errors, sofa_meshes
-from benchmarks.commands.still import still
 from benchmarks.commands.view import view
 from tauten.service.cli.terminal import log_options
 
@@ -21,7 +20,7 @@ app = typer.Typer(
 app.callback()(log_options)
 _COMMANDS = (
     *(finger, manipulator, gallery, load_errors, sofa_meshes, qpcc, contact_basis),
-    *(elements, energy, equilibria, still, view),
+    *(elements, energy, equilibria, view),
 )
 for _command in _COMMANDS:
     app.command()(_command)

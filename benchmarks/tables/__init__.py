@@ -7,7 +7,6 @@ from benchmarks.tables.gallery import gallery_page, load_errors_page
 from benchmarks.tables.physics import energy_page, equilibria_page
 from benchmarks.tables.qpcc import qpcc_page
 from benchmarks.tables.steps import control_page, sofa_meshes_page
-from benchmarks.tables.still import still_page
 from benchmarks.tables.view import view_page
 
 __all__ = [
@@ -23,6 +22,5 @@ __all__ = [
     "pairs_of",
     "qpcc_page",
     "sofa_meshes_page",
-    "still_page",
     "view_page",
 ]

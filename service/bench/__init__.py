@@ -1,4 +1,4 @@
-"""Benchmarks of robots on this machine: steps, reduced models, the node, closed loops."""
+"""Benchmarks of robots on this machine: steps, reduced models, the node, closed loops, rest at targets."""
 
 from tauten.service.bench.closed_loop import (
     CaseRuns,
@@ -42,6 +42,7 @@ from tauten.service.bench.steps import (
     sizes_of,
     time_forward,
 )
+from tauten.service.bench.still import StillBench, StillRun, StillSettings, bench_still
 
 __all__ = [
     "CASES",
@@ -65,6 +66,9 @@ __all__ = [
     "Sizes",
     "StepBench",
     "StepTimes",
+    "StillBench",
+    "StillRun",
+    "StillSettings",
     "Trace",
     "WARM_UP",
     "WHOLE",
@@ -72,6 +76,7 @@ __all__ = [
     "bench_node",
     "bench_reduced",
     "bench_steps",
+    "bench_still",
     "case_outcome",
     "compare_equilibria",
     "deadlines",

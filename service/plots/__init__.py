@@ -10,6 +10,7 @@ from tauten.service.plots.mesh_error import COLOURS, EXACT, QUANTITIES, draw_mes
 from tauten.service.plots.regions import draw_regions
 from tauten.service.plots.replay import draw_replay
 from tauten.service.plots.run import draw_run
+from tauten.service.plots.still import draw_still
 
 __all__ = [
     "COLOURS",
@@ -25,4 +26,5 @@ __all__ = [
     "draw_regions",
     "draw_replay",
     "draw_run",
+    "draw_still",
 ]

@@ -16,6 +16,7 @@ from tauten.service.tables.numbers import (
 )
 from tauten.service.tables.reduced import reduced_page
 from tauten.service.tables.steps import steps_page
+from tauten.service.tables.still import still_page
 
 __all__ = [
     "Numbers",
@@ -34,5 +35,6 @@ __all__ = [
     "ranges",
     "reduced_page",
     "steps_page",
+    "still_page",
     "trial_table",
 ]

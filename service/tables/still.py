@@ -1,11 +1,11 @@
-"""The numbers of `python -m benchmarks still` as tables."""
+"""The numbers of `tauten bench still` as tables."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from benchmarks.rest import StillBench, StillRun
-from tauten.service.tables import Numbers, Page, measured_on
+from tauten.service.bench import StillBench, StillRun
+from tauten.service.tables.numbers import Numbers, Page, measured_on
 
 
 def still_page(result: StillBench) -> Page:
@@ -72,7 +72,7 @@ def still_page(result: StillBench) -> Page:
         f"{asked} targets of each group, fewer where {minutes:g} minutes for a robot and its model were not "
         f"enough. Measured on {measured_on(result.machine)}"
     )
-    return Page("python -m benchmarks still", about, tuple(tables))
+    return Page("tauten bench still", about, tuple(tables))
 
 
 def _farther(runs: list[StillRun]) -> str:

@@ -1,4 +1,4 @@
-"""`python -m benchmarks still`: whether robots come to rest, at the best place, and never get stuck."""
+"""`tauten bench still`: whether robots come to rest, at the best place, and never get stuck."""
 
 from __future__ import annotations
 
@@ -35,10 +35,10 @@ def still(
 
     Ctrl-C keeps what is done.
     """
-    from benchmarks.plots import draw_still
-    from benchmarks.rest import StillSettings, bench_still
-    from benchmarks.tables import still_page
+    from tauten.service.bench import StillSettings, bench_still
+    from tauten.service.plots import draw_still
     from tauten.service.process import stop_on_signals
+    from tauten.service.tables import still_page
 
     for name in model or ():
         if name not in ("full", "reduced"):

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from benchmarks.rest import StillBench
+from tauten.service.bench import StillBench
 
 ACROSS = 4  # panels beside each other
 

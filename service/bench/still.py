@@ -1,4 +1,4 @@
-"""`python -m benchmarks still`: whether robots rest at constant targets, where, and whether they get stuck.
+"""`tauten bench still`: whether robots come to rest at constant targets, where, and whether they get stuck.
 
 Random targets within twice the workspace: effectors at random equilibria, and up to twice as far away.
 In closed loop the robot is the same model under a tenth more gravity, which the controller does not know, and
@@ -16,10 +16,10 @@ from typing import Literal
 import numpy as np
 from scipy.optimize import least_squares
 
-from benchmarks.rest.orders import OrderRun, order_run
 from tauten.controller import Actuation, Controller
 from tauten.model import Robot, Simulator
 from tauten.model.numerics import Array, FactorisationError
+from tauten.service.bench.orders import OrderRun, order_run
 from tauten.service.node import LARGEST, Feedback
 from tauten.service.process import HostInfo, Progress, StopFlag, host_info, one_blas_thread
 from tauten.service.setup import Order, Setup, load_setup
@@ -117,7 +117,7 @@ class StillRun:
 
 @dataclass(frozen=True, slots=True)
 class StillBench:
-    """Everything `python -m benchmarks still` measures.
+    """Everything `tauten bench still` measures.
 
     Attributes:
         machine: facts about it.
