@@ -90,6 +90,7 @@ def load_setup(
     basis: str | None = None,
     model: Order | None = None,
     accept_error: bool = False,
+    young_scale: float = 1.0,
 ) -> Setup:
     """Load a robot, its contact basis, and its state basis where the model is reduced.
 
@@ -99,6 +100,7 @@ def load_setup(
         basis: another basis than the file's; "none" for no contact, "full" for pointwise contact.
         model: another model than the file's.
         accept_error: accept a state basis with a larger error than the robot file allows.
+        young_scale: of Young's modulus; a robot of another stiffness than the file's has no state basis.
 
     Raises:
         RobotFileError: the robot file cannot be used.
@@ -108,7 +110,7 @@ def load_setup(
     """
     path = robot_path(robot)
     contents = read_toml(path)
-    changes = validated(Changes, {"rate": rate}, f"{path}: load_setup")
+    changes = validated(Changes, {"rate": rate, "young_scale": young_scale}, f"{path}: load_setup")
     controller, kind = controller_settings(contents, path), model_settings(contents, path)
     service = service_settings(contents, path)
     loaded = make_robot(contents, path, changes)

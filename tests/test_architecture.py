@@ -48,6 +48,7 @@ ORDER = (
     "service.log",
     "service",
     "service.node",
+    "service.drive",
     "service.replay",
     "service.plant",
     "service.operate",

@@ -13,6 +13,7 @@ import typer
 from tauten.service.cli.bench import bench
 from tauten.service.cli.check import check, schema
 from tauten.service.cli.compare import compare
+from tauten.service.cli.drive import drive, plant
 from tauten.service.cli.new import new
 from tauten.service.cli.operate import alive, command, doctor, lock, metrics, record, unlock
 from tauten.service.cli.reduction import inspect, reduce
@@ -22,14 +23,11 @@ from tauten.service.cli.terminal import (
     AcceptError,
     Basis,
     ClosedLoop,
-    DriveOption,
     ExtraError,
     Model,
     Port,
     Rate,
     RobotName,
-    StepsOption,
-    YoungScale,
     ZenohConfig,
     log_options,
 )
@@ -104,33 +102,6 @@ def serve(
         run(setup, _network(port, zenoh_config), settings, stop)
 
 
-def plant(
-    robot: RobotName,
-    rate: Rate = None,
-    measure: Annotated[
-        bool, typer.Option("--measure", help="Publish the effectors also as measurements.")
-    ] = False,
-    model: Model = None,
-    young_scale: YoungScale = 1.0,
-    drive: DriveOption = "pull",
-    steps: StepsOption = "own",
-    port: Port = None,
-    zenoh_config: ZenohConfig = None,
-) -> None:
-    """Simulate a robot that follows the actuation, with pointwise contact.
-
-    In full order where this computer keeps up with it, otherwise with the robot file's reduced model, or as
-    --model says; one of another Young's modulus is always full.
-    """
-    from tauten.service.plant import PlantSettings, plant_robot, simulate
-    from tauten.service.process import stop_on_signals
-
-    loaded, order = plant_robot(robot, rate, model, young_scale)
-    settings = PlantSettings(measure, drive, steps)
-    with stop_on_signals() as stop:
-        simulate(loaded, _network(port, zenoh_config), settings, stop, order)
-
-
 def stream(
     path: Annotated[
         str,
@@ -181,7 +152,7 @@ def stream(
 
 
 _COMMANDS = (
-    *(serve, plant, stream, demo, replay, solve, view),
+    *(serve, plant, drive, stream, demo, replay, solve, view),
     *(command, lock, unlock, record, metrics, alive, doctor),
     *(reduce, inspect, compare, check, new, schema),
 )
@@ -204,6 +175,7 @@ def setup_errors() -> tuple[type[Exception], ...]:
     from tauten.reduction.contact import ChoiceError
     from tauten.reduction.state import StateBasisError
     from tauten.service.bench import CompareError
+    from tauten.service.drive import DriverError
     from tauten.service.log import LogError
     from tauten.service.new import PartError
     from tauten.service.plant import DemoError, PathError
@@ -218,6 +190,7 @@ def setup_errors() -> tuple[type[Exception], ...]:
         *reduction_errors,
         CompareError,
         DemoError,
+        DriverError,
         ExtraError,
         LogError,
         PageError,

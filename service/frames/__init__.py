@@ -1,6 +1,5 @@
 """What a viewer shows, and where it comes from: a simulation, a served robot, a log."""
 
-from tauten.service.frames.effectors import places_of
 from tauten.service.frames.frame import RobotLook, ViewFrame
 from tauten.service.frames.history import FrameHistory
 from tauten.service.frames.recorded import RecordedRobot
@@ -22,5 +21,4 @@ __all__ = [
     "TargetStore",
     "ViewFrame",
     "WaypointList",
-    "places_of",
 ]

@@ -2,19 +2,10 @@
 
 from __future__ import annotations
 
-import itertools
-
 import numpy as np
 
-from tauten.model import VALUES
 from tauten.model.numerics import Array
-from tauten.service.wire import DescribedEffector
-
-
-def places_of(effectors: tuple[DescribedEffector, ...]) -> list[slice]:
-    """Where the goal values of each effector are among those of all."""
-    ends = np.cumsum([0, *(VALUES[one.kind] for one in effectors)]).tolist()
-    return [slice(first, end) for first, end in itertools.pairwise(ends)]
+from tauten.service.wire import DescribedEffector, places_of
 
 
 def positions_of(effectors: tuple[DescribedEffector, ...], values: Array) -> Array:

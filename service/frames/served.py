@@ -13,7 +13,6 @@ import zenoh
 
 from tauten.model import NO_CONTACTS, Floats, Geometry, PushingContacts
 from tauten.model.numerics import Array
-from tauten.service.frames.effectors import places_of
 from tauten.service.frames.frame import RobotLook, ViewFrame
 from tauten.service.link import put_command
 from tauten.service.wire import (
@@ -41,6 +40,7 @@ from tauten.service.wire import (
     decode_joints,
     decode_tick,
     encode_effector,
+    places_of,
 )
 
 _PATIENCE = 5.0  # s for the first answers of a node

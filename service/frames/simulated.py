@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import time
-from dataclasses import replace
 
 import numpy as np
 
-from tauten.model import Robot, skin_of
+from tauten.model import skin_of
 from tauten.model.numerics import Array, FactorisationError
 from tauten.service.describing import describe
 from tauten.service.frames.frame import RobotLook, ViewFrame
@@ -31,14 +30,15 @@ class SimulatedRobot:
 
     pausable = True
 
-    def __init__(self, setup: Setup, plant: Robot, order: str = "full") -> None:
+    def __init__(self, setup: Setup, simulated: Setup, order: str = "full") -> None:
         """Start where model and plant settle under their loads, with every kernel compiled.
 
         Args:
             setup: the model that decides.
-            plant: the robot that it drives, at the same rate.
+            simulated: the robot that it drives, at the same rate.
             order: of the plant, and the error that this makes.
         """
+        plant = simulated.robot
         self._loop = ControlLoop(warm_controller(setup), settings=setup.service)
         warm = warm_plant(plant, PlantSettings(), order)
         self._driven, self._simulator, self.plant = warm.driven, warm.driven.simulator, warm.fields
@@ -49,9 +49,8 @@ class SimulatedRobot:
         self._seconds = 0.0  # of model and plant together, in the mean
         self._resets = 0
         start = self._simulator.state
-        driven = replace(setup, robot=plant, contact="full", basis_name="full", states=None)
         self.look = RobotLook(
-            describe(driven, plant.effector_values(start)),
+            describe(simulated, plant.effector_values(start)),
             self._skin.geometry(plant, start, None).vertices,
             self._ghost.triangles,
         )

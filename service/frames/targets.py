@@ -7,8 +7,8 @@ import threading
 import numpy as np
 
 from tauten.model.numerics import Array
-from tauten.service.frames.effectors import places_of, positions_of
-from tauten.service.wire import DescribedEffector, reach_of
+from tauten.service.frames.effectors import positions_of
+from tauten.service.wire import DescribedEffector, places_of, reach_of
 
 _FAR = 1e6  # m; squares of larger numbers may overflow
 _WITHIN = 0.999  # of the reach, so that rounding on the wire cannot put a target outside

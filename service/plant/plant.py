@@ -2,47 +2,23 @@
 
 from __future__ import annotations
 
-import gc
 import logging
 import time
+from collections.abc import Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-import zenoh
 
-from tauten.model import Robot, RobotFileError, Simulator, load_robot
+from tauten.model import Robot, RobotFileError, Simulator
 from tauten.model.numerics import Array, FactorisationError
-from tauten.service.node import Clock
+from tauten.service.describing import describe
+from tauten.service.drive import Measured, run_driver
 from tauten.service.plant.drives import DrivenRobot, OwnSteps, own_steps
-from tauten.service.process import StopFlag, manual_garbage_collection, one_blas_thread
-from tauten.service.setup import Order, load_setup, start_at_rest
-from tauten.service.wire import (
-    FLOAT,
-    HEALTH,
-    JOINTS,
-    MESSAGE_TYPES,
-    Diagnostic,
-    EffectorMessage,
-    Joints,
-    Keys,
-    Level,
-    MessageCounts,
-    Network,
-    Publisher,
-    Rejection,
-    Role,
-    Window,
-    decode_joints,
-    encode_effector,
-    encode_float,
-    encode_health,
-    encode_joints,
-    open_session,
-    payload_of,
-    typestore,
-)
+from tauten.service.process import StopFlag, one_blas_thread
+from tauten.service.setup import Order, Setup, load_setup, start_at_rest
+from tauten.service.wire import Network, RobotDescription, Role, open_session, typestore
 
 log = logging.getLogger(__name__)
 
@@ -67,7 +43,6 @@ class PlantSettings:
     steps: Steps = "own"
 
 
-_HEALTH_PERIOD = 1.0  # s
 _WARM_UP, _FEW = 12, 4  # periods
 _MOST_LOAD = 0.5  # of the period, that steps of the full model may take for it to be chosen
 
@@ -103,7 +78,7 @@ class Warm:
 
 def plant_robot(
     robot: str, rate: float | None, model: Order | None, young_scale: float = 1.0
-) -> tuple[Robot, str]:
+) -> tuple[Setup, str]:
     """The robot that a plant simulates, and of what order it is, with the error that this makes.
 
     In full order where this machine simulates that in half of the time that passes; otherwise reduced, which
@@ -123,101 +98,73 @@ def plant_robot(
             raise RobotFileError(
                 f"{robot}: --young-scale {young_scale:g} has no state basis; use --model full"
             )
-        return load_robot(robot, rate=rate, young_scale=young_scale), "full"
+        return load_setup(robot, rate, "none", "full", young_scale=young_scale), "full"
     setup = load_setup(robot, rate, "none", model)
     if setup.states is None:
-        return setup.robot, "full"
+        return setup, "full"
     if model is None:
-        full = load_robot(robot, rate=rate)
+        full = load_setup(robot, rate, "none", "full")
         with one_blas_thread():
-            if quick_enough(full):
+            if quick_enough(full.robot):
                 return full, "full"
     error = 1e3 * setup.states.origin.tip_max
     return (
-        setup.robot,
+        setup,
         f"reduced, {setup.states.r} modes, tip within {error:.2g} mm on held-out paths",
     )
 
 
-class Plant:
-    """Steps a simulator at the control rate under the actuation that arrived last."""
+class SimulatedDriver:
+    """A simulated robot as a driver: each reading comes after a period of simulation."""
 
-    def __init__(
-        self, robot: Robot, warm: Warm, session: zenoh.Session, settings: PlantSettings
-    ) -> None:
-        """Declare subscriber and publishers.
+    def __init__(self, robot: Robot, warm: Warm, settings: PlantSettings) -> None:
+        """Start where the simulation is.
 
         Args:
             robot: that is simulated.
             warm: the simulation at its start.
-            session: open Zenoh session.
             settings: of the plant.
         """
-        keys = Keys(robot.name)
-        self._robot = robot
-        self._driven, self._simulator, self._fields = (
-            warm.driven,
-            warm.driven.simulator,
-            warm.fields,
-        )
-        # only the latest actuation is used
-        self._source = session.declare_subscriber(keys.actuation, zenoh.handlers.RingChannel(1))
-        self._state = Publisher(session, keys.plant_state, JOINTS)
-        names, kinds = robot.effector_names, robot.effector_layout.kinds
-        groups = [keys.plant_effectors(names)] + [keys.measurements(names)] * settings.measure
-        self._effectors = [
-            [
-                Publisher(session, key, MESSAGE_TYPES[kind])
-                for key, kind in zip(group, kinds, strict=True)
-            ]
-            for group in groups
-        ]
-        self._gap = Publisher(session, keys.plant_gap, FLOAT)
-        self._health = Publisher(session, keys.plant_health, HEALTH, urgent=False)
+        self._driven, self._simulator = warm.driven, warm.driven.simulator
         self._kind = settings.steps
-        self._drive = settings.drive
+        self._facts = {"drive": settings.drive, "steps": settings.steps, **warm.fields}
         # what leads each actuator: efforts of those that a hold keeps by their effort
         self._by_force = robot.actuators.laws.held_by_force | (settings.drive == "tension")
-        self._position: Array = np.where(self._by_force, np.nan, 0.0)
-        self._effort: Array = np.where(self._by_force, 0.0, np.nan)
-        self._counts = MessageCounts()
-        self._step = Window()
+        zero = np.zeros(robot.n_a)
+        self.write(zero, zero)
         self._unconverged = 0
         self._resets = 0
-        self._next_health = 0.0
 
-    def run(self, stop: StopFlag) -> None:
-        """Step until a request to stop; steps that are late are skipped, not queued."""
-        clock = Clock(self._robot.h)
-        while not stop.requested:
-            clock.wait()
-            self._read_actuation()
-            begin = time.perf_counter()
-            self._advance()
-            self._step.add(time.perf_counter() - begin)
-            self._publish()
-            self._housekeeping(clock)
+    def configure(self, robot: RobotDescription, options: Mapping[str, str]) -> None:
+        """Nothing: a simulation is made from a model."""
 
-    def _read_actuation(self) -> None:
-        """Use the latest actuation, if it is valid."""
-        sample = self._source.try_recv()
-        if sample is None:
-            return
-        payload, names = payload_of(sample), self._robot.actuators.names
-        if isinstance(payload, Rejection):
-            self._counts.refuse(payload)
-            return
-        joints = decode_joints(payload, str(sample.encoding), names)
-        if isinstance(joints, Rejection):
-            self._counts.refuse(joints)
-            return
-        self._counts.accepted += 1
-        position, effort = np.array(joints.position), np.array(joints.effort)  # (n_a,)
+    def activate(self) -> None:
+        """Nothing: it moves under its loads from the start."""
+
+    def deactivate(self) -> None:
+        """Nothing: its winches hold what was written last."""
+
+    def write(self, position: Array, effort: Array) -> None:
+        """Follow an actuation from the next reading on."""
         self._position = np.where(self._by_force, np.nan, position)
         self._effort = np.where(self._by_force, effort, np.nan)
 
+    def read(self) -> Measured:
+        """The robot after another period."""
+        self._advance()
+        simulator = self._simulator
+        counts = {"unconverged": self._unconverged, "resets": self._resets}
+        return Measured(
+            simulator.position,
+            simulator.effort,
+            simulator.effector_values,
+            float(simulator.gaps.min(initial=np.inf)),
+            {name: str(count) for name, count in counts.items()} | self._facts,
+            ", ".join(f"{count} {name}" for name, count in counts.items() if count),
+        )
+
     def _advance(self) -> None:
-        """One step; a simulation that blows up starts again."""
+        """One period; a simulation that blows up starts again."""
         try:
             if self._kind == "own":
                 report = self._driven.move(self._position, self._effort)
@@ -232,42 +179,6 @@ class Plant:
             log.error("the simulation has blown up and starts again: %s", error)
             self._driven.reset()
             self._resets += 1
-
-    def _publish(self) -> None:
-        robot, simulator, stamp = self._robot, self._simulator, time.time_ns()
-        layout, values = robot.effector_layout, simulator.effector_values
-        for i, (kind, name) in enumerate(zip(layout.kinds, layout.names, strict=True)):
-            own = tuple(values[layout.values_of(i)].tolist())
-            payload = encode_effector(kind, name, EffectorMessage(stamp, robot.frame, own))
-            for publishers in self._effectors:
-                publishers[i].put(payload)
-        position, effort = tuple(simulator.position.tolist()), tuple(simulator.effort.tolist())
-        joints = Joints(stamp, robot.frame, robot.actuators.names, position, effort)
-        self._state.put(encode_joints(joints))
-        self._gap.put(encode_float(float(simulator.gaps.min(initial=np.inf))))
-
-    def _housekeeping(self, clock: Clock) -> None:
-        now = time.monotonic()
-        if now < self._next_health:
-            return
-        self._next_health = now + _HEALTH_PERIOD
-        counts = {
-            "skipped": clock.skipped,
-            "unconverged": self._unconverged,
-            "resets": self._resets,
-        }
-        loop = Diagnostic(
-            "plant",
-            Level.WARN if any(counts.values()) else Level.OK,
-            ", ".join(f"{count} {name}" for name, count in counts.items()),
-            {key: str(count) for key, count in counts.items()}
-            | self._step.entries("step_ms", 1e3)
-            | {"drive": self._drive, "steps": self._kind}
-            | self._fields,
-        )
-        diagnostics = [loop, self._counts.diagnostic("actuation")]
-        self._health.put(encode_health(time.time_ns(), self._robot.name, diagnostics))
-        gc.collect()
 
 
 def warm_simulator(robot: Robot, settings: PlantSettings) -> tuple[Simulator, float]:
@@ -339,12 +250,12 @@ def quick_enough(robot: Robot) -> bool:
 
 
 def simulate(
-    robot: Robot, network: Network, settings: PlantSettings, stop: StopFlag, model: str = "full"
+    setup: Setup, network: Network, settings: PlantSettings, stop: StopFlag, model: str = "full"
 ) -> None:
     """Simulate a robot until a request to stop.
 
     Args:
-        robot: that is simulated.
+        setup: of the robot that is simulated.
         network: ports or configuration.
         settings: of the plant.
         stop: ends the plant, before its loop runs at once.
@@ -354,6 +265,7 @@ def simulate(
         NetworkError: no session.
         RobotFileError: time steps of this length lead to no state.
     """
+    robot = setup.robot
     with ExitStack() as stack:
         stack.enter_context(one_blas_thread())
         with stop.interruptible():
@@ -361,10 +273,5 @@ def simulate(
             typestore()
         session = open_session(network, Role.PLANT, robot.name)
         stack.callback(session.close)
-        plant = Plant(robot, warm, session, settings)
-        stack.enter_context(manual_garbage_collection())
-        # the last before the loop: who waits for the plant starts to move the model
-        token = session.liveliness().declare_token(Keys(robot.name).plant_token)
-        stack.callback(token.undeclare)
-        log.info("simulating %s at %g Hz", robot.name, 1.0 / robot.h)
-        plant.run(stop)
+        driver = SimulatedDriver(robot, warm, settings)
+        run_driver(session, describe(setup), driver, settings.measure, stop)

@@ -11,11 +11,11 @@ import numpy as np
 import viser
 
 from tauten.model.numerics import Array
-from tauten.service.frames import LARGEST_SCALAR, LEAST_SCALAR, RobotLook, places_of
+from tauten.service.frames import LARGEST_SCALAR, LEAST_SCALAR, RobotLook
 from tauten.service.view.charts import Charts
 from tauten.service.view.legend import legend_html
 from tauten.service.view.words import Words
-from tauten.service.wire import DescribedEffector
+from tauten.service.wire import DescribedEffector, places_of
 
 SPEEDS = {"1": 1.0, "1/2": 0.5, "1/4": 0.25, "1/10": 0.1}
 _SLOWEST, _FASTEST = 1.0, 500.0  # mm/s of the target along waypoints

@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from tauten.model import Floats, PushingContacts
 from tauten.model.numerics import Array
-from tauten.service.frames import RobotLook, ViewFrame, places_of
+from tauten.service.frames import RobotLook, ViewFrame
 from tauten.service.view.actuators import drawings_of
+from tauten.service.wire import places_of
 
 _SILICONE = (140, 160, 185)
 TARGET, EFFECTOR, CONTACT, WAYPOINT, GHOST, GRAVITY = (

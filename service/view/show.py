@@ -11,7 +11,7 @@ from pathlib import Path
 from tauten.model.constraints import ConstrainedRobot
 from tauten.model.tetra import TetRobot
 from tauten.reduction.state import ReducedRobot
-from tauten.service.frames import RecordedRobot, ServedRobot, SimulatedRobot, ViewFrame, places_of
+from tauten.service.frames import RecordedRobot, ServedRobot, SimulatedRobot, ViewFrame
 from tauten.service.link import node_of
 from tauten.service.plant import PathError, PathSettings, TargetPath, make_path, plant_robot
 from tauten.service.process import StopFlag, one_blas_thread
@@ -20,7 +20,7 @@ from tauten.service.view.export import write_html
 from tauten.service.view.playback import PlaybackSession
 from tauten.service.view.server import FIRST_PORT, HOST, open_server
 from tauten.service.view.session import FRAMES, ViewSession, ViewUsage
-from tauten.service.wire import Network
+from tauten.service.wire import Network, places_of
 
 log = logging.getLogger(__name__)
 
@@ -121,9 +121,9 @@ def simulated(
     plant, order = plant_robot(simulation.robot, None, simulation.model, simulation.young_scale)
     path = None
     if simulation.path is not None:
-        path = make_path(simulation.path, plant, PathSettings(repeats=True))
+        path = make_path(simulation.path, plant.robot, PathSettings(repeats=True))
     file = Path(simulation.robot)
-    full = plant.full if isinstance(plant, ReducedRobot) else plant
+    full = plant.robot.full if isinstance(plant.robot, ReducedRobot) else plant.robot
     own = file.suffix == ".toml" and isinstance(full, TetRobot | ConstrainedRobot)
     return SimulatedRobot(setup, plant, order), path, file if own else None
 

@@ -39,6 +39,7 @@ from tauten.service.wire.description import (
     RobotDescription,
     RunDescription,
     first_fault,
+    places_of,
     read_description,
 )
 from tauten.service.wire.effector_messages import (
@@ -173,6 +174,7 @@ __all__ = [
     "open_session",
     "payload_format",
     "payload_of",
+    "places_of",
     "quoted",
     "point_json",
     "reach_of",

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import base64
 import binascii
+import itertools
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal, Self
 
@@ -300,6 +301,12 @@ class RobotDescription(RunDescription):
             "health": {"key": keys.health, "type": HEALTH},
         }
         return found
+
+
+def places_of(effectors: tuple[DescribedEffector, ...]) -> list[slice]:
+    """Where the goal values of each effector are among those of all."""
+    ends = np.cumsum([0, *(VALUES[one.kind] for one in effectors)]).tolist()
+    return [slice(first, end) for first, end in itertools.pairwise(ends)]
 
 
 def read_description(robot: str, payload: bytes) -> RobotDescription:

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 @pytest.fixture(scope="module")
 def shown(beam_file: Path, beam: Robot) -> Iterator[Shown]:
     """The small robot, simulated; it follows."""
-    with showing(SimulatedRobot(load_setup(beam_file), beam)) as found:
+    with showing(SimulatedRobot(load_setup(beam_file), load_setup(beam_file))) as found:
         yield found
 
 

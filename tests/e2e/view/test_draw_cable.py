@@ -20,7 +20,7 @@ def test_a_cable_is_drawn_by_clicks_and_saved(beam_file: Path, beam: Robot, tmp_
     file = Path(shutil.copytree(beam_file.parent, tmp_path / "own")) / beam_file.name
     text = file.read_text(encoding="utf-8")
     with (
-        showing(SimulatedRobot(load_setup(file), beam), file) as shown,
+        showing(SimulatedRobot(load_setup(file), load_setup(file)), file) as shown,
         page_of(shown.origin, "Operate") as page,
     ):
         camera = shown.server.initial_camera

@@ -38,7 +38,7 @@ NEAR = (0.1, 0.01, 0.013)  # 3 mm above the tip at rest
 @pytest.fixture
 def shown(beam_file: Path, beam: Robot) -> Iterator[Shown]:
     """The small robot, simulated; not armed."""
-    with showing(SimulatedRobot(load_setup(beam_file), beam)) as found:
+    with showing(SimulatedRobot(load_setup(beam_file), load_setup(beam_file))) as found:
         yield found
 
 
@@ -131,7 +131,10 @@ def test_what_is_no_click_is_refused(shown: Shown, change: dict[str, object]) ->
 def test_clicks_draw_only_where_it_is_allowed(beam_file: Path, beam: Robot, tmp_path: Path) -> None:
     file = Path(shutil.copytree(beam_file.parent, tmp_path / "own")) / beam_file.name
     text = file.read_bytes()
-    with showing(SimulatedRobot(load_setup(file), beam), file) as shown, browser(shown) as page:
+    with (
+        showing(SimulatedRobot(load_setup(file), load_setup(file)), file) as shown,
+        browser(shown) as page,
+    ):
         cable, panel = shown.session.cable, shown.session._panel
         assert cable is not None and panel._drawing is not None
         before = shown.session.newest

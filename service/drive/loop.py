@@ -1,0 +1,255 @@
+"""The loop of a driver: actuation from the node to the driver, what it measures to the network.
+
+What arrives is checked again: only finite values of this robot's actuators reach a driver, clipped to the
+limits of the description. When no actuation arrives for `SILENCE` periods, the driver is deactivated until
+one does.
+"""
+
+from __future__ import annotations
+
+import gc
+import logging
+import time
+from collections.abc import Mapping
+
+import numpy as np
+import zenoh
+
+from tauten.service.drive.driver import Driver, Measured
+from tauten.service.node import Clock
+from tauten.service.process import StopFlag, manual_garbage_collection
+from tauten.service.wire import (
+    FLOAT,
+    HEALTH,
+    JOINTS,
+    MESSAGE_TYPES,
+    Diagnostic,
+    EffectorMessage,
+    Joints,
+    Keys,
+    Level,
+    MessageCounts,
+    Network,
+    Publisher,
+    Rejection,
+    RobotDescription,
+    Role,
+    Window,
+    ask_description,
+    decode_joints,
+    encode_effector,
+    encode_float,
+    encode_health,
+    encode_joints,
+    open_session,
+    payload_of,
+    places_of,
+    typestore,
+    wait_for,
+)
+
+log = logging.getLogger(__name__)
+
+SILENCE = 10  # periods without an actuation, after which a driver is deactivated
+_LEAST_SILENCE = 0.2  # s
+_HEALTH_PERIOD = 1.0  # s
+
+
+class DriveLoop:
+    """Runs a configured driver at the control rate.
+
+    Attributes:
+        active: whether the driver follows.
+    """
+
+    def __init__(
+        self, session: zenoh.Session, robot: RobotDescription, driver: Driver, measure: bool
+    ) -> None:
+        """Declare subscriber and publishers.
+
+        Args:
+            session: open Zenoh session.
+            robot: that is driven.
+            driver: configured.
+            measure: whether effectors are also published as measurements, which correct a closed loop.
+        """
+        keys, names = Keys(robot.name), robot.effector_names
+        self._robot, self._driver = robot, driver
+        self._names = tuple(one.name for one in robot.actuators)
+        self._places = places_of(robot.effectors)
+        limits = np.array([(one.position, one.effort) for one in robot.actuators])  # (n_a, 2, 2)
+        self._position_limits, self._effort_limits = limits[:, 0].T, limits[:, 1].T
+        # only the latest actuation is used
+        self._source = session.declare_subscriber(keys.actuation, zenoh.handlers.RingChannel(1))
+        self._state = Publisher(session, keys.plant_state, JOINTS)
+        groups = [keys.plant_effectors(names)] + [keys.measurements(names)] * measure
+        self._effectors = [
+            [Publisher(session, group[i], MESSAGE_TYPES[one.kind]) for group in groups]
+            for i, one in enumerate(robot.effectors)
+        ]
+        self._gap = Publisher(session, keys.plant_gap, FLOAT)
+        self._health = Publisher(session, keys.plant_health, HEALTH, urgent=False)
+        self._counts, self._step = MessageCounts(), Window()
+        self._silence = max(SILENCE / robot.rate, _LEAST_SILENCE)  # s
+        self._heard = 0.0  # monotonic time of the last actuation [s]
+        self._next_health = 0.0
+        self.active = False
+
+    def run(self, stop: StopFlag) -> None:
+        """Run until a request to stop, then deactivate; periods that are late are skipped, not queued.
+
+        Args:
+            stop: ends the loop.
+
+        Raises:
+            DriverError: the hardware fails.
+        """
+        clock = Clock(1.0 / self._robot.rate)
+        try:
+            while not stop.requested:
+                clock.wait()
+                self.tick(clock)
+        finally:
+            self._pause("the loop has ended")
+
+    def tick(self, clock: Clock) -> None:
+        """One period.
+
+        Args:
+            clock: whose misses health reports.
+
+        Raises:
+            DriverError: the hardware fails.
+        """
+        actuation = self._read_actuation()
+        begin = time.perf_counter()
+        if actuation is not None:
+            if not self.active:
+                self._driver.activate()
+                self.active = True
+            self._driver.write(
+                np.clip(np.array(actuation.position), *self._position_limits),
+                np.clip(np.array(actuation.effort), *self._effort_limits),
+            )
+            self._heard = time.monotonic()
+        elif self.active and time.monotonic() - self._heard > self._silence:
+            self._pause(f"no actuation for {self._silence:g} s")
+        measured = self._driver.read()
+        self._step.add(time.perf_counter() - begin)
+        self._publish(measured)
+        self._report(clock, measured)
+
+    def _pause(self, why: str) -> None:
+        if self.active:
+            self.active = False
+            log.warning("%s: the driver of %s is deactivated", why, self._robot.name)
+            self._driver.deactivate()
+
+    def _read_actuation(self) -> Joints | None:
+        """The latest actuation, if one has arrived that is valid."""
+        sample = self._source.try_recv()
+        if sample is None:
+            return None
+        payload = payload_of(sample)
+        if not isinstance(payload, Rejection):
+            joints = decode_joints(payload, str(sample.encoding), self._names)
+            if not isinstance(joints, Rejection):
+                self._counts.accepted += 1
+                return joints
+            payload = joints
+        self._counts.refuse(payload)
+        return None
+
+    def _publish(self, measured: Measured) -> None:
+        """What is measured; values that are not finite leave out positions, efforts, or an effector."""
+        robot, stamp = self._robot, time.time_ns()
+        if measured.effectors is not None:
+            for one, place, publishers in zip(
+                robot.effectors, self._places, self._effectors, strict=True
+            ):
+                own = measured.effectors[place]
+                if np.isfinite(own).all():
+                    message = EffectorMessage(stamp, robot.frame, tuple(own.tolist()))
+                    payload = encode_effector(one.kind, one.name, message)
+                    for publisher in publishers:
+                        publisher.put(payload)
+        position, effort = (
+            tuple(values.tolist()) if np.isfinite(values).all() else ()
+            for values in (measured.position, measured.effort)
+        )
+        self._state.put(encode_joints(Joints(stamp, robot.frame, self._names, position, effort)))
+        if measured.gap is not None:
+            self._gap.put(encode_float(measured.gap))
+
+    def _report(self, clock: Clock, measured: Measured) -> None:
+        """Health, and garbage, once a second."""
+        now = time.monotonic()
+        if now < self._next_health:
+            return
+        self._next_health = now + _HEALTH_PERIOD
+        warning = f", {measured.warning}" if measured.warning else ""
+        loop = Diagnostic(
+            "plant",
+            Level.WARN if clock.skipped or warning else Level.OK,
+            f"{'active' if self.active else 'not active'}, {clock.skipped} skipped{warning}",
+            {"active": str(self.active).lower(), "skipped": str(clock.skipped)}
+            | self._step.entries("step_ms", 1e3)
+            | dict(measured.facts),
+        )
+        diagnostics = [loop, self._counts.diagnostic("actuation")]
+        self._health.put(encode_health(time.time_ns(), self._robot.name, diagnostics))
+        gc.collect()
+
+
+def run_driver(
+    session: zenoh.Session, robot: RobotDescription, driver: Driver, measure: bool, stop: StopFlag
+) -> None:
+    """Announce the robot and run its driver until a request to stop.
+
+    Args:
+        session: open Zenoh session.
+        robot: that is driven.
+        driver: configured.
+        measure: as of `DriveLoop`.
+        stop: ends it.
+
+    Raises:
+        DriverError: the hardware fails.
+    """
+    loop = DriveLoop(session, robot, driver, measure)
+    with manual_garbage_collection():
+        # the last before the loop: who waits for the plant starts to move the model
+        token = session.liveliness().declare_token(Keys(robot.name).plant_token)
+        try:
+            log.info("driving %s at %g Hz", robot.name, robot.rate)
+            loop.run(stop)
+        finally:
+            token.undeclare()  # type: ignore[no-untyped-call]
+
+
+def drive(
+    robot: str, driver: Driver, options: Mapping[str, str], network: Network, stop: StopFlag
+) -> None:
+    """Run a driver beside the node that serves a robot, once that is alive.
+
+    Args:
+        robot: name.
+        driver: of its hardware.
+        options: of the driver.
+        network: ports or configuration.
+        stop: ends it.
+
+    Raises:
+        NetworkError: no session, or no description.
+        DriverError: the hardware cannot be used, or fails.
+    """
+    session, keys = open_session(network, Role.PLANT, robot), Keys(robot)
+    try:
+        if not wait_for(session, keys.token, stop):
+            return
+        description = ask_description(session, keys)
+        driver.configure(description, options)
+        typestore()
+        run_driver(session, description, driver, True, stop)
+    finally:
+        session.close()  # type: ignore[no-untyped-call]

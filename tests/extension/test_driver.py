@@ -1,0 +1,186 @@
+"""The driver of docs/extend.md beside a node: a serial line, with a motor board at its other end."""
+
+from __future__ import annotations
+
+import os
+import pty
+import threading
+import time
+import tty
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+import zenoh
+from support.processes import run_main
+
+from tauten.service.describing import describe
+from tauten.service.drive import Driver, DriverError, drive, make_driver
+from tauten.service.plant import free_ports
+from tauten.service.process import StopFlag
+from tauten.service.setup import load_setup
+from tauten.service.wire import (
+    CDR,
+    JOINTS,
+    Joints,
+    Keys,
+    Network,
+    RobotDescription,
+    Role,
+    decode_health,
+    encode_joints,
+    from_cdr,
+    open_session,
+)
+
+PATIENCE = 10.0  # s
+KEYS = Keys("beam")
+
+
+@dataclass
+class Board:
+    """A motor board: it follows positions in micrometres while it is on, and answers where it is."""
+
+    line: int
+    device: str
+    on: bool = False
+    orders: list[str] = field(default_factory=list)
+    position: str = "0 0"
+    lines: list[str] = field(default_factory=list)
+
+    def run(self) -> None:
+        """Until the line is closed."""
+        text = b""
+        while True:
+            try:
+                text += os.read(self.line, 4096)
+            except OSError:
+                return
+            *whole, text = text.split(b"\n")
+            for line in whole:
+                self.obey(line.decode())
+
+    def obey(self, line: str) -> None:
+        """One line."""
+        if line == "?":
+            os.write(self.line, f"{self.position}\n".encode())
+        elif line in ("on", "off"):
+            self.on = line == "on"
+            self.orders.append(line)
+        elif self.on:
+            self.position = line
+            self.lines.append(line)
+
+
+@pytest.fixture
+def board() -> Iterator[Board]:
+    line, device = pty.openpty()
+    tty.setraw(device)
+    found = Board(line, os.ttyname(device))
+    thread = threading.Thread(target=found.run, daemon=True)
+    thread.start()
+    yield found
+    os.close(device)
+    os.close(line)
+    thread.join(PATIENCE)
+
+
+@contextmanager
+def node(robot: RobotDescription, port: int) -> Iterator[zenoh.Session]:
+    """A session that answers as the node of a robot does."""
+    session = open_session(Network(port), Role.NODE, robot.name)
+    answer = robot.as_json().encode()
+    questions = session.declare_queryable(
+        KEYS.description, lambda query: query.reply(KEYS.description, answer)
+    )
+    token = session.liveliness().declare_token(KEYS.token)
+    try:
+        yield session
+    finally:
+        token.undeclare()  # type: ignore[no-untyped-call]
+        questions.undeclare()  # type: ignore[no-untyped-call]
+        session.close()  # type: ignore[no-untyped-call]
+
+
+def wait(what: Callable[[], bool]) -> None:
+    """Until something is so."""
+    end = time.monotonic() + PATIENCE
+    while not what():
+        assert time.monotonic() < end
+        time.sleep(0.01)
+
+
+def test_a_driver_follows_within_limits_and_stops_without_actuation(
+    package: ModuleType, beam_file: Path, board: Board
+) -> None:
+    robot, stop = describe(load_setup(beam_file)), StopFlag()
+    port, names = free_ports(), ("lower", "upper")
+    driver: Driver = make_driver("winches")
+    with node(robot, port) as session:
+        state = session.declare_subscriber(KEYS.plant_state, zenoh.handlers.RingChannel(1))
+        health = session.declare_subscriber(KEYS.plant_health, zenoh.handlers.RingChannel(100))
+        arguments = ("beam", driver, {"device": board.device}, Network(port), stop)
+        driving = threading.Thread(target=drive, args=arguments)
+        driving.start()
+
+        def follow(lower: float, upper: float, shown: str) -> None:
+            """Publish an actuation as a node does until the board has it."""
+
+            def arrived() -> bool:
+                joints = Joints(time.time_ns(), robot.frame, names, (lower, upper), (1.0, 0.0))
+                session.put(KEYS.actuation, encode_joints(joints), encoding=CDR)
+                return bool(board.lines) and board.lines[-1] == shown
+
+            wait(arrived)
+
+        follow(0.001, 0.0, "1000 0")
+        assert board.orders == ["on"]
+        follow(0.5, -1.0, "20000 0")  # the robot's limits
+        wait(lambda: _position(state) == pytest.approx([0.02, 0.0]))
+        session.put(KEYS.actuation, b"nonsense", encoding=CDR)
+        wait(lambda: board.orders == ["on", "off"])  # nothing arrives any more
+        follow(0.002, 0.001, "2000 1000")
+        assert board.orders == ["on", "off", "on"]
+        wait(lambda: _refused(health) > 0)
+        stop.request()
+        driving.join(PATIENCE)
+        assert not driving.is_alive()
+    assert board.orders == ["on", "off", "on", "off"]
+    assert not board.on
+    driver._line.close()  # type: ignore[attr-defined]  # which the end of the process does
+
+
+def _position(state: zenoh.Subscriber) -> list[float]:  # type: ignore[type-arg]
+    """Measured positions; the board does not measure efforts."""
+    sample = state.try_recv()
+    if sample is None:
+        return []
+    message = from_cdr(JOINTS, sample.payload.to_bytes())
+    assert list(message.name) == ["lower", "upper"]
+    assert list(message.effort) == []
+    return list(message.position)
+
+
+def _refused(health: zenoh.Subscriber) -> int:  # type: ignore[type-arg]
+    sample = health.try_recv()
+    found = {} if sample is None else decode_health(sample.payload.to_bytes())
+    if not isinstance(found, dict) or "actuation" not in found:
+        return 0
+    return int(found["actuation"].values["refused"])
+
+
+def test_a_driver_says_what_it_needs(package: ModuleType, beam_file: Path) -> None:
+    with pytest.raises(DriverError, match="--option device=/dev/ttyUSB0"):
+        make_driver("winches").configure(describe(load_setup(beam_file)), {})
+
+
+def test_the_command_names_what_is_installed(
+    package: ModuleType, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run_main("drive", "beam", "--driver", "none") == 2
+    assert "no driver 'none'; installed packages have: winches" in capsys.readouterr().err
+    assert run_main("drive", "beam", "--driver", "winches", "--option", "device") == 2
+    assert "--option device: expected NAME=VALUE" in capsys.readouterr().err.replace("\n", " ")
