@@ -6,7 +6,7 @@ import hashlib
 import logging
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Literal, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from tauten.model.schema import Changes, read_toml, validated
 from tauten.reduction import ContactBasis
 from tauten.reduction.contact import SUFFIX as BASIS
 from tauten.reduction.state import SUFFIX as STATES
-from tauten.reduction.state import StateBasis, reduced_robot
+from tauten.reduction.state import ReducedRobot, StateBasis, reduced_robot
 from tauten.service.check import mesh_error_text
 from tauten.service.settings import (
     ModelSettings,
@@ -48,6 +48,7 @@ class Setup:
         model: settings of the model that decides.
         service: settings of the node.
         states: state basis of the reduced model; None with the full one.
+        reduced: the robot, where it is a reduced model.
         start: whether the model starts from the equilibrium under its loads with the actuators at rest, or
             from rest, undeformed.
     """
@@ -60,6 +61,7 @@ class Setup:
     model: ModelSettings
     service: ServiceSettings
     states: StateBasis | None = None
+    reduced: ReducedRobot[Any] | None = None
     start: Start = "settled"
 
     def basis_digest(self) -> str:
@@ -120,7 +122,7 @@ def load_setup(
         return Setup(loaded, path, contact, name, controller, kind, service)
     states = load_states(loaded, path, kind, accept_error)
     reduced = reduced_robot(loaded, states)
-    return Setup(reduced, path, contact, name, controller, kind, service, states)
+    return Setup(reduced, path, contact, name, controller, kind, service, states, reduced)
 
 
 def interpolated(setup: Setup, delay: float) -> Setup:

@@ -20,14 +20,11 @@ FREQUENCIES = 3
 STEPS_A_PERIOD = 10.0  # below it implicit Euler damps most of the first vibration
 
 
-def body_findings(
-    robot: AnyRobot, alarm_distance: float, free: tuple[str, ...] = ()
-) -> Iterator[Finding]:
-    """Mass, sag under gravity, natural frequencies and, of tetrahedra, thin walls.
+def body_findings(robot: AnyRobot, free: tuple[str, ...] = ()) -> Iterator[Finding]:
+    """Mass, sag under gravity, natural frequencies.
 
     Args:
         robot: the robot.
-        alarm_distance: from which contact is looked for [m].
         free: names of the bodies that nothing needs to hold, by the robot file.
     """
     yield Finding("moving mass", "fine", f"{1e3 * robot.moving_mass:.4g} g")
@@ -36,8 +33,6 @@ def body_findings(
     else:
         yield sag(robot)
         yield vibration(robot)
-    if not isinstance(robot, BeamRobot):
-        yield thin_walls(robot, alarm_distance)
 
 
 def not_held(free: tuple[str, ...]) -> str:

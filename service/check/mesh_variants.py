@@ -10,14 +10,13 @@ from typing import Literal
 import numpy as np
 
 from tauten.model import Simulator, TetRobot
-from tauten.model.beams import BeamRobot
 from tauten.model.constraints import ConstrainedRobot
 from tauten.model.interface import Quantity
 from tauten.model.load import build_robot, read_bodies
 from tauten.model.schema import ElementName, RobotConfig
+from tauten.service.check.body_findings import AnyRobot
 
 AnyElement = ElementName | Literal["beam"]
-AnyRobot = TetRobot | ConstrainedRobot | BeamRobot
 
 TOLERANCE = 1e-6  # m; movement of the last step of an equilibrium
 
@@ -117,14 +116,18 @@ class VariantStates:
     failure: str = ""
 
 
-def make_loads(robot: AnyRobot, shares: tuple[float, ...]) -> tuple[Load, ...]:
+def make_loads(robot: AnyRobot, shares: tuple[float, ...], antagonists: bool) -> tuple[Load, ...]:
     """Every actuator alone at shares of its farthest position, in ascending order.
 
-    Arms made of beams have antagonists, against which the largest pull of a cable is far beyond its tension:
-    they are pulled to where shares of the largest tension take them while the other cables are slack.
+    Args:
+        robot: the robot.
+        shares: of the farthest position, or of the largest tension.
+        antagonists: whether cables pull against each other, as those of arms made of beams do. The largest
+            pull of one is far beyond its tension then: it is pulled to where shares of its largest tension
+            take it while the others are slack.
     """
     kinds = zip(robot.actuators.names, robot.actuators.kinds, strict=True)
-    if isinstance(robot, BeamRobot):
+    if antagonists:
         return tuple(
             Load(cable, name, share, position, kind.position)
             for cable, (name, kind) in enumerate(kinds)
@@ -138,7 +141,7 @@ def make_loads(robot: AnyRobot, shares: tuple[float, ...]) -> tuple[Load, ...]:
     )
 
 
-def tensioned(robot: BeamRobot, cable: int, shares: list[float]) -> Iterator[tuple[float, float]]:
+def tensioned(robot: AnyRobot, cable: int, shares: list[float]) -> Iterator[tuple[float, float]]:
     """Shares of a cable's largest tension with the pulled lengths they lead to, as far as they are found.
 
     Args:
@@ -186,12 +189,15 @@ def variant_robot(config: RobotConfig, path: Path, variant: Variant) -> TetRobot
     return build_robot(changed, read_bodies(changed, path, variant.refinements), str(path))
 
 
-def equilibria(robot: AnyRobot, loads: tuple[Load, ...]) -> Iterator[LoadedState]:
+def equilibria(
+    robot: AnyRobot, loads: tuple[Load, ...], antagonists: bool
+) -> Iterator[LoadedState]:
     """The robot at rest under each load.
 
     Args:
         robot: the robot.
         loads: in ascending order for each cable, which starts from rest.
+        antagonists: as of `make_loads`; the other cables are slack then.
     """
     simulator, cable = Simulator(robot, contact="full"), -1
     one_unit = bool((robot.actuators.groups == 0).all())
@@ -200,8 +206,7 @@ def equilibria(robot: AnyRobot, loads: tuple[Load, ...]) -> Iterator[LoadedState
         if load.cable != cable:
             simulator.reset()
             cable = load.cable
-        slack = isinstance(robot, BeamRobot)
-        position = robot.limits.position_min.copy() if slack else np.zeros(robot.n_a)
+        position = robot.limits.position_min.copy() if antagonists else np.zeros(robot.n_a)
         position[cable] = load.position
         converged = simulator.settle(position=position, tolerance=TOLERANCE).converged
         yield LoadedState(

@@ -8,19 +8,17 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from tauten.model import MeshError, RobotFileError, TetRobot, load_robot
+from tauten.model import MeshError, Robot, RobotFileError, load_robot
 from tauten.model.beams import BeamRobot
-from tauten.model.constraints import ConstrainedRobot
 from tauten.model.load import build_bodies, read_bodies, robot_path
 from tauten.model.mesh import read_unchecked_mesh
 from tauten.model.schema import RobotConfig, model_tables, read_toml, validated
-from tauten.service.check.body_findings import body_findings, not_held
+from tauten.service.check.body_findings import AnyRobot, body_findings, not_held, thin_walls
 from tauten.service.check.chamber_findings import chamber_findings
 from tauten.service.check.findings import Finding, Level, worst
 from tauten.service.check.mesh_error import MeshErrorEstimate, estimate_error
 from tauten.service.check.mesh_findings import mesh_findings
 from tauten.service.check.mesh_variants import (
-    AnyRobot,
     LoadedState,
     Variant,
     VariantStates,
@@ -108,7 +106,8 @@ def check_robot(settings: CheckSettings, stop: StopFlag, progress: Progress) -> 
         findings += tuple(chamber_findings(config, path.parent))
         progress(0.02, "body")
         free = tuple(body.name for body in config.bodies if body.free)
-        findings += tuple(body_findings(robot, robot.contacts.alarm_distance, free))
+        findings += tuple(body_findings(robot, free))
+        findings += (thin_walls(robot, robot.contacts.alarm_distance),)
         progress(0.08, own.name)
         if free:
             findings += (Finding("error of the mesh", "fine", not_held(free)),)
@@ -137,7 +136,7 @@ def parts_of(config: RobotConfig, path: Path) -> tuple[RegionParts, ...]:
     return tuple(region_parts(config, bodies.selector))
 
 
-def selected(name_or_path: str) -> tuple[TetRobot | ConstrainedRobot, tuple[RegionParts, ...]]:
+def selected(name_or_path: str) -> tuple[Robot, tuple[RegionParts, ...]]:
     """A robot made of tetrahedra, and what the regions of its file select.
 
     Args:
@@ -147,11 +146,11 @@ def selected(name_or_path: str) -> tuple[TetRobot | ConstrainedRobot, tuple[Regi
         RobotFileError: it cannot be built, or is not made of tetrahedra.
         MeshError: its mesh cannot be used.
     """
-    path, robot = robot_path(name_or_path), load_robot(name_or_path)
-    if not isinstance(robot, TetRobot | ConstrainedRobot):
+    path = robot_path(name_or_path)
+    raw = model_tables(read_toml(path))
+    if "beams" in raw:
         raise RobotFileError(f"{path}: regions are drawn of robots made of tetrahedra only")
-    config = validated(RobotConfig, model_tables(read_toml(path)), path)
-    return robot, parts_of(config, path)
+    return load_robot(path), parts_of(validated(RobotConfig, raw, path), path)
 
 
 def check_beams(
@@ -168,7 +167,7 @@ def check_beams(
     robot = load_robot(path)
     assert isinstance(robot, BeamRobot)
     progress(0.1, "beams")
-    findings = tuple(body_findings(robot, 0.0))
+    findings = tuple(body_findings(robot))
     if not settings.shares:
         return RobotCheck(robot.name, findings, digest=robot.digest)
     variants = tuple(Variant("beam", count) for count in range(settings.refinements + 1))
@@ -206,7 +205,8 @@ def compare_meshes(
         stop: ends the search for an equilibrium; those found are compared.
         progress: called with the share of the work just done, and what comes next.
     """
-    loads = make_loads(robot, settings.shares)
+    antagonists = variants[0].element == "beam"
+    loads = make_loads(robot, settings.shares, antagonists)
     total = sum(variant.relative_cost for variant in variants) * len(loads)
     found: list[VariantStates] = []
     for variant in variants:
@@ -218,7 +218,7 @@ def compare_meshes(
             made = robot if variant == variants[0] else make(variant)
             nodes = made.n_nodes
             with suppress(Interrupted), stop.interruptible():
-                for state in equilibria(made, loads):
+                for state in equilibria(made, loads, antagonists):
                     states.append(state)
                     progress(0.9 * variant.relative_cost / total, variant.name)
         except Exception as error:  # whatever it is, the equilibria of the other meshes are kept

@@ -183,8 +183,8 @@ class FallBack:
 
 def make_fall_back(setup: Setup) -> FallBack | None:
     """The comparison of a setup's reduced model; None with the full one."""
-    robot = setup.robot
-    if not isinstance(robot, ReducedRobot):
+    robot = setup.reduced
+    if robot is None:
         return None
     settings, full = setup.model, None
     if settings.fall_back:

@@ -7,8 +7,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from tauten.model import TetRobot
-from tauten.model.constraints import ConstrainedRobot
+from tauten.model import Robot
 from tauten.model.numerics import Array
 from tauten.service.check import RegionParts
 from tauten.service.plots.body import Side, draw_body, frame
@@ -18,9 +17,7 @@ COLOUR = np.array([0.84, 0.37, 0.0])
 MOST_COLUMNS = 4
 
 
-def draw_regions(
-    robot: TetRobot | ConstrainedRobot, parts: tuple[RegionParts, ...], path: str | Path
-) -> None:
+def draw_regions(robot: Robot, parts: tuple[RegionParts, ...], path: str | Path) -> None:
     """Draw every region in a panel of its own: its triangles and nodes over a transparent body.
 
     Args:

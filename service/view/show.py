@@ -8,9 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from tauten.model.constraints import ConstrainedRobot
-from tauten.model.tetra import TetRobot
-from tauten.reduction.state import ReducedRobot
+from tauten.model.schema import read_toml
 from tauten.service.frames import RecordedRobot, ServedRobot, SimulatedRobot, ViewFrame
 from tauten.service.link import node_of
 from tauten.service.plant import PathError, PathSettings, TargetPath, make_path, plant_robot
@@ -123,8 +121,7 @@ def simulated(
     if simulation.path is not None:
         path = make_path(simulation.path, plant.robot, PathSettings(repeats=True))
     file = Path(simulation.robot)
-    full = plant.robot.full if isinstance(plant.robot, ReducedRobot) else plant.robot
-    own = file.suffix == ".toml" and isinstance(full, TetRobot | ConstrainedRobot)
+    own = file.suffix == ".toml" and "beams" not in read_toml(file)
     return SimulatedRobot(setup, plant, order), path, file if own else None
 
 
