@@ -94,7 +94,7 @@ class ActuatorParts:
             stations=self.stations,
             chambers=self.chambers,
             walls=points_at(self.chambers.used),
-            forces=make_forces(self.directions, points.at(x0)),
+            forces=make_forces(self.directions, [np.ones(1)] * len(self.directions), points.at(x0)),
             pushed=points,
             drives=no_drives(),
             coupling=None,

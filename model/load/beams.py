@@ -36,7 +36,7 @@ from tauten.model.interface import actuators_of, limits_of
 from tauten.model.load.beam_bodies import profile_of
 from tauten.model.load.contacts import contact_set
 from tauten.model.load.effectors import build_beam_effectors
-from tauten.model.mesh import point_selector
+from tauten.model.mesh import Selector, point_selector
 from tauten.model.numerics import Array, Bools, Ints, make_factorisation
 from tauten.model.points import (
     AttachedPoints,
@@ -87,8 +87,8 @@ def build_beam_robot(config: BeamConfig, structure: Structure, source: str) -> B
     body = build_beam_body(structure, profiles, material, source)
     fixed = fixed_beam_nodes(config, body, source)
     paths, stations = build_beam_cables(config, structure, body, int(fixed.argmax()), source)
-    forces, pushed = build_beam_forces(config, structure, body, source)
     selector = point_selector(body.nodes, config.named_regions(), source)
+    forces, pushed = build_beam_forces(config, structure, body, selector)
     effectors = build_beam_effectors(
         config.effectors, selector, partial(on_vertebra, structure, body)
     )
@@ -269,27 +269,33 @@ def build_beam_cables(
 
 
 def build_beam_forces(
-    config: BeamConfig, structure: Structure, body: BeamBody, source: str
+    config: BeamConfig, structure: Structure, body: BeamBody, selector: Selector
 ) -> tuple[ForceSet, AttachedPoints]:
-    """Forces on vertebrae, and the points that they act on.
+    """Forces on vertebrae or spread over nodes, and the points that they act on.
 
     Args:
         config: the robot file.
         structure: the structure file.
         body: the beams.
-        source: the robot file's path, for errors.
+        selector: of regions of the nodes.
     """
-    points, directions = [], [np.zeros((0, 3))]
+    points, shares, directions = [], [], [np.zeros((0, 3))]
     for item in config.forces:
-        what = f"{source}: forces.{item.name}.point"
-        if item.point is None:
-            raise RobotFileError(
-                f"{what}: a force on beams acts on a point of a vertebra; give the point, not a region"
-            )
-        points.append(on_vertebra(structure, body, [item.point], what, item.max_outside))
+        what = f"forces.{item.name}"
+        if item.point is not None:
+            where = f"{selector.source}: {what}.point"
+            found = on_vertebra(structure, body, [item.point], where, item.max_outside)
+            share = np.ones(1)
+        else:
+            assert item.region is not None
+            ids = np.flatnonzero(selector.select_nodes(item.region, f"{what}.region"))
+            found = attach_to_nodes(body.nodes, ids, body.nodes[ids])
+            share = body.mass[ids] / body.mass[ids].sum()
+        points.append(found)
+        shares.append(share)
         directions.append(np.array([item.direction]) / np.linalg.norm(item.direction))
     pushed = join_attached_points(points)
-    return make_forces(np.concatenate(directions), placed_at_rest(pushed, body)), pushed
+    return make_forces(np.concatenate(directions), shares, placed_at_rest(pushed, body)), pushed
 
 
 def placed_at_rest(points: AttachedPoints, body: BeamBody) -> Array:

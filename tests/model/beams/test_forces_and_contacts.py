@@ -16,7 +16,6 @@ from support.robots.short_arm import short_arm, write_short_arm
 from tauten.model import Simulator, State, load_robot
 from tauten.model.beams import BeamRobot, bar
 from tauten.model.numerics import Array
-from tauten.model.schema import RobotFileError
 
 L, THIN, E, NU = 1.0, 0.01, 1e9, 0.3
 SECTION = bar(2.0 * THIN, THIN)
@@ -111,13 +110,19 @@ def test_tangent_is_singular_where_a_force_on_a_rigid_mast_buckles_the_column(
     assert found == pytest.approx(EI * k**2, rel=2e-3)
 
 
-def test_force_needs_a_point(tmp_path: Path) -> None:
-    table = {k: v for k, v in push("push", [], [1.0, 0.0, 0.0]).items() if k != "point"}
-    table["region"] = {"kind": "all"}
-    with pytest.raises(
-        RobotFileError, match=r"forces\.push\.point: a force on beams acts on a point"
-    ):
-        column(tmp_path, 2, cables=[], forces=[table])
+def test_force_over_the_length_bends_a_cantilever(tmp_path: Path) -> None:
+    """By P L³ / 8 E I + P L / 2 κ G A at the tip, and by P L³ / 20 E I + P L / 3 κ G A on average."""
+    P = 1e-3
+    everywhere = push("push", [], [1.0, 0.0, 0.0]) | {"region": {"kind": "all"}}
+    del everywhere["point"]
+    robot = column(tmp_path, 16, cables=[], forces=[everywhere])
+    simulator = Simulator(robot, "none")
+    assert simulator.settle(effort=np.array([P]), tolerance=1e-12).converged
+    shear = P * L / (SECTION.shear_area[1] * E / (2.0 * (1.0 + NU)))
+    tip = P * L**3 / (8.0 * EI) + 0.5 * shear
+    assert simulator.effector[0, 0] == pytest.approx(tip, rel=4e-3)
+    mean = P * L**3 / (20.0 * EI) + shear / 3.0
+    assert robot.rows(simulator.state).actuators.delta[0] == pytest.approx(mean, rel=4e-3)
 
 
 def test_contact_of_a_surface_with_itself_is_that_of_its_parts(tmp_path: Path) -> None:
