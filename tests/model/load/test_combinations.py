@@ -26,6 +26,13 @@ def rows_of_the_page() -> list[list[str]]:
     return [[cell.strip() for cell in row] for row in rows[2:]]
 
 
+def options_of_the_page() -> dict[str, tuple[str, ...]]:
+    """The options of each axis in the list of the page."""
+    lines = PAGE.read_text(encoding="utf-8").splitlines()
+    items = [line.removeprefix("- ").split(": ") for line in lines if line.startswith("- ")]
+    return {axis: tuple(names.split(", ")) for axis, names in items}
+
+
 def refused_by_the_page() -> set[frozenset[str]]:
     """Pairs of options in the table; a cell with several stands for each of them."""
     cells = [[cell.split(", ") for cell in row[:2]] for row in rows_of_the_page()]
@@ -45,6 +52,7 @@ def take_a_step(robot: Robot) -> None:
 
 
 def test_the_table_names_options_and_is_short() -> None:
+    assert options_of_the_page() == OPTIONS
     rows = rows_of_the_page()
     assert 0 < len(rows) <= MOST
     for pair in refused_by_the_page():
