@@ -13,16 +13,17 @@ install_into() {
 warm() {
   # a short run of the finger and its plant compiles all that they need
   NUMBA_CACHE_DIR="$1/cache" OMP_NUM_THREADS=1 "$1/bin/python" - <<'PYTHON'
-from tauten.service.setup import load_setup, one_blas_thread, warm_controller
-from tauten.service.node.loop import ControlLoop
-from tauten.service.plant.plant import warm_simulator
+from tauten.model import one_blas_thread
+from tauten.service.node import ControlLoop
+from tauten.service.plant.plant import PlantSettings, warm_simulator
+from tauten.service.setup import load_setup, warm_controller
 
 setup = load_setup("finger")
 with one_blas_thread():
     ControlLoop(warm_controller(setup))
-    simulator = warm_simulator(setup.robot)
+    simulator, _ = warm_simulator(setup.robot, PlantSettings())
     for share in (0.25, 0.5, 0.75):
-        simulator.settle(pull=share * setup.robot.limits.pull_max, tolerance=1e-4)
+        simulator.settle(position=share * setup.robot.limits.position_max, tolerance=1e-4)
 PYTHON
   test -n "$(find "$1/cache" -name '*.nbi' -print -quit)"
 }

@@ -8,6 +8,7 @@ viser only what it has checked.
 |---|---|
 | a connection of another origin, or of none | a page of somebody else in the operator's browser |
 | messages of other types | tunnels (`ShareUrlRequest`), uploads, commands: the viewer uses none of them |
+| other fields than viser's, or of other types | viser would end the connection |
 | more than 16 kB, nested values, numbers that are not finite or beyond 1e6 | no correct message is so |
 | input of a further browser, except to stop and to hold | it looks on: the one connected longest operates |
 """
@@ -24,6 +25,7 @@ from contextlib import suppress
 from typing import Any
 
 import msgspec
+from viser._messages import Message
 from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed
 
@@ -39,16 +41,6 @@ _PING_INTERVAL, _SLICE = 0.4, 0.1  # s
 _SILENT, _GONE = 15, 100  # slices
 
 _CAMERA = "ViewerCameraMessage"
-_INPUT = frozenset(
-    {
-        "GuiUpdateMessage",
-        "TransformControlsUpdateMessage",
-        "TransformControlsDragStartMessage",
-        "TransformControlsDragEndMessage",
-        "FileTransferPartAck",
-        "ScenePointerMessage",
-    }
-)
 _MOST_TEXT = 200  # characters
 _MOST_VALUES = 32  # of a list or mapping
 _DEPTH = 4
@@ -69,6 +61,7 @@ class Guard:
         self._connections: list[ServerConnection] = []
         self._leaving: list[Callable[[], None]] = []
         self._for_all: Mapping[str, frozenset[bool | str]] = {}
+        self._takes: Callable[[str, object], bool] = lambda identifier, value: True
 
     def let_all(self, values: Mapping[str, frozenset[bool | str]]) -> None:
         """Let browsers that look on give inputs of the panel these values.
@@ -77,6 +70,14 @@ class Guard:
             values: what is allowed, by the identifier of the input.
         """
         self._for_all = values
+
+    def check_inputs(self, takes: Callable[[str, object], bool]) -> None:
+        """Let through only what inputs of the panel may get.
+
+        Args:
+            takes: whether an input, by its identifier, may get a value.
+        """
+        self._takes = takes
 
     @property
     def browsers(self) -> int:
@@ -144,6 +145,8 @@ class Guard:
             raw: the message.
         """
         reason = problem(raw)
+        if reason is None and not self._fits(raw):
+            reason = "wrong value"
         if reason is None and not self.operates(connection) and not self._is_for_all(raw):
             reason = "not the operator"
         if reason is None:
@@ -156,6 +159,13 @@ class Guard:
     def operates(self, connection: ServerConnection) -> bool:
         """Whether a browser operates: it has been connected longest."""
         return bool(self._connections) and self._connections[0] is connection
+
+    def _fits(self, raw: object) -> bool:
+        """Whether a correct message gives an input of the panel what it may get; other messages do."""
+        if message_type(raw) != "GuiUpdateMessage" or not isinstance(raw, bytes):
+            return True
+        content = msgspec.msgpack.decode(raw)
+        return all(self._takes(content["uuid"], value) for value in content["updates"].values())
 
     def _is_for_all(self, raw: object) -> bool:
         """Whether a correct message may come from a browser that looks on."""
@@ -219,13 +229,21 @@ def problem(raw: object) -> str | None:
     kind = message_type(raw)
     if not kind:
         return "not a message of viser"
-    if kind != _CAMERA and kind not in _INPUT:
+    if kind not in _SHAPES:
         return f"type {kind[:40]}"
     content = msgspec.msgpack.decode(raw)
     if not is_bounded(content, _DEPTH):
         return "values out of bounds"
-    shape = _SHAPES.get(kind)
-    return None if shape is None or shape(content) else "wrong fields"
+    return None if _SHAPES[kind](content) and _is_read(raw) else "wrong fields"
+
+
+def _is_read(raw: bytes) -> bool:
+    """Whether viser makes a message of it: where it cannot, it ends the connection."""
+    try:
+        Message.deserialize(raw)
+    except Exception:  # whatever fields of other names and types raise
+        return False
+    return True
 
 
 def is_bounded(value: object, depth: int) -> bool:
@@ -266,6 +284,17 @@ def _is_transform(content: dict[str, Any]) -> bool:
     )
 
 
+def _is_drag(content: dict[str, Any]) -> bool:
+    return isinstance(content.get("name"), str)
+
+
+def _is_receipt(content: dict[str, Any]) -> bool:
+    """Of a part of a file that the browser was sent."""
+    return isinstance(content.get("transfer_uuid"), str) and isinstance(
+        content.get("source_component_uuid"), str | None
+    )
+
+
 def _is_update(content: dict[str, Any]) -> bool:
     """Only the value of an input may change: no colour, no limit, no callback."""
     updates = content.get("updates")
@@ -279,17 +308,24 @@ def _is_update(content: dict[str, Any]) -> bool:
 def _is_click(content: dict[str, Any]) -> bool:
     return (
         content.get("event_type") == "click"
+        and isinstance(content.get("modifier"), str | None)
+        and isinstance(content.get("screen_pos"), list | tuple)
+        and all(_is_numbers(one, 2) for one in content["screen_pos"])
         and _is_numbers(content.get("ray_origin"), 3)
         and _is_numbers(content.get("ray_direction"), 3)
     )
 
 
 def _is_camera(content: dict[str, Any]) -> bool:
-    return _is_numbers(content.get("position"), 3) and _is_numbers(content.get("wxyz"), 4)
+    vectors = (content.get(name) for name in ("position", "look_at", "up_direction"))
+    return _is_numbers(content.get("wxyz"), 4) and all(_is_numbers(one, 3) for one in vectors)
 
 
 _SHAPES: dict[str, Callable[[dict[str, Any]], bool]] = {
     "TransformControlsUpdateMessage": _is_transform,
+    "TransformControlsDragStartMessage": _is_drag,
+    "TransformControlsDragEndMessage": _is_drag,
+    "FileTransferPartAck": _is_receipt,
     "GuiUpdateMessage": _is_update,
     "ScenePointerMessage": _is_click,
     _CAMERA: _is_camera,

@@ -47,6 +47,27 @@ class LoopbackServer(viser.ViserServer):
             if number in live and not live[number].operates
         }
 
+    def takes(self, identifier: str, value: object) -> bool:
+        """Whether an input of the panel may get a value, which is of the type of its present one.
+
+        Args:
+            identifier: of the input; one that is not there gets nothing.
+            value: from a browser.
+        """
+        handle = self.gui._gui_input_handle_from_uuid.get(identifier)
+        return handle is None or _alike(value, handle._impl.value)
+
+
+def _alike(value: object, present: object) -> bool:
+    if isinstance(present, bool) or isinstance(value, bool):
+        return isinstance(present, bool) and isinstance(value, bool)
+    if isinstance(present, int | float):
+        return isinstance(value, int | float)
+    if isinstance(present, list | tuple):
+        fits = isinstance(value, list | tuple) and len(value) == len(present)
+        return fits and all(map(_alike, value, present))
+    return isinstance(value, type(present))
+
 
 class LoopEvent(asyncio.Event):
     """An event that is set in a running loop only.
@@ -97,6 +118,7 @@ def open_server(port: int, label: str) -> Iterator[tuple[LoopbackServer, Guard]]
             server = LoopbackServer(HOST, listening.getsockname()[1], label=label, verbose=False)
     finally:
         websockets.asyncio.server.serve = serve  # type: ignore[misc]
+    guard.check_inputs(server.takes)
     messages = server._websock_server._broadcast_buffer
     before, messages.message_event = messages.message_event, LoopEvent()
     messages.event_loop.call_soon_threadsafe(before.set)  # who waits for it already

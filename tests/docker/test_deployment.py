@@ -38,6 +38,16 @@ def test_compose_fits_its_schema(compose: dict[str, Any]) -> None:
     assert not Draft201909Validator(schema).is_valid(broken)
 
 
+def test_the_program_that_compiles_the_images_kernels_runs() -> None:
+    """With the kernels of this machine; the whole step, into an empty cache, takes minutes."""
+    steps = (DOCKER / "build_steps.sh").read_text()
+    program = steps.split("<<'PYTHON'\n")[1].split("\nPYTHON\n")[0]
+    ended = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, timeout=300.0, check=False
+    )
+    assert ended.returncode == 0, ended.stderr
+
+
 def test_everything_that_compose_mentions_exists(compose: dict[str, Any]) -> None:
     for service in compose["services"].values():
         for kind in ("configs", "secrets"):
