@@ -64,8 +64,9 @@ def _alike(value: object, present: object) -> bool:
     if isinstance(present, int | float):
         return isinstance(value, int | float)
     if isinstance(present, list | tuple):
-        fits = isinstance(value, list | tuple) and len(value) == len(present)
-        return fits and all(map(_alike, value, present))
+        if not isinstance(value, list | tuple) or len(value) != len(present):
+            return False
+        return all(map(_alike, value, present))
     return isinstance(value, type(present))
 
 
