@@ -145,10 +145,10 @@ class Guard:
             raw: the message.
         """
         reason = problem(raw)
-        if reason is None and not self._fits(raw):
-            reason = "wrong value"
         if reason is None and not self.operates(connection) and not self._is_for_all(raw):
             reason = "not the operator"
+        if reason is None and not self._fits(raw):
+            reason = "wrong value"
         if reason is None:
             return True
         self.refused[reason] += 1
