@@ -51,7 +51,7 @@ ODD: tuple[Any, ...] = (
 @pytest.fixture
 def shown(beam_file: Path, beam: Robot) -> Iterator[Shown]:
     """The small robot, simulated."""
-    with showing(SimulatedRobot(load_setup(beam_file), beam)) as found:
+    with showing(SimulatedRobot(load_setup(beam_file), load_setup(beam_file))) as found:
         yield found
 
 
