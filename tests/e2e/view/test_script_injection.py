@@ -89,7 +89,7 @@ def shown(beam_file: Path, beam: Robot, payloads: tuple[str, ...]) -> Iterator[S
         def notes(self) -> tuple[str, ...]:
             return payloads
 
-    with showing(Talking(load_setup(beam_file), beam)) as found:
+    with showing(Talking(load_setup(beam_file), load_setup(beam_file))) as found:
         yield found
 
 

@@ -134,7 +134,7 @@ def test_hinges_in_modes_rest_where_the_full_robot_does(
     robot, q = equilibria
     body = reducible(robot)
     deviations = body.deviations(q)
-    modes = pod(without_own(body, deviations), body.weight, 30)
+    modes = pod(without_own(body, deviations), body.weight, 14)
     every = np.arange(body.n_elements)
     basis = basis_of(robot, with_own(body, modes.Phi), every, np.ones(len(every)))
     reduced = reduced_robot(robot, basis)
