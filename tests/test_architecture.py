@@ -69,6 +69,7 @@ ORDER = (
     "benchmarks.manipulator",
     "benchmarks.steps",
     "benchmarks.view",
+    "benchmarks.closed_loop",
     "benchmarks.tables",
     "benchmarks.plots",
     "benchmarks.commands",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import typer
 
+from benchmarks.commands.closed_loop import closed_loop
 from benchmarks.commands.contact import contact_basis, finger, manipulator
 from benchmarks.commands.mechanics import elements, energy, equilibria
 from benchmarks.commands.qpcc import qpcc
@@ -20,7 +21,7 @@ app = typer.Typer(
 app.callback()(log_options)
 _COMMANDS = (
     *(finger, manipulator, gallery, load_errors, sofa_meshes, qpcc, contact_basis),
-    *(elements, energy, equilibria, view),
+    *(elements, energy, equilibria, view, closed_loop),
 )
 for _command in _COMMANDS:
     app.command()(_command)

@@ -1,6 +1,7 @@
 """Numbers of benchmarks as tables."""
 
 from benchmarks.tables.arm import arm_page
+from benchmarks.tables.closed_loop import closed_loop_page
 from benchmarks.tables.contact_basis import by_method, contact_basis_page, pairs_of
 from benchmarks.tables.elements import element_page
 from benchmarks.tables.gallery import gallery_page, load_errors_page
@@ -12,6 +13,7 @@ from benchmarks.tables.view import view_page
 __all__ = [
     "arm_page",
     "by_method",
+    "closed_loop_page",
     "contact_basis_page",
     "control_page",
     "element_page",

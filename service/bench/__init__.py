@@ -1,15 +1,6 @@
 """Benchmarks of robots on this machine: steps, reduced models, the node, closed loops, rest at targets."""
 
-from tauten.service.bench.closed_loop import (
-    CaseRuns,
-    ClosedLoopBench,
-    ClosedLoopRunner,
-    ClosedLoopSettings,
-    bench_closed_loop,
-    planned,
-)
-from tauten.service.bench.closed_loop_cases import CASES, Case, make_cases
-from tauten.service.bench.closed_loop_run import Outcome, Trace, case_outcome, follow, settling
+from tauten.service.bench.closed_loop import ClosedLoopBench, bench_closed_loop
 from tauten.service.bench.comparison import (
     CompareError,
     Comparison,
@@ -17,6 +8,7 @@ from tauten.service.bench.comparison import (
     compare_equilibria,
     equilibrium,
 )
+from tauten.service.bench.following import Trace, follow, rms, warmed
 from tauten.service.bench.node import (
     Deadlines,
     NodeBench,
@@ -45,12 +37,7 @@ from tauten.service.bench.steps import (
 from tauten.service.bench.still import StillBench, StillRun, StillSettings, bench_still
 
 __all__ = [
-    "CASES",
-    "Case",
-    "CaseRuns",
     "ClosedLoopBench",
-    "ClosedLoopRunner",
-    "ClosedLoopSettings",
     "CompareError",
     "Comparison",
     "Deadlines",
@@ -58,7 +45,6 @@ __all__ = [
     "MeshCase",
     "NodeBench",
     "NodeBenchSettings",
-    "Outcome",
     "PathAccuracy",
     "ReducedBench",
     "ReducedCase",
@@ -77,18 +63,16 @@ __all__ = [
     "bench_reduced",
     "bench_steps",
     "bench_still",
-    "case_outcome",
     "compare_equilibria",
     "deadlines",
     "equilibrium",
     "follow",
     "forward_tips",
     "idle_loop",
-    "make_cases",
-    "planned",
-    "settling",
+    "rms",
     "sizes_of",
     "time_controller",
     "time_forward",
     "time_steps",
+    "warmed",
 ]

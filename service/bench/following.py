@@ -1,141 +1,134 @@
-"""How far a robot is from a target that moves, and what the distance of model and plant consists of.
+"""A controller that follows targets against the full-order robot, which has time steps of its own.
 
-A controller follows where the effector rests while the actuators go through their ranges, the path "reach",
-once within a period. The commands that left then drive the controller's model once more, with steps of a
-millisecond: from the model to it is the share of time, from it to the plant, which is of full order and has
-pointwise contact, that of reduction. The error of the mesh is in neither: `tauten check` measures it.
+Controller and plant run in this process in turns, in logical time: each tick is one period, however long its
+work takes, so positions do not depend on the machine and only times do. The measurement of a tick is used in
+the next.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from time import perf_counter
 
 import numpy as np
 
 from tauten.controller import Controller
-from tauten.model import Robot, Simulator
-from tauten.model.numerics import Array
-from tauten.service.bench.closed_loop_cases import Case
-from tauten.service.bench.closed_loop_run import Trace, follow, moved, rms
-from tauten.service.plant import DrivenRobot, PathError, PathSettings, make_path
-from tauten.service.replay import Spread, spread
+from tauten.model.numerics import Array, Bools, FactorisationError
+from tauten.service.node import LARGEST, ControlLoop, Feedback, Signals
+from tauten.service.plant import Drive, DrivenRobot
 from tauten.service.settings import ServiceSettings
 
-_REACH = 0.8  # of the range of each actuator
-_FINE = 1e-3  # s, steps of the reduced model that the controller's is compared with
+_WARM_UP = 12  # ticks
+_NEARBY = 0.01  # of the robot's size
 
 
 @dataclass(frozen=True, slots=True)
-class DistanceSize:
-    """Of a distance over a run: RMS and largest [mm]."""
-
-    rms_mm: float
-    max_mm: float
-
-
-@dataclass(frozen=True, slots=True)
-class Following:
-    """A run along the path, first effector.
+class Trace:
+    """A run, tick by tick.
 
     Attributes:
-        period_s: of the path.
-        target: the plant from its target.
-        own: the controller's model from it.
-        apart: the plant from the model.
-        time: the model from the same with fine steps, under what left.
-        reduction: these from the plant.
-        roughness: RMS of the second difference of efforts from tick to tick [N, Pa].
-        step_ms: of the whole control step.
-        unusable: decisions that could not be used.
+        effector: (s, 3) the plant's first effector [m].
+        error: (s,) largest distance of the plant's effectors from their targets; of rotations and volumes
+            in metres by the units of `EffectorLayout` [m].
+        position: (s, n_a) commanded [m].
+        effort: (s, n_a) commanded [N].
+        decide: (s,) time from target to actuation [s].
+        step: (s,) time of the whole control step [s].
+        touching: (s,) bool, the plant pushes against itself.
+        unusable: (s,) bool, the decision could not be used.
+        model: (s, 3) the controller's own first effector [m].
+        own: (s,) distance of the controller's effectors from their targets, as `error` [m].
     """
 
-    period_s: float
-    target: DistanceSize
-    own: DistanceSize
-    apart: DistanceSize
-    time: DistanceSize
-    reduction: DistanceSize
-    roughness: float
-    step_ms: Spread
-    unusable: int
+    effector: Array
+    error: Array
+    position: Array
+    effort: Array
+    decide: Array
+    step: Array
+    touching: Bools
+    unusable: Bools
+    model: Array
+    own: Array
 
 
-def path_case(robot: Robot, seconds: float) -> Case:
-    """Targets along the path, one a tick.
+def follow(
+    controller: Controller,
+    plant: DrivenRobot,
+    targets: Array,
+    settings: ServiceSettings | None = None,
+    closed: bool = False,
+    drive: Drive = "pull",
+) -> Trace:
+    """Follow targets from the start of controller and plant, both already warm.
 
     Args:
-        robot: with one effector.
-        seconds: of the path.
-
-    Raises:
-        PathError: there are several effectors, or no equilibria.
+        controller: decides.
+        plant: moves.
+        targets: (s, n_v) goal values, one row a period.
+        settings: of the closed loop and of `ControlLoop`; default: as `ControlLoop`.
+        closed: whether measurements correct the targets.
+        drive: what the plant obeys: "tension", efforts; "pull", positions, and efforts of actuators that a
+            hold keeps by these, as of pressure.
     """
-    if len(robot.effector_names) > 1:
-        raise PathError(
-            f"{robot.name} has {len(robot.effector_names)} effectors, the path of this benchmark is for one"
-        )
-    settings = PathSettings(fraction=_REACH, period=1.0)
-    path, ticks = make_path("reach", robot, settings), round(seconds / robot.h)
-    targets = np.array([path.at(number / ticks) for number in range(1, ticks + 1)])
-    return Case("reach", targets, 0)
+    controller.reset()
+    plant.reset()
+    robot, body = controller.robot, plant.simulator
+    loop = ControlLoop(controller, settings=settings)
+    loop.prepare()
+    settings = settings or ServiceSettings()
+    layout = robot.effector_layout
+    feedback = Feedback(layout, settings.feedback_gain, LARGEST * robot.size)
+    rows = []
+    for target in targets:
+        begin = perf_counter()
+        action = loop.tick(layout.moved(target, feedback.correction), Signals(target=True))
+        decide = perf_counter() - begin
+        sent = action.actuation
+        moved(plant, sent.position, sent.effort, drive)
+        begin = perf_counter()
+        loop.prepare()
+        step = decide + perf_counter() - begin
+        where = body.effector_values  # (n_v,)
+        usable = action.decided and sent.status.usable
+        touching = bool((body.lam_c > 0.0).any())
+        own = controller.effector[0], layout.error(controller.effector_values, target)
+        measured = body.effector[0], layout.error(where, target), sent.position, sent.effort
+        rows.append((*measured, decide, step, touching, not usable, *own))
+        if closed:
+            feedback.update(controller.effector_values, where, robot.h)
+    return Trace(*(np.array(column) for column in zip(*rows, strict=True)))
 
 
-def follow_path(
-    controller: Controller, plant: DrivenRobot, period: float, settings: ServiceSettings
-) -> Following:
-    """Follow the path once, in open loop, and divide the distance of model and plant.
+def warmed(controller: Controller, plant: DrivenRobot, settings: ServiceSettings) -> Controller:
+    """The controller after a few ticks towards a target nearby.
 
     Args:
-        controller: at its start.
-        plant: of full order.
-        period: of the path [s].
+        controller: to warm up.
+        plant: that it drives.
         settings: of the loop.
-
-    Raises:
-        PathError: as of `path_case`.
     """
-    case = path_case(controller.robot, period)
-    trace = follow(controller, plant, case, False, "pull", settings)
-    fine = fine_tips(controller, plant, trace)
-    return Following(
-        period_s=period,
-        target=size(trace.error),
-        own=size(trace.own),
-        apart=distance(trace.model, trace.effector),
-        time=distance(trace.model, fine),
-        reduction=distance(fine, trace.effector),
-        roughness=rms(np.diff(trace.effort, n=2, axis=0)),
-        step_ms=spread((1e3 * trace.step).tolist()),
-        unusable=trace.unusable,
-    )
+    goal = controller.shifted(_NEARBY * controller.robot.size)
+    follow(controller, plant, np.tile(goal, (_WARM_UP, 1)), settings)
+    return controller
 
 
-def fine_tips(controller: Controller, plant: DrivenRobot, trace: Trace) -> Array:
-    """First effector (s, 3) of the controller's model with fine steps under what left [m].
+def moved(plant: DrivenRobot, position: Array, effort: Array, drive: Drive = "pull") -> None:
+    """Move a plant by what left, as `tauten plant` does; back to its start where it diverges.
 
     Args:
-        controller: its robot and contact basis.
-        plant: of full order; a model of the same order takes its steps.
-        trace: the run.
+        plant: the plant.
+        position: (n_a,) positions.
+        effort: (n_a,) efforts.
+        drive: which it obeys, see `follow`.
     """
-    robot = controller.robot
-    steps = plant.steps
-    if robot.n < plant.simulator.robot.n:
-        steps = max(round(robot.h / _FINE), steps)
-    simulator = Simulator(robot, controller.space, controller.settings.enrichment)
-    simulator.settle_start()
-    driven, found = DrivenRobot(simulator, steps), []
-    for position, effort in zip(trace.position, trace.effort, strict=True):
-        moved(driven, position, effort, "pull")
-        found.append(simulator.effector[0])
-    return np.array(found)
+    by_force = plant.simulator.robot.actuators.laws.held_by_force | (drive == "tension")
+    try:
+        plant.move(np.where(by_force, np.nan, position), np.where(by_force, effort, np.nan))
+    except FactorisationError:
+        plant.reset()
 
 
-def size(metres: Array) -> DistanceSize:
-    """RMS and largest of distances (s,) [m]."""
-    return DistanceSize(1e3 * rms(metres), 1e3 * float(metres.max()))
-
-
-def distance(one: Array, other: Array) -> DistanceSize:
-    """Of positions (s, 3) from others [m]."""
-    return size(np.linalg.norm(one - other, axis=1))
+def rms(values: Array) -> float:
+    """Root of the mean square."""
+    return float(np.sqrt(np.mean(np.square(values))))

@@ -18,7 +18,7 @@ from tauten.service.plant.paths import (
     directions,
     make_path,
 )
-from tauten.service.plant.plant import PlantSettings, plant_robot, simulate, warm_plant
+from tauten.service.plant.plant import Drive, PlantSettings, plant_robot, simulate, warm_plant
 from tauten.service.plant.processes import Child, DemoError, child, free_ports
 from tauten.service.plant.receiver import find_receiver, receiver_path
 from tauten.service.plant.streaming import StreamSettings, stream
@@ -31,6 +31,7 @@ __all__ = [
     "DemoError",
     "DemoResult",
     "DemoSettings",
+    "Drive",
     "DrivenRobot",
     "FIGURE",
     "LOG",

@@ -1,7 +1,6 @@
 """Figures."""
 
 from tauten.service.plots.body import Side
-from tauten.service.plots.closed_loop import draw_case
 from tauten.service.plots.comparison import draw_comparison
 from tauten.service.plots.contact_modes import draw_modes
 from tauten.service.plots.distance import draw_distances
@@ -9,7 +8,7 @@ from tauten.service.plots.error_curve import draw_curve
 from tauten.service.plots.mesh_error import COLOURS, EXACT, QUANTITIES, draw_mesh_error
 from tauten.service.plots.regions import draw_regions
 from tauten.service.plots.replay import draw_replay
-from tauten.service.plots.run import draw_run
+from tauten.service.plots.run import draw_run, widest_plane
 from tauten.service.plots.still import draw_still
 
 __all__ = [
@@ -17,7 +16,6 @@ __all__ = [
     "EXACT",
     "QUANTITIES",
     "Side",
-    "draw_case",
     "draw_comparison",
     "draw_curve",
     "draw_distances",
@@ -27,4 +25,5 @@ __all__ = [
     "draw_replay",
     "draw_run",
     "draw_still",
+    "widest_plane",
 ]

@@ -1,4 +1,4 @@
-"""The closed-loop benchmark: its runs, its numbers, and what must come out of them."""
+"""`tauten bench closed-loop`: a path in reach, and what the distance of model and plant consists of."""
 
 from __future__ import annotations
 
@@ -9,156 +9,39 @@ import pytest
 from support.processes import ROBOT, write_robot
 
 from tauten.controller import Controller
-from tauten.model import EmptySpace, Robot, Simulator, load_robot
-from tauten.model.load import robot_path
-from tauten.reduction import ContactBasis
-from tauten.service.bench import (
-    CASES,
-    Case,
-    CaseRuns,
-    ClosedLoopRunner,
-    ClosedLoopSettings,
-    Outcome,
-    Trace,
-    bench_closed_loop,
-    case_outcome,
-    follow,
-    make_cases,
-    planned,
-    settling,
-)
-from tauten.service.plant import DrivenRobot
-from tauten.service.plots import draw_case
+from tauten.model import Robot, Simulator
+from tauten.service.bench import bench_closed_loop, follow
+from tauten.service.plant import DrivenRobot, PathError
 from tauten.service.process import StopFlag
+from tauten.service.setup import load_setup
 from tauten.service.tables import closed_loop_page
 
 LENGTH = 0.1
-STIFFER = 1.2
 
 
-@pytest.fixture(scope="module")
-def cases(beam: Robot) -> list[Case]:
-    return make_cases(beam, 4.0, 0, lambda: None)
+def one_effector(folder: Path) -> Path:
+    """The file of the test robot with its first effector: the path is for one."""
+    return write_robot(folder, ROBOT[: ROBOT.rindex("[[effectors]]")])
 
 
-def test_cases_start_at_rest_and_are_within_reach(beam: Robot, cases: list[Case]) -> None:
-    assert tuple(case.name for case in cases) == CASES
-    rest = beam.effector_values(beam.rest())
-    for case in cases:
-        assert case.targets.shape == (200, 6)
-        np.testing.assert_allclose(case.targets[0], rest, atol=1e-6)
-        assert 0.002 < np.linalg.norm(case.targets[:, :3] - rest[:3], axis=1).max() < 0.08
-    again = make_cases(beam, 4.0, 0, lambda: None)
-    np.testing.assert_array_equal(again[3].targets, cases[3].targets)
-
-
-@pytest.mark.parametrize("scale", [pytest.param(0.8, marks=pytest.mark.slow), STIFFER])
-def test_a_robot_of_another_stiffness_settles_in_closed_loop_only(
-    beam: Robot, beam_file: Path, cases: list[Case], scale: float
-) -> None:
-    plant = DrivenRobot(Simulator(load_robot(beam_file, young_scale=scale), "none"), 1)
-    controller = Controller(beam)
-    found: dict[bool, Outcome] = {}
-    for closed in (False, True):
-        trace = follow(controller, plant, cases[0], closed, "tension")
-        found[closed] = case_outcome(cases[0], trace, beam.h, "none", closed, scale, "tension")
-    assert found[True].end_mm < 0.01 * 1e3 * LENGTH
-    assert found[False].end_mm > 3.0 * found[True].end_mm
-    assert found[False].settling_s is None
-
-
-def test_a_run_is_deterministic(beam: Robot, cases: list[Case]) -> None:
-    short = Case("circle", cases[1].targets[:60], 0)
+def test_a_run_is_deterministic(beam: Robot) -> None:
+    start = beam.effector_values(beam.rest())
+    targets = start + 0.002 * np.linspace(0.0, 1.0, 60)[:, None] * np.eye(6)[0]
     traces = [
-        follow(Controller(beam), DrivenRobot(Simulator(beam, "none"), 1), short, True, "pull")
+        follow(Controller(beam), DrivenRobot(Simulator(beam, "none"), 1), targets, closed=True)
         for _ in range(2)
     ]
     np.testing.assert_array_equal(traces[0].effector, traces[1].effector)
     np.testing.assert_array_equal(traces[0].position, traces[1].position)
 
 
-def made_up(error: list[float]) -> Trace:
-    zero = np.zeros((len(error), 1))
-    times = np.zeros(len(error))
-    touching = np.zeros(len(error), dtype=bool)
-    tips, errors = np.zeros((len(error), 3)), np.array(error)
-    return Trace(tips, errors, zero, zero, times, times, touching, 0, tips, errors)
-
-
-def test_settling_counts_from_the_step_to_the_last_time_outside() -> None:
-    targets = np.zeros((6, 3))
-    targets[2:, 0] = 1.0
-    step = Case("step", targets, 2, 1.0)
-    assert settling(step, made_up([0.0, 0.0, 1.0, 0.5, 0.01, 0.01]), 0.1) == pytest.approx(0.2)
-    assert settling(step, made_up([0.0, 0.0, 1.0, 0.01, 0.5, 0.01]), 0.1) == pytest.approx(0.3)
-    assert settling(step, made_up([0.0, 0.0, 1.0, 0.5, 0.5, 0.5]), 0.1) is None
-    assert settling(Case("circle", targets, 0), made_up([0.0] * 6), 0.1) is None
-
-
-def test_a_figure_is_drawn(beam: Robot, cases: list[Case], tmp_path: Path) -> None:
-    case = Case("circle", cases[1].targets[:30], 0)
-    trace = follow(Controller(beam), DrivenRobot(Simulator(beam, "none"), 1), case, True, "pull")
-    outcome = case_outcome(case, trace, beam.h, "none", True, 1.0, "pull")
-    found = CaseRuns("circle", case, ((outcome, trace),))
-    draw_case(found, beam.h, tmp_path / "circle.png")
-    assert (tmp_path / "circle.png").read_bytes().startswith(b"\x89PNG")
-
-
-@pytest.mark.slow
-def test_without_contact_the_finger_is_missed() -> None:
-    robot, basis = load_robot("finger"), ContactBasis.load("finger")
-    bench = ClosedLoopRunner(robot, robot_path("finger"), basis)
-    cases = make_cases(robot, 4.0, 0, lambda: None)
-    groups = {group.name: group for group in planned(cases)}
-    assert set(groups) == {*CASES, "stiffness-0.8", "stiffness-1.2"}
-    for closed in (False, True):
-        reduced, along = bench.run(groups["contact"], "reduced", closed)
-        _, blind = bench.run(groups["contact"], "none", closed)
-        assert reduced.touching > 0.3
-        both = along.touching & blind.touching  # on the way back the cable is slack, and all lag
-        assert np.mean(blind.error[both]) > 2.0 * np.mean(along.error[both])
-        for name in ("stiffness-0.8", "stiffness-1.2"):
-            outcome, _ = bench.run(groups[name], "reduced", closed)
-            assert (outcome.end_mm < 0.01 * 1e3 * LENGTH) == closed
-
-
-def test_a_stopped_benchmark_keeps_what_is_done(beam: Robot, beam_file: Path) -> None:
-    stop, said = StopFlag(), []
-
-    def progress(share: float, what: str) -> None:
-        said.append(what)
-        if what == "step" and share > 0.0:
-            stop.request()
-
-    basis = EmptySpace(beam.n_c)
-    settings = ClosedLoopSettings(1.0, 0)
-    result, runs = bench_closed_loop(beam, beam_file, basis, settings, stop, progress)
-    assert not result.complete
-    assert [(one.case, one.contact, one.closed) for one in result.outcomes] == [
-        ("step", "reduced", False)
-    ]
-    assert [one.name for one in runs] == ["step"]
-    assert runs[0].runs[0][0] == result.outcomes[0]
-
-
 def test_a_path_in_reach_is_followed_and_the_distance_of_model_and_plant_divided(
     tmp_path: Path,
 ) -> None:
     """Of a full model without contact nothing but time is apart, and that share is the whole distance."""
-    one = ROBOT[: ROBOT.rindex("[[effectors]]")]  # the path is for one effector
-    file = write_robot(tmp_path, one)
-    beam = load_robot(file)
-    settings, shares = ClosedLoopSettings(1.0, 0, periods=(2.0,), cases=False), []
-    result, runs = bench_closed_loop(
-        beam,
-        file,
-        "none",
-        settings,
-        StopFlag(),
-        lambda x, what: shares.append(x),
-    )
+    setup, shares = load_setup(one_effector(tmp_path)), []
+    result = bench_closed_loop(setup, (2.0,), StopFlag(), lambda x, what="": shares.append(x))
     assert result.complete
-    assert runs == result.outcomes == ()
     assert sum(shares) == pytest.approx(1.0)
     (found,) = result.following
     assert found.unusable == 0
@@ -167,6 +50,23 @@ def test_a_path_in_reach_is_followed_and_the_distance_of_model_and_plant_divided
     assert 0.0 < found.time.rms_mm < found.time.max_mm < 0.05 * 1e3 * LENGTH
     assert abs(found.target.rms_mm - found.own.rms_mm) <= found.apart.rms_mm
     page = closed_loop_page(result)
-    assert [len(table.rows) for table in page.parts] == [1]
+    assert [len(table.rows) for table in page.tables] == [1]
     assert "unknown, run tauten check" in page.about
-    assert page.command == f"tauten bench closed-loop {beam.name}"
+    assert page.command == f"tauten bench closed-loop {setup.robot.name}"
+
+
+def test_a_stopped_benchmark_keeps_what_is_done(tmp_path: Path) -> None:
+    setup, stop = load_setup(one_effector(tmp_path)), StopFlag()
+
+    def progress(share: float, what: str = "") -> None:
+        if share > 0.0:
+            stop.request()
+
+    result = bench_closed_loop(setup, (1.0, 2.0), stop, progress)
+    assert not result.complete
+    assert [one.period_s for one in result.following] == [1.0]
+
+
+def test_a_robot_with_several_effectors_is_refused(beam_file: Path) -> None:
+    with pytest.raises(PathError, match="has 2 effectors"):
+        bench_closed_loop(load_setup(beam_file), (1.0,), StopFlag(), lambda share, what="": None)

@@ -9,9 +9,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from benchmarks.closed_loop import Case, CaseRuns, Outcome
 from tauten.model.numerics import Array, Bools
-from tauten.service.bench import Case, CaseRuns, Outcome, Trace
-from tauten.service.plots.run import widest_plane
+from tauten.service.bench import Trace
+from tauten.service.plots import widest_plane
 
 _COLORS = {"reduced": "#0072b2", "full": "#009e73", "none": "#d55e00"}
 _LABELS = {"reduced": "reduced contact", "full": "full contact", "none": "no contact"}

@@ -1,4 +1,4 @@
-"""Targets of the closed-loop benchmark: five ways of pulling the cables, as tips that the robot can reach.
+"""Targets of the cases: five ways of pulling the cables, as tips that the robot can reach.
 
 A shape in space is out of reach of a robot with one cable, and the distance that remains is no measure
 about a controller. So each case is a path of the pulled lengths, and its targets are where the

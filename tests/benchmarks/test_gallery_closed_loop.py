@@ -6,10 +6,9 @@ from functools import cache
 
 import pytest
 
-from tauten.model import EmptySpace, load_robot
-from tauten.model.load import robot_path
-from tauten.reduction import ContactBasis
-from tauten.service.bench import CASES, ClosedLoopRunner, Outcome, make_cases, planned
+from benchmarks.closed_loop import CASES, CaseRunner, Outcome, make_cases, planned
+from tauten.model import load_robot
+from tauten.service.setup import load_setup
 
 pytestmark = [pytest.mark.slow]
 ROBOTS = ("trunk", "pneumatic_finger", "tripod")
@@ -19,11 +18,10 @@ SECONDS = 2.0
 @cache
 def outcomes(name: str) -> dict[tuple[str, bool], Outcome]:
     """Outcomes of the step and of the step with a stiffer robot, in open and closed loop."""
-    robot = load_robot(name)
-    basis = ContactBasis.load(name) if robot.n_c > 0 else EmptySpace(robot.n_c)
-    cases = make_cases(robot, SECONDS, 0, lambda: None)
+    setup = load_setup(name, model="full")
+    cases = make_cases(setup.robot, SECONDS, 0, lambda: None)
     assert tuple(case.name for case in cases) == CASES
-    runner = ClosedLoopRunner(robot, robot_path(name), basis)
+    runner = CaseRunner(setup)
     groups = {group.name: group for group in planned(cases)}
     return {
         (group, closed): runner.run(groups[group], "reduced", closed)[0]

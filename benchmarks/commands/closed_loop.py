@@ -1,0 +1,45 @@
+"""`python -m benchmarks closed-loop`: controllers against the full-order robot, case by case."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from tauten.service.cli.terminal import (
+    Json,
+    Markdown,
+    RobotName,
+    basis_of,
+    progress_bar,
+    show_mesh_error,
+    show_result,
+)
+
+
+def closed_loop(
+    robot: RobotName,
+    json_file: Json = None,
+    markdown: Markdown = None,
+    figures: Annotated[Path | None, typer.Option(help="Folder for a figure of each case.")] = None,
+    seconds: Annotated[float, typer.Option(min=1.0, help="Duration of each case.")] = 4.0,
+    seed: Annotated[int, typer.Option(help="Seed of the random walk.")] = 0,
+) -> None:
+    """Controllers with reduced, full and no contact, in open and closed loop. Ctrl-C keeps finished runs."""
+    from benchmarks.closed_loop import bench_cases
+    from benchmarks.plots import draw_case
+    from benchmarks.tables import closed_loop_page
+    from tauten.service.process import stop_on_signals
+    from tauten.service.setup import load_setup
+
+    setup = load_setup(robot)
+    basis_of(setup, robot)
+    with stop_on_signals() as stop, progress_bar("targets in reach") as report:
+        result, runs = bench_cases(setup, seconds, seed, stop, report)
+    show_result(result, closed_loop_page(result), json_file, markdown)
+    show_mesh_error(setup.path, setup.robot)
+    if figures is not None:
+        figures.mkdir(parents=True, exist_ok=True)
+        for one in runs:
+            draw_case(one, setup.robot.h, figures / f"{one.name}.png")
