@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import typer
 
-from benchmarks.commands.closed_loop import closed_loop
 from benchmarks.commands.contact import contact_basis, finger, manipulator
+from benchmarks.commands.control import closed_loop, orders
 from benchmarks.commands.mechanics import elements, energy, equilibria
 from benchmarks.commands.qpcc import qpcc
-from benchmarks.commands.steps import gallery, load_errors, sofa_meshes
+from benchmarks.commands.steps import gallery, load_errors, reduced_meshes, sofa_meshes
 from benchmarks.commands.view import view
 from tauten.service.cli.terminal import log_options
 
@@ -20,8 +20,8 @@ app = typer.Typer(
 )
 app.callback()(log_options)
 _COMMANDS = (
-    *(finger, manipulator, gallery, load_errors, sofa_meshes, qpcc, contact_basis),
-    *(elements, energy, equilibria, view, closed_loop),
+    *(finger, manipulator, gallery, load_errors, sofa_meshes, reduced_meshes, qpcc, contact_basis),
+    *(elements, energy, equilibria, view, closed_loop, orders),
 )
 for _command in _COMMANDS:
     app.command()(_command)

@@ -1,4 +1,4 @@
-"""`python -m benchmarks sofa-meshes`, `gallery` and `load-errors`: times of whole steps, and errors."""
+"""`python -m benchmarks sofa-meshes`, `reduced-meshes`, `gallery`, `load-errors`: steps, and errors."""
 
 from __future__ import annotations
 
@@ -7,7 +7,15 @@ from typing import Annotated
 
 import typer
 
-from tauten.service.cli.terminal import Json, Markdown, Model, progress_bar, show_result
+from tauten.service.cli.terminal import (
+    Json,
+    Markdown,
+    Model,
+    RobotName,
+    basis_of,
+    progress_bar,
+    show_result,
+)
 
 
 def sofa_meshes(
@@ -64,3 +72,29 @@ def load_errors(
     with progress_bar("load errors") as report:
         result = bench_load_errors(tuple(robots), report)
     show_result(result, load_errors_page(result), json_file, markdown, 160)
+
+
+def reduced_meshes(
+    robot: RobotName,
+    json_file: Json = None,
+    markdown: Markdown = None,
+    seconds: Annotated[float, typer.Option(min=1.0, help="Duration of the path.")] = 12.0,
+    refinements: Annotated[
+        int,
+        typer.Option(min=0, max=2, help="Refinements of the mesh, each with models of its own."),
+    ] = 0,
+    snapshots: Annotated[
+        Path | None,
+        typer.Option(help="Folder of the reduced models' campaigns; default: ROBOT-bench."),
+    ] = None,
+) -> None:
+    """Steps of full and reduced models on a mesh and its refinements, stage by stage."""
+    from benchmarks.steps import bench_reduced_meshes
+    from benchmarks.tables import reduced_meshes_page
+    from tauten.service.setup import load_setup
+
+    setup = load_setup(robot, model="full")
+    folder, modes = snapshots or Path(f"{setup.robot.name}-bench"), basis_of(setup, robot)
+    with progress_bar("reduced models") as report:
+        result = bench_reduced_meshes(robot, modes, folder, refinements, seconds, report)
+    show_result(result, reduced_meshes_page(result), json_file, markdown, 160)

@@ -12,11 +12,11 @@ import numpy as np
 
 from benchmarks.contact_basis import solve_pgs
 from benchmarks.manipulator.postures import arm_in_equilibrium
+from benchmarks.steps import StepTimes, time_controller
 from tauten.controller import Controller, load_controller_settings
 from tauten.model import Enrichment, Forces, Robot, Simulator, default_enrichment, row_compliance
 from tauten.model.numerics import Array
 from tauten.reduction import ContactBasis
-from tauten.service.bench import StepTimes, time_controller
 
 _SWEEPS, _TOLERANCE = 1000, 1e-6  # of Gauss-Seidel; 1 µm is coarse, for the reference's benefit
 _STEPS = 220  # whose stages are timed

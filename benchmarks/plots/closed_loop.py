@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from benchmarks.closed_loop import Case, CaseRuns, Outcome
+from benchmarks.control import Case, CaseRuns, Outcome
 from tauten.model.numerics import Array, Bools
 from tauten.service.bench import Trace
 from tauten.service.plots import widest_plane

@@ -8,15 +8,14 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.physics import diamond, finger, trunk
+from benchmarks.steps.stages import StepTimes, time_steps
 from tauten.model.numerics import Array
 from tauten.service.bench import (
     WARM_UP,
     Sizes,
-    StepTimes,
     forward_tips,
     sizes_of,
     time_forward,
-    time_steps,
 )
 from tauten.service.process import HostInfo, Progress, host_info, one_blas_thread
 from tauten.service.replay import Spread

@@ -1,13 +1,13 @@
 """Numbers of benchmarks as tables."""
 
 from benchmarks.tables.arm import arm_page
-from benchmarks.tables.closed_loop import closed_loop_page
 from benchmarks.tables.contact_basis import by_method, contact_basis_page, pairs_of
+from benchmarks.tables.control import closed_loop_page, orders_page
 from benchmarks.tables.elements import element_page
 from benchmarks.tables.gallery import gallery_page, load_errors_page
 from benchmarks.tables.physics import energy_page, equilibria_page
 from benchmarks.tables.qpcc import qpcc_page
-from benchmarks.tables.steps import control_page, sofa_meshes_page
+from benchmarks.tables.steps import control_page, reduced_meshes_page, sofa_meshes_page
 from benchmarks.tables.view import view_page
 
 __all__ = [
@@ -21,8 +21,10 @@ __all__ = [
     "equilibria_page",
     "gallery_page",
     "load_errors_page",
+    "orders_page",
     "pairs_of",
     "qpcc_page",
+    "reduced_meshes_page",
     "sofa_meshes_page",
     "view_page",
 ]

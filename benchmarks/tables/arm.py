@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from benchmarks.manipulator import ArmBench, PostureError, Speed
-from tauten.service.bench import STAGES, WHOLE, StepTimes
+from benchmarks.steps import STAGES, WHOLE, StepTimes
 from tauten.service.tables import Numbers, Page, measured_on, milliseconds
 
 

@@ -1,9 +1,9 @@
-"""Stages of a control step for each kind of contact, and steps on SOFA's meshes, as tables."""
+"""Stages of a control step for each kind of contact, steps on SOFA's and on refined meshes, as tables."""
 
 from __future__ import annotations
 
-from benchmarks.steps import ControlBench, SofaMeshBench
-from tauten.service.tables import Numbers, Page, measured_on, milliseconds
+from benchmarks.steps import STAGES, WHOLE, ControlBench, MeshCase, ReducedMeshes, SofaMeshBench
+from tauten.service.tables import Numbers, Page, measured_on, milliseconds, tip_distance
 
 
 def control_page(result: ControlBench) -> Page:
@@ -67,3 +67,44 @@ def sofa_meshes_page(result: SofaMeshBench) -> Page:
         ),
     )
     return Page("python -m benchmarks sofa-meshes", about, tables)
+
+
+def reduced_meshes_page(result: ReducedMeshes) -> Page:
+    """Full and reduced models by mesh, and where the time of a step goes."""
+    parts = meshes_table(result.meshes), mesh_stages_table(result.meshes)
+    about = f"{result.robot}. Measured on {measured_on(result.machine)}"
+    return Page("python -m benchmarks reduced-meshes", about, parts)
+
+
+def meshes_table(meshes: tuple[MeshCase, ...]) -> Numbers:
+    """The automatic choice by mesh."""
+    fast = f"reduced, {meshes[0].fast_hz:g} Hz [ms]"
+    columns = (
+        "nodes", "tetrahedra", "candidates", "modes", "elements", "tip [mm]", "full [ms]",
+        "reduced [ms]", fast,
+    )  # fmt: skip
+    rows = tuple(
+        (
+            str(mesh.sizes.nodes), str(mesh.sizes.elements), str(mesh.sizes.candidates),
+            str(mesh.modes), str(mesh.elements), tip_distance(mesh.training),
+            *(milliseconds(times.whole_ms["step"]) for times in (mesh.full, mesh.reduced, mesh.fast)),
+        )
+        for mesh in meshes
+    )  # fmt: skip
+    return Numbers("Whole inverse steps, contacts active, median / 99 %", columns, rows)
+
+
+def mesh_stages_table(meshes: tuple[MeshCase, ...]) -> Numbers:
+    """Where the time of a step goes."""
+    columns: list[str] = ["stage"]
+    for mesh in meshes:
+        nodes = f"{mesh.sizes.nodes} nodes"
+        columns += [f"{nodes}, full", f"{nodes}, reduced", f"{nodes}, {mesh.fast_hz:g} Hz"]
+    rows = []
+    for stage in (*STAGES, *WHOLE):
+        row = [stage]
+        for mesh in meshes:
+            for times in (mesh.full, mesh.reduced, mesh.fast):
+                row.append(milliseconds({**times.stages_ms, **times.whole_ms}[stage]))
+        rows.append(tuple(row))
+    return Numbers("Stages of a step, median / 99 % in ms", tuple(columns), tuple(rows))

@@ -18,13 +18,16 @@ from tauten.service.bench.node import (
     idle_loop,
 )
 from tauten.service.bench.reduced import (
-    MeshCase,
     PathAccuracy,
     ReducedBench,
     ReducedCase,
     bench_reduced,
+    path_accuracy,
+    ramp_snapshots,
+    reach_targets,
+    tet_robot,
+    unseen,
 )
-from tauten.service.bench.stages import STAGES, WHOLE, StepTimes, time_controller, time_steps
 from tauten.service.bench.steps import (
     WARM_UP,
     Sizes,
@@ -34,7 +37,7 @@ from tauten.service.bench.steps import (
     sizes_of,
     time_forward,
 )
-from tauten.service.bench.still import StillBench, StillRun, StillSettings, bench_still
+from tauten.service.bench.still import SHIPPED, StillBench, StillRun, StillSettings, bench_still
 
 __all__ = [
     "ClosedLoopBench",
@@ -42,22 +45,19 @@ __all__ = [
     "Comparison",
     "Deadlines",
     "Equilibrium",
-    "MeshCase",
     "NodeBench",
     "NodeBenchSettings",
     "PathAccuracy",
     "ReducedBench",
     "ReducedCase",
-    "STAGES",
+    "SHIPPED",
     "Sizes",
     "StepBench",
-    "StepTimes",
     "StillBench",
     "StillRun",
     "StillSettings",
     "Trace",
     "WARM_UP",
-    "WHOLE",
     "bench_closed_loop",
     "bench_node",
     "bench_reduced",
@@ -69,10 +69,13 @@ __all__ = [
     "follow",
     "forward_tips",
     "idle_loop",
+    "path_accuracy",
+    "ramp_snapshots",
+    "reach_targets",
     "rms",
     "sizes_of",
-    "time_controller",
+    "tet_robot",
     "time_forward",
-    "time_steps",
+    "unseen",
     "warmed",
 ]

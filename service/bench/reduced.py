@@ -18,21 +18,18 @@ from tauten.model import (
 from tauten.model.numerics import Array
 from tauten.reduction import ContactBasis
 from tauten.reduction.campaign import Ranges, Snapshots, latin_hypercube, ramp, run_campaign
-from tauten.reduction.contact import ReduceSettings, make_basis
 from tauten.reduction.state import StateSettings, held_out_snapshots, reduce_states, reduced_robot
-from tauten.service.bench.stages import StepTimes, time_steps
-from tauten.service.bench.steps import Sizes, sizes_of
+from tauten.service.bench.steps import time_control
 from tauten.service.plant import PathSettings, make_path
 from tauten.service.process import HostInfo, Progress, host_info, one_blas_thread
+from tauten.service.replay import Spread
 
 RAMP_STEPS = 200  # equilibria of the training campaign
-FINE_STEPS = 100  # on refined meshes
 FOREIGN = Ranges(
     position=(0.5, 1.0), tilt=np.radians(20.0), force=0.02
 )  # loads outside the training
 FOREIGN_RUNS, FOREIGN_STEPS = 6, 20
 FOLLOWED = 40  # equilibria of the training path at which tips are compared
-FAST = 1000.0  # rate of the last column [Hz]
 STATE_SETTINGS = (
     *(StateSettings(r=r, responses=0) for r in (5, 10, 15, 20, 30, 40, 60)),
     *(StateSettings(r=r, responses=10) for r in (5, 10, 20, 30)),
@@ -71,7 +68,7 @@ class ReducedCase:
         motion_left_out: of the training states, relative.
         training: along the training path, at states that took no part in it.
         foreign: under loads that are not in the training campaign.
-        times: of control steps along the reach path.
+        step_ms: of control steps along the reach path.
     """
 
     modes: int
@@ -81,32 +78,7 @@ class ReducedCase:
     motion_left_out: float
     training: PathAccuracy
     foreign: PathAccuracy
-    times: StepTimes
-
-
-@dataclass(frozen=True, slots=True)
-class MeshCase:
-    """The automatic choice on one mesh: control steps of the full and the reduced model.
-
-    Attributes:
-        sizes: of the full model's problems.
-        modes: state modes.
-        elements: in the sample.
-        training: as in `ReducedCase`.
-        full: steps of the full model.
-        reduced: steps of the reduced model, same rate and targets.
-        fast: the same at a higher rate.
-        fast_hz: that rate.
-    """
-
-    sizes: Sizes
-    modes: int
-    elements: int
-    training: PathAccuracy
-    full: StepTimes
-    reduced: StepTimes
-    fast: StepTimes
-    fast_hz: float
+    step_ms: Spread
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,31 +91,23 @@ class ReducedBench:
     rate_hz: float
     contact_modes: int
     cases: tuple[ReducedCase, ...]
-    meshes: tuple[MeshCase, ...]
 
 
 def bench_reduced(
-    robot_file: str,
-    basis: ContactBasis,
-    folder: Path,
-    refinements: int,
-    seconds: float,
-    progress: Progress,
+    robot_file: str, basis: ContactBasis, folder: Path, seconds: float, progress: Progress
 ) -> ReducedBench:
-    """Measure all cases on the robot's own mesh, and the automatic choice on its refinements too.
+    """Measure all cases.
 
     Args:
         robot_file: name or path.
         basis: its contact basis.
         folder: where campaigns are kept.
-        refinements: how often the mesh is refined for the last rows.
         seconds: of the path along what the cables reach.
         progress: called with the share of the work done and what comes next.
     """
-    step = 1.0 / (len(STATE_SETTINGS) + 2.0 * (refinements + 1) + 2.0)
-    meshes = []
+    step = 1.0 / (len(STATE_SETTINGS) + 2.0)
     with one_blas_thread():
-        robot = tet_robot(robot_file, None, 0)
+        robot = tet_robot(robot_file)
         progress(step, "campaign of the training path")
         training = ramp_snapshots(robot, folder / "ramp", RAMP_STEPS)
         progress(step, "campaign of foreign loads")
@@ -158,10 +122,6 @@ def bench_reduced(
             )
             progress(step, about)
             cases.append(run_case(robot, basis, training, foreign, settings, targets))
-        for count in range(refinements + 1):
-            progress(step, f"mesh refined {count} times")
-            meshes.append(run_mesh(robot_file, basis, folder, count, seconds))
-            progress(step, "")
     return ReducedBench(
         host_info(),
         robot.name,
@@ -169,11 +129,10 @@ def bench_reduced(
         1.0 / robot.h,
         basis.k,
         tuple(cases),
-        tuple(meshes),
     )
 
 
-def tet_robot(robot_file: str, rate: float | None, refinements: int) -> TetRobot:
+def tet_robot(robot_file: str, rate: float | None = None, refinements: int = 0) -> TetRobot:
     """The full robot.
 
     Args:
@@ -237,42 +196,7 @@ def run_case(
         motion_left_out=origin.projection_error,
         training=path_accuracy(reduced, basis, unseen(training)),
         foreign=path_accuracy(reduced, basis, foreign),
-        times=time_steps(reduced, basis, f"reduced, k = {basis.k}", targets),
-    )
-
-
-def run_mesh(
-    robot_file: str, basis: ContactBasis, folder: Path, refinements: int, seconds: float
-) -> MeshCase:
-    """The automatic choice on one mesh.
-
-    Args:
-        robot_file: name or path.
-        basis: contact basis of the robot's own mesh.
-        folder: of the campaigns.
-        refinements: of the mesh.
-        seconds: duration of the path to follow.
-    """
-    robot = tet_robot(robot_file, None, refinements)
-    steps = FINE_STEPS if refinements else RAMP_STEPS
-    training = ramp_snapshots(
-        robot, folder / (f"ramp{refinements}" if refinements else "ramp"), steps
-    )
-    if refinements:
-        basis, _ = make_basis(robot, training, ReduceSettings(k=basis.k))
-    states = reduce_states(robot, training, basis, StateSettings())
-    reduced, name = reduced_robot(robot, states), f"reduced, k = {basis.k}"
-    targets = reach_targets(robot, seconds)
-    quick = reduced_robot(tet_robot(robot_file, FAST, refinements), states)
-    return MeshCase(
-        sizes=sizes_of(robot, basis.k),
-        modes=states.r,
-        elements=len(states.elements),
-        training=path_accuracy(reduced, basis, unseen(training)),
-        full=time_steps(robot, basis, name, targets),
-        reduced=time_steps(reduced, basis, name, targets),
-        fast=time_steps(quick, basis, name, reach_targets(quick, seconds)),
-        fast_hz=FAST,
+        step_ms=time_control(reduced, basis, targets),
     )
 
 

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from time import perf_counter
+from typing import Literal
 
 import numpy as np
 
-from tauten.model import Robot, Simulator, load_robot
+from tauten.controller import Controller
+from tauten.model import ContactSpace, Robot, Simulator, load_robot
 from tauten.model.numerics import Array
-from tauten.service.bench.stages import time_steps
 from tauten.service.process import HostInfo, Progress, host_info, one_blas_thread
 from tauten.service.replay import Spread, spread
 
@@ -82,7 +83,7 @@ def bench_steps(
                     sizes=sizes_of(robot),
                     factorisation=robot.linear_solver,
                     forward_ms=time_forward(robot, steps),
-                    inverse_ms=time_inverse(robot, steps),
+                    inverse_ms=time_control(robot, "none", forward_tips(robot, steps), WARM_UP),
                 )
             )
         progress(1.0 / (refinements + 1))
@@ -104,15 +105,26 @@ def time_forward(robot: Robot, steps: int) -> Spread:
     return spread(times[WARM_UP:])
 
 
-def time_inverse(robot: Robot, steps: int) -> Spread:
-    """Times of control steps that follow the tip of a forward simulation [ms].
+def time_control(
+    robot: Robot,
+    contact: Literal["none", "full"] | ContactSpace,
+    targets: Array,
+    warm_up: int = 20,
+) -> Spread:
+    """Times of control steps that follow targets, prepare, decide and advance [ms].
 
     Args:
-        robot: the robot.
-        steps: to measure, after some that are not.
+        robot: what to control.
+        contact: "none", "full" or a basis.
+        targets: (s, p, 3) [m], one a step.
+        warm_up: first steps, which are not measured.
     """
-    times = time_steps(robot, "none", "none", forward_tips(robot, steps), warm_up=WARM_UP)
-    return times.whole_ms["step"]
+    controller, times = Controller(robot, contact), []
+    for target in targets:
+        start = perf_counter()
+        controller.step(target)
+        times.append(1e3 * (perf_counter() - start))
+    return spread(times[warm_up:])
 
 
 def forward_tips(robot: Robot, steps: int) -> Array:

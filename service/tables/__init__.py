@@ -14,7 +14,7 @@ from tauten.service.tables.numbers import (
     milliseconds,
     percent,
 )
-from tauten.service.tables.reduced import reduced_page
+from tauten.service.tables.reduced import reduced_page, tip_distance
 from tauten.service.tables.steps import steps_page
 from tauten.service.tables.still import still_page
 
@@ -36,5 +36,6 @@ __all__ = [
     "reduced_page",
     "steps_page",
     "still_page",
+    "tip_distance",
     "trial_table",
 ]

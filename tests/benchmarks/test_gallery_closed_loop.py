@@ -6,7 +6,7 @@ from functools import cache
 
 import pytest
 
-from benchmarks.closed_loop import CASES, CaseRunner, Outcome, make_cases, planned
+from benchmarks.control import CASES, CaseRunner, Outcome, make_cases, planned
 from tauten.model import load_robot
 from tauten.service.setup import load_setup
 

@@ -22,12 +22,13 @@ from benchmarks.manipulator import (
 )
 from benchmarks.plots import draw_posture_errors
 from benchmarks.robots.arm import ArmShape, bending_tensions, tendon_angle
+from benchmarks.steps import STAGES, WHOLE, StepTimes
 from benchmarks.tables import arm_page
 from tauten.controller import Controller
 from tauten.model import Forces, Robot, load_robot
 from tauten.reduction import ContactBasis
 from tauten.reduction.campaign import run_campaign
-from tauten.service.bench import STAGES, WHOLE, Comparison, StepTimes
+from tauten.service.bench import Comparison
 from tauten.service.plant import directions
 from tauten.service.process import host_info
 from tauten.service.replay import Spread

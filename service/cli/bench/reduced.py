@@ -25,10 +25,6 @@ def reduced(
         str | None, typer.Option(help="Contact basis to use instead of the robot file's.")
     ] = None,
     seconds: Annotated[float, typer.Option(min=1.0, help="Duration of the path.")] = 12.0,
-    refinements: Annotated[
-        int,
-        typer.Option(min=0, max=2, help="Refinements of the mesh, each with models of its own."),
-    ] = 0,
     snapshots: Annotated[
         Path | None,
         typer.Option(help="Folder of the reduced models' campaigns; default: ROBOT-bench."),
@@ -43,5 +39,5 @@ def reduced(
     modes = basis_of(setup, robot)
     folder = snapshots or Path(f"{setup.robot.name}-bench")
     with progress_bar("reduced models") as report:
-        result = bench_reduced(robot, modes, folder, refinements, seconds, report)
+        result = bench_reduced(robot, modes, folder, seconds, report)
     show_result(result, reduced_page(result), json_file, markdown)

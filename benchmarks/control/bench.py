@@ -11,8 +11,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Literal
 
-from benchmarks.closed_loop.outcome import Outcome, case_outcome
-from benchmarks.closed_loop.targets import Case, equilibria, make_cases
+from benchmarks.control.outcome import Outcome, case_outcome
+from benchmarks.control.targets import Case, equilibria, make_cases
 from tauten.controller import Controller
 from tauten.model import ContactSpace, Simulator, load_robot
 from tauten.service.bench import Trace, follow, warmed

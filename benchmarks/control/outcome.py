@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from benchmarks.closed_loop.targets import Case
+from benchmarks.control.targets import Case
 from tauten.service.bench import Trace, rms
 from tauten.service.plant import Drive
 from tauten.service.replay import Spread, spread
