@@ -42,6 +42,7 @@ from tauten.service.wire import (
     Network,
     Role,
     Tick,
+    close_session,
     decode_health,
     decode_tick,
     is_alive,
@@ -349,7 +350,7 @@ def _served(
         save_path(path, folder / "path.csv")
         node = stack.enter_context(child("serve", [robot, *settings.options, *common], folder))
         session = open_session(Network(port), Role.OTHER, name)
-        stack.callback(session.close)
+        stack.callback(close_session, session)
         observer = _Observer(session, keys)
         _await(lambda: is_alive(session, keys.token), (node,), _START, stop)
         watched = [node]
@@ -357,10 +358,12 @@ def _served(
             notify(f"{rate:g} Hz: starting the viewer")
             shown = [name, "--no-browser", "--web-port", "0", *common]
             watched.append(stack.enter_context(child("view", shown, folder)))
+            watched[-1].give_way()
             _await(lambda: observer.is_watched, (watched[-1], node), _START, stop)
         sending = [str(folder / "path.csv"), "--robot", robot, "--repeat"]
         sending += ["--rate", repr(settings.target_rate), "--duration", repr(settings.seconds)]
         sender = stack.enter_context(child("stream", [*sending, *common], folder))
+        sender.give_way()
         _await(lambda: sender.ended or observer.follows, (sender, *watched), _START, stop)
         notify(f"{rate:g} Hz: following targets for {settings.seconds:g} s")
         begin, before = time.monotonic(), [one.processor_time for one in watched]

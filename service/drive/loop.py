@@ -36,6 +36,7 @@ from tauten.service.wire import (
     Role,
     Window,
     ask_description,
+    close_session,
     decode_joints,
     encode_effector,
     encode_float,
@@ -252,4 +253,4 @@ def drive(
         typestore()
         run_driver(session, description, driver, True, stop)
     finally:
-        session.close()  # type: ignore[no-untyped-call]
+        close_session(session)

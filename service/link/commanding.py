@@ -18,6 +18,7 @@ from tauten.service.link.network import (
     Network,
     NetworkError,
     Role,
+    close_session,
     is_alive,
     node_port,
     open_session,
@@ -51,7 +52,7 @@ def is_there(robot: str, network: Network, token: str, patience: float = 2.0) ->
             time.sleep(0.1)
         return True
     finally:
-        session.close()  # type: ignore[no-untyped-call]
+        close_session(session)
 
 
 @contextmanager
@@ -70,7 +71,7 @@ def node_of(robot: str, network: Network) -> Iterator[zenoh.Session]:
             time.sleep(_PAUSE)
         yield session
     finally:
-        session.close()  # type: ignore[no-untyped-call]
+        close_session(session)
 
 
 def _unanswered(robot: str, network: Network) -> str:

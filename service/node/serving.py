@@ -32,6 +32,7 @@ from tauten.service.wire import (
     Network,
     NetworkError,
     Role,
+    close_session,
     is_alive,
     open_session,
     typestore,
@@ -90,7 +91,7 @@ def serve(setup: Setup, network: Network, settings: ServeSettings, stop: StopFla
             loop = ControlLoop(controller, enabled=not settings.wait, settings=setup.service)
             typestore()
         session = open_session(network, Role.NODE, setup.robot.name)
-        stack.callback(session.close)
+        stack.callback(close_session, session)
         stack.enter_context(claimed(session, keys))
         recorder = None
         if settings.record is not None:

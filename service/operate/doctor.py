@@ -19,7 +19,7 @@ from tauten.service.process import (
 )
 from tauten.service.rate_check import rate_for, step_seconds
 from tauten.service.setup import Setup, warm_controller
-from tauten.service.wire import Network, Role, open_session
+from tauten.service.wire import Network, Role, close_session, open_session
 
 _SLEEPS = 200
 _ROUND_TRIPS = 200
@@ -116,7 +116,7 @@ def _network() -> HostFinding:
         times.append(time.perf_counter() - begin)
     replier.undeclare()  # type: ignore[no-untyped-call]
     for session in sessions:
-        session.close()  # type: ignore[no-untyped-call]
+        close_session(session)
     p50, p99 = (1e3 * float(value) for value in np.percentile(times, [50.0, 99.0]))
     advice = "no answer on loopback: a firewall?" if p50 > 40.0 else ""
     return HostFinding(

@@ -18,7 +18,7 @@ from tauten.service.plant.waypoints import save_path
 from tauten.service.process import StopFlag
 from tauten.service.replay import RecordedRun, RunReport, make_report, read_run
 from tauten.service.setup import Order, load_setup
-from tauten.service.wire import Keys, Network, Role, is_alive, open_session
+from tauten.service.wire import Keys, Network, Role, close_session, is_alive, open_session
 
 LOG, REPORT, FIGURE, TARGETS = "log.mcap", "report.json", "figure.png", "targets.csv"
 
@@ -110,6 +110,8 @@ def run_demo(settings: DemoSettings, stop: StopFlag, notify: Callable[[str], Non
         plant = stack.enter_context(child("plant", [settings.robot, *behaving, *common], folder))
         sender = stack.enter_context(child("stream", sending, folder))
         _wait_alive(Keys(robot.name), Network(port), (node, plant, sender), stop)
+        plant.give_way()
+        sender.give_way()
         notify(f"following targets for {settings.seconds:g} s")
         _wait_end(sender, (node, plant), stop)
         notify("releasing the actuators")
@@ -139,7 +141,7 @@ def _wait_alive(keys: Keys, network: Network, children: tuple[Child, ...], stop:
             missing -= {key for key in missing if is_alive(session, key)}
             time.sleep(0.1)
     finally:
-        session.close()  # type: ignore[no-untyped-call]
+        close_session(session)
 
 
 def _wait_end(sender: Child, others: tuple[Child, ...], stop: StopFlag) -> None:

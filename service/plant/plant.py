@@ -18,7 +18,14 @@ from tauten.service.drive import Measured, run_driver
 from tauten.service.plant.drives import DrivenRobot, OwnSteps, own_steps
 from tauten.service.process import StopFlag, one_blas_thread
 from tauten.service.setup import Order, Setup, load_setup, start_at_rest
-from tauten.service.wire import Network, RobotDescription, Role, open_session, typestore
+from tauten.service.wire import (
+    Network,
+    RobotDescription,
+    Role,
+    close_session,
+    open_session,
+    typestore,
+)
 
 log = logging.getLogger(__name__)
 
@@ -272,6 +279,6 @@ def simulate(
             warm = warm_plant(robot, settings, model)
             typestore()
         session = open_session(network, Role.PLANT, robot.name)
-        stack.callback(session.close)
+        stack.callback(close_session, session)
         driver = SimulatedDriver(robot, warm, settings)
         run_driver(session, describe(setup), driver, settings.measure, stop)

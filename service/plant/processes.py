@@ -17,7 +17,7 @@ from typing import IO
 STOP_TIME = (
     60.0  # s, the release of the cables included, on a machine that is busy with something else
 )
-_NICENESS = 10  # of plant and stream
+_NICENESS = 10  # of what gives way
 _PORTS = range(28_000, 32_000, 2)
 
 
@@ -47,6 +47,20 @@ class Child:
             return float("nan")
         user, system = facts.rpartition(")")[2].split()[11:13]
         return (int(user) + int(system)) / os.sysconf("SC_CLK_TCK")
+
+    def give_way(self) -> None:
+        """Lower the priority of all threads; a real robot does not use the node's processor, here it does.
+
+        Called when the process is ready: on a busy machine one of low priority takes minutes until it is.
+        """
+        pid = self.process.pid
+        try:
+            threads = [int(folder.name) for folder in Path(f"/proc/{pid}/task").iterdir()]
+        except OSError:
+            threads = [pid]  # elsewhere than on Linux a priority is that of the whole process
+        for thread in threads:
+            with contextlib.suppress(ProcessLookupError):
+                os.setpriority(os.PRIO_PROCESS, thread, _NICENESS)
 
     def check(self) -> None:
         """Check that the process has not ended with an error.
@@ -104,9 +118,6 @@ def child(command: str, arguments: list[str], folder: Path) -> Iterator[Child]:
     output = folder / f"{command}.txt"
     with output.open("wb") as sink:
         process = _start(command, arguments, sink)
-        if command != "serve":
-            # a real robot does not use the node's processor; here it does, with a lower priority
-            os.setpriority(os.PRIO_PROCESS, process.pid, _NICENESS)
         found = Child(command, process, output)
         try:
             yield found

@@ -21,6 +21,7 @@ from tauten.service.wire import (
     RobotDescription,
     Role,
     ask_description,
+    close_session,
     open_session,
     wait_for,
 )
@@ -96,7 +97,7 @@ def described_receiver(name: str, network: Network, stop: StopFlag) -> Receiver 
             return None
         return Receiver(ask_description(session, keys))
     finally:
-        session.close()  # type: ignore[no-untyped-call]
+        close_session(session)
 
 
 def receiver_path(name: str, receiver: Receiver, settings: PathSettings) -> TargetPath:

@@ -20,6 +20,7 @@ from tauten.service.wire import (
     Network,
     RobotDescription,
     Role,
+    close_session,
     effector_json,
     encode_effector,
     open_session,
@@ -79,7 +80,7 @@ def stream(
         publisher = session.declare_publisher(key, encoding=encoding, express=True)
         return _send(publisher, robot, path, settings, stop)
     finally:
-        session.close()  # type: ignore[no-untyped-call]
+        close_session(session)
 
 
 def _send(

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 from support.processes import Process, Served, Start, start, wait_alive
 
+from tauten.service.link import close_session
 from tauten.service.plant import free_ports
 from tauten.service.wire import Keys, Network, Role, open_session
 
@@ -24,7 +25,7 @@ def serving(beam_file: Path, folder: Path, *options: str) -> Iterator[Served]:
         wait_alive(session, Keys("beam").token, process)
         yield Served(process, session, Keys("beam"), port, log)
     finally:
-        session.close()  # type: ignore[no-untyped-call]
+        close_session(session)
         if process.process.poll() is None:
             process.process.kill()
         process.process.wait()

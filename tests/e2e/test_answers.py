@@ -15,6 +15,7 @@ from support.nodes import follow, wait_mode
 from support.processes import Process, Served, Start, wait_alive
 
 from tauten.model import Robot
+from tauten.service.link import close_session
 from tauten.service.node import QuestionAnswers
 from tauten.service.plant import free_ports
 from tauten.service.wire import (
@@ -58,7 +59,7 @@ def sessions() -> Iterator[tuple[zenoh.Session, zenoh.Session]]:
     found = [open_session(Network(port), role, "beam") for role in (Role.NODE, Role.OTHER)]
     yield found[0], found[1]
     for session in found:
-        session.close()  # type: ignore[no-untyped-call]
+        close_session(session)
 
 
 def command_arrives(outside: zenoh.Session, commands: CommandSubscriber) -> bool:
@@ -175,7 +176,7 @@ def test_behind_a_router_such_a_client_keeps_no_command_out(tmp_path: Path) -> N
         assert longest < 0.2
     finally:
         for session in (viewer, operator, inside):
-            session.close()  # type: ignore[no-untyped-call]
+            close_session(session)
         proxy.close()
         router.process.kill()
         router.process.wait()
@@ -202,7 +203,7 @@ def routed(beam_file: Path, tmp_path: Path, run: Start) -> Iterator[tuple[Served
         wait_alive(session, KEYS.token, node)
         yield Served(node, session, KEYS, port, log), config
     finally:
-        session.close()  # type: ignore[no-untyped-call]
+        close_session(session)
         router.process.kill()
         router.process.wait()
 

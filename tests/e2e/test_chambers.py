@@ -24,7 +24,7 @@ material = { young_modulus = 5e5, poisson_ratio = 0.3, density = 1000.0 }
 fixed = [{ lower = [0.0, 0.0, 0.0], upper = [0.0, 0.02, 0.02] }]
 integration = { rayleigh_stiffness = 0.02 }
 controller = { rate = 50.0 }
-service = { target_timeout = 0.3, release_time = 0.4 }
+service = { target_timeout = 0.3, release_time = 0.4, late_limit = 100000 }
 
 [[cables]]
 name = "tendon"

@@ -14,7 +14,7 @@ import pytest
 import typer
 from rich.text import Text
 from support.nodes import wait_mode
-from support.processes import ROBOT, Served, run_main, start, tauten, write_robot
+from support.processes import ROBOT, START, Served, run_main, start, tauten, write_robot
 
 from benchmarks.commands import app as benchmarks
 from tauten.model.numerics import FactorisationError
@@ -141,7 +141,7 @@ def test_targets_of_a_served_robot_need_no_robot_file(served: Served, tmp_path: 
     stream = start(tmp_path / "stream.txt", "stream", "line", "--size", 0.004, *arguments)
     wait_mode(served, Mode.RUN)
     stream.process.send_signal(signal.SIGINT)
-    assert stream.process.wait(30.0) == 0, stream.output.read_text()
+    assert stream.process.wait(START) == 0, stream.output.read_text()
     assert "targets sent" in stream.output.read_text()
     assert run_main("stream", "line", "--effector", "toe", *arguments) == 2
 

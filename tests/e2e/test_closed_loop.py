@@ -21,6 +21,7 @@ from support.nodes import (
 from support.processes import Process, Served, start, wait_alive
 
 from tauten.model import Robot
+from tauten.service.link import close_session
 from tauten.service.plant import free_ports
 from tauten.service.replay import read_run, replay
 from tauten.service.wire import (
@@ -99,7 +100,7 @@ def closed(beam_file: Path, tmp_path: Path) -> Iterator[tuple[Served, Process]]:
         wait_alive(session, Keys("beam").plant_token, plant)
         yield Served(node, session, Keys("beam"), port, log), plant
     finally:
-        session.close()  # type: ignore[no-untyped-call]
+        close_session(session)
         for process in (node, plant):
             if process.process.poll() is None:
                 process.process.kill()

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import json
+import os
+import time
 from pathlib import Path
 
 import pytest
+from support.processes import START
 
 from tauten.service.plant import (
     LOG,
@@ -64,5 +67,20 @@ def test_a_process_that_fails_is_named_with_its_last_line(tmp_path: Path) -> Non
         pytest.raises(DemoError, match=r"tauten plant ended with 2: no robot 'nobody'"),
         child("plant", ["nobody"], tmp_path) as process,
     ):
-        process.process.wait(60.0)
+        process.process.wait(START)
         process.check()
+
+
+def test_a_process_gives_way_with_all_of_its_threads(tmp_path: Path) -> None:
+    """Zenoh's threads were as urgent as the node's where only the first one had the lower priority."""
+    with child("stream", ["line", "--robot", "nobody_here"], tmp_path) as process:
+        tasks = Path(f"/proc/{process.process.pid}/task")
+        end = time.monotonic() + START
+        while len(list(tasks.iterdir())) < 2:
+            process.check()
+            assert time.monotonic() < end
+            time.sleep(0.05)
+        process.give_way()
+        own = os.getpriority(os.PRIO_PROCESS, 0)
+        for task in tasks.iterdir():
+            assert os.getpriority(os.PRIO_PROCESS, int(task.name)) > own

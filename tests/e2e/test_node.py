@@ -27,7 +27,7 @@ from support.nodes import (
     wait_tip,
     whole,
 )
-from support.processes import Served, start
+from support.processes import START, Served, start
 
 from tauten.model import Robot
 from tauten.service.log import LogReader, logged_description
@@ -124,7 +124,7 @@ def test_a_killed_node_leaves_a_readable_log(served: Served, beam: Robot) -> Non
 
 def test_a_second_node_is_refused(shared: Served, beam_file: Path, tmp_path: Path) -> None:
     second = start(tmp_path / "second.txt", "serve", beam_file, "--port", shared.port)
-    assert second.process.wait(60.0) == 2
+    assert second.process.wait(START) == 2
     last = second.output.read_text().strip().splitlines()[-1]
     assert last.startswith("tauten: port")
     assert "is another node of 'beam' running?" in last

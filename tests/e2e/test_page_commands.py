@@ -16,6 +16,7 @@ from support.nodes import wait_mode
 from support.processes import Process, Served, run_main, start, wait_alive
 from support.robots.thumb import write_thumb
 
+from tauten.service.link import close_session
 from tauten.service.plant import PathSettings, free_ports, make_path
 from tauten.service.setup import load_setup, warm_controller
 from tauten.service.wire import Keys, Mode, Network, Role, open_session
@@ -143,7 +144,7 @@ def test_a_robot_is_served_followed_locked_and_replayed(
             assert node.end() == 0, node.output.read_text()
             assert body.end() == 0, body.output.read_text()
     finally:
-        session.close()  # type: ignore[no-untyped-call]
+        close_session(session)
     assert run_main(*replay) == 0
 
 

@@ -17,6 +17,7 @@ from tauten.controller import Controller
 from tauten.model import load_robot
 from tauten.reduction.state import ReducedRobot, StateBasis, StateBasisError
 from tauten.service.describing import describe
+from tauten.service.link import close_session
 from tauten.service.node import ControlLoop, make_fall_back
 from tauten.service.plant import free_ports
 from tauten.service.setup import load_setup
@@ -206,7 +207,7 @@ def test_run_of_the_reduced_model_replays(thumb_file: Path, tmp_path: Path) -> N
         assert 0.0 <= float(found.values["error_mm"]) < 1.0
         assert process.end() == 0
     finally:
-        session.close()  # type: ignore[no-untyped-call]
+        close_session(session)
         if process.process.poll() is None:
             process.process.kill()
         process.process.wait()

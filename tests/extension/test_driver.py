@@ -19,6 +19,7 @@ from support.processes import run_main
 
 from tauten.service.describing import describe
 from tauten.service.drive import Driver, DriverError, drive, make_driver
+from tauten.service.link import close_session
 from tauten.service.plant import free_ports
 from tauten.service.process import StopFlag
 from tauten.service.setup import load_setup
@@ -36,7 +37,7 @@ from tauten.service.wire import (
     open_session,
 )
 
-PATIENCE = 10.0  # s
+PATIENCE = 60.0  # s
 KEYS = Keys("beam")
 
 
@@ -102,7 +103,7 @@ def node(robot: RobotDescription, port: int) -> Iterator[zenoh.Session]:
     finally:
         token.undeclare()  # type: ignore[no-untyped-call]
         questions.undeclare()  # type: ignore[no-untyped-call]
-        session.close()  # type: ignore[no-untyped-call]
+        close_session(session)
 
 
 def wait(what: Callable[[], bool]) -> None:

@@ -61,7 +61,7 @@ point = [0.1, 0.01, 0.01]
 name = "middle"
 point = [0.05, 0.01, 0.01]
 """
-START = 120.0  # s; kernels may have to be compiled
+START = 300.0  # s; kernels may have to be compiled, on a machine that is busy with something else
 
 
 def write_robot(folder: Path, text: str = ROBOT) -> Path:
@@ -156,7 +156,7 @@ class Process:
     def end(self, number: int = signal.SIGINT) -> int:
         """Signal it, wait, return the exit code."""
         self.process.send_signal(number)
-        return self.process.wait(30.0)
+        return self.process.wait(START)
 
 
 def start(output: Path, *arguments: object) -> Process:

@@ -22,6 +22,7 @@ from support.processes import (
 
 from tauten.model import Robot, Simulator, load_robot
 from tauten.model.numerics import Array
+from tauten.service.link import close_session
 from tauten.service.log import Logged, LogReader
 from tauten.service.plant import TargetPath, free_ports, save_path
 from tauten.service.replay import make_report, read_run, replay
@@ -84,7 +85,7 @@ def served(robot_file: Path, tmp_path: Path) -> Iterator[Served]:
         wait_alive(session, Keys("beam").plant_token, plant)
         yield Served(node, session, Keys("beam"), port, log)
     finally:
-        session.close()  # type: ignore[no-untyped-call]
+        close_session(session)
         for process in (node, plant):
             if process.process.poll() is None:
                 process.process.kill()

@@ -26,6 +26,7 @@ from tauten.service.link import (
     NetworkError,
     OperatorCommand,
     Role,
+    close_session,
     open_session,
     send_command,
 )
@@ -123,6 +124,31 @@ def test_a_node_that_does_not_answer_is_not_denied(monkeypatch: pytest.MonkeyPat
         send_command("beam", Network(free_ports()), OperatorCommand.STOP)
 
 
+def test_a_session_that_is_not_closed_in_time_hides_no_sentence(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """On a machine that was busy, Zenoh's error of closing took the place of what was wrong."""
+
+    class Late:
+        """A session whose connections Zenoh does not close within its time."""
+
+        def __init__(self, session: zenoh.Session) -> None:
+            self.session, self.liveliness = session, session.liveliness
+
+        def close(self) -> None:
+            self.session.close()  # type: ignore[no-untyped-call]
+            raise zenoh.ZError("close operation timed out!")
+
+    def opened(network: Network, role: Role, robot: str, connected: bool = True) -> Late:
+        return Late(open_session(network, role, robot, connected))
+
+    monkeypatch.setattr(link_commanding, "_PATIENCE", 0.1)
+    monkeypatch.setattr(link_commanding, "open_session", opened)
+    with pytest.raises(NetworkError, match="no node serves 'beam'"):
+        send_command("beam", Network(free_ports()), OperatorCommand.STOP)
+    assert "a session was not closed in time" in caplog.text
+
+
 def test_the_command_line_stops_a_node(served: Served) -> None:
     done = tauten("command", "beam", "stop", "--port", str(served.port))
     assert done.returncode == 0
@@ -149,7 +175,7 @@ def times_to_message() -> tuple[float, float]:
             process.kill()
         token.undeclare()  # type: ignore[no-untyped-call]
     finally:
-        session.close()  # type: ignore[no-untyped-call]
+        close_session(session)
     return seconds, (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 

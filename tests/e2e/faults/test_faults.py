@@ -29,6 +29,7 @@ from support.nodes import (
 from support.processes import Process, Served, Start, wait_alive
 
 from tauten.model import Robot
+from tauten.service.link import close_session
 from tauten.service.log import LogReader
 from tauten.service.plant import free_ports
 from tauten.service.replay import read_run, replay
@@ -148,7 +149,7 @@ def test_killed_plants_streams_and_nodes_are_missed_and_found_again(
         wait_mode(served, Mode.RUN)
         assert serving.end() == 0
     finally:
-        session.close()  # type: ignore[no-untyped-call]
+        close_session(session)
     first, joints, _ = recorded(logs[0], beam)
     assert whole(first)
     check_limits(joints, beam)
@@ -214,7 +215,7 @@ def test_a_clock_that_jumps_moves_nothing(beam: Robot, beam_file: Path, tmp_path
             follow(served, beam, 1.0)
         assert node.end() == 0
     finally:
-        session.close()  # type: ignore[no-untyped-call]
+        close_session(session)
         node.process.kill()
         node.process.wait()
     ticks, joints, _ = recorded(log, beam)

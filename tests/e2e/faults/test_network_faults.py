@@ -12,9 +12,10 @@ import pytest
 import zenoh
 from support.faults import Proxy, Wire, client_config, start_router
 from support.nodes import check_limits, follow, modes, recorded, whole
-from support.processes import Process, Served, Start, wait_alive
+from support.processes import START, Process, Served, Start, wait_alive
 
 from tauten.model import Robot
+from tauten.service.link import close_session
 from tauten.service.plant import free_ports
 from tauten.service.wire import Cause, Keys, Mode, Tick, read_config
 
@@ -33,7 +34,7 @@ def routed(beam_file: Path, tmp_path: Path, run: Start) -> Iterator[tuple[Served
         wait_alive(session, KEYS.token, node)
         yield Served(node, session, KEYS, port, log), router, config
     finally:
-        session.close()  # type: ignore[no-untyped-call]
+        close_session(session)
         router.process.kill()
         router.process.wait()
 
@@ -78,13 +79,13 @@ def test_of_two_nodes_that_claim_a_robot_one_serves(
 ) -> None:
     served, _, config = routed
     late = run("serve", beam_file, "--zenoh-config", config)
-    assert late.process.wait(60.0) == 2
+    assert late.process.wait(START) == 2
     assert "another node serves 'beam' already: stop it first" in late.output.read_text()
     assert served.process.process.poll() is None
     assert served.process.end() == 0
     # and of two that start at the same time
     pair = [run("serve", beam_file, "--zenoh-config", config) for _ in range(2)]
-    end = time.monotonic() + 60.0
+    end = time.monotonic() + START
     while all(one.process.poll() is None for one in pair):
         assert time.monotonic() < end
         time.sleep(0.1)
@@ -110,6 +111,6 @@ def test_a_network_that_is_cut_holds_until_it_is_back(
         follow(far, beam, 4.0)
         assert served.process.end() == 0
     finally:
-        session.close()  # type: ignore[no-untyped-call]
+        close_session(session)
         proxy.close()
     check_lost_and_found(served, beam)

@@ -11,7 +11,16 @@ import pytest
 
 from tauten.service.describing import describe
 from tauten.service.frames import ServedRobot
-from tauten.service.link import Keys, LockOrder, Network, NetworkError, Role, node_of, open_session
+from tauten.service.link import (
+    Keys,
+    LockOrder,
+    Network,
+    NetworkError,
+    Role,
+    close_session,
+    node_of,
+    open_session,
+)
 from tauten.service.operate import record_robot, send_lock
 from tauten.service.plant import free_ports
 from tauten.service.plant.receiver import described_receiver
@@ -45,7 +54,7 @@ def liar() -> Iterator[Liar]:
     yield found
     alive.undeclare()
     answers.undeclare()  # type: ignore[no-untyped-call]
-    session.close()  # type: ignore[no-untyped-call]
+    close_session(session)
 
 
 def doctored(beam_file: Path) -> list[bytes]:

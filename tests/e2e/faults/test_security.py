@@ -17,7 +17,7 @@ from support.nodes import PERIOD, point_at
 from support.processes import Process, start, wait_alive
 
 from tauten.model import Robot
-from tauten.service.link import ask_metrics
+from tauten.service.link import ask_metrics, close_session
 from tauten.service.plant import free_ports
 from tauten.service.wire import (
     CDR,
@@ -112,7 +112,7 @@ def connect(site: Site) -> Iterator[Connect]:
 
     yield it
     for session in sessions:
-        session.close()  # type: ignore[no-untyped-call]
+        close_session(session)
 
 
 @pytest.fixture

@@ -33,6 +33,7 @@ from support.processes import (
 )
 
 from tauten.model import Robot, load_robot
+from tauten.service.link import close_session
 from tauten.service.log import LogReader
 from tauten.service.plant import free_ports
 from tauten.service.process import StopFlag, stop_on_signals
@@ -138,7 +139,7 @@ def slow(tmp_path: Path, run: Start) -> Iterator[tuple[Served, Robot]]:
         wait_alive(session, KEYS.token, node)
         yield Served(node, session, KEYS, port, log), load_robot(file)
     finally:
-        session.close()  # type: ignore[no-untyped-call]
+        close_session(session)
 
 
 def test_a_second_ctrl_c_releases_as_fast_as_the_rates_permit(slow: tuple[Served, Robot]) -> None:

@@ -128,7 +128,8 @@ def test_a_log_is_shown_and_exported(
     assert followed[-1].geometry.vertices[:, 2].max() > 0.022  # bent upwards
     stop = StopFlag()
     with open_server(0, "log") as (server, _):
-        assert PlaybackSession(recorded, server).run(stop, 2.0) > 20
+        session = PlaybackSession(recorded, server)
+        assert wait_until(lambda: session.run(stop, 0.5) > 20)  # it counts on from call to call
     html = tmp_path / "run.html"
     assert run_main("view", served.log, "--against", beam_file, "--export", html) == 0
     text = html.read_text()

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 import zenoh
 
+from tauten.service.link import close_session
 from tauten.service.plant import free_ports
 from tauten.service.wire import (
     TICK,
@@ -38,7 +39,7 @@ def open_one(port: int) -> Iterator[Open]:
 
     yield open_it
     for session in sessions:
-        session.close()  # type: ignore[no-untyped-call]
+        close_session(session)
 
 
 def arrives(publisher: zenoh.Publisher, subscriber: Source, seconds: float = 10.0) -> bool:
