@@ -12,6 +12,7 @@ import importlib.util
 import logging
 import os
 import sys
+import threading
 from collections.abc import Callable
 from functools import cache
 from typing import Any, Protocol
@@ -28,6 +29,7 @@ BACKENDS = {"pardiso": "pypardiso", "cholmod": "cvxopt", "superlu": "scipy"}
 
 
 ZERO_PIVOT = -4  # PARDISO's number of this error
+LONG = 20_000  # unknowns; with fewer, a call of a library ends within about half a second
 
 
 class FactorisationError(RuntimeError):
@@ -51,6 +53,33 @@ class Factorisation(Protocol):
 
     def fork(self) -> Factorisation:
         """A workspace of its own for the same pattern, without factors."""
+
+
+def let_signals_in(call: Callable[[], None]) -> None:
+    """Call a library for a long time in a thread of its own, so that handlers of signals run meanwhile.
+
+    Python runs handlers in the main thread, and not while that is in C. Where a handler raises an exception
+    the call goes on alone, and what it computes is lost. Other threads than the main one call directly.
+
+    Args:
+        call: what takes long; it must hold all that it works on.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        call()
+        return
+    failure: list[BaseException] = []
+
+    def run() -> None:
+        try:
+            call()
+        except BaseException as error:
+            failure.append(error)
+
+    thread = threading.Thread(target=run, name="factorisation", daemon=True)
+    thread.start()
+    thread.join()
+    if failure:
+        raise failure[0]
 
 
 class NoFactors:
@@ -241,6 +270,7 @@ def array_argument(array: Any, number: type) -> Any:
 
 
 MINIMUM_DEGREE, NESTED_DISSECTION = 0, 2  # PARDISO's orderings
+RELEASE = -1  # PARDISO's number of the phase that frees memory
 
 
 class Pardiso(Analysed):
@@ -264,6 +294,7 @@ class Pardiso(Analysed):
         self._pardiso, self._set_threads = mkl().pardiso, mkl().MKL_Set_Num_Threads_Local
         self._pt = np.zeros(64, dtype=np.int64)
         self._iparm = np.zeros(64, dtype=np.int32)
+        self._in_use = threading.Lock()
         self._iparm[0], self._iparm[9] = 1, 8  # user-defined parameters
         self._arguments = (  # the same in every call; each takes some µs to convert
             array_argument(self._pt, ctypes.c_int64), int_argument(1), int_argument(2),
@@ -279,13 +310,24 @@ class Pardiso(Analysed):
     def _analyse(self, ordering: int) -> int:
         """Analyse with an ordering; returns the millions of operations that a factorisation takes."""
         if self._pt.any():
-            self._call(-1, np.zeros(1), np.zeros(1), 1)  # release the analysis before
+            self._call(RELEASE, np.zeros(1), np.zeros(1), 1)  # release the analysis before
             self._pt[:] = 0
         self._iparm[1], self._iparm[18] = ordering, -1
         self._call(11, np.zeros(1), np.zeros(1), 1)
         return int(self._iparm[18])
 
     def _call(self, phase: int, b: Array, x: Array, m: int) -> None:
+        if self._n < LONG or phase == RELEASE:
+            self._call_now(phase, b, x, m)
+        else:
+            let_signals_in(lambda: self._call_alone(phase, b, x, m))
+
+    def _call_alone(self, phase: int, b: Array, x: Array, m: int) -> None:
+        """Call when one that was interrupted before has ended."""
+        with self._in_use:
+            self._call_now(phase, b, x, m)
+
+    def _call_now(self, phase: int, b: Array, x: Array, m: int) -> None:
         error = ctypes.c_int32(0)
         before = self._set_threads(self.threads)
         pt, one, kind, n, a, ia, ja, permutation, iparm, silent = self._arguments
@@ -315,4 +357,4 @@ class Pardiso(Analysed):
     def __del__(self) -> None:
         # MKL keeps the factors outside Python's memory; at exit modules are gone and it may keep them
         if not sys.is_finalizing() and hasattr(self, "_pt") and self._pt.any():
-            self._call(-1, np.zeros(1), np.zeros(1), 1)
+            self._call(RELEASE, np.zeros(1), np.zeros(1), 1)

@@ -12,14 +12,16 @@ from tauten.service.setup import load_setup
 
 pytestmark = [pytest.mark.slow]
 ROBOTS = ("trunk", "pneumatic_finger", "tripod")
-SECONDS = 2.0
+# The finger takes 1.6 s for its step at the largest rate of its supply; in 2 s, of which a tenth is at rest,
+# the finger had just arrived, and its last error was that of the way.
+SECONDS = {"trunk": 2.0, "pneumatic_finger": 2.6, "tripod": 2.0}
 
 
 @cache
 def outcomes(name: str) -> dict[tuple[str, bool], Outcome]:
     """Outcomes of the step and of the step with a stiffer robot, in open and closed loop."""
     setup = load_setup(name, model="full")
-    cases = make_cases(setup.robot, SECONDS, 0, lambda: None)
+    cases = make_cases(setup.robot, SECONDS[name], 0, lambda: None)
     assert tuple(case.name for case in cases) == CASES
     runner = CaseRunner(setup)
     groups = {group.name: group for group in planned(cases)}
