@@ -12,9 +12,9 @@ from tauten.service.setup import load_setup
 
 pytestmark = [pytest.mark.slow]
 ROBOTS = ("trunk", "pneumatic_finger", "tripod")
-# The finger takes 1.6 s for its step at the largest rate of its supply; in 2 s, of which a tenth is at rest,
-# the finger had just arrived, and its last error was that of the way.
-SECONDS = {"trunk": 2.0, "pneumatic_finger": 2.6, "tripod": 2.0}
+# The finger takes 1.6 s for its step at the largest rate of its supply, overshoots by 2 mm, as far as its tip lags
+# behind its volume over a horizon of 0.1 s, and is there 2.4 s after the step; in 2 s it had just arrived.
+SECONDS = {"trunk": 2.0, "pneumatic_finger": 3.2, "tripod": 2.0}
 
 
 @cache
