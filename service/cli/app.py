@@ -30,6 +30,7 @@ from tauten.service.cli.terminal import (
     RobotName,
     ZenohConfig,
     log_options,
+    writable,
 )
 from tauten.service.cli.view import view
 
@@ -52,7 +53,9 @@ def serve(
     basis: Basis = None,
     model: Model = None,
     accept_error: AcceptError = False,
-    record: Annotated[Path | None, typer.Option(help="MCAP file to record the run to.")] = None,
+    record: Annotated[
+        Path | None, typer.Option(callback=writable, help="MCAP file to record the run to.")
+    ] = None,
     closed_loop: ClosedLoop = False,
     wait: Annotated[
         bool, typer.Option("--wait", help="Remain idle until an operator sends enable.")

@@ -9,7 +9,14 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from tauten.service.cli.terminal import Json, Markdown, RobotName, progress_bar, show_result
+from tauten.service.cli.terminal import (
+    Json,
+    Markdown,
+    RobotName,
+    progress_bar,
+    show_result,
+    writable,
+)
 
 if TYPE_CHECKING:
     from tauten.service.check import MeshErrorEstimate, RobotCheck
@@ -19,10 +26,11 @@ def check(
     robot: RobotName,
     json_file: Json = None,
     figure: Annotated[
-        Path | None, typer.Option(help="Picture of errors over nodes to draw.")
+        Path | None, typer.Option(callback=writable, help="Picture of errors over nodes to draw.")
     ] = None,
     regions: Annotated[
-        Path | None, typer.Option(help="Picture of what each region selects, to draw.")
+        Path | None,
+        typer.Option(callback=writable, help="Picture of what each region selects, to draw."),
     ] = None,
     markdown: Markdown = None,
     share: Annotated[

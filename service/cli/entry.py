@@ -51,6 +51,8 @@ def _sentence(error: Exception) -> str | None:
 
     if isinstance(error, FileExistsError) and error.filename is not None:  # of a folder to be made
         return f"{error.filename}: exists and is no folder"
+    if isinstance(error, OSError) and error.filename is not None and error.strerror:
+        return f"{error.filename}: {error.strerror.lower()}"
     if isinstance(error, NetworkError | OrderError | OSError):
         return str(error)
     from tauten.model.numerics import FactorisationError

@@ -10,7 +10,7 @@ from typing import Annotated, Literal
 import typer
 from rich.console import Console
 
-from tauten.service.cli.terminal import progress_bar
+from tauten.service.cli.terminal import progress_bar, writable
 
 
 def new(
@@ -48,7 +48,8 @@ def new(
         bool, typer.Option("--yes", help="Make large meshes without a question.")
     ] = False,
     folder: Annotated[
-        Path | None, typer.Option(help="Folder to make; default: NAME in this folder.")
+        Path | None,
+        typer.Option(callback=writable, help="Folder to make; default: NAME in this folder."),
     ] = None,
 ) -> None:
     """Make a robot file from a part of CAD, to edit. Ctrl-C chooses among the meshes compared so far."""
@@ -56,6 +57,7 @@ def new(
     from tauten.service.process import Interrupted, one_blas_thread, stop_on_signals
     from tauten.service.tables import trial_table
 
+    writable(folder or Path())  # before minutes of meshing
     made: Made | None = None
     with stop_on_signals() as stop, suppress(Interrupted):
         with stop.interruptible():

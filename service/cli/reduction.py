@@ -22,7 +22,7 @@ from tauten.service.cli.states import (
     show_states,
     state_settings,
 )
-from tauten.service.cli.terminal import RobotName
+from tauten.service.cli.terminal import RobotName, writable
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
@@ -36,7 +36,10 @@ def reduce(
     robot: RobotName,
     out: Annotated[
         Path | None,
-        typer.Option(help="Default: ROBOT.basis beside the robot file, of a shipped robot here."),
+        typer.Option(
+            callback=writable,
+            help="Default: ROBOT.basis beside the robot file, of a shipped robot here.",
+        ),
     ] = None,
     design: Annotated[
         str,
@@ -75,10 +78,12 @@ def reduce(
     weighting: Annotated[str, typer.Option(help="Weights of snapshots: equal or force.")] = "equal",
     seed: Annotated[int, typer.Option(help="Seed of random numbers.")] = 0,
     curve: Annotated[
-        Path | None, typer.Option(help="Draw the error against k into this picture.")
+        Path | None,
+        typer.Option(callback=writable, help="Draw the error against k into this picture."),
     ] = None,
     snapshots: Annotated[
-        Path | None, typer.Option(help="Folder of the campaign; default: ROBOT-snapshots.")
+        Path | None,
+        typer.Option(callback=writable, help="Folder of the campaign; default: ROBOT-snapshots."),
     ] = None,
     workers: Annotated[
         int | None,
@@ -125,6 +130,8 @@ def reduce(
     ranges = Ranges(position=pull, tilt=math.radians(tilt), force=force, effort=tension)
     plan = _design(design, loaded, step, ranges, runs, steps, seed)
     folder = snapshots or Path(f"{loaded.name}-snapshots")
+    for written in (target, folder):
+        writable(written)
     with _executor(scheduler, workers, len(plan.runs)) as executor:
         if loaded.n_c == 0:
             found = _campaign(loaded, plan, folder, executor)
@@ -156,11 +163,13 @@ def inspect(
         str | None, typer.Option(help="Robot name or file; default: the one it was made for.")
     ] = None,
     figure: Annotated[
-        Path | None, typer.Option(help="Draw the modes on the robot into this picture.")
+        Path | None,
+        typer.Option(callback=writable, help="Draw the modes on the robot into this picture."),
     ] = None,
     modes: Annotated[int, typer.Option(min=1, help="Modes to draw, at most.")] = 20,
     curve: Annotated[
-        Path | None, typer.Option(help="Draw the error against k into this picture.")
+        Path | None,
+        typer.Option(callback=writable, help="Draw the error against k into this picture."),
     ] = None,
 ) -> None:
     """Show the provenance of a contact basis and the candidates that it does not cover.

@@ -19,13 +19,16 @@ from tauten.service.cli.terminal import (
     StepsOption,
     YoungScale,
     progress_bar,
+    writable,
     write_json,
 )
 
 
 def demo(
     robot: Annotated[str, typer.Argument(help="A shipped robot's name, or a file.")] = "finger",
-    out: Annotated[Path | None, typer.Option(help="Folder for log, report and figure.")] = None,
+    out: Annotated[
+        Path | None, typer.Option(callback=writable, help="Folder for log, report and figure.")
+    ] = None,
     seconds: Annotated[float, typer.Option(min=1.0, help="Duration of the targets.")] = 20.0,
     path: Annotated[str, typer.Option(help="As for `tauten stream`.")] = "reach",
     period: Annotated[float, typer.Option(min=0.1, help="Duration of one pass in s.")] = 10.0,
@@ -46,6 +49,7 @@ def demo(
     from tauten.service.replay import FOLLOWED, not_followed, table_rows
 
     folder = out or Path(f"tauten-demo-{datetime.now():%Y%m%d-%H%M%S}")
+    writable(folder)
     console = Console(markup=False)
     settings = DemoSettings(
         robot,
@@ -87,7 +91,8 @@ def replay(
         typer.Option(help="Model to use instead of the recorded one."),
     ] = None,
     report: Annotated[
-        Path | None, typer.Option(help="Folder for the differences: JSON, CSV, figure.")
+        Path | None,
+        typer.Option(callback=writable, help="Folder for the differences: JSON, CSV, figure."),
     ] = None,
     recorded_paths: Annotated[
         bool,
@@ -100,7 +105,8 @@ def replay(
     problem: Annotated[
         Path | None,
         typer.Option(
-            help="Only write the inverse problem of --tick to this file, for tauten solve."
+            callback=writable,
+            help="Only write the inverse problem of --tick to this file, for tauten solve.",
         ),
     ] = None,
     tick: Annotated[int, typer.Option(min=0, help="Number of the tick, for --problem.")] = 0,

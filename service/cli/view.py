@@ -7,7 +7,15 @@ from typing import Annotated
 
 import typer
 
-from tauten.service.cli.terminal import Basis, Model, Port, YoungScale, ZenohConfig, missing_extra
+from tauten.service.cli.terminal import (
+    Basis,
+    Model,
+    Port,
+    YoungScale,
+    ZenohConfig,
+    missing_extra,
+    writable,
+)
 
 
 def view(
@@ -26,7 +34,10 @@ def view(
     ] = None,
     export: Annotated[
         Path | None,
-        typer.Option(help="Write a log or a simulated path as an HTML file that plays by itself."),
+        typer.Option(
+            callback=writable,
+            help="Write a log or a simulated path as an HTML file that plays by itself.",
+        ),
     ] = None,
     web_port: Annotated[
         int, typer.Option(min=0, max=65535, help="Port of the page; 0: any free one.")

@@ -14,6 +14,7 @@ from tauten.service.cli.terminal import (
     basis_of,
     progress_bar,
     show_result,
+    writable,
 )
 
 
@@ -27,7 +28,9 @@ def reduced(
     seconds: Annotated[float, typer.Option(min=1.0, help="Duration of the path.")] = 12.0,
     snapshots: Annotated[
         Path | None,
-        typer.Option(help="Folder of the reduced models' campaigns; default: ROBOT-bench."),
+        typer.Option(
+            callback=writable, help="Folder of the reduced models' campaigns; default: ROBOT-bench."
+        ),
     ] = None,
 ) -> None:
     """Number of state modes and sampled elements against errors and step times of reduced models."""

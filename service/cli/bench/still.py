@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from tauten.service.cli.terminal import Json, Markdown, Robots, progress_bar, show_result
+from tauten.service.cli.terminal import Json, Markdown, Robots, progress_bar, show_result, writable
 
 
 def still(
@@ -25,7 +25,8 @@ def still(
     seed: Annotated[int, typer.Option(help="Of the targets.")] = 0,
     markdown: Markdown = None,
     figure: Annotated[
-        Path | None, typer.Option(help="Figure of the resting errors over the workspace.")
+        Path | None,
+        typer.Option(callback=writable, help="Figure of the resting errors over the workspace."),
     ] = None,
 ) -> None:
     """Whether robots come to rest at constant targets, and at the best place.

@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 
 import typer
 
+from tauten.service.cli.terminal.files import writable
 from tauten.service.link import HIGHEST_PORT, LOWEST_PORT, ZENOH_CONFIG_VARIABLE
 
 ServedName = Annotated[str, typer.Argument(help="Name of the robot that is served.")]
@@ -64,5 +65,9 @@ DriveOption = Annotated[
     Literal["pull", "tension"],
     typer.Option("--drive", help="Command that the plant's winches follow."),
 ]
-Json = Annotated[Path | None, typer.Option("--json", help="Write the numbers to this file.")]
-Markdown = Annotated[Path | None, typer.Option(help="Page to put the tables into.")]
+Json = Annotated[
+    Path | None, typer.Option("--json", callback=writable, help="Write the numbers to this file.")
+]
+Markdown = Annotated[
+    Path | None, typer.Option(callback=writable, help="Page to put the tables into.")
+]
