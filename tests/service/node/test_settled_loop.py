@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tauten.service.bench import Case, follow
+from tauten.service.bench import follow
 from tauten.service.node import LARGEST
 from tauten.service.node.plausibility import MeasurementCheck
 from tauten.service.plant import PlantSettings, warm_plant
@@ -27,6 +27,7 @@ def test_a_robot_that_sags_is_no_frozen_measurement() -> None:
     np.testing.assert_allclose(plant.effector_values, start, atol=1e-5)
     check = MeasurementCheck(layout, robot.size, LARGEST * robot.size)
     assert check.reason(start, plant.effector_values, robot.h) == ""
-    trace = follow(controller, driven, Case("stay", np.tile(start, (100, 1)), 0), True, "tension")
+    stay = np.tile(start, (100, 1))
+    trace = follow(controller, driven, stay, closed=True, drive="tension")
     assert trace.error.max() < 1e-5
     assert check.reason(controller.effector_values, plant.effector_values, robot.h) == ""
